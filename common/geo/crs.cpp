@@ -1,0 +1,178 @@
+#include "common/geo/crs.hpp"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <cpl_vsi.h>
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+
+#include "common/util/error.hpp"
+
+namespace terravox::geo {
+namespace {
+
+// GDAL prints its errors to standard error unless told otherwise; ours are thrown with the context that a person needs.
+struct QuietGdal {
+    QuietGdal() { CPLPushErrorHandler(CPLQuietErrorHandler); }
+    ~QuietGdal() { CPLPopErrorHandler(); }
+    QuietGdal(const QuietGdal&) = delete;
+    QuietGdal& operator=(const QuietGdal&) = delete;
+};
+
+std::shared_ptr<OGRSpatialReference> empty_reference() {
+    auto ogr = std::shared_ptr<OGRSpatialReference>(new OGRSpatialReference, [](OGRSpatialReference* p) { p->Release(); });
+    ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+    return ogr;
+}
+
+// A one-pixel TIFF in memory that carries the three GeoTIFF tags: GDAL's own driver then interprets the keys, with all their
+// user-defined parameters, which no public function of GDAL does from memory.
+std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
+                                         std::span<const char> ascii) {
+    std::vector<std::uint8_t> out;
+    const auto put = [&](const void* data, std::size_t bytes) {
+        const auto* first = static_cast<const std::uint8_t*>(data);
+        out.insert(out.end(), first, first + bytes);
+    };
+    const auto put16 = [&](std::uint16_t v) { put(&v, 2); };
+    const auto put32 = [&](std::uint32_t v) { put(&v, 4); };
+    struct Tag { std::uint16_t id, type; std::uint32_t count; std::uint32_t value; };
+    std::vector<Tag> tags = {{256, 3, 1, 1}, {257, 3, 1, 1}, {258, 3, 1, 8}, {259, 3, 1, 1}, {262, 3, 1, 1},
+                             {273, 4, 1, 8}, {277, 3, 1, 1}, {278, 3, 1, 1}, {279, 4, 1, 1}};
+    std::uint32_t entries = 10 + (doubles.empty() ? 0 : 1) + (ascii.empty() ? 0 : 1);
+    std::uint32_t data_at = 16 + 2 + entries * 12 + 4;
+    const std::uint32_t directory_at = data_at;
+    tags.push_back({34735, 3, static_cast<std::uint32_t>(directory.size()), directory_at});
+    data_at += static_cast<std::uint32_t>(directory.size_bytes());
+    const std::uint32_t doubles_at = data_at;
+    if (!doubles.empty()) tags.push_back({34736, 12, static_cast<std::uint32_t>(doubles.size()), doubles_at});
+    data_at += static_cast<std::uint32_t>(doubles.size_bytes());
+    if (!ascii.empty()) tags.push_back({34737, 2, static_cast<std::uint32_t>(ascii.size()), data_at});
+    put("II", 2), put16(42), put32(16);
+    const std::array<std::uint8_t, 8> pixel{};
+    put(pixel.data(), pixel.size());
+    put16(static_cast<std::uint16_t>(tags.size()));
+    for (const Tag& tag : tags) put16(tag.id), put16(tag.type), put32(tag.count), put32(tag.value);
+    put32(0);
+    put(directory.data(), directory.size_bytes());
+    put(doubles.data(), doubles.size_bytes());
+    put(ascii.data(), ascii.size());
+    return out;
+}
+
+}  // namespace
+
+Crs Crs::from_text(const std::string& text) {
+    const QuietGdal quiet;
+    auto ogr = empty_reference();
+    if (text.empty() || ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
+        throw UsageError("read the coordinate reference system '" + text.substr(0, 120) +
+                         "': not understood; allowed: EPSG:<code>, WKT or a PROJ string");
+    return Crs(std::move(ogr));
+}
+
+std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
+                                     std::span<const char> ascii) {
+    constexpr std::size_t kHeaderWords = 4, kMostKeys = 4096;
+    if (directory.size() < 2 * kHeaderWords || directory.size() > kMostKeys * 4) return std::nullopt;
+    const QuietGdal quiet;
+    static std::once_flag once;
+    std::call_once(once, [] { GDALAllRegister(); });
+    static std::atomic<unsigned> counter{0};
+    const std::string name = "/vsimem/terravox-geokeys-" + std::to_string(counter++) + ".tif";
+    auto bytes = tiff_with_keys(directory, doubles, ascii);
+    VSIFCloseL(VSIFileFromMemBuffer(name.c_str(), bytes.data(), bytes.size(), FALSE));
+    std::optional<Crs> crs;
+    const char* const only_tiff[] = {"GTiff", nullptr};
+    if (GDALDatasetUniquePtr image{GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_tiff)}) {
+        const OGRSpatialReference* found = image->GetSpatialRef();
+        if (found != nullptr && (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
+            auto ogr = empty_reference();
+            *ogr = *found;
+            ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+            crs = Crs(std::move(ogr));
+        }
+    }
+    VSIUnlink(name.c_str());
+    return crs;
+}
+
+std::string Crs::name() const {
+    const char* authority = m_ogr->GetAuthorityName(nullptr);
+    const char* code = m_ogr->GetAuthorityCode(nullptr);
+    if (authority != nullptr && code != nullptr) return std::string(authority) + ":" + code;
+    const char* own = m_ogr->GetName();
+    return own != nullptr ? own : "unnamed";
+}
+
+std::string Crs::wkt() const {
+    char* text = nullptr;
+    const char* const options[] = {"FORMAT=WKT2_2019", "MULTILINE=NO", nullptr};
+    m_ogr->exportToWkt(&text, options);
+    std::string out = text != nullptr ? text : "";
+    CPLFree(text);
+    return out;
+}
+
+bool Crs::geographic() const { return m_ogr->IsGeographic() != 0; }
+
+bool Crs::pseudo_mercator() const {
+    const char* code = m_ogr->GetAuthorityCode("PROJCS");
+    if (code != nullptr && (std::strcmp(code, "3857") == 0 || std::strcmp(code, "900913") == 0)) return true;
+    const char* projection = m_ogr->GetAttrValue("PROJECTION");
+    return projection != nullptr && std::strstr(projection, "Pseudo") != nullptr;
+}
+
+double Crs::metres_per_unit() const { return geographic() ? 1.0 : m_ogr->GetLinearUnits(); }
+
+std::optional<double> Crs::vertical_metres_per_unit() const {
+    if (m_ogr->IsVertical() == 0) return std::nullopt;
+    return m_ogr->GetTargetLinearUnits("VERT_CS");
+}
+
+bool Crs::same_horizontal(const Crs& other) const {
+    const auto flat = [](const OGRSpatialReference& ogr) {
+        OGRSpatialReference copy(ogr);
+        copy.StripVertical();
+        return copy;
+    };
+    const char* const options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT", nullptr};
+    const auto mine = flat(*m_ogr), theirs = flat(*other.m_ogr);
+    return mine.IsSame(&theirs, options) != 0;
+}
+
+Transform::Transform(const Crs& from, const Crs& to) : m_between(from.name() + " to " + to.name()) {
+    const QuietGdal quiet;
+    m_ogr.reset(OGRCreateCoordinateTransformation(&from.ogr(), &to.ogr()));
+    if (!m_ogr) throw Error("transform coordinates from " + m_between + ": PROJ knows no way between them");
+}
+
+Transform::~Transform() = default;
+Transform::Transform(Transform&&) noexcept = default;
+Transform& Transform::operator=(Transform&&) noexcept = default;
+
+void Transform::apply(std::span<double> x, std::span<double> y) const {
+    if (x.size() != y.size()) throw Error("transform coordinates: " + std::to_string(x.size()) + " x but " + std::to_string(y.size()) + " y");
+    if (x.empty()) return;
+    const QuietGdal quiet;
+    const double first_x = x[0], first_y = y[0];
+    const int ok = m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);
+    if (ok == 0 || !std::isfinite(x[0]) || !std::isfinite(y[0]))
+        throw Error("transform coordinates from " + m_between + ": a point near (" + std::to_string(first_x) + ", " +
+                    std::to_string(first_y) + ") lies outside the domain");
+}
+
+LatLon to_lat_lon(const Crs& crs, double easting, double northing) {
+    const Transform transform(crs, Crs::from_text("EPSG:4326"));
+    double x = easting, y = northing;
+    transform.apply({&x, 1}, {&y, 1});
+    return {.lat_deg = y, .lon_deg = x};
+}
+
+}  // namespace terravox::geo

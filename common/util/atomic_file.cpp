@@ -1,0 +1,91 @@
+#include "common/util/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <system_error>
+
+#include "common/util/error.hpp"
+
+namespace terravox::util {
+namespace {
+
+std::filesystem::path folder_of(const std::filesystem::path& target) {
+    const auto folder = target.parent_path();
+    return folder.empty() ? std::filesystem::path(".") : folder;
+}
+
+std::string reason(int code) { return std::strerror(code); }
+
+// The process id and a counter keep two writers of one target apart, in one process or in two.
+std::filesystem::path temporary_name(const std::filesystem::path& target) {
+    static std::atomic<unsigned> counter{0};
+    const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
+                      target.extension().string();
+    return folder_of(target) / name;
+}
+
+void flush_to_disk(const std::filesystem::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) throw Error("write " + path.string() + ": " + reason(errno));
+    const int failed = ::fsync(fd) == 0 ? 0 : errno;
+    ::close(fd);
+    // Some file systems (network, FUSE) do not support fsync: that is no failure to write.
+    if (failed != 0 && failed != EINVAL && failed != ENOTSUP) throw Error("write " + path.string() + ": " + reason(failed));
+}
+
+}  // namespace
+
+void check_writable(const std::filesystem::path& target) {
+    if (target.filename().empty() || std::filesystem::is_directory(target))
+        throw UsageError("write " + target.string() + ": this is a folder; give a file name");
+    const auto folder = folder_of(target);
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    if (!std::filesystem::is_directory(folder))
+        throw Error("write " + target.string() + ": cannot make the folder " + folder.string() + ": " +
+                    (failed ? failed.message() : "a file of that name exists"));
+    if (::access(folder.c_str(), W_OK) != 0)
+        throw Error("write " + target.string() + ": the folder " + folder.string() + " is not writable: " + reason(errno));
+}
+
+AtomicFile::AtomicFile(std::filesystem::path target) : m_target(std::move(target)), m_temporary(temporary_name(m_target)) {
+    check_writable(m_target);
+}
+
+AtomicFile::~AtomicFile() {
+    std::error_code ignored;
+    if (!m_committed) std::filesystem::remove(m_temporary, ignored);
+}
+
+void AtomicFile::commit() {
+    flush_to_disk(m_temporary);
+    std::error_code failed;
+    std::filesystem::rename(m_temporary, m_target, failed);
+    if (failed) throw Error("write " + m_target.string() + ": cannot rename the finished file: " + failed.message());
+    m_committed = true;
+}
+
+void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes) {
+    AtomicFile file(target);
+    const int fd = ::open(file.temporary_path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0) throw Error("write " + target.string() + ": " + reason(errno));
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) {
+            const int code = errno;
+            ::close(fd);
+            throw Error("write " + target.string() + ": " + reason(code));
+        }
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    if (::close(fd) != 0) throw Error("write " + target.string() + ": " + reason(errno));
+    file.commit();
+}
+
+}  // namespace terravox::util

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <bit>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/voxel/material.hpp"
+
+namespace terravox::voxel {
+
+inline constexpr int kBoxSizeX = 64;
+inline constexpr int kBoxSizeY = 256;
+inline constexpr int kBoxSizeZ = 64;
+
+/// Which box: level n has voxels of 2^n times the base size; bx, by, bz count boxes of 64 x 256 x 64 voxels of that level.
+struct BoxKey {
+    int level = 0;
+    std::int32_t bx = 0, by = 0, bz = 0;
+    friend auto operator<=>(const BoxKey&, const BoxKey&) = default;
+};
+[[nodiscard]] std::string to_string(const BoxKey& key);  ///< "level/bx/by/bz"
+
+inline constexpr int kMaxLevel = 20;
+
+/// What is known of one voxel. Eight bytes, stored as is in the box format.
+struct VoxelAttr {
+    static constexpr std::uint8_t kHasColour = 1;
+    Material material = Material::kRock;
+    std::uint8_t source_class = 0;  ///< the class code of the survey (0-255), unchanged
+    std::uint8_t flags = 0;
+    std::uint8_t reserved = 0;
+    Rgb8 colour;  ///< sRGB true colour of the surface; valid with kHasColour
+    std::uint8_t reserved_too = 0;
+
+    [[nodiscard]] bool has_colour() const noexcept { return (flags & kHasColour) != 0; }
+    friend bool operator==(const VoxelAttr&, const VoxelAttr&) = default;
+};
+static_assert(sizeof(VoxelAttr) == 8);
+
+/// One cell of the 64-tree: 4 x 4 x 4 children, bit = x + 4 z + 16 y.
+///
+/// `mask`: children that hold anything solid. `detail`, a subset: children with data of their own, stored one after the
+/// other from `first` in bit order (cells for the two upper levels, VoxelAttr for bricks). A child in `mask` but not in
+/// `detail` is solid throughout and no face of it can be seen: it is rock and costs nothing.
+struct TreeCell {
+    std::uint64_t mask = 0;
+    std::uint64_t detail = 0;
+    std::uint32_t first = 0;
+    std::uint32_t reserved = 0;
+
+    [[nodiscard]] std::uint32_t index_of(int bit) const noexcept {
+        return first + static_cast<std::uint32_t>(std::popcount(detail & ((std::uint64_t{1} << bit) - 1)));
+    }
+};
+static_assert(sizeof(TreeCell) == 24);
+
+/// A block of 64 x 256 x 64 voxels, four 64-trees of three levels on top of each other. Immutable, so safe to share between
+/// threads. The bytes in memory are those of the box format: a box is mapped, not parsed.
+///
+/// Ref: 64-trees of bit masks as in Museth, "NanoVDB", SIGGRAPH 2021 (bit masks, child by popcount), with 4^3 fan-out throughout.
+class Box {
+public:
+    static constexpr int kRootCount = kBoxSizeY / 64;
+
+    /// Takes over a blob in the box format. @throws Error when it is not one: wrong magic, version, checksum, size or an index
+    /// that leads outside. `origin` names it in the message.
+    static std::shared_ptr<const Box> from_blob(std::span<const std::byte> blob, const std::string& origin);
+
+    /// From finished arrays (BoxBuilder). The first kRootCount cells are the roots, bottom first.
+    static std::shared_ptr<const Box> from_arrays(const BoxKey& key, std::span<const TreeCell> cells, std::span<const VoxelAttr> attrs);
+
+    [[nodiscard]] const BoxKey& key() const noexcept { return m_key; }
+    [[nodiscard]] std::span<const TreeCell> cells() const noexcept { return m_cells; }
+    [[nodiscard]] std::span<const VoxelAttr> attrs() const noexcept { return m_attrs; }
+    [[nodiscard]] std::span<const std::byte> blob() const noexcept { return {m_blob.get(), m_blob_bytes}; }
+    [[nodiscard]] std::uint64_t checksum() const noexcept;  ///< XXH64 of the payload, as in the blob's header
+    [[nodiscard]] std::size_t memory_bytes() const noexcept { return m_blob_bytes + sizeof(Box); }
+
+    /// Local coordinates: x, z in [0, 64), y in [0, 256). Reading outside is undefined.
+    [[nodiscard]] bool solid(int x, int y, int z) const noexcept;
+    /// The voxel's attributes, nullopt for air. Hidden solid voxels are plain rock.
+    [[nodiscard]] std::optional<VoxelAttr> voxel(int x, int y, int z) const noexcept;
+    /// @return one past the highest solid y in [0, 256]; 0 when the box is empty
+    [[nodiscard]] int top() const noexcept;
+
+private:
+    Box() = default;
+    BoxKey m_key;
+    std::unique_ptr<std::byte[]> m_blob;
+    std::size_t m_blob_bytes = 0;
+    std::span<const TreeCell> m_cells;
+    std::span<const VoxelAttr> m_attrs;
+};
+
+/// Bit of a child in its TreeCell, from coordinates of which the two lowest bits count.
+[[nodiscard]] constexpr int child_bit(int x, int y, int z) noexcept { return (x & 3) | (z & 3) << 2 | (y & 3) << 4; }
+
+}  // namespace terravox::voxel

@@ -1,0 +1,66 @@
+#include "common/voxel/material.hpp"
+
+#include <toml++/toml.h>
+
+#include "common/util/error.hpp"
+
+namespace terravox::voxel {
+namespace {
+
+constexpr std::array<std::string_view, kMaterialCount> kNames = {
+    "air",    "rock",     "soil", "ground",   "grass", "low_vegetation", "medium_vegetation", "high_vegetation",
+    "wall",   "roof",     "orange_roof", "grey_roof", "flat_roof", "water", "bridge", "road",
+    "concrete", "rail",   "wire", "tower",    "object", "sand", "snow", "unknown"};
+
+std::optional<Rgb8> parse_hex(std::string_view text) {
+    if (text.size() != 7 || text[0] != '#') return std::nullopt;
+    std::array<std::uint8_t, 3> out{};
+    for (std::size_t i = 0; i < 6; ++i) {
+        const char c = text[i + 1];
+        int digit = 0;
+        if (c >= '0' && c <= '9') digit = c - '0';
+        else if (c >= 'a' && c <= 'f') digit = c - 'a' + 10;
+        else if (c >= 'A' && c <= 'F') digit = c - 'A' + 10;
+        else return std::nullopt;
+        out[i / 2] = static_cast<std::uint8_t>(out[i / 2] * 16 + digit);
+    }
+    return Rgb8{out[0], out[1], out[2]};
+}
+
+}  // namespace
+
+std::string_view material_name(Material material) noexcept {
+    const auto index = static_cast<std::size_t>(material);
+    return index < kNames.size() ? kNames[index] : "unknown";
+}
+
+std::optional<Material> material_from_name(std::string_view name) noexcept {
+    for (std::size_t i = 0; i < kNames.size(); ++i)
+        if (kNames[i] == name) return static_cast<Material>(i);
+    return std::nullopt;
+}
+
+Palette load_palette(const std::filesystem::path& file) {
+    const auto fail = [&](const std::string& what) -> void { throw Error("read the materials " + file.string() + ": " + what); };
+    toml::table root;
+    try {
+        root = toml::parse_file(file.string());
+    } catch (const toml::parse_error& e) {
+        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
+    }
+    Palette palette;
+    for (std::size_t i = 1; i < kNames.size(); ++i) {
+        const auto entry = root[kNames[i]];
+        const auto text = entry["colour"].value<std::string>();
+        if (!text) fail("[" + std::string(kNames[i]) + "] colour is missing; allowed: \"#rrggbb\"");
+        const auto colour = parse_hex(*text);
+        if (!colour) fail("[" + std::string(kNames[i]) + "] colour = '" + *text + "'; allowed: \"#rrggbb\"");
+        const double variation = entry["variation"].value_or(0.0);
+        if (!(variation >= 0 && variation <= 1))
+            fail("[" + std::string(kNames[i]) + "] variation = " + std::to_string(variation) + "; allowed: 0 to 1");
+        palette.entries[i] = {*colour, static_cast<float>(variation)};
+    }
+    return palette;
+}
+
+}  // namespace terravox::voxel

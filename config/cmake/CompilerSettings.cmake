@@ -1,0 +1,35 @@
+# One interface target, terravox::settings, that every target of the project links: include root, warnings, floating
+# point and sanitizers. Third-party code (LASzip) does not link it.
+include_guard(GLOBAL)
+
+option(TERRAVOX_WERROR "Treat warnings as errors" OFF)
+set(TERRAVOX_SANITIZE "" CACHE STRING "Value for -fsanitize=, e.g. address,undefined or thread")
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_program(TERRAVOX_CCACHE ccache)
+if(TERRAVOX_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${TERRAVOX_CCACHE}")
+  set(CMAKE_C_COMPILER_LAUNCHER "${TERRAVOX_CCACHE}")
+endif()
+
+add_library(terravox_settings INTERFACE)
+add_library(terravox::settings ALIAS terravox_settings)
+target_include_directories(terravox_settings INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/generated")
+# No contraction: a picture must not depend on whether a CPU (or compiler flag) has fused multiply-add.
+target_compile_options(terravox_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
+                       # GCC 12 reports false positives inside libstdc++ strings and vectors at -O3 (bugs 105329, 105651).
+                       $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+if(TERRAVOX_WERROR)
+  target_compile_options(terravox_settings INTERFACE -Werror)
+endif()
+# The baseline is every x86-64 CPU since about 2009: the 64-tree needs a popcount instruction. Wider SIMD is chosen at run time.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  target_compile_options(terravox_settings INTERFACE -march=x86-64-v2)
+endif()
+if(TERRAVOX_SANITIZE)
+  target_compile_options(terravox_settings INTERFACE -fsanitize=${TERRAVOX_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(terravox_settings INTERFACE -fsanitize=${TERRAVOX_SANITIZE})
+endif()
