@@ -1,0 +1,38 @@
+import type { Clock } from '../util/clock.js';
+import { GrabberError } from '../util/errors.js';
+
+/**
+ * Holds back all requests to a host that asked to be left alone for a while (Retry-After), not only the one it told.
+ * A host that asks for more than `max_wait_ms` fails its squares at once, without a request: waiting hours inside a
+ * run helps nobody, and asking earlier than told is rude.
+ */
+export class HostGate {
+  readonly #clock: Clock;
+  readonly #max_wait_ms: number;
+  readonly #openAt_ms = new Map<string, number>();
+
+  constructor(clock: Clock, max_wait_ms: number) {
+    this.#clock = clock;
+    this.#max_wait_ms = max_wait_ms;
+  }
+
+  closeFor(host: string, wait_ms: number): void {
+    const until = this.#clock.now().getTime() + wait_ms;
+    this.#openAt_ms.set(host, Math.max(until, this.#openAt_ms.get(host) ?? 0));
+  }
+
+  async pass(host: string, signal: AbortSignal): Promise<void> {
+    for (;;) {
+      signal.throwIfAborted();
+      const left_ms = (this.#openAt_ms.get(host) ?? 0) - this.#clock.now().getTime();
+      if (left_ms <= 0) return;
+      if (left_ms > this.#max_wait_ms) {
+        throw new GrabberError(
+          'RETRY_AFTER_TOO_LONG',
+          `ask ${host}: it wants to be left alone for ${Math.ceil(left_ms / 1000)} s; allowed: at most ${this.#max_wait_ms / 1000} s (--max-wait-s)`,
+        );
+      }
+      await this.#clock.sleep(left_ms, signal);
+    }
+  }
+}

@@ -1,0 +1,43 @@
+import { GrabberError } from '../util/errors.js';
+import type { HttpResponse } from './http-client.js';
+import { parseRetryAfter } from './retry.js';
+
+/** Request timeout, too early, too many requests: as temporary as a 5xx. */
+const kTemporary = [408, 425, 429];
+const kSniffBytes = 4096;
+
+export function statusError(
+  url: string,
+  response: HttpResponse,
+  missingStatus: readonly number[],
+  now: Date,
+): GrabberError {
+  const { status } = response;
+  const retryable = status >= 500 || kTemporary.includes(status);
+  const retryAfterMs = retryable ? parseRetryAfter(response.header('retry-after'), now) : undefined;
+  const missing = missingStatus.length === 0 ? 'none' : missingStatus.join(', ');
+  return new GrabberError(
+    'HTTP_STATUS',
+    `fetch ${url}: HTTP ${status}; allowed: 200, or for "no such square": ${missing}`,
+    {
+      retryable,
+      ...(retryAfterMs === undefined ? {} : { retryAfterMs }),
+    },
+  );
+}
+
+/** Portals send error pages, log-in pages and "file moved" pages with status 200. */
+export function htmlError(url: string, response: HttpResponse, start: Uint8Array): GrabberError | undefined {
+  const text = Buffer.from(start.subarray(0, kSniffBytes))
+    .toString('utf8')
+    .replace(/^\uFEFF/, '')
+    .trimStart();
+  const type = response.header('content-type') ?? '';
+  const declared = /^\s*(text\/html|application\/xhtml\+xml)/i.test(type);
+  if (!declared && !/^<(!doctype|html|head|body|\?xml)/i.test(text)) return undefined;
+  // A file with the right magic is believed over a wrong Content-Type.
+  if (text.startsWith('LASF')) return undefined;
+  const title = /<title[^>]*>([^<]{1,200})/i.exec(text)?.[1];
+  const shown = title === undefined ? 'an HTML or XML page' : `an HTML page titled "${title.trim()}"`;
+  return new GrabberError('HTML_BODY', `fetch ${url}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`);
+}

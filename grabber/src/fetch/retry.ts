@@ -1,0 +1,54 @@
+import type { Clock } from '../util/clock.js';
+import { GrabberError } from '../util/errors.js';
+
+export type RetryPolicy = {
+  /** Tries after the first one, 0 or more. */
+  readonly retries: number;
+  readonly base_ms: number;
+  readonly cap_ms: number;
+};
+
+export const kBackoff = { base_ms: 1000, cap_ms: 60_000 } as const;
+
+/**
+ * Doubles from `base_ms` up to `cap_ms`, then takes a random half to whole of it, so that many clients that
+ * failed together do not come back together.
+ * @param attempt 0 for the first retry
+ * @param random  in [0, 1)
+ */
+export function backoffMs(attempt: number, policy: Pick<RetryPolicy, 'base_ms' | 'cap_ms'>, random: number): number {
+  const whole = Math.min(policy.cap_ms, policy.base_ms * 2 ** attempt);
+  return Math.round(whole / 2 + (whole / 2) * random);
+}
+
+/** @return milliseconds from `now`, or undefined when the header holds neither seconds nor a date */
+export function parseRetryAfter(value: string | undefined, now: Date): number | undefined {
+  if (value === undefined) return undefined;
+  if (/^\s*\d{1,9}\s*$/.test(value)) return Number(value) * 1000;
+  const date = Date.parse(value);
+  return Number.isNaN(date) ? undefined : Math.max(0, date - now.getTime());
+}
+
+export type RetryNotice = { readonly error: GrabberError; readonly retry: number; readonly wait_ms: number };
+
+/** Runs `attempt` until it succeeds, fails for good, or the retries are used up; then throws its last error. */
+export async function withRetries<T>(
+  attempt: () => Promise<T>,
+  policy: RetryPolicy,
+  clock: Clock,
+  notify: (notice: RetryNotice) => void,
+  signal: AbortSignal,
+): Promise<T> {
+  for (let retry = 0; ; ++retry) {
+    signal.throwIfAborted();
+    try {
+      return await attempt();
+    } catch (error) {
+      signal.throwIfAborted();
+      if (!(error instanceof GrabberError) || !error.retryable || retry >= policy.retries) throw error;
+      const wait_ms = Math.max(error.retryAfterMs ?? 0, backoffMs(retry, policy, clock.random()));
+      notify({ error, retry: retry + 1, wait_ms });
+      await clock.sleep(wait_ms, signal);
+    }
+  }
+}

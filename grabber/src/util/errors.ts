@@ -1,0 +1,67 @@
+/** What went wrong, for programs; the message is for people. */
+export type ErrorCode =
+  | 'USAGE'
+  | 'CONFIG'
+  | 'TEMPLATE'
+  | 'NETWORK'
+  | 'HTTP_STATUS'
+  | 'HTTP_PROTOCOL'
+  | 'REDIRECT'
+  | 'HTML_BODY'
+  | 'LENGTH'
+  | 'RESUME_REFUSED'
+  | 'NOT_LAS'
+  | 'LAS_HEADER'
+  | 'LAS_TRUNCATED'
+  | 'ZLAS_UNSUPPORTED'
+  | 'AMBIGUOUS_FILE'
+  | 'RETRY_AFTER_TOO_LONG'
+  | 'STORE_CONFLICT'
+  | 'STORE_LOCKED'
+  | 'STORE_IO'
+  | 'MANIFEST';
+
+export type GrabberErrorOptions = {
+  readonly cause?: unknown;
+  /** True when the same attempt may succeed later without anybody changing anything. */
+  readonly retryable?: boolean;
+  /** How long the server asked to wait, in milliseconds. */
+  readonly retryAfterMs?: number;
+};
+
+/** Message form: attempt, object, value, allowed range; always one line. */
+export class GrabberError extends Error {
+  readonly code: ErrorCode;
+  readonly retryable: boolean;
+  readonly retryAfterMs: number | undefined;
+
+  constructor(code: ErrorCode, message: string, options: GrabberErrorOptions = {}) {
+    super(oneLine(message), options.cause === undefined ? undefined : { cause: options.cause });
+    this.name = 'GrabberError';
+    this.code = code;
+    this.retryable = options.retryable ?? false;
+    this.retryAfterMs = options.retryAfterMs;
+  }
+}
+
+/** Folds line breaks and control characters, so that text from a server cannot forge log lines. */
+export function oneLine(text: string): string {
+  return text.replace(/[\u0000-\u001f\u007f-\u009f\u2028\u2029]+/gu, ' ').trim();
+}
+
+/** The message of anything thrown, with the message of its cause, which often holds the real reason. */
+export function describeError(error: unknown): string {
+  if (!(error instanceof Error)) return oneLine(String(error));
+  const cause = error.cause;
+  const own = error.message === '' ? error.name : error.message;
+  if (cause instanceof Error && cause.message !== '' && !own.includes(cause.message)) {
+    return oneLine(`${own}: ${cause.message}`);
+  }
+  return oneLine(own);
+}
+
+/** The `code` of a Node.js system error such as ENOENT, or undefined. */
+export function systemCode(error: unknown): string | undefined {
+  if (error instanceof Error && 'code' in error && typeof error.code === 'string') return error.code;
+  return undefined;
+}

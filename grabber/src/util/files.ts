@@ -1,0 +1,54 @@
+import { open, readdir, rename, rm, stat } from 'node:fs/promises';
+import { createHash, type Hash } from 'node:crypto';
+import { createReadStream } from 'node:fs';
+import { systemCode } from './errors.js';
+
+/** Replaces `path` in one step: a reader sees the old text or the new text, never a part of it. */
+export async function writeFileAtomically(path: string, text: string, signal: AbortSignal): Promise<void> {
+  signal.throwIfAborted();
+  const temporary = `${path}.tmp`;
+  const file = await open(temporary, 'w');
+  try {
+    await file.writeFile(text);
+    // Without the sync a power cut may leave the new name with no content.
+    await file.sync();
+  } finally {
+    await file.close();
+  }
+  await rename(temporary, path);
+}
+
+/** @return size in bytes, or undefined when there is no such file */
+export async function fileSize(path: string): Promise<number | undefined> {
+  try {
+    const found = await stat(path);
+    return found.isFile() ? found.size : undefined;
+  } catch (error) {
+    if (systemCode(error) === 'ENOENT' || systemCode(error) === 'ENOTDIR') return undefined;
+    throw error;
+  }
+}
+
+/** Adds the bytes of a file to a running hash. */
+export async function hashFileInto(hash: Hash, path: string, signal: AbortSignal): Promise<void> {
+  for await (const chunk of createReadStream(path, { signal })) hash.update(chunk as Buffer);
+}
+
+export async function sha256OfFile(path: string, signal: AbortSignal): Promise<string> {
+  const hash = createHash('sha256');
+  await hashFileInto(hash, path, signal);
+  return hash.digest('hex');
+}
+
+export async function removeIfThere(path: string): Promise<void> {
+  await rm(path, { force: true });
+}
+
+/** File names directly in `folder` that end in `extension`, sorted. */
+export async function namesInFolder(folder: string, extension: string): Promise<string[]> {
+  const entries = await readdir(folder, { withFileTypes: true });
+  return entries
+    .filter((entry) => entry.isFile() && entry.name.endsWith(extension))
+    .map((entry) => entry.name)
+    .sort();
+}

@@ -1,0 +1,84 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { HostGate } from '../../grabber/src/fetch/host-gate.js';
+import { backoffMs, parseRetryAfter, withRetries } from '../../grabber/src/fetch/retry.js';
+import { GrabberError } from '../../grabber/src/util/errors.js';
+import { fakeClock } from './support/fake-clock.js';
+import { kNever } from './support/store-fixture.js';
+
+const kPolicy = { retries: 3, base_ms: 1000, cap_ms: 5000 };
+const kIgnore = (): void => undefined;
+
+test('the backoff doubles up to its cap and keeps at least half of it', () => {
+  const attempts = [0, 1, 2, 3, 40];
+  assert.deepEqual(
+    attempts.map((attempt) => backoffMs(attempt, kPolicy, 0)),
+    [500, 1000, 2000, 2500, 2500],
+  );
+  assert.deepEqual(
+    attempts.map((attempt) => backoffMs(attempt, kPolicy, 1)),
+    [1000, 2000, 4000, 5000, 5000],
+  );
+});
+
+test('Retry-After is read as seconds or as a date', async (t) => {
+  const now = new Date('2026-06-21T12:00:00Z');
+  const cases: { value: string | undefined; ms: number | undefined }[] = [
+    { value: '120', ms: 120_000 },
+    { value: '0', ms: 0 },
+    { value: 'Sun, 21 Jun 2026 12:00:30 GMT', ms: 30_000 },
+    { value: 'Sun, 21 Jun 2026 11:00:00 GMT', ms: 0 },
+    { value: 'soon', ms: undefined },
+    { value: undefined, ms: undefined },
+  ];
+  for (const { value, ms } of cases) await t.test(String(value), () => assert.equal(parseRetryAfter(value, now), ms));
+});
+
+test('temporary errors are tried again until the retries are used up', async () => {
+  const clock = fakeClock();
+  let calls = 0;
+  const failing = (): Promise<never> => {
+    ++calls;
+    return Promise.reject(new GrabberError('NETWORK', `call ${calls}`, { retryable: true }));
+  };
+  await assert.rejects(withRetries(failing, kPolicy, clock, kIgnore, kNever), { message: 'call 4' });
+  assert.deepEqual(clock.slept_ms, [500, 1000, 2000]);
+});
+
+test('lasting errors are not tried again', async () => {
+  const clock = fakeClock();
+  const failing = (): Promise<never> => Promise.reject(new GrabberError('HTML_BODY', 'page'));
+  await assert.rejects(withRetries(failing, kPolicy, clock, kIgnore, kNever), { code: 'HTML_BODY' });
+  assert.deepEqual(clock.slept_ms, []);
+});
+
+test('a wish to stop ends the retries', async () => {
+  const stop = new AbortController();
+  const failing = (): Promise<never> => Promise.reject(new GrabberError('NETWORK', 'x', { retryable: true }));
+  const run = withRetries(failing, kPolicy, fakeClock(), () => stop.abort(new Error('stopped')), stop.signal);
+  await assert.rejects(run, { message: 'stopped' });
+});
+
+test('a host that asks for time is left alone by all requests', async () => {
+  const clock = fakeClock();
+  const gate = new HostGate(clock, 60_000);
+  gate.closeFor('a.example', 20_000);
+  gate.closeFor('a.example', 5_000);
+  await gate.pass('b.example', kNever);
+  assert.deepEqual(clock.slept_ms, []);
+  await gate.pass('a.example', kNever);
+  assert.deepEqual(clock.slept_ms, [20_000]);
+  await gate.pass('a.example', kNever);
+  assert.deepEqual(clock.slept_ms, [20_000]);
+});
+
+test('a host that asks for too much time fails the request instead of being asked too early', async () => {
+  const clock = fakeClock();
+  const gate = new HostGate(clock, 60_000);
+  gate.closeFor('a.example', 3_600_000);
+  await assert.rejects(gate.pass('a.example', kNever), {
+    code: 'RETRY_AFTER_TOO_LONG',
+    message: /3600 s; allowed: at most 60 s/,
+  });
+  assert.deepEqual(clock.slept_ms, []);
+});
