@@ -9,7 +9,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <mutex>
 
 #include "common/util/error.hpp"
@@ -66,6 +65,36 @@ std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> director
     return out;
 }
 
+struct LengthUnit {
+    const char* name;
+    double metres;
+    const char* digits;  // the same, as WKT has it
+};
+
+// The unit of heights that the keys state (VerticalUnitsGeoKey), if they do.
+std::optional<LengthUnit> stated_vertical_unit(std::span<const std::uint16_t> directory) {
+    constexpr std::uint16_t kVerticalUnits = 4099, kMetre = 9001, kFoot = 9002, kUsSurveyFoot = 9003;
+    for (std::size_t i = 4; i + 3 < directory.size(); i += 4) {
+        if (directory[i] != kVerticalUnits || directory[i + 1] != 0) continue;
+        if (directory[i + 3] == kMetre) return LengthUnit{"metre", 1, "1"};
+        if (directory[i + 3] == kFoot) return LengthUnit{"foot", 0.3048, "0.3048"};
+        if (directory[i + 3] == kUsSurveyFoot) return LengthUnit{"US survey foot", 1200.0 / 3937, "0.304800609601219"};
+    }
+    return std::nullopt;
+}
+
+// GDAL believes the code of the vertical system over the stated unit. Files in feet under the code of a system in metres are
+// common, so the unit decides here.
+void set_vertical_unit(OGRSpatialReference& ogr, const LengthUnit& unit) {
+    if (ogr.IsVertical() != 0 && std::abs(ogr.GetTargetLinearUnits("VERT_CS") - unit.metres) < 1e-9) return;
+    const std::string name = std::string("height (") + unit.name + ")";
+    const std::string wkt = "VERTCRS[\"" + name + "\",VDATUM[\"unknown\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"" + unit.name +
+                            "\"," + unit.digits + "]]";
+    OGRSpatialReference heights(wkt.c_str()), flat(ogr);
+    flat.StripVertical();
+    ogr.SetCompoundCS((std::string(flat.GetName()) + " + " + name).c_str(), &flat, &heights);
+}
+
 }  // namespace
 
 Crs Crs::from_text(const std::string& text) {
@@ -89,12 +118,15 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
     auto bytes = tiff_with_keys(directory, doubles, ascii);
     VSIFCloseL(VSIFileFromMemBuffer(name.c_str(), bytes.data(), bytes.size(), FALSE));
     std::optional<Crs> crs;
+    // Without this GDAL leaves the vertical keys out for GeoTIFF 1.0, which LAS files carry: heights in feet would be read as metres.
+    const CPLConfigOptionSetter with_vertical("GTIFF_REPORT_COMPD_CS", "YES", false);
     const char* const only_tiff[] = {"GTiff", nullptr};
     if (GDALDatasetUniquePtr image{GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_tiff)}) {
         const OGRSpatialReference* found = image->GetSpatialRef();
         if (found != nullptr && (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
             auto ogr = empty_reference();
             *ogr = *found;
+            if (const auto unit = stated_vertical_unit(directory)) set_vertical_unit(*ogr, *unit);
             ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
             crs = Crs(std::move(ogr));
         }
@@ -123,10 +155,8 @@ std::string Crs::wkt() const {
 bool Crs::geographic() const { return m_ogr->IsGeographic() != 0; }
 
 bool Crs::pseudo_mercator() const {
-    const char* code = m_ogr->GetAuthorityCode("PROJCS");
-    if (code != nullptr && (std::strcmp(code, "3857") == 0 || std::strcmp(code, "900913") == 0)) return true;
-    const char* projection = m_ogr->GetAttrValue("PROJECTION");
-    return projection != nullptr && std::strstr(projection, "Pseudo") != nullptr;
+    // WKT 2 names the method, whoever's code the system has (EPSG:3857, ESRI:102100) or when it has none.
+    return wkt().find("METHOD[\"Popular Visualisation Pseudo Mercator\"") != std::string::npos;
 }
 
 double Crs::metres_per_unit() const { return geographic() ? 1.0 : m_ogr->GetLinearUnits(); }

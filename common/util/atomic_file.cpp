@@ -41,12 +41,12 @@ void flush_to_disk(const std::filesystem::path& path) {
 }  // namespace
 
 void check_writable(const std::filesystem::path& target) {
-    if (target.filename().empty() || std::filesystem::is_directory(target))
+    std::error_code failed, ignored;
+    if (target.filename().empty() || std::filesystem::is_directory(target, ignored))
         throw UsageError("write " + target.string() + ": this is a folder; give a file name");
     const auto folder = folder_of(target);
-    std::error_code failed;
     std::filesystem::create_directories(folder, failed);
-    if (!std::filesystem::is_directory(folder))
+    if (!std::filesystem::is_directory(folder, ignored))
         throw Error("write " + target.string() + ": cannot make the folder " + folder.string() + ": " +
                     (failed ? failed.message() : "a file of that name exists"));
     if (::access(folder.c_str(), W_OK) != 0)

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string_view>
 
 namespace terravox::util {
 
@@ -33,6 +34,9 @@ private:
 
 /// Writes `bytes` to `target` through an AtomicFile. @throws Error
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
+inline void write_file_atomically(const std::filesystem::path& target, std::string_view text) {
+    write_file_atomically(target, std::as_bytes(std::span(text)));
+}
 
 /// @throws Error when the folder that `target` would be written to is missing and cannot be made, or cannot be written to
 void check_writable(const std::filesystem::path& target);

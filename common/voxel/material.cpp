@@ -55,10 +55,10 @@ Palette load_palette(const std::filesystem::path& file) {
         if (!text) fail("[" + std::string(kNames[i]) + "] colour is missing; allowed: \"#rrggbb\"");
         const auto colour = parse_hex(*text);
         if (!colour) fail("[" + std::string(kNames[i]) + "] colour = '" + *text + "'; allowed: \"#rrggbb\"");
-        const double variation = entry["variation"].value_or(0.0);
-        if (!(variation >= 0 && variation <= 1))
-            fail("[" + std::string(kNames[i]) + "] variation = " + std::to_string(variation) + "; allowed: 0 to 1");
-        palette.entries[i] = {*colour, static_cast<float>(variation)};
+        const auto variation = entry["variation"] ? entry["variation"].value<double>() : 0.0;
+        if (!variation || !(*variation >= 0 && *variation <= 1))
+            fail("[" + std::string(kNames[i]) + "] variation = " + (variation ? std::to_string(*variation) : "not a number") + "; allowed: 0 to 1");
+        palette.entries[i] = {*colour, static_cast<float>(*variation)};
     }
     return palette;
 }

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <future>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+
+namespace terravox::util {
+
+struct CacheStats {
+    std::uint64_t hits = 0, misses = 0, waits = 0, evictions = 0;
+    std::size_t bytes = 0, entries = 0;
+};
+
+/// A cache with a byte limit that makes each value once: callers who ask for a key while it is being made wait for that making.
+///
+/// Least recently used values go first. Values are shared: one in use outlives its eviction, so evicting never hurts a reader.
+/// nullptr is a value too (known to be empty). What `make` throws reaches every waiting caller and is not remembered.
+/// Thread-safe. One lock guards the maps and is never held while `make` runs. `make` must not ask this cache for the same key.
+template <class Key, class Value, class Hash = std::hash<Key>>
+class Cache {
+public:
+    using Ptr = std::shared_ptr<const Value>;
+
+    explicit Cache(std::size_t limit_bytes) : m_limit_bytes(limit_bytes) {}
+
+    /// @param make  Ptr(): called at most once for a missing key at a time
+    /// @param bytes_of std::size_t(const Ptr&): what the value weighs
+    template <class Make, class BytesOf>
+    Ptr get(const Key& key, const Make& make, const BytesOf& bytes_of) {
+        std::shared_ptr<std::promise<Ptr>> promise;
+        std::shared_future<Ptr> pending;
+        {
+            const std::lock_guard lock(m_mutex);
+            if (const auto found = m_entries.find(key); found != m_entries.end()) {
+                ++m_stats.hits;
+                m_order.splice(m_order.begin(), m_order, found->second);
+                return found->second->value;
+            }
+            if (const auto making = m_making.find(key); making != m_making.end()) {
+                ++m_stats.waits;
+                pending = making->second;
+            } else {
+                ++m_stats.misses;
+                promise = std::make_shared<std::promise<Ptr>>();
+                m_making.emplace(key, promise->get_future().share());
+            }
+        }
+        if (pending.valid()) return pending.get();
+        try {
+            Ptr value = make();
+            insert(key, value, bytes_of(value));
+            promise->set_value(value);
+            return value;
+        } catch (...) {
+            {
+                const std::lock_guard lock(m_mutex);
+                m_making.erase(key);
+            }
+            promise->set_exception(std::current_exception());
+            throw;
+        }
+    }
+
+    [[nodiscard]] CacheStats stats() const {
+        const std::lock_guard lock(m_mutex);
+        CacheStats out = m_stats;
+        out.bytes = m_bytes;
+        out.entries = m_entries.size();
+        return out;
+    }
+
+    [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_limit_bytes; }
+
+private:
+    struct Entry {
+        Key key;
+        Ptr value;
+        std::size_t bytes;
+    };
+    static constexpr std::size_t kEntryBytes = sizeof(Entry) + 6 * sizeof(void*);  // list node and map node, so that empty values count too
+
+    void insert(const Key& key, const Ptr& value, std::size_t bytes) {
+        std::list<Entry> evicted;  // destroyed after the lock is released
+        const std::lock_guard lock(m_mutex);
+        m_making.erase(key);
+        m_order.push_front({key, value, bytes + kEntryBytes});
+        m_entries.emplace(key, m_order.begin());
+        m_bytes += bytes + kEntryBytes;
+        while (m_bytes > m_limit_bytes && m_order.size() > 1) {
+            const auto last = std::prev(m_order.end());
+            m_bytes -= last->bytes;
+            m_entries.erase(last->key);
+            evicted.splice(evicted.begin(), m_order, last);
+            ++m_stats.evictions;
+        }
+    }
+
+    const std::size_t m_limit_bytes;
+    mutable std::mutex m_mutex;
+    std::list<Entry> m_order;  // most recently used first
+    std::unordered_map<Key, typename std::list<Entry>::iterator, Hash> m_entries;
+    std::unordered_map<Key, std::shared_future<Ptr>, Hash> m_making;
+    std::size_t m_bytes = 0;
+    CacheStats m_stats;
+};
+
+}  // namespace terravox::util

@@ -1,0 +1,33 @@
+#include "common/util/config_dir.hpp"
+
+#include <cstdlib>
+#include <string>
+
+#include "common/util/error.hpp"
+
+namespace terravox::util {
+
+std::filesystem::path config_dir() {
+    namespace fs = std::filesystem;
+    const auto holds_config = [](const fs::path& p) {
+        std::error_code ignored;
+        return fs::is_regular_file(p / "materials.toml", ignored);
+    };
+    if (const char* asked = std::getenv("TERRAVOX_CONFIG"); asked != nullptr && *asked != '\0') {
+        if (holds_config(asked)) return asked;
+        throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(asked) + "' holds no materials.toml");
+    }
+    std::error_code ignored;
+    const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+    std::string tried;
+    fs::path folder = program.parent_path();
+    // build/<preset>/bin is three levels below the root of the sources; an installed bin/ is one below its prefix.
+    for (int up = 0; up < 5 && !folder.empty(); ++up, folder = folder.parent_path())
+        for (const fs::path& candidate : {folder / "config", folder / "share/terravox/config"}) {
+            if (holds_config(candidate)) return candidate;
+            tried += (tried.empty() ? "" : ", ") + candidate.string();
+        }
+    throw Error("find the configuration: no materials.toml in " + tried + "; set TERRAVOX_CONFIG");
+}
+
+}  // namespace terravox::util

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+namespace terravox::util {
+
+/// The folder of the data files that ship with the programs (class tables, materials, scenes): $TERRAVOX_CONFIG when set, else
+/// `config` of the source tree that the program was built in or `share/terravox/config` beside an installed program.
+/// @throws Error naming every place looked at when there is none
+[[nodiscard]] std::filesystem::path config_dir();
+
+}  // namespace terravox::util

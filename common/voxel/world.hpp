@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/geo/crs.hpp"
+#include "common/voxel/box.hpp"
+
+namespace terravox::voxel {
+
+/// A block of voxels, half-open: min <= coordinate < max, in voxels of level 0.
+struct VoxelBounds {
+    std::array<std::int32_t, 3> min{}, max{};
+    [[nodiscard]] bool empty() const noexcept { return min[0] >= max[0] || min[1] >= max[1] || min[2] >= max[2]; }
+    friend bool operator==(const VoxelBounds&, const VoxelBounds&) = default;
+};
+
+/// What is known of a world before any box is read.
+struct WorldInfo {
+    std::string title;
+    VoxelBounds bounds;     ///< of everything solid, level-0 voxels
+    double voxel_m = 1;     ///< edge of a level-0 voxel, metres
+    int levels = 1;         ///< levels 0 .. levels-1 can be asked for
+    std::string crs;        ///< short name, empty when the world has no place on Earth
+    std::string crs_wkt;
+    /// CRS units per voxel: easting = x * crs_units_per_voxel, northing = -z * crs_units_per_voxel, height_m = y * voxel_m.
+    double crs_units_per_voxel = 1;
+    std::optional<geo::LatLon> centre;
+    std::string licence, attribution;
+};
+
+/// Which boxes of one column of boxes hold anything.
+struct ColumnExtent {
+    std::int32_t by_begin = 0, by_end = 0;  ///< half-open; equal when the column is air
+    [[nodiscard]] bool empty() const noexcept { return by_begin >= by_end; }
+    friend bool operator==(const ColumnExtent&, const ColumnExtent&) = default;
+};
+
+/// Anything that yields boxes. Axes: x east, y up, z south (right-handed), integer voxel (x,y,z) covers [x,x+1) and so on.
+/// Implementations are thread-safe, and yield the same box for the same key at any time and in any order.
+class World {
+public:
+    World() = default;
+    World(const World&) = delete;
+    World& operator=(const World&) = delete;
+    virtual ~World() = default;
+
+    [[nodiscard]] virtual const WorldInfo& info() const noexcept = 0;
+
+    /// @return the box, or nullptr when it is known to be air throughout
+    /// @throws Error when the box cannot be made or fetched: a hole, never quiet air
+    [[nodiscard]] virtual std::shared_ptr<const Box> box(const BoxKey& key) = 0;
+
+    /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
+    [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;
+};
+
+[[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
+
+/// The boxes of a level that cover bounds: keys with min <= coordinate < max (level is set in both).
+struct BoxRange {
+    BoxKey min, max;
+};
+[[nodiscard]] inline BoxRange boxes_over(const VoxelBounds& b, int level) noexcept {
+    const auto range = [&](std::size_t axis, std::int32_t size, std::int32_t& lo, std::int32_t& hi) {
+        const std::int32_t scaled = size << level;
+        lo = floor_div(b.min[axis], scaled);
+        hi = floor_div(b.max[axis] - 1, scaled) + 1;
+    };
+    BoxRange out;
+    out.min.level = out.max.level = level;
+    range(0, kBoxSizeX, out.min.bx, out.max.bx);
+    range(1, kBoxSizeY, out.min.by, out.max.by);
+    range(2, kBoxSizeZ, out.min.bz, out.max.bz);
+    return out;
+}
+
+}  // namespace terravox::voxel

@@ -1,0 +1,65 @@
+#include "common/voxel/world_json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "common/util/error.hpp"
+#include "common/util/version.hpp"
+
+namespace terravox::voxel {
+
+using nlohmann::json;
+
+std::string world_to_json(const WorldInfo& info) {
+    json materials = json::array();
+    for (int i = 0; i < kMaterialCount; ++i) materials.push_back(std::string(material_name(static_cast<Material>(i))));
+    json out = {{"version", kWorldVersion},
+                {"software", std::string("terravox ") + kVersion},
+                {"title", info.title},
+                {"bounds", {{"min", info.bounds.min}, {"max", info.bounds.max}}},
+                {"voxel_m", info.voxel_m},
+                {"box", {kBoxSizeX, kBoxSizeY, kBoxSizeZ}},
+                {"levels", info.levels},
+                {"crs", info.crs},
+                {"crs_wkt", info.crs_wkt},
+                {"crs_units_per_voxel", info.crs_units_per_voxel},
+                {"materials", materials},
+                {"licence", info.licence},
+                {"attribution", info.attribution}};
+    if (info.centre) out["centre"] = {{"lat_deg", info.centre->lat_deg}, {"lon_deg", info.centre->lon_deg}};
+    return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+WorldInfo world_from_json(const std::string& text, const std::string& origin) {
+    const auto fail = [&](const std::string& what) { throw Error("read the world of " + origin + ": " + what); };
+    WorldInfo info;
+    try {
+        const json in = json::parse(text);
+        if (const int version = in.at("version").get<int>(); version != kWorldVersion)
+            fail("version " + std::to_string(version) + "; allowed: " + std::to_string(kWorldVersion));
+        const auto box = in.at("box").get<std::array<int, 3>>();
+        if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ}) fail("boxes of another size than 64 x 256 x 64");
+        info.title = in.at("title").get<std::string>();
+        info.bounds.min = in.at("bounds").at("min").get<std::array<std::int32_t, 3>>();
+        info.bounds.max = in.at("bounds").at("max").get<std::array<std::int32_t, 3>>();
+        info.voxel_m = in.at("voxel_m").get<double>();
+        info.levels = in.at("levels").get<int>();
+        info.crs = in.at("crs").get<std::string>();
+        info.crs_wkt = in.at("crs_wkt").get<std::string>();
+        info.crs_units_per_voxel = in.at("crs_units_per_voxel").get<double>();
+        info.licence = in.at("licence").get<std::string>();
+        info.attribution = in.at("attribution").get<std::string>();
+        if (in.contains("centre")) info.centre = geo::LatLon{in["centre"].at("lat_deg").get<double>(), in["centre"].at("lon_deg").get<double>()};
+    } catch (const json::exception& e) {
+        fail(std::string("not the reply of a voxel server: ") + e.what());
+    }
+    constexpr std::int32_t kFarthest = 1 << 30;
+    for (std::size_t a = 0; a < 3; ++a)
+        if (info.bounds.min[a] < -kFarthest || info.bounds.max[a] > kFarthest) fail("bounds beyond 2^30 voxels");
+    if (!(info.voxel_m > 0 && info.voxel_m <= 1000)) fail("voxel_m = " + std::to_string(info.voxel_m) + "; allowed: above 0, up to 1000");
+    if (!(info.crs_units_per_voxel > 0 && std::isfinite(info.crs_units_per_voxel))) fail("crs_units_per_voxel is not a positive number");
+    if (info.levels < 1 || info.levels > kMaxLevel + 1) fail("levels = " + std::to_string(info.levels) + "; allowed: 1 to " + std::to_string(kMaxLevel + 1));
+    return info;
+}
+
+}  // namespace terravox::voxel

@@ -1,0 +1,50 @@
+# Messages and quiet commands, for ./terravox and the scripts beside this one. Sourced, never run.
+# Everything goes to standard error: standard output belongs to the program that is run in the end.
+# shellcheck shell=bash
+
+say() { printf '%s\n' "$*" >&2; }
+die() { say "terravox: $*"; exit 1; }
+usage_error() { say "terravox: $*"; exit 2; }
+
+# quietly LOG COMMAND...: its output goes to a file, and is shown only when the command fails (or with VERBOSE=1).
+quietly() {
+    local log=$1 status=0
+    shift
+    if [[ ${VERBOSE:-0} == 1 ]]; then
+        "$@" >&2
+        return
+    fi
+    mkdir -p "$(dirname "$log")"
+    "$@" >"$log" 2>&1 </dev/null || status=$?
+    ((status == 0)) && return
+    tail -n 60 "$log" >&2
+    say "terravox: failed with exit code $status: $*"
+    say "terravox: the whole output is in $log"
+    return "$status"
+}
+
+# check_sha256 FILE SUM: true when the file is there and whole.
+check_sha256() { [[ -f $1 ]] && printf '%s  %s\n' "$2" "$1" | sha256sum --check --status -; }
+
+# fetch_from_pypi FILE SUM [pip options] NAME==VERSION: FILE in the cache folder, downloaded unless a whole one is there; prints its path.
+fetch_from_pypi() {
+    local cache=${XDG_CACHE_HOME:-$HOME/.cache}/terravox file sum=$2 part
+    file=$cache/$1
+    shift 2
+    if ! check_sha256 "$file" "$sum"; then
+        python3 -m pip --version >/dev/null 2>&1 || die "download ${*: -1}: Python's pip is missing; install python3-pip"
+        mkdir -p "$cache"
+        part=$(mktemp -d "$cache/download.XXXXXX")
+        if ! quietly "$LOGS/pip.log" python3 -m pip download --no-deps --disable-pip-version-check --dest "$part" "$@"; then
+            rm -rf "$part"
+            die "download ${*: -1}: pip failed"
+        fi
+        if ! check_sha256 "$part/${file##*/}" "$sum"; then
+            rm -rf "$part"
+            die "download ${*: -1}: ${file##*/} is missing or has another SHA-256 than $sum"
+        fi
+        mv -f "$part/${file##*/}" "$file"
+        rm -rf "$part"
+    fi
+    printf '%s\n' "$file"
+}

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "raytracer/tiles/tile.hpp"
+
+namespace terravox {
+
+/// The picture as it grows: linear light and depth, row by row from the top left. A coarse sample stands for its whole block of
+/// pixels until finer passes replace it. Not thread-safe.
+class Film {
+public:
+    Film(int width_px, int height_px);
+
+    /// Passes must be added in order, tiles of a pass in any order.
+    void add(const TileResult& result);
+
+    [[nodiscard]] int width_px() const noexcept { return m_width; }
+    [[nodiscard]] int height_px() const noexcept { return m_height; }
+    [[nodiscard]] const PixelSample& at(int x, int y) const noexcept { return m_pixels[index(x, y)]; }
+
+private:
+    [[nodiscard]] std::size_t index(int x, int y) const noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(m_width) + static_cast<std::size_t>(x); }
+    int m_width, m_height;
+    std::vector<PixelSample> m_pixels;
+};
+
+}  // namespace terravox

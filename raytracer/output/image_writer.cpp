@@ -1,0 +1,84 @@
+#include "raytracer/output/image_writer.hpp"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr std::array kFloatEndings = {".exr", ".tif", ".tiff"};
+constexpr std::array kByteEndings = {".png", ".jpg", ".jpeg"};
+
+std::string ending_of(const std::filesystem::path& file) {
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending;
+}
+
+template <class List> bool contains(const List& list, const std::string& value) { return std::find(list.begin(), list.end(), value) != list.end(); }
+
+// Ref: Narkowicz, "ACES Filmic Tone Mapping Curve", 2016.
+float filmic(float c) noexcept { return std::clamp(c * (2.51f * c + 0.03f) / (c * (2.43f * c + 0.59f) + 0.14f), 0.0f, 1.0f); }
+
+template <class Pixel> void write_rows(OIIO::ImageOutput& out, const Film& film, int channels, OIIO::TypeDesc type, const std::string& name, const Pixel& pixel) {
+    // Row by row: a picture's size must not double because it is written.
+    std::vector<float> row(static_cast<std::size_t>(film.width_px() * channels));
+    for (int y = 0; y < film.height_px(); ++y) {
+        for (int x = 0; x < film.width_px(); ++x) pixel(film.at(x, y), &row[static_cast<std::size_t>(x * channels)]);
+        if (!out.write_scanline(y, 0, type, row.data())) throw Error("write the picture " + name + ": " + out.geterror());
+    }
+}
+
+}  // namespace
+
+void check_image_target(const std::filesystem::path& file) {
+    const std::string ending = ending_of(file);
+    if (!contains(kFloatEndings, ending) && !contains(kByteEndings, ending))
+        throw UsageError("write the picture " + file.string() + ": ending '" + ending + "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
+    util::check_writable(file);
+}
+
+Colour develop(Colour c, double exposure_ev, const std::string& tone) noexcept {
+    // 0.6: with it a sunlit white wall lands near the top of the curve's straight part.
+    const auto scale = static_cast<float>(det::exp(exposure_ev * 0.693147180559945309417)) * (tone == "filmic" ? 0.6f : 1.0f);
+    c = c * scale;
+    if (tone == "filmic") c = {filmic(c.r), filmic(c.g), filmic(c.b)};
+    return {linear_to_srgb(c.r), linear_to_srgb(c.g), linear_to_srgb(c.b)};
+}
+
+void write_image(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata) {
+    const std::string ending = ending_of(file), name = file.string();
+    const bool exr = ending == ".exr", floats = contains(kFloatEndings, ending);
+    util::AtomicFile target(file);
+    auto out = OIIO::ImageOutput::create(name);
+    if (!out) throw Error("write the picture " + name + ": " + OIIO::geterror());
+    const int channels = exr ? 5 : floats ? 4 : 3;
+    OIIO::ImageSpec spec(film.width_px(), film.height_px(), channels, floats ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+    if (exr) spec.channelnames = {"R", "G", "B", "A", "Z"}, spec.z_channel = 4;
+    if (floats) spec.alpha_channel = 3;
+    spec.attribute("compression", exr ? "zip" : floats ? "zip" : "jpeg:95");
+    spec.attribute("oiio:ColorSpace", floats ? "Linear" : "sRGB");
+    for (const auto& [key, value] : metadata) spec.attribute(key, value);
+    if (!out->open(target.temporary_path().string(), spec)) throw Error("write the picture " + name + ": " + out->geterror());
+    if (floats) {
+        write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
+            v[0] = p.colour.r, v[1] = p.colour.g, v[2] = p.colour.b, v[3] = p.alpha;
+            if (exr) v[4] = p.depth_m;
+        });
+    } else {
+        write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
+            const Colour c = develop(p.colour, exposure_ev, tone);
+            v[0] = c.r, v[1] = c.g, v[2] = c.b;
+        });
+    }
+    if (!out->close()) throw Error("write the picture " + name + ": " + out->geterror());
+    target.commit();
+}
+
+}  // namespace terravox

@@ -1,0 +1,48 @@
+#include "raytracer/output/progress.hpp"
+
+#include <unistd.h>
+
+namespace terravox {
+namespace {
+
+constexpr double kTerminalEvery_s = 0.1, kPlainEvery_s = 5;
+
+double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+}  // namespace
+
+Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet)
+    : m_total_tiles(total_tiles), m_total_pixels(total_pixels), m_quiet(quiet), m_terminal(::isatty(STDERR_FILENO) == 1),
+      m_start(std::chrono::steady_clock::now()), m_last(m_start) {}
+
+void Progress::tile_done(std::uint64_t pixels, std::uint64_t rays) {
+    ++m_tiles, m_pixels += pixels, m_rays += rays;
+    const auto now = std::chrono::steady_clock::now();
+    if (seconds(now - m_last) < (m_terminal ? kTerminalEvery_s : kPlainEvery_s)) return;
+    m_last = now;
+    show(false);
+}
+
+void Progress::finish() {
+    if (m_shown) show(true);
+}
+
+void Progress::show(bool last) {
+    if (m_quiet) return;
+    m_shown = true;
+    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start), share = static_cast<double>(m_pixels) / static_cast<double>(m_total_pixels);
+    const double left = share > 0 ? elapsed / share - elapsed : 0;
+    const auto tiles = static_cast<unsigned long long>(m_tiles), total = static_cast<unsigned long long>(m_total_tiles);
+    const double rate = static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1);
+    if (m_terminal) {
+        constexpr int kWidth = 32;
+        std::string bar(kWidth, '.');
+        for (int i = 0; i < static_cast<int>(share * kWidth) && i < kWidth; ++i) bar[static_cast<std::size_t>(i)] = '#';
+        std::fprintf(stderr, "\r[%s] %3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left \x1b[K%s", bar.c_str(), share * 100, tiles, total, rate, left, last ? "\n" : "");
+    } else {
+        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left\n", share * 100, tiles, total, rate, left);
+    }
+    std::fflush(stderr);
+}
+
+}  // namespace terravox

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "raytracer/scene/scene.hpp"
+
+namespace terravox {
+
+/// What may stand in a field of a scene.
+struct FieldRule {
+    std::string_view doc;    ///< one line with the unit
+    double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();  ///< closed, for numbers
+    std::vector<std::string_view> words = {};  ///< allowed words, for text; empty = any
+    std::string_view alias = {};               ///< a shorter flag beside --section-field
+};
+
+/// The one list of a scene's fields. Calls visit(path, field, rule) for each; `path` is "section.field", as in TOML.
+/// File reader, command line, and writer are visitors: a field added here is everywhere.
+template <class SceneType, class Visit>
+void visit_fields(SceneType& s, Visit&& visit) {
+    visit("camera.fov_deg", s.camera.fov_deg, FieldRule{"vertical field of view, degrees", 1, 160, {}, "--fov"});
+    visit("camera.azimuth_deg", s.camera.azimuth_deg, FieldRule{"where the framing camera stands, clockwise from north, degrees", -360, 360});
+    visit("camera.down_deg", s.camera.down_deg, FieldRule{"how steeply the framing camera looks down, degrees", -30, 90});
+    visit("camera.margin", s.camera.margin, FieldRule{"border around the framed world, share of the picture", 0, 0.45});
+    visit("camera.zoom", s.camera.zoom, FieldRule{"above 1: nearer than framing asks", 0.05, 50, {}, "--zoom"});
+    visit("camera.position", s.camera.position, FieldRule{"where the camera is: a,b,c in camera.space; default: frames the world"});
+    visit("camera.target", s.camera.target, FieldRule{"what the camera looks at: a,b,c in camera.space"});
+    visit("camera.space", s.camera.space, FieldRule{"of position and target: crs = E,N,height_m; latlon = lat,lon,height_m; voxel = x,y,z", 0, 0, {"crs", "latlon", "voxel"}});
+    visit("camera.inside_rock", s.camera.inside_rock, FieldRule{"allow a camera inside a solid voxel"});
+    visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD"});
+    visit("sun.time_h", s.sun.time_h, FieldRule{"clock time, hours", 0, 24});
+    visit("sun.utc_offset_h", s.sun.utc_offset_h, FieldRule{"clock time minus UTC, hours; default: the zone of the place's longitude", -14, 14});
+    visit("sun.altitude_deg", s.sun.altitude_deg, FieldRule{"with azimuth_deg instead of date and time, degrees", -90, 90});
+    visit("sun.azimuth_deg", s.sun.azimuth_deg, FieldRule{"clockwise from north, degrees", -360, 360});
+    visit("sun.strength", s.sun.strength, FieldRule{"times the natural light", 0, 100});
+    visit("sky.strength", s.sky.strength, FieldRule{"times the natural light", 0, 100});
+    visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km", 0.1, 100000});
+    visit("output.size", s.output.size_px, FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
+    visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops", -20, 20, {}, "--exposure"});
+    visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"filmic", "linear"}});
+    visit("quality.samples", s.quality.samples, FieldRule{"samples per pixel", 1, 4096, {}, "--samples"});
+    visit("quality.level", s.quality.level, FieldRule{"level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
+    visit("quality.coarse_step", s.quality.coarse_step, FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});
+    visit("quality.tile_px", s.quality.tile_px, FieldRule{"edge of a tile, pixels", 1, 4096});
+    visit("quality.tile_order", s.quality.tile_order, FieldRule{"order of the tiles", 0, 0, {"spiral", "vertical", "rows"}});
+    visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
+    visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
+    visit("quality.reflections", s.quality.reflections, FieldRule{"mirror rays on water"});
+    visit("quality.colour", s.quality.colour, FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});
+    visit("quality.colour_mix", s.quality.colour_mix, FieldRule{"share of the true colour for mix", 0, 1});
+    visit("processing.threads", s.processing.threads, FieldRule{"threads; 0 = one for each core", 0, 1024, {}, "--threads"});
+    visit("processing.memory_mib", s.processing.memory_mib, FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
+    visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of the LiDAR files, instead of their own", 0, 0, {}, "--crs"});
+    visit("world.classes", s.world.classes, FieldRule{"class table of the LiDAR files: an id of config/classes, or a path", 0, 0, {}, "--classes"});
+    visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the LiDAR heights; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});
+    visit("world.voxel_m", s.world.voxel_m, FieldRule{"edge of a voxel, metres", 0.01, 1000, {}, "--voxel"});
+}
+
+}  // namespace terravox

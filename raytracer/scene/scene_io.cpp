@@ -1,0 +1,224 @@
+#include "raytracer/scene/scene_io.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include "common/util/error.hpp"
+#include "raytracer/scene/scene_fields.hpp"
+
+namespace terravox {
+namespace {
+
+using Triple = std::array<double, 3>;
+using Size = std::array<int, 2>;
+
+std::string number(double v) {
+    std::array<char, 40> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), v);
+    return {text.data(), end.ptr};
+}
+
+std::string allowed(const FieldRule& rule) {
+    if (!rule.words.empty()) {
+        std::string out;
+        for (const auto w : rule.words)
+            if (!w.empty()) out += (out.empty() ? "" : ", ") + std::string(w);
+        return out;
+    }
+    return number(rule.min) + " to " + number(rule.max);
+}
+
+/// Puts a checked value into a field. `where` begins every message: attempt and object.
+class Setter {
+public:
+    Setter(std::string where, const FieldRule& rule) : m_where(std::move(where)), m_rule(rule) {}
+
+    void put(double value, double& field) const { field = checked(value); }
+    void put(double value, std::optional<double>& field) const { field = checked(value); }
+    void put(double value, int& field) const {
+        if (value != std::floor(value)) fail(number(value), "whole numbers from " + allowed(m_rule));
+        field = static_cast<int>(checked(value));
+    }
+    void put(bool value, bool& field) const { field = value; }
+    void put(const std::string& value, std::string& field) const {
+        if (!m_rule.words.empty() && std::find(m_rule.words.begin(), m_rule.words.end(), value) == m_rule.words.end()) fail("'" + value + "'", allowed(m_rule));
+        field = value;
+    }
+    void put(const std::vector<double>& value, std::optional<Triple>& field) const {
+        if (value.size() != 3 || !std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); })) fail(std::to_string(value.size()) + " numbers", "three finite numbers");
+        field = Triple{value[0], value[1], value[2]};
+    }
+    void put(const std::vector<double>& value, Size& field) const {
+        if (value.size() != 2) fail(std::to_string(value.size()) + " numbers", "WIDTHxHEIGHT");
+        for (const double v : value)
+            if (v != std::floor(v) || !(v >= m_rule.min && v <= m_rule.max)) fail(number(v), "whole numbers from " + allowed(m_rule));
+        field = {static_cast<int>(value[0]), static_cast<int>(value[1])};
+    }
+    [[noreturn]] void fail(const std::string& value, const std::string& range) const { throw UsageError(m_where + " = " + value + "; allowed: " + range); }
+
+private:
+    [[nodiscard]] double checked(double value) const {
+        if (!(value >= m_rule.min && value <= m_rule.max)) fail(number(value), allowed(m_rule));
+        return value;
+    }
+    std::string m_where;
+    const FieldRule& m_rule;
+};
+
+double parse_number(const Setter& setter, const std::string& text) {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto [at, failed] = std::from_chars(text.data(), end, value);
+    if (failed != std::errc{} || at != end) setter.fail("'" + text + "'", "a number");
+    return value;
+}
+
+std::vector<double> parse_numbers(const Setter& setter, const std::string& text, char separator) {
+    std::vector<double> out;
+    std::istringstream stream(text);
+    for (std::string part; std::getline(stream, part, separator);) out.push_back(parse_number(setter, part));
+    return out;
+}
+
+void put_text(const Setter& s, const std::string& text, double& f) { s.put(parse_number(s, text), f); }
+void put_text(const Setter& s, const std::string& text, std::optional<double>& f) { s.put(parse_number(s, text), f); }
+void put_text(const Setter& s, const std::string& text, int& f) { s.put(parse_number(s, text), f); }
+void put_text(const Setter& s, const std::string& text, std::string& f) { s.put(text, f); }
+void put_text(const Setter& s, const std::string& text, std::optional<Triple>& f) { s.put(parse_numbers(s, text, ','), f); }
+void put_text(const Setter& s, const std::string& text, Size& f) { s.put(parse_numbers(s, text, 'x'), f); }
+void put_text(const Setter& s, const std::string& text, bool& f) {
+    if (text == "true" || text == "yes" || text == "on" || text == "1") f = true;
+    else if (text == "false" || text == "no" || text == "off" || text == "0") f = false;
+    else s.fail("'" + text + "'", "yes, no");
+}
+
+void put_node(const Setter& s, const toml::node& node, bool& f) {
+    if (!node.is_boolean()) s.fail("a value of another kind", "true, false");
+    f = **node.as_boolean();
+}
+void put_node(const Setter& s, const toml::node& node, std::string& f) {
+    if (!node.is_string()) s.fail("a value of another kind", "text in quotes");
+    s.put(**node.as_string(), f);
+}
+std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
+    std::vector<double> out;
+    if (const auto* array = node.as_array())
+        for (const auto& item : *array) {
+            const auto v = item.value<double>();
+            if (!v) s.fail("a list with other things than numbers", "numbers");
+            out.push_back(*v);
+        }
+    return out;
+}
+void put_node(const Setter& s, const toml::node& node, std::optional<Triple>& f) { s.put(numbers_of(s, node), f); }
+void put_node(const Setter& s, const toml::node& node, Size& f) {
+    if (const auto text = node.value<std::string>()) put_text(s, *text, f);
+    else s.put(numbers_of(s, node), f);
+}
+template <class Number> void put_node(const Setter& s, const toml::node& node, Number& f) {
+    const auto v = node.value<double>();
+    if (!v) s.fail("a value of another kind", "a number");
+    s.put(*v, f);
+}
+
+void write(std::ostream& out, double v) { out << number(v) << (std::isfinite(v) && number(v).find_first_of(".e") == std::string::npos ? ".0" : ""); }
+void write(std::ostream& out, int v) { out << v; }
+void write(std::ostream& out, bool v) { out << (v ? "true" : "false"); }
+void write(std::ostream& out, const std::string& v) { out << toml::value<std::string>(v); }
+void write(std::ostream& out, const Size& v) { out << '"' << v[0] << 'x' << v[1] << '"'; }
+void write(std::ostream& out, const Triple& v) {
+    out << '[';
+    for (std::size_t i = 0; i < 3; ++i) out << (i == 0 ? "" : ", "), write(out, v[i]);
+    out << ']';
+}
+
+template <class T> constexpr bool kOptional = false;
+template <class T> constexpr bool kOptional<std::optional<T>> = true;
+
+}  // namespace
+
+void read_scene(const std::filesystem::path& file, Scene& scene) {
+    const std::string attempt = "read the scene " + file.string();
+    if (!std::filesystem::is_regular_file(file)) throw UsageError(attempt + ": no such file");
+    toml::table root;
+    try {
+        root = toml::parse_file(file.string());
+    } catch (const toml::parse_error& e) {
+        throw UsageError(attempt + ": " + std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
+    }
+    const auto version = root["version"].value_or(kSceneVersion);
+    if (version != kSceneVersion) throw UsageError(attempt + ": version = " + std::to_string(version) + "; allowed: " + std::to_string(kSceneVersion));
+    std::set<std::string> known;
+    visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
+        known.emplace(path);
+        const auto node = root.at_path(path);
+        if (node) put_node(Setter(attempt + ": " + std::string(path), rule), *node.node(), field);
+    });
+    for (const auto& [section, node] : root) {
+        if (section.str() == "version") continue;
+        const auto* table = node.as_table();
+        if (table == nullptr) throw UsageError(attempt + ": unknown field '" + std::string(section.str()) + "'");
+        for (const auto& [key, value] : *table)
+            if (const std::string path = std::string(section.str()) + "." + std::string(key.str()); !known.contains(path))
+                throw UsageError(attempt + ": unknown field '" + path + "'; docs/formats.md lists all fields");
+    }
+}
+
+void set_field(Scene& scene, const std::string& path, const std::string& text) {
+    bool found = false;
+    visit_fields(scene, [&](std::string_view name, auto& field, const FieldRule& rule) {
+        if (name != path) return;
+        found = true;
+        put_text(Setter("set " + path, rule), text, field);
+    });
+    if (!found) throw UsageError("set " + path + ": no such field of a scene");
+}
+
+std::string to_toml(const Scene& scene) {
+    std::ostringstream out;
+    out << "version = " << kSceneVersion << "\n";
+    std::string section;
+    visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule& rule) {
+        using Field = std::decay_t<decltype(field)>;
+        if constexpr (kOptional<Field>) {
+            if (!field) return;
+        }
+        const auto dot_at = path.find('.');
+        if (path.substr(0, dot_at) != section) {
+            section = path.substr(0, dot_at);
+            out << "\n[" << section << "]\n";
+        }
+        out << path.substr(dot_at + 1) << " = ";
+        if constexpr (kOptional<Field>) write(out, *field);
+        else write(out, field);
+        out << "  # " << rule.doc << "\n";
+    });
+    return out.str();
+}
+
+std::vector<SceneFlag> scene_flags() {
+    std::vector<SceneFlag> out;
+    Scene scene;
+    visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
+        std::string name = "--" + std::string(path);
+        std::replace_if(name.begin() + 2, name.end(), [](char c) { return c == '.' || c == '_'; }, '-');
+        std::string names = name;
+        if (!rule.alias.empty()) names += "," + std::string(rule.alias);
+        std::string help(rule.doc);
+        if (!rule.words.empty()) help += " (" + allowed(rule) + ")";
+        else if (std::isfinite(rule.min) && std::isfinite(rule.max) && rule.max > rule.min) help += " (" + allowed(rule) + ")";
+        std::ostringstream preset;
+        using Field = std::decay_t<decltype(field)>;
+        if constexpr (!kOptional<Field>) write(preset, field);
+        if (!preset.str().empty() && preset.str() != "''" && preset.str() != "\"\"") help += ", default " + preset.str();
+        out.push_back({names, std::string(path), help, std::is_same_v<Field, bool>});
+    });
+    return out;
+}
+
+}  // namespace terravox

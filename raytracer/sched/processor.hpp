@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+
+#include "raytracer/tiles/tile.hpp"
+
+namespace terravox {
+
+/// Turns tiles into results, wherever: on this stack, on threads, across a socket. The pixels do not depend on which.
+class TileProcessor {
+public:
+    TileProcessor() = default;
+    TileProcessor(const TileProcessor&) = delete;
+    TileProcessor& operator=(const TileProcessor&) = delete;
+    virtual ~TileProcessor() = default;
+    virtual void submit(RenderTile tile) = 0;  ///< blocks while full; thread-safe; ignored once closed
+    /// @return a finished tile, or nullopt once closed and drained
+    /// @throws whatever the tile's task threw, with its type kept
+    virtual std::optional<TileResult> take() = 0;
+    virtual void close() noexcept = 0;   ///< no more tiles will come; those accepted are finished; idempotent
+    virtual void cancel() noexcept = 0;  ///< as close(), but tiles not yet begun are dropped and those begun end early, without result
+};
+
+}  // namespace terravox

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "common/util/det_math.hpp"
+#include "common/voxel/material.hpp"
+
+namespace terravox {
+
+/// Linear light, Rec. 709 primaries; 1 = a white surface in full daylight.
+struct Colour {
+    float r = 0, g = 0, b = 0;
+    friend Colour operator+(Colour a, Colour b) noexcept { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
+    friend Colour operator*(Colour a, Colour b) noexcept { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
+    friend Colour operator*(Colour a, float s) noexcept { return {a.r * s, a.g * s, a.b * s}; }
+};
+[[nodiscard]] inline Colour mix(Colour a, Colour b, float t) noexcept { return a * (1 - t) + b * t; }
+
+/// Ref: IEC 61966-2-1 (sRGB).
+[[nodiscard]] inline float srgb_to_linear(std::uint8_t v) noexcept {
+    static const std::array<float, 256> table = [] {
+        std::array<float, 256> out{};
+        for (int i = 0; i < 256; ++i) {
+            const double c = i / 255.0;
+            out[static_cast<std::size_t>(i)] = static_cast<float>(c <= 0.04045 ? c / 12.92 : det::pow((c + 0.055) / 1.055, 2.4));
+        }
+        return out;
+    }();
+    return table[v];
+}
+[[nodiscard]] inline float linear_to_srgb(float c) noexcept {
+    if (!(c > 0)) return 0;
+    if (c >= 1) return 1;
+    return static_cast<float>(c <= 0.0031308f ? c * 12.92 : 1.055 * det::pow(c, 1 / 2.4) - 0.055);
+}
+[[nodiscard]] inline Colour to_linear(voxel::Rgb8 c) noexcept { return {srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)}; }
+
+}  // namespace terravox

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "raytracer/shade/shader.hpp"
+
+namespace terravox {
+
+/// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Of it, pixels whose coordinates are multiples of `step`
+/// are traced, except those that an earlier pass has traced (multiples of 2 * step, when `refines`).
+struct RenderTile {
+    std::uint32_t index = 0;  ///< within the pass, in the order of the plan
+    std::uint32_t pass = 0;
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    int step = 1;
+    bool refines = false;
+
+    /// Calls visit(x, y) for each pixel to trace, row by row.
+    template <class Visit> void each_pixel(const Visit& visit) const {
+        const auto first = [this](int v) { return (v + step - 1) / step * step; };
+        for (int y = first(y0); y < y1; y += step)
+            for (int x = first(x0); x < x1; x += step)
+                if (!refines || x % (2 * step) != 0 || y % (2 * step) != 0) visit(x, y);
+    }
+};
+
+/// A finished tile: one sample for each pixel that each_pixel visits, in its order.
+struct TileResult {
+    RenderTile tile;
+    std::vector<PixelSample> samples;
+    std::uint64_t rays = 0, steps = 0, hole_rays = 0;
+};
+
+}  // namespace terravox

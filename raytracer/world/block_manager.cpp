@@ -1,0 +1,52 @@
+#include "raytracer/world/block_manager.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/morton.hpp"
+
+namespace terravox {
+
+std::size_t BoxKeyHash::operator()(const voxel::BoxKey& key) const noexcept {
+    // The level goes to bits that only boxes a million boxes from the origin use.
+    return static_cast<std::size_t>(voxel::morton_encode(key.bx, key.by, key.bz) ^ (static_cast<std::uint64_t>(key.level) << 58));
+}
+
+BlockRef BlockManager::get(const voxel::BoxKey& key) {
+    const auto ref = m_cache.get(
+        key,
+        [&] {
+            BlockRef made;
+            try {
+                made.box = m_world.box(key);
+            } catch (const std::exception& e) {
+                // One box less must not lose the picture; it stays visible, counted and in the exit code.
+                made.hole = true;
+                const std::lock_guard lock(m_holes_mutex);
+                if (m_holes.insert(key).second) spdlog::error("hole at box {}: {}", voxel::to_string(key), e.what());
+            }
+            return std::make_shared<const BlockRef>(std::move(made));
+        },
+        [](const auto& r) { return sizeof(BlockRef) + (r->box ? r->box->memory_bytes() : 0); });
+    return *ref;
+}
+
+std::size_t BlockManager::hole_count() const {
+    const std::lock_guard lock(m_holes_mutex);
+    return m_holes.size();
+}
+
+void BlockManager::prefetch(int level, const voxel::VoxelBounds& bounds, int threads, const std::atomic<bool>& stop) {
+    const auto range = voxel::boxes_over(bounds, level);
+    const auto width = static_cast<std::size_t>(range.max.bx - range.min.bx), depth = static_cast<std::size_t>(range.max.bz - range.min.bz);
+    std::atomic<bool> full{false};
+    thread::parallel_for(width * depth, threads, [&](std::size_t i) {
+        if (stop || full) return;
+        const auto bx = range.min.bx + static_cast<std::int32_t>(i % width), bz = range.min.bz + static_cast<std::int32_t>(i / width);
+        for (std::int32_t by = range.min.by; by < range.max.by; ++by) (void)get({level, bx, by, bz});
+        if (m_cache.stats().bytes > m_cache.limit_bytes() / 4 * 3) full = true;
+    });
+}
+
+}  // namespace terravox

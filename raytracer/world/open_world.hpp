@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/scene/scene.hpp"
+
+namespace terravox {
+
+/// Opens what the command line names: the address of a voxel server, or LiDAR files and folders.
+/// @throws UsageError for nothing, or a mixture; Error when it cannot be opened
+[[nodiscard]] std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& orthophotos,
+                                                       const Scene& scene, util::StageTimes& times);
+
+}  // namespace terravox

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "voxelserver/survey/building.hpp"
+#include "voxelserver/survey/land_cover.hpp"
+#include "voxelserver/survey/vegetation.hpp"
+
+namespace terravox::survey {
+
+/// sRGB, each part [0, 255], not yet rounded.
+struct Colour {
+    double r = 0, g = 0, b = 0;
+    [[nodiscard]] constexpr Colour operator*(double f) const noexcept { return {r * f, g * f, b * f}; }
+    [[nodiscard]] constexpr Colour mixed(Colour other, double part) const noexcept {
+        return {lerp(r, other.r, part), lerp(g, other.g, part), lerp(b, other.b, part)};
+    }
+};
+
+/// What each thing looks like from above on a summer's day. Functions of seed and place only.
+[[nodiscard]] Colour ground_colour(std::uint64_t seed, Cover cover, Vec2 p) noexcept;
+/// @param depth_m of the water; shallow water shows its bed
+[[nodiscard]] Colour water_colour(std::uint64_t seed, Vec2 p, double depth_m, bool lake) noexcept;
+/// @param side the roof face: 0 to the left of the ridge, 1 to the right
+[[nodiscard]] Colour roof_colour(const Building& building, int side) noexcept;
+[[nodiscard]] Colour crown_colour(const Tree& tree) noexcept;
+
+}  // namespace terravox::survey

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "voxelserver/survey/plane.hpp"
+#include "voxelserver/survey/waters.hpp"
+
+namespace terravox::survey {
+
+enum class RoadSurface : std::uint8_t { kAsphalt, kGravel };
+
+/// The plan of a street: where it runs, before it has heights.
+struct Street {
+    std::vector<Vec2> controls;  ///< the street is a smooth curve near these
+    double half_width_m = 2.5;
+    RoadSurface surface = RoadSurface::kAsphalt;
+    double house_step_m = 0;     ///< average distance between neighbouring houses; 0 = no houses
+    double houses_from = 0, houses_to = 1;  ///< part of the length that has houses
+};
+
+inline constexpr double kFarmStep_m = 50;  ///< streets with a longer step are lined by farms, not by houses
+
+/// An island of the lake: a mound with a flat top.
+struct Island {
+    Vec2 centre;
+    double radius_x_m = 0, radius_y_m = 0;
+    double top_m = 0;
+};
+
+/// A rock with a flat top, steep on the south side.
+struct CastleRock {
+    Vec2 centre;
+    double radius_x_m = 0, radius_y_m = 0;
+    double top_m = 0;
+};
+
+/// A hill placed by hand.
+struct Hill {
+    Vec2 centre;
+    double radius_m = 0, height_m = 0;
+};
+
+/// A settlement and what surrounds it. Sites stand about every 1.6 km along every river; site (0, 0) is the place: a lake
+/// with an island and a church, a castle on a cliff, a village and a bridge.
+struct Site {
+    std::int64_t along = 0, river = 0;  ///< which one: along the river, and of which river
+    std::uint64_t seed = 0;
+    Vec2 centre;                        ///< of the village
+    std::optional<Lake> lake;
+    std::optional<Island> island;
+    std::optional<CastleRock> castle;
+    std::optional<Brook> brook;
+    std::vector<Hill> hills;
+    std::vector<Street> streets;        ///< the first is the main street; it crosses the river
+    Vec2 church;
+    Vec2 church_direction;              ///< of length 1, along the nave
+    [[nodiscard]] bool is_the_place() const noexcept { return along == 0 && river == 0; }
+};
+
+inline constexpr double kSiteSpacing_m = 1600;
+inline constexpr double kSiteReach_m = 900;  ///< nothing of a site is farther from its centre (square distance)
+inline constexpr double kLakeLevel_m = 475;  ///< of the lake of the place, as at Bled
+
+/// @return the sites that may reach into `area`, in a fixed order. A function of seed and place only.
+[[nodiscard]] std::vector<Site> sites_near(std::uint64_t seed, const Box2& area);
+
+/// Far from sites: how far north of a river its valley road runs.
+[[nodiscard]] double valley_road_offset_m(double x, std::int64_t river) noexcept;
+
+}  // namespace terravox::survey

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "voxelserver/survey/geotiff.hpp"
+#include "voxelserver/survey/square_model.hpp"
+#include "voxelserver/survey/survey_options.hpp"
+
+namespace terravox::survey {
+
+/// The true ground at 1 m, at the pixel centres: with roads, without bridges and buildings; the bed under water.
+[[nodiscard]] SquareRaster<float> true_ground(const SquareModel& model);
+
+/// What stands in a square, as JSON: buildings, trees, water bodies, bridges, power line, and the landmarks by name.
+/// Coordinates are easting and northing in metres rounded to 0.01, heights are above sea level. What straddles an edge is
+/// listed for both squares.
+[[nodiscard]] std::string truth_json(const SquareModel& model);
+
+/// What the survey as a whole is: seed, squares, density, CRS, extents, versions.
+[[nodiscard]] std::string place_json(const SurveyOptions& options);
+
+/// Version of the layout of these JSON files.
+inline constexpr int kTruthVersion = 1;
+
+}  // namespace terravox::survey

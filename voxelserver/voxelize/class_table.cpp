@@ -1,0 +1,95 @@
+#include "voxelserver/voxelize/class_table.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "common/util/config_dir.hpp"
+#include "common/util/error.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::kDrop},
+                                                                 {"ground", Role::kGround},
+                                                                 {"water", Role::kWater},
+                                                                 {"building", Role::kBuilding},
+                                                                 {"vegetation", Role::kVegetation},
+                                                                 {"bridge", Role::kBridge},
+                                                                 {"object", Role::kObject},
+                                                                 {"surface", Role::kSurface}}};
+
+std::string known_tables(const fs::path& folder) {
+    std::vector<std::string> ids;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored))
+        if (entry.path().extension() == ".toml") ids.push_back(entry.path().stem().string());
+    std::sort(ids.begin(), ids.end());
+    std::string out;
+    for (const auto& id : ids) out += (out.empty() ? "" : ", ") + id;
+    return out;
+}
+
+void apply(const fs::path& file, ClassTable& table, int depth) {
+    const auto fail = [&](const std::string& what) { throw Error("read the class table " + file.string() + ": " + what); };
+    constexpr int kMostExtends = 8;
+    if (depth > kMostExtends) fail("'extends' goes round in a circle");
+    toml::table root;
+    try {
+        root = toml::parse_file(file.string());
+    } catch (const toml::parse_error& e) {
+        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
+    }
+    if (const auto base = root["extends"].value<std::string>()) {
+        const fs::path parent = file.parent_path() / (*base + ".toml");
+        if (!fs::exists(parent)) fail("extends = '" + *base + "'; allowed: " + known_tables(file.parent_path()));
+        apply(parent, table, depth + 1);
+    }
+    if (const auto crs = root["crs"].value<std::string>()) table.crs = *crs;
+    const auto* classes = root["class"].as_table();
+    if (classes == nullptr) return;
+    for (const auto& [key, node] : *classes) {
+        const std::string name(key.str());
+        const bool number = !name.empty() && name.size() <= 3 && std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+        const int code = number ? std::stoi(name) : -1;
+        if (code < 0 || code > 255) fail("[class." + name + "]; allowed: 0 to 255");
+        const auto* entry = node.as_table();
+        if (entry == nullptr) fail("[class." + name + "] is not a table");
+        ClassMeaning meaning;
+        meaning.known = true;
+        const std::string role = (*entry)["role"].value_or(std::string());
+        const auto found = std::find_if(kRoles.begin(), kRoles.end(), [&](const auto& r) { return role == r.first; });
+        if (found == kRoles.end()) fail("[class." + name + "] role = '" + role + "'; allowed: drop, ground, water, building, vegetation, bridge, object, surface");
+        meaning.role = found->second;
+        const std::string material = (*entry)["material"].value_or(std::string("air"));
+        const auto parsed = voxel::material_from_name(material);
+        if (!parsed || (*parsed == voxel::Material::kAir && meaning.role != Role::kDrop && meaning.role != Role::kSurface))
+            fail("[class." + name + "] material = '" + material + "'; allowed: a material of materials.toml");
+        meaning.material = *parsed;
+        meaning.tiers = (*entry)["tiers"].value_or(meaning.role == Role::kSurface);
+        table.meaning[static_cast<std::size_t>(code)] = meaning;
+    }
+}
+
+}  // namespace
+
+ClassTable load_class_table(const std::string& id_or_path) {
+    ClassTable table;
+    table.id = id_or_path;
+    fs::path file = id_or_path;
+    if (file.extension() != ".toml") {
+        const fs::path folder = util::config_dir() / "classes";
+        file = folder / (id_or_path + ".toml");
+        if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
+            throw UsageError("find the class table '" + id_or_path + "': allowed: " + known_tables(folder) + ", or a path to a .toml file");
+    } else if (!fs::exists(file)) {
+        throw UsageError("read the class table " + file.string() + ": no such file");
+    }
+    apply(file, table, 0);
+    return table;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "common/geo/crs.hpp"
+
+namespace terravox::voxelize {
+
+/// How coordinates of the world's CRS become voxel coordinates: x = E / voxel, z = -N / voxel, y = H / voxel, absolute, so that
+/// any two requests agree (design: Space). Immutable.
+class Frame {
+public:
+    /// @param voxel_m edge of a voxel, metres, (0, 1000]
+    /// @param centre_e, centre_n somewhere in the data: EPSG:3857 is corrected for the scale at its latitude
+    /// @throws UsageError for a geographic CRS (degrees are no lengths) or a bad voxel size
+    Frame(geo::Crs crs, double voxel_m, double centre_e, double centre_n);
+
+    [[nodiscard]] const geo::Crs& crs() const noexcept { return m_crs; }
+    [[nodiscard]] double voxel_m() const noexcept { return m_voxel_m; }
+    [[nodiscard]] double units_per_voxel() const noexcept { return m_units_per_voxel; }
+    /// Continuous voxel coordinates; floor() is the voxel. H in metres.
+    [[nodiscard]] double x(double easting) const noexcept { return easting / m_units_per_voxel; }
+    [[nodiscard]] double z(double northing) const noexcept { return -northing / m_units_per_voxel; }
+    [[nodiscard]] double y(double height_m) const noexcept { return height_m / m_voxel_m; }
+    [[nodiscard]] double easting(double x) const noexcept { return x * m_units_per_voxel; }
+    [[nodiscard]] double northing(double z) const noexcept { return -z * m_units_per_voxel; }
+
+private:
+    geo::Crs m_crs;
+    double m_voxel_m;
+    double m_units_per_voxel;
+};
+
+/// The CRS that voxels are made in for data in `file_crs`: the same, or the UTM zone of the place for degrees.
+[[nodiscard]] geo::Crs voxel_crs_for(const geo::Crs& file_crs, double centre_x, double centre_y);
+
+}  // namespace terravox::voxelize
