@@ -17,7 +17,7 @@ struct CacheStats {
 
 /// A cache with a byte limit that makes each value once: callers who ask for a key while it is being made wait for that making.
 ///
-/// Least recently used values go first. Values are shared: one in use outlives its eviction, so evicting never hurts a reader.
+/// Least recently used values go first; one larger than the limit is handed out but not kept. Values are shared: one in use outlives its eviction, so evicting never hurts a reader.
 /// nullptr is a value too (known to be empty). What `make` throws reaches every waiting caller and is not remembered.
 /// Thread-safe. One lock guards the maps and is never held while `make` runs. `make` must not ask this cache for the same key.
 template <class Key, class Value, class Hash = std::hash<Key>>
@@ -90,7 +90,7 @@ private:
         m_order.push_front({key, value, bytes + kEntryBytes});
         m_entries.emplace(key, m_order.begin());
         m_bytes += bytes + kEntryBytes;
-        while (m_bytes > m_limit_bytes && m_order.size() > 1) {
+        while (m_bytes > m_limit_bytes) {
             const auto last = std::prev(m_order.end());
             m_bytes -= last->bytes;
             m_entries.erase(last->key);

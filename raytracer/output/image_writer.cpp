@@ -23,8 +23,8 @@ std::string ending_of(const std::filesystem::path& file) {
 
 template <class List> bool contains(const List& list, const std::string& value) { return std::find(list.begin(), list.end(), value) != list.end(); }
 
-// Ref: Narkowicz, "ACES Filmic Tone Mapping Curve", 2016.
-float filmic(float c) noexcept { return std::clamp(c * (2.51f * c + 0.03f) / (c * (2.43f * c + 0.59f) + 0.14f), 0.0f, 1.0f); }
+// The response of film without its toe: highlights roll off, shadows and hues stay as they are.
+float photographic(float c) noexcept { return static_cast<float>(1 - det::exp(-static_cast<double>(c))); }
 
 template <class Pixel> void write_rows(OIIO::ImageOutput& out, const Film& film, int channels, OIIO::TypeDesc type, const std::string& name, const Pixel& pixel) {
     // Row by row: a picture's size must not double because it is written.
@@ -45,10 +45,11 @@ void check_image_target(const std::filesystem::path& file) {
 }
 
 Colour develop(Colour c, double exposure_ev, const std::string& tone) noexcept {
-    // 0.6: with it a sunlit white wall lands near the top of the curve's straight part.
-    const auto scale = static_cast<float>(det::exp(exposure_ev * 0.693147180559945309417)) * (tone == "filmic" ? 0.6f : 1.0f);
-    c = c * scale;
-    if (tone == "filmic") c = {filmic(c.r), filmic(c.g), filmic(c.b)};
+    constexpr double kLn2 = 0.693147180559945309417;
+    // At exposure 0 a white wall in the sun lands at four fifths of the display's range.
+    const double scale = tone == "photographic" ? 1.25 : 1.0;
+    c = c * static_cast<float>(scale * det::exp(exposure_ev * kLn2));
+    if (tone == "photographic") c = {photographic(c.r), photographic(c.g), photographic(c.b)};
     return {linear_to_srgb(c.r), linear_to_srgb(c.g), linear_to_srgb(c.b)};
 }
 

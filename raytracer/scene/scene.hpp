@@ -35,7 +35,7 @@ struct Scene {
     struct Output {
         std::array<int, 2> size_px = {1280, 720};
         double exposure_ev = 0;
-        std::string tone = "filmic";  ///< filmic or linear, for 8-bit pictures
+        std::string tone = "photographic";  ///< photographic or linear, for 8-bit pictures
     } output;
     struct Quality {
         int samples = 4;  ///< per pixel
@@ -54,6 +54,7 @@ struct Scene {
     struct World {
         std::string crs, classes = "asprs", vertical_unit;
         double voxel_m = 1;
+        int memory_mib = 4096;  ///< decoded squares and columns
     } world;
 };
 

@@ -39,7 +39,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km", 0.1, 100000});
     visit("output.size", s.output.size_px, FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
     visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops", -20, 20, {}, "--exposure"});
-    visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"filmic", "linear"}});
+    visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "linear"}});
     visit("quality.samples", s.quality.samples, FieldRule{"samples per pixel", 1, 4096, {}, "--samples"});
     visit("quality.level", s.quality.level, FieldRule{"level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
     visit("quality.coarse_step", s.quality.coarse_step, FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});
@@ -55,6 +55,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of the LiDAR files, instead of their own", 0, 0, {}, "--crs"});
     visit("world.classes", s.world.classes, FieldRule{"class table of the LiDAR files: an id of config/classes, or a path", 0, 0, {}, "--classes"});
     visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the LiDAR heights; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});
+    visit("world.memory_mib", s.world.memory_mib, FieldRule{"limit for decoded LiDAR squares and columns, MiB", 64, 1048576});
     visit("world.voxel_m", s.world.voxel_m, FieldRule{"edge of a voxel, metres", 0.01, 1000, {}, "--voxel"});
 }
 

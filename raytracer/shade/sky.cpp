@@ -26,8 +26,8 @@ Sky::Sky(const geo::SunPosition& sun, const Scene::Sun& sun_settings, const Scen
     const auto strength = static_cast<float>(sun_settings.strength), sky = static_cast<float>(sky_settings.strength) * (0.03f + 0.97f * day);
     m_sun_light = mix({1.9f, 0.95f, 0.42f}, {2.55f, 2.38f, 2.10f}, high) * (strength * up);
     m_zenith = mix({0.10f, 0.15f, 0.30f}, {0.17f, 0.36f, 0.74f}, high) * sky;
-    m_horizon = mix({0.95f, 0.62f, 0.40f}, {0.70f, 0.82f, 0.96f}, high) * sky;
-    m_ground = m_horizon * 0.85f;
+    m_horizon = mix({0.95f, 0.62f, 0.40f}, {0.92f, 1.02f, 1.14f}, high) * sky;
+    m_ground = m_horizon * 0.92f;
     constexpr double kLeftOver = 0.05;
     m_extinction_per_m = -std::log(kLeftOver) / (sky_settings.visibility_km * 1000);
 }
@@ -49,7 +49,7 @@ Colour Sky::radiance(Vec3 d) const noexcept {
 
 Colour Sky::ambient(Vec3 n) const noexcept {
     const auto up = static_cast<float>(0.5 + 0.5 * n.y);
-    const Colour from_sky = mix(m_horizon, m_zenith, 0.55f) * 0.80f;
+    const Colour from_sky = mix(m_horizon, m_zenith, 0.6f) * 0.80f;
     // What lies around throws some of the sun's light back up.
     const Colour from_ground = (m_sun_light * (0.10f * static_cast<float>(std::max(0.0, m_to_sun.y))) + m_zenith * 0.15f) * Colour{1.0f, 0.92f, 0.78f};
     return from_sky * up + from_ground * (1 - up);

@@ -31,6 +31,7 @@ std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs,
     if (!scene.world.crs.empty()) options.crs = scene.world.crs;
     if (!scene.world.vertical_unit.empty()) options.vertical_unit = scene.world.vertical_unit;
     options.voxel_m = scene.world.voxel_m;
+    options.memory_bytes = static_cast<std::size_t>(scene.world.memory_mib) << 20;
     options.threads = scene.processing.threads;
     auto world = voxelize::open_lidar_world(options, times);
     const auto stats = world->stats();

@@ -10,6 +10,7 @@ constexpr double kBlock_m = 190;         ///< parcels in one block have one dire
 constexpr double kGardenReach_m = 38;    ///< from a street with houses
 constexpr double kRockSlope = 1.2;
 constexpr double kFieldSlope = 0.16;
+constexpr double kLakeMeadow_m = 20, kHighestField_m = 30;
 
 Cover crop_of(double dice) noexcept {
     if (dice < 0.34) return Cover::kMeadow;
@@ -41,7 +42,7 @@ Parcel parcel_at(std::uint64_t seed, Vec2 p) noexcept {
 double woodiness(std::uint64_t seed, const CoverSite& site) noexcept {
     const double groves = fractal_2d(seed + 21, site.at.x / 300.0, site.at.y / 300.0, 3);
     const double height = std::min(site.above_valley_m / 60.0, 1.3);
-    return 0.75 * groves + 0.55 * height + 0.9 * std::min(site.slope, 0.8) - 0.62 - 1.6 * (1.0 - smoothstep(15.0, 75.0, site.to_street_m));
+    return 1.15 * groves + 0.50 * height + 0.75 * std::min(site.slope, 0.8) - 0.60 - 1.6 * (1.0 - smoothstep(15.0, 75.0, site.to_street_m));
 }
 
 Cover natural_cover(std::uint64_t seed, const CoverSite& site) noexcept {
@@ -52,6 +53,8 @@ Cover natural_cover(std::uint64_t seed, const CoverSite& site) noexcept {
     if (woodiness(seed, site) > 0.0) return Cover::kForest;
     if (site.to_street_m < kGardenReach_m + 40.0 * ragged) return Cover::kGarden;
     if (site.slope > kFieldSlope) return woodiness(seed + 41, site) > -0.2 ? Cover::kScrub : Cover::kMeadow;
+    // Grass only along lakes and high up.
+    if (site.to_water_m < kLakeMeadow_m || site.above_valley_m > kHighestField_m) return Cover::kMeadow;
     return parcel_at(seed, site.at).crop;
 }
 

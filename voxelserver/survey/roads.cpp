@@ -169,7 +169,7 @@ RoadNet build_streets(const Terrain& terrain, const Site& site) {
         add_road(terrain, resampled(rounded(street.controls)), street.half_width_m, street.surface, net);
         auto& line = net.roads.back().line;
         const auto vertices = static_cast<double>(line.size());
-        const bool houses = street.house_step_m > 0 && street.house_step_m < kFarmStep_m;
+        const bool houses = street.house_step_m > 0;
         for (std::size_t i = 0; i < line.size(); ++i) {
             const double part = static_cast<double>(i) / vertices;
             line[i].houses = houses && part >= street.houses_from && part <= street.houses_to;

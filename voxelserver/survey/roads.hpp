@@ -14,7 +14,7 @@ struct Road {
         Vec2 at;
         double height_m = 0;
         bool on_bridge = false;  ///< the piece from here to the next vertex is carried by a bridge
-        bool houses = false;     ///< houses stand along here: gardens around it
+        bool houses = false;     ///< houses or farms stand along here: gardens around it
     };
     std::vector<Vertex> line;
     double half_width_m = 2.5;

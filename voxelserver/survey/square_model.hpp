@@ -19,7 +19,7 @@ struct SquareExtent {
     std::int64_t east_m = 0, north_m = 0;
     int size_m = 1000;
     [[nodiscard]] Box2 box() const noexcept;         ///< in the place frame
-    [[nodiscard]] std::string name() const;          ///< TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101240
+    [[nodiscard]] std::string name() const;          ///< TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101232
 };
 
 /// Everything that stands in one square and in a margin around it. A function of seed and extent; where two squares (or

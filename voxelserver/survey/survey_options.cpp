@@ -10,7 +10,7 @@ namespace terravox::survey {
 namespace {
 
 constexpr double kLeastDensity = 0.1, kMostDensity = 200;
-constexpr int kMostSquares = 100, kLeastSquare_m = 64, kKilometre_m = 1000, kMostThreads = 1024;
+constexpr int kMostSquares = 100, kLeastSquare_m = 64, kSquareStep_m = 16, kKilometre_m = 1000, kMostThreads = 1024;
 constexpr double kMostOrigin_km = 1000;
 
 constexpr const char* kAbout =
@@ -54,7 +54,7 @@ void read_squares(const std::string& text, SurveyOptions& options) {
 void read_square_m(const std::string& text, SurveyOptions& options) {
     const std::string allowed = "1000, or a multiple of 16 from " + std::to_string(kLeastSquare_m) + " to 992";
     const int side = number_of<int>("--square-m", text, allowed);
-    if (side != kKilometre_m && (side % 16 != 0 || side < kLeastSquare_m || side > kKilometre_m)) refuse("--square-m", text, allowed);
+    if (side != kKilometre_m && (side % kSquareStep_m != 0 || side < kLeastSquare_m || side > kKilometre_m)) refuse("--square-m", text, allowed);
     options.square_m = side;
 }
 
@@ -67,10 +67,10 @@ std::int64_t whole_metres(const std::string& text, const std::string& all, const
 
 void read_origin(const std::string& text, SurveyOptions& options) {
     if (text.empty()) {
-        // The first square is centred on the place, on a whole 16 m.
-        const int back = options.square_m == kKilometre_m ? 500 : (options.square_m / 2 + 15) / 16 * 16;
-        options.origin_east_m = static_cast<std::int64_t>(kPlaceEasting_m) - back;
-        options.origin_north_m = static_cast<std::int64_t>(kPlaceNorthing_m) - back;
+        // The first square is centred on the place, its corner on a multiple of 16 m (or on the kilometre).
+        const std::int64_t back = options.square_m / 2, step = options.square_m == kKilometre_m ? 1 : kSquareStep_m;
+        options.origin_east_m = (static_cast<std::int64_t>(kPlaceEasting_m) - back) / step * step;
+        options.origin_north_m = (static_cast<std::int64_t>(kPlaceNorthing_m) - back) / step * step;
         return;
     }
     const std::string allowed = "<east>,<north> in km, each 0 to 1000 and on a whole metre";

@@ -98,7 +98,7 @@ void Terrain::carve_lake(const Lake& lake, Vec2 p, TerrainSpot& spot) const noex
 
 void Terrain::carve_brook(const Brook& brook, Vec2 p, TerrainSpot& spot) const noexcept {
     const auto near = brook.nearest(p);
-    if (near.distance_m > 60.0 || (spot.near_lake && spot.ground_m < spot.water_m)) return;
+    if (near.distance_m > 60.0 || spot.ground_m < spot.water_m) return;  // a brook ends where other water begins
     spot.ground_m = carve_channel(spot.ground_m, near.distance_m, brook.half_width_m, 0.6, near.level_m);
     if (near.distance_m < brook.half_width_m + 1.0 && !spot.near_lake) spot.water_m = near.level_m;
 }
@@ -111,6 +111,9 @@ TerrainSpot Terrain::at(const Column& column, double y) const noexcept {
         for (const Hill& hill : site.hills)
             spot.ground_m += hill.height_m * bump(length(p - hill.centre) / hill.radius_m) *
                              (1.0 + 0.35 * noise_2d(site.seed, p.x / 90.0, p.y / 90.0));
+    const double from_river = std::abs(y - in.nearest->centre_y) * in.nearest->stretch;
+    spot.ground_m = carve_channel(spot.ground_m, from_river, in.nearest->half_width_m, 1.4, in.nearest->level_m);
+    if (from_river < in.nearest->half_width_m + 1.0) spot.water_m = in.nearest->level_m;
     for (const Site& site : m_sites) {
         if (site.lake) carve_lake(*site.lake, p, spot);
         if (site.island && length(p - site.island->centre) < 90.0)
@@ -119,9 +122,6 @@ TerrainSpot Terrain::at(const Column& column, double y) const noexcept {
             spot.ground_m = std::max(spot.ground_m, castle_height(*site.castle, p, site.seed));
         if (site.brook) carve_brook(*site.brook, p, spot);
     }
-    const double from_river = std::abs(y - in.nearest->centre_y) * in.nearest->stretch;
-    spot.ground_m = carve_channel(spot.ground_m, from_river, in.nearest->half_width_m, 1.4, in.nearest->level_m);
-    if (from_river < in.nearest->half_width_m + 1.0) spot.water_m = in.nearest->level_m, spot.near_lake = false;
     return spot;
 }
 

@@ -117,7 +117,7 @@ private:
         const Margined<float> ground = timed("ground fill", [&] { return fill_ground(window, m_terrain, x0, z0); });
         const Margined<Surface> roofs = timed("building fill", [&] { return close_roofs(window); });
         const PatchRuns runs = timed("underground fill", [&] {
-            return make_runs({window, m_points.classes(), m_terrain, ground, roofs, x0, z0, m_floor_y, m_info.voxel_m});
+            return make_runs({window, m_points.classes(), m_terrain, ground, roofs, m_points.surveyed(x0, z0), x0, z0, m_floor_y, m_info.voxel_m});
         });
         const PatchColours colours = m_ortho ? timed("orthophoto load", [&] { return m_ortho->colours(bx * kPatchSize, bz * kPatchSize); }) : PatchColours{};
         auto column = std::make_shared<BoxColumn>();

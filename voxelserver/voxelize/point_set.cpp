@@ -136,6 +136,18 @@ TerrainGrid PointSet::scan_terrain() {
     return grid;
 }
 
+Margined<char> PointSet::surveyed(std::int32_t x0, std::int32_t z0) const {
+    constexpr int kMargin = Margined<char>::kMargin;
+    Margined<char> out(0);
+    for (const Entry& e : m_sources) {
+        const int left = std::max(e.bounds.min_x - x0, -kMargin), right = std::min(e.bounds.max_x - x0, kPatchSize + kMargin);
+        const int top = std::max(e.bounds.min_z - z0, -kMargin), bottom = std::min(e.bounds.max_z - z0, kPatchSize + kMargin);
+        for (int z = top; z < bottom; ++z)
+            for (int x = left; x < right; ++x) out.at(x, z) = 1;
+    }
+    return out;
+}
+
 std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key) {
     return m_columns.get(
         key,

@@ -8,6 +8,7 @@
 #include "voxelserver/voxelize/columns.hpp"
 #include "voxelserver/voxelize/lidar_world.hpp"
 #include "voxelserver/voxelize/terrain_grid.hpp"
+#include "voxelserver/voxelize/window.hpp"
 
 namespace terravox::voxelize {
 
@@ -27,6 +28,8 @@ public:
     /// Horizontal bounds of all files' headers, voxels relative to the base, half-open.
     struct Bounds { std::int32_t min_x, min_z, max_x, max_z; };
     [[nodiscard]] const Bounds& bounds() const noexcept { return m_bounds; }
+    /// Which columns of a patch and its margin lie inside some file's bounds. @param x0, z0 voxels relative to the base
+    [[nodiscard]] Margined<char> surveyed(std::int32_t x0, std::int32_t z0) const;
 
     /// Decodes every square once, in order, for the coarse terrain.
     [[nodiscard]] TerrainGrid scan_terrain();

@@ -14,6 +14,7 @@ constexpr double kTierLow_m = 1.0, kTierMedium_m = 3.0;  // tops of low and medi
 constexpr double kClutter_m = 0.5;    // unclassified things lower than this are the ground's roughness
 constexpr double kWaterDepth_m = 2.5;  // a bed that a clear lake shows near its shore; deepening by distance is a later step
 constexpr double kDeckThickness_m = 1.0;
+constexpr double kNearGround_m = 2.5;  // higher things must hang on something: birds and stray returns do not
 constexpr double kCanopyGap_m = 3.0;  // foliage between two returns of one crown
 
 std::int32_t floor_y(float height) { return static_cast<std::int32_t>(std::floor(height)); }
@@ -42,7 +43,7 @@ public:
         for (int z = -1; z <= kPatchSize; ++z)
             for (int x = -1; x <= kPatchSize; ++x, ++i) {
                 m_runs.clear();
-                if (m_in.terrain.covered(m_in.x0 + x, m_in.z0 + z)) column(x, z);
+                if (m_in.surveyed.at(x, z) != 0) column(x, z);
                 out.m_runs.insert(out.m_runs.end(), m_runs.begin(), m_runs.end());
                 out.m_begin[i + 1] = static_cast<std::uint32_t>(out.m_runs.size());
                 const bool inner = x >= 0 && z >= 0 && x < kPatchSize && z < kPatchSize;
@@ -128,6 +129,7 @@ private:
                 continue;
             }
             if (m.role == Role::kSurface && height_m < kClutter_m) continue;
+            if (height_m > kNearGround_m && isolated(x, z, o.y)) continue;
             VoxelAttr attr;
             attr.material = m.tiers ? tier(height_m) : m.material;
             attr.source_class = o.source_class;
@@ -137,6 +139,23 @@ private:
             const bool on_crown = plant && !last.terrain && last.y1 < o.y && last.y1 + gap >= o.y && last.attr.source_class == o.source_class;
             push(on_crown ? last.y1 : o.y, o.y + 1, attr);
         }
+    }
+
+    // Nothing else within two voxels sideways and three up and down.
+    [[nodiscard]] bool isolated(int x, int z, std::int32_t y) const {
+        constexpr int kAround = 2, kAbove = 3;
+        for (int dz = -kAround; dz <= kAround; ++dz)
+            for (int dx = -kAround; dx <= kAround; ++dx) {
+                const PatchColumns& patch = m_in.window.patch_at(x + dx, z + dz);
+                const Column& col = m_in.window.column(x + dx, z + dz);
+                for (const Surface* s : {&col.roof, &col.deck, &col.ground})
+                    if (s->seen() && std::abs(floor_y(s->height) - y) <= kAbove) return false;
+                for (std::uint32_t i = col.objects_begin; i < col.objects_end; ++i) {
+                    const std::int32_t dy = std::abs(patch.objects[i].y - y);
+                    if (dy <= kAbove && (dx != 0 || dz != 0 || dy != 0)) return false;
+                }
+            }
+        return true;
     }
 
     [[nodiscard]] static Material tier(double height_m) {

@@ -41,6 +41,7 @@ struct RunsInput {
     const TerrainGrid& terrain;
     const Margined<float>& ground;
     const Margined<Surface>& roofs;
+    const Margined<char>& surveyed;  ///< 1 inside some file's bounds: elsewhere there is nothing, not even rock
     std::int32_t x0 = 0, z0 = 0;   ///< first column of the patch, voxels relative to the base
     std::int32_t floor_y = 0;      ///< the terrain is solid from here up
     double voxel_m = 1;

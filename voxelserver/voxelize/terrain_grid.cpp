@@ -96,8 +96,6 @@ void TerrainGrid::cover(std::int32_t min_x, std::int32_t min_z, std::int32_t max
 void TerrainGrid::finish() {
     if (!std::isfinite(m_highest)) m_highest = 0;
     if (!std::isfinite(m_lowest)) m_lowest = m_highest;
-    m_covered.resize(m_cells.size());
-    for (std::size_t i = 0; i < m_cells.size(); ++i) m_covered[i] = m_cells[i].covered;
     fill_ground();
     find_water();
     m_cells = {};
@@ -128,11 +126,6 @@ void TerrainGrid::find_water() {
         cells[i].open = c.covered && (c.ground_count + c.other_count == 0 || c.water_count > 2 * (c.ground_count + c.other_count));
     }
     m_water = find_water_bodies(cells, m_width, m_height, m_cell * m_voxel_m, m_voxel_m);
-}
-
-bool TerrainGrid::covered(std::int32_t x, std::int32_t z) const noexcept {
-    const std::int32_t cx = cell_x(x), cz = cell_z(z);
-    return inside(cx, cz) && m_covered[static_cast<std::size_t>(index(cx, cz))];
 }
 
 float TerrainGrid::ground(std::int32_t x, std::int32_t z) const noexcept {

@@ -27,7 +27,6 @@ public:
     void finish();
 
     [[nodiscard]] int cell_voxels() const noexcept { return m_cell; }
-    [[nodiscard]] bool covered(std::int32_t x, std::int32_t z) const noexcept;
     /// Ground height in voxels, interpolated over voids; defined everywhere inside when the data set has any ground.
     [[nodiscard]] float ground(std::int32_t x, std::int32_t z) const noexcept;
     /// Water surface in voxels when the column's cell belongs to a water body, else kNone.
@@ -55,7 +54,6 @@ private:
     std::int32_t m_origin_x = 0, m_origin_z = 0, m_width = 0, m_height = 0;
     std::vector<Cell> m_cells;      // released by finish()
     std::vector<float> m_ground, m_water;
-    std::vector<bool> m_covered;
     float m_lowest = std::numeric_limits<float>::infinity(), m_highest = -std::numeric_limits<float>::infinity();
 };
 
