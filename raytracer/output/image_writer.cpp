@@ -27,11 +27,17 @@ template <class List> bool contains(const List& list, const std::string& value) 
 float photographic(float c) noexcept { return static_cast<float>(1 - det::exp(-static_cast<double>(c))); }
 
 template <class Pixel> void write_rows(OIIO::ImageOutput& out, const Film& film, int channels, OIIO::TypeDesc type, const std::string& name, const Pixel& pixel) {
-    // Row by row: a picture's size must not double because it is written.
-    std::vector<float> row(static_cast<std::size_t>(film.width_px() * channels));
-    for (int y = 0; y < film.height_px(); ++y) {
-        for (int x = 0; x < film.width_px(); ++x) pixel(film.at(x, y), &row[static_cast<std::size_t>(x * channels)]);
-        if (!out.write_scanline(y, 0, type, row.data())) throw Error("write the picture " + name + ": " + out.geterror());
+    // A band of rows at a time: a picture's memory must not double because it is written, and a format that compresses bands in
+    // parallel can.
+    constexpr int kBandRows = 128;
+    const auto row_floats = static_cast<std::size_t>(film.width_px()) * static_cast<std::size_t>(channels);
+    std::vector<float> band(row_floats * kBandRows);
+    for (int y0 = 0; y0 < film.height_px(); y0 += kBandRows) {
+        const int y1 = std::min(y0 + kBandRows, film.height_px());
+        for (int y = y0; y < y1; ++y)
+            for (int x = 0; x < film.width_px(); ++x)
+                pixel(film.at(x, y), &band[static_cast<std::size_t>(y - y0) * row_floats + static_cast<std::size_t>(x) * static_cast<std::size_t>(channels)]);
+        if (!out.write_scanlines(y0, y1, 0, type, band.data())) throw Error("write the picture " + name + ": " + out.geterror());
     }
 }
 
@@ -57,13 +63,14 @@ void write_image(const Film& film, const std::filesystem::path& file, double exp
     const std::string ending = ending_of(file), name = file.string();
     const bool exr = ending == ".exr", floats = contains(kFloatEndings, ending);
     util::AtomicFile target(file);
+    OIIO::attribute("exr_threads", 0);  // one for each core
     auto out = OIIO::ImageOutput::create(name);
     if (!out) throw Error("write the picture " + name + ": " + OIIO::geterror());
     const int channels = exr ? 5 : floats ? 4 : 3;
     OIIO::ImageSpec spec(film.width_px(), film.height_px(), channels, floats ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
     if (exr) spec.channelnames = {"R", "G", "B", "A", "Z"}, spec.z_channel = 4;
     if (floats) spec.alpha_channel = 3;
-    spec.attribute("compression", exr ? "zip" : floats ? "zip" : "jpeg:95");
+    spec.attribute("compression", exr ? "zip:2" : floats ? "zip" : "jpeg:95");
     spec.attribute("oiio:ColorSpace", floats ? "Linear" : "sRGB");
     for (const auto& [key, value] : metadata) spec.attribute(key, value);
     if (!out->open(target.temporary_path().string(), spec)) throw Error("write the picture " + name + ": " + out->geterror());
