@@ -15,6 +15,7 @@
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/render/render.hpp"
+#include "raytracer/render/world_arguments.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/sched/thread_processor.hpp"
 #include "raytracer/world/block_manager.hpp"
@@ -24,20 +25,13 @@ namespace terravox {
 namespace {
 
 struct Arguments {
-    std::vector<std::string> inputs, outputs, orthophotos;
-    std::string scene_file, save_scene, report, log_level = "info";
+    WorldArguments world;
+    std::vector<std::string> outputs;
+    std::string save_scene, report;
     bool quiet = false;
-    std::vector<std::pair<std::string, std::string>> fields;  ///< path and text, in the order given
 };
 
 std::atomic<bool> g_stop{false};
-
-Scene scene_of(const Arguments& args) {
-    Scene scene;
-    if (!args.scene_file.empty()) read_scene(args.scene_file, scene);
-    for (const auto& [path, text] : args.fields) set_field(scene, path, text);
-    return scene;
-}
 
 struct Outcome {
     RenderCounts counts;
@@ -63,9 +57,9 @@ void print_times(const Outcome& o, const util::StageTimes& times) {
 }
 
 ExitCode run(const Arguments& args) {
-    util::set_up_log(args.quiet ? "error" : args.log_level);
+    util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
-    const Scene scene = scene_of(args);
+    const Scene scene = args.world.scene();
     // Refuse what cannot be written before any work is done.
     if (args.outputs.empty()) throw UsageError("render: no picture named; give -o FILE.png or FILE.exr");
     for (const std::string& output : args.outputs) check_image_target(output);
@@ -77,7 +71,7 @@ ExitCode run(const Arguments& args) {
     util::StageTimes times;
     Outcome outcome;
     outcome.threads = thread::thread_count(scene.processing.threads);
-    const auto world = open_world(args.inputs, {args.orthophotos.begin(), args.orthophotos.end()}, scene, times);
+    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times);
     BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20);
     const View view = make_view(scene, blocks);
     {
@@ -115,22 +109,12 @@ ExitCode run(const Arguments& args) {
 std::function<ExitCode()> add_render_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
-    command->add_option("inputs", args->inputs, "LAS, LAZ or COPC files, folders of them, or the http:// address of a voxel server")->required();
+    add_world_arguments(*command, args->world);
     command->add_option("-o,--output", args->outputs, "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")
         ->required()->expected(1)->take_all();
-    command->add_option("--ortho", args->orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all();
-    command->add_option("--scene", args->scene_file, "scene file (TOML); flags override it");
     command->add_option("--save-scene", args->save_scene, "write the scene with all flags applied to this file");
     command->add_option("--report", args->report, "write times and counts to this file (JSON)");
-    command->add_option("--log", args->log_level, "trace, debug, info, warn, error or off")->capture_default_str();
     command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
-    for (const SceneFlag& flag : scene_flags()) {
-        const auto group = flag.path.substr(0, flag.path.find('.'));
-        command
-            ->add_option_function<std::string>(flag.names, [args, path = flag.path](const std::string& text) { args->fields.emplace_back(path, text); }, flag.help)
-            ->type_name(flag.is_switch ? "yes|no" : "VALUE")
-            ->group("Scene: " + group);
-    }
     return [args] { return run(*args); };
 }
 

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+/// Adds `preview`: a window with the progressive picture. @return runs the command once the arguments are parsed
+/// @throws (when run) Error when there is no display
+[[nodiscard]] std::function<ExitCode()> add_preview_command(CLI::App& app);
+
+}  // namespace terravox

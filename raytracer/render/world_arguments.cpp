@@ -1,0 +1,29 @@
+#include "raytracer/render/world_arguments.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "raytracer/scene/scene_io.hpp"
+
+namespace terravox {
+
+Scene WorldArguments::scene() const {
+    Scene out;
+    if (!scene_file.empty()) read_scene(scene_file, out);
+    for (const auto& [path, text] : fields) set_field(out, path, text);
+    return out;
+}
+
+void add_world_arguments(CLI::App& command, WorldArguments& args) {
+    command.add_option("inputs", args.inputs, "LAS, LAZ or COPC files, folders of them, or the http:// address of a voxel server")->required();
+    command.add_option("--ortho", args.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all();
+    command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
+    command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
+    for (const SceneFlag& flag : scene_flags()) {
+        const auto keep = [&args, path = flag.path](const std::string& text) { args.fields.emplace_back(path, text); };
+        command.add_option_function<std::string>(flag.names, keep, flag.help)
+            ->type_name(flag.is_switch ? "yes|no" : "VALUE")
+            ->group("Scene: " + flag.path.substr(0, flag.path.find('.')));
+    }
+}
+
+}  // namespace terravox

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "raytracer/scene/scene.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+/// The arguments that every face of the tracer has: what to look at, and every field of the scene.
+struct WorldArguments {
+    std::vector<std::string> inputs, orthophotos;
+    std::string scene_file, log_level = "info";
+    std::vector<std::pair<std::string, std::string>> fields;  ///< path and text, in the order given
+
+    [[nodiscard]] std::vector<std::filesystem::path> orthophoto_paths() const { return {orthophotos.begin(), orthophotos.end()}; }
+    /// The scene file with all flags applied over it. @throws UsageError
+    [[nodiscard]] Scene scene() const;
+};
+
+/// Adds the flags to a command. `args` must outlive the parsing.
+void add_world_arguments(CLI::App& command, WorldArguments& args);
+
+}  // namespace terravox
