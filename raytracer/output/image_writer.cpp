@@ -53,7 +53,7 @@ void check_image_target(const std::filesystem::path& file) {
 Colour develop(Colour c, double exposure_ev, const std::string& tone) noexcept {
     constexpr double kLn2 = 0.693147180559945309417;
     // At exposure 0 a white wall in the sun lands at four fifths of the display's range.
-    const double scale = tone == "photographic" ? 1.25 : 1.0;
+    const double scale = tone == "photographic" ? 1.15 : 1.0;
     c = c * static_cast<float>(scale * det::exp(exposure_ev * kLn2));
     if (tone == "photographic") c = {photographic(c.r), photographic(c.g), photographic(c.b)};
     return {linear_to_srgb(c.r), linear_to_srgb(c.g), linear_to_srgb(c.b)};

@@ -30,7 +30,7 @@ struct Scene {
     } sun;
     struct Sky {
         double strength = 1;
-        double visibility_km = 60;  ///< distance at which haze swallows all but 5 % of the contrast
+        double visibility_km = 100;  ///< distance at which haze swallows all but 5 % of the contrast
     } sky;
     struct Output {
         std::array<int, 2> size_px = {1280, 720};

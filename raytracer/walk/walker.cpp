@@ -19,9 +19,10 @@ std::int32_t floor_to_int(double v) noexcept { return static_cast<std::int32_t>(
 struct Walker::State {
     explicit State(const Ray& ray) noexcept {
         for (int a = 0; a < 3; ++a) {
-            origin[a] = ray.origin[a];
             const double d = ray.direction[a];
-            // A component of zero counts as positive with an infinite inverse: its next plane lies ahead, at t = infinity.
+            // A component of zero counts as positive with an infinite inverse: its next plane lies ahead, at t = infinity. From the
+            // middle of its voxel, for on a plane that would be 0 * infinity.
+            origin[a] = d == 0 ? std::floor(ray.origin[a]) + 0.5 : ray.origin[a];
             forward[a] = !(d < 0);
             inverse[a] = d == 0 ? kInfinity : 1 / d;
             direction[a] = d;
@@ -91,7 +92,7 @@ bool Walker::enter(State& s) const noexcept {
     for (int a = 0; a < 3; ++a) {
         const auto i = static_cast<std::size_t>(a);
         if (m_bounds.min[i] >= m_bounds.max[i]) return false;
-        const bool before = s.forward[a] ? s.origin[a] < m_bounds.min[i] : s.origin[a] > m_bounds.max[i];
+        const bool before = s.forward[a] ? s.origin[a] < m_bounds.min[i] : s.origin[a] >= m_bounds.max[i];
         const bool beyond = s.forward[a] ? s.origin[a] >= m_bounds.max[i] : s.origin[a] <= m_bounds.min[i];
         if (beyond) return false;
         if (!before) continue;
@@ -128,7 +129,10 @@ std::optional<Hit> Walker::first_hit(const Ray& ray, StopAt stop, double t_max) 
 std::optional<Hit> Walker::first_hit_from(const Ray& ray, VoxelCoord start, StopAt stop, double t_max) {
     ++m_rays;
     State s(ray);
-    for (int a = 0; a < 3; ++a) s.voxel[a] = start[a];
+    for (int a = 0; a < 3; ++a) {
+        s.voxel[a] = start[a];
+        if (s.direction[a] == 0) s.origin[a] = start[a] + 0.5;
+    }
     return walk(s, stop, t_max);
 }
 

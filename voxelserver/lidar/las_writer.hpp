@@ -23,10 +23,10 @@ struct LasWritePoint {
 };
 
 struct LasWriterOptions {
-    int point_format = 6;                        ///< 0-3 (LAS 1.2) or 6-8 (LAS 1.4)
+    int point_format = 6;                              ///< 0-3 (LAS 1.2) or 6-8 (LAS 1.4)
     std::array<double, 3> scale = {0.01, 0.01, 0.01};  ///< above 0
     std::array<double, 3> offset{};
-    std::string wkt;                             ///< OGC WKT 1 as LAS 1.4 demands; empty = no CRS in the file
+    std::string wkt;                               ///< OGC WKT 1 as LAS 1.4 demands; empty = no CRS in the file
     std::string generating_software = "Terravox";  ///< at most 31 characters are kept
     std::string system_identifier = "Terravox";
     std::uint16_t creation_year = 0, creation_day = 0;  ///< 0 = not told: two runs then write the same bytes

@@ -20,17 +20,17 @@ enum class BuildingUse : std::uint8_t { kHouse, kShed, kFarm, kHotel, kChurch, k
 /// One box with a roof; a church or a castle is made of several. The footprint is a rectangle (a circle for a cone).
 struct Building {
     Vec2 centre;
-    Vec2 direction{1, 0};       ///< of length 1, along the ridge
-    double half_length_m = 5;   ///< along the ridge
+    Vec2 direction{1, 0};      ///< of length 1, along the ridge
+    double half_length_m = 5;  ///< along the ridge
     double half_width_m = 4;
-    double ground_m = 0;        ///< lowest ground at the footprint
-    double eaves_m = 0;         ///< height where the roof begins, sea level
-    double ridge_m = 0;         ///< highest point, sea level; equals the eaves for a flat roof (battlements rise 0.9 m more)
+    double ground_m = 0;  ///< lowest ground at the footprint
+    double eaves_m = 0;   ///< height where the roof begins, sea level
+    double ridge_m = 0;   ///< highest point, sea level; equals the eaves for a flat roof (battlements rise 0.9 m more)
     RoofType roof = RoofType::kGable;
     RoofColour colour = RoofColour::kRed;
     BuildingUse use = BuildingUse::kHouse;
     bool battlements = false;
-    std::uint32_t tint = 0;     ///< random, for the shade of the roof
+    std::uint32_t tint = 0;  ///< random, for the shade of the roof
 
     /// @return height of roof or battlement above p, or nullopt outside the footprint
     [[nodiscard]] std::optional<double> top_m(Vec2 p) const noexcept;

@@ -55,7 +55,8 @@ Colour ground_colour(std::uint64_t seed, Cover cover, Vec2 p) noexcept {
         if ((cover == Cover::kWheat || cover == Cover::kBarley) && tram < 0.08) shade -= 0.10;
         colour = colour.mixed({170, 156, 96}, 0.10 * (1.0 + coarse));
     }
-    if (cover == Cover::kRock) shade += 0.16 * noise_2d(seed + 53, p.x / 5.0, p.y / 5.0) + 0.08 * fine;
+    if (cover == Cover::kRock)
+        shade += 0.10 * noise_2d(seed + 55, p.x / 16.0, p.y / 3.0) + 0.16 * noise_2d(seed + 53, p.x / 5.0, p.y / 5.0) + 0.08 * fine;
     if (cover == Cover::kGarden) colour = colour.mixed({158, 160, 100}, 0.25 * (1.0 + noise_2d(seed + 54, p.x / 9.0, p.y / 9.0)));
     if (cover == Cover::kRoad) shade = 1.0 + 0.03 * fine;
     return colour * shade;

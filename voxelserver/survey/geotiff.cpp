@@ -39,10 +39,10 @@ void write(const std::filesystem::path& path, const SquareExtent& extent, const 
     const QuietGdal quiet;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
     if (driver == nullptr) fail(path);
-    const char* const options[] = {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", "COMPRESS=DEFLATE", "ZLEVEL=4",
-                                   predictor, "INTERLEAVE=PIXEL", nullptr};
-    GDALDatasetUniquePtr image{driver->Create(file.temporary_path().c_str(), raster.side_px, raster.side_px, raster.bands, type,
-                                              const_cast<char**>(options))};
+    const char* const options[] = {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256",   "COMPRESS=DEFLATE",
+                                   "ZLEVEL=4",  predictor,        "INTERLEAVE=PIXEL", nullptr};
+    GDALDatasetUniquePtr image{
+        driver->Create(file.temporary_path().c_str(), raster.side_px, raster.side_px, raster.bands, type, const_cast<char**>(options))};
     if (!image) fail(path);
     const double pixel_m = static_cast<double>(extent.size_m) / raster.side_px;
     double corner[6] = {static_cast<double>(extent.east_m), pixel_m, 0, static_cast<double>(extent.north_m + extent.size_m), 0, -pixel_m};

@@ -6,8 +6,8 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kBlock_m = 190;         ///< parcels in one block have one direction
-constexpr double kGardenReach_m = 38;    ///< from a street with houses
+constexpr double kBlock_m = 190;       ///< parcels in one block have one direction
+constexpr double kGardenReach_m = 38;  ///< from a street with houses
 constexpr double kRockSlope = 1.2;
 constexpr double kFieldSlope = 0.16;
 constexpr double kLakeMeadow_m = 20, kHighestField_m = 30;

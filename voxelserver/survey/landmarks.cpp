@@ -7,12 +7,12 @@ namespace {
 
 // A part of a landmark; heights are above `base_m`, the floor of the landmark.
 struct Part {
-    double east_m, north_m;             ///< of the centre, along the landmark's direction and to its left
+    double east_m, north_m;  ///< of the centre, along the landmark's direction and to its left
     double half_length_m, half_width_m;
     double eaves_m, ridge_m;
     RoofType roof;
     RoofColour colour;
-    bool across = false;                ///< ridge a quarter turn from the landmark's direction
+    bool across = false;  ///< ridge a quarter turn from the landmark's direction
 };
 
 Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, BuildingUse use) {

@@ -18,7 +18,8 @@ void print_table(const std::vector<survey::SquareReport>& reports, double second
                     static_cast<double>(report.bytes) / 1e6, report.seconds);
         all.points += report.points, all.bytes += report.bytes;
     }
-    std::printf("%-20s %12llu %10.1f %9.2f\n", "all", static_cast<unsigned long long>(all.points), static_cast<double>(all.bytes) / 1e6, seconds);
+    std::printf("%-20s %12llu %10.1f %9.2f\n", "all", static_cast<unsigned long long>(all.points), static_cast<double>(all.bytes) / 1e6,
+                seconds);
 }
 
 int run(int argc, char** argv) {

@@ -35,7 +35,8 @@ void ObstacleGrid::for_each_obstacle(const SquareModel& model, const Visit& visi
         // In pieces: the box around a whole span would be far too wide.
         for (int piece = 0; piece < 16; ++piece) {
             const Vec2 a = w.a + (w.b - w.a) * (piece / 16.0), b = w.a + (w.b - w.a) * ((piece + 1) / 16.0);
-            visit({ObstacleKind::kWire, i}, widened({std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)}, kPylonHeight_m));
+            visit({ObstacleKind::kWire, i},
+                  widened({std::min(a.x, b.x), std::min(a.y, b.y), std::max(a.x, b.x), std::max(a.y, b.y)}, kPylonHeight_m));
         }
         ++i;
     }
@@ -54,14 +55,18 @@ ObstacleGrid::ObstacleGrid(const SquareModel& model) : m_area(model.extent().box
         return same;
     };
     for_each_obstacle(model, [&](Obstacle o, const Box2& box) {
-        for_each_cell(box, [&](std::size_t cell) { if (!repeated(o, cell)) ++m_starts[cell + 1]; });
+        for_each_cell(box, [&](std::size_t cell) {
+            if (!repeated(o, cell)) ++m_starts[cell + 1];
+        });
     });
     for (std::size_t i = 1; i < m_starts.size(); ++i) m_starts[i] += m_starts[i - 1];
     m_items.resize(m_starts.back());
     auto next = m_starts;
     last_wire.assign(last_wire.size(), ~0U);
     for_each_obstacle(model, [&](Obstacle o, const Box2& box) {
-        for_each_cell(box, [&](std::size_t cell) { if (!repeated(o, cell)) m_items[next[cell]++] = o; });
+        for_each_cell(box, [&](std::size_t cell) {
+            if (!repeated(o, cell)) m_items[next[cell]++] = o;
+        });
     });
 }
 

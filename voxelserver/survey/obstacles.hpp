@@ -12,7 +12,7 @@ enum class ObstacleKind : std::uint8_t { kBuilding, kBridge, kTree, kPylon, kWir
 
 struct Obstacle {
     ObstacleKind kind;
-    std::uint32_t index;   ///< in the model's list of that kind
+    std::uint32_t index;  ///< in the model's list of that kind
 };
 
 /// Finds what a pulse may meet above the ground: a grid of cells of 8 m; each lists what a pulse whose foot is in the cell
@@ -29,8 +29,10 @@ public:
 
 private:
     static constexpr double kCell_m = 8, kPerCell = 1.0 / kCell_m;
-    template <class Visit> void for_each_cell(const Box2& box, const Visit& visit) const;
-    template <class Visit> void for_each_obstacle(const SquareModel& model, const Visit& visit) const;
+    template <class Visit>
+    void for_each_cell(const Box2& box, const Visit& visit) const;
+    template <class Visit>
+    void for_each_obstacle(const SquareModel& model, const Visit& visit) const;
 
     Box2 m_area;
     std::size_t m_columns, m_rows;

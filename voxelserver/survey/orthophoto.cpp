@@ -83,7 +83,10 @@ void paint_bridges(const SquareModel& model, Canvas& canvas) {
             const double top = bridge.top_m(p);
             if (top == kNoWater) return;
             const bool parapet = top > bridge.deck_m;
-            canvas.put(column, row, top, parapet ? Colour{190, 184, 172} : bridge.half_width_m < 3.0 ? Colour{168, 150, 122} : Colour{128, 127, 128});
+            canvas.put(column, row, top,
+                       parapet                     ? Colour{190, 184, 172}
+                       : bridge.half_width_m < 3.0 ? Colour{168, 150, 122}
+                                                   : Colour{128, 127, 128});
         });
 }
 
@@ -96,7 +99,8 @@ void paint_buildings(const SquareModel& model, Canvas& canvas) {
             const double across = dot(from, left_of(building.direction)), along = dot(from, building.direction);
             Colour colour = roof_colour(building, across > 0 ? 0 : 1);
             // Rows of tiles, a lighter ridge, a rim on flat roofs.
-            const double tiles = std::floor(std::abs(across) * 2.0), rim = std::min(building.half_width_m - std::abs(across), building.half_length_m - std::abs(along));
+            const double tiles = std::floor(std::abs(across) * 2.0),
+                         rim = std::min(building.half_width_m - std::abs(across), building.half_length_m - std::abs(along));
             if (building.roof == RoofType::kFlat) colour = colour * (rim < 0.6 ? 1.08 : 0.97);
             else if (*top > building.ridge_m - 0.3) colour = colour * 1.08;
             else colour = colour * (tiles - 2.0 * std::floor(tiles / 2.0) < 1.0 ? 1.02 : 0.98);

@@ -30,9 +30,7 @@ struct Box2 {
     double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     [[nodiscard]] constexpr Box2 expanded(double m) const noexcept { return {x0 - m, y0 - m, x1 + m, y1 + m}; }
     [[nodiscard]] constexpr bool contains(Vec2 p) const noexcept { return p.x >= x0 && p.x < x1 && p.y >= y0 && p.y < y1; }
-    [[nodiscard]] constexpr bool overlaps(const Box2& o) const noexcept {
-        return x0 < o.x1 && o.x0 < x1 && y0 < o.y1 && o.y0 < y1;
-    }
+    [[nodiscard]] constexpr bool overlaps(const Box2& o) const noexcept { return x0 < o.x1 && o.x0 < x1 && y0 < o.y1 && o.y0 < y1; }
 };
 
 /// The centre of the place in EPSG:3794, metres; the middle of the square TM_462_101.

@@ -10,7 +10,7 @@ namespace terravox::survey {
 /// A lattice mast with one cross-arm.
 struct Pylon {
     Vec2 at;
-    Vec2 along{1, 0};       ///< of length 1, direction of the line
+    Vec2 along{1, 0};  ///< of length 1, direction of the line
     double ground_m = 0, top_m = 0;
     /// @return half the width of the mast at a height, metres
     [[nodiscard]] double half_width_m(double height_m) const noexcept;
@@ -20,7 +20,7 @@ struct Pylon {
 /// A conductor between two masts: a parabola.
 struct Wire {
     Vec2 a, b;
-    double a_m = 0, b_m = 0;   ///< heights of the ends
+    double a_m = 0, b_m = 0;  ///< heights of the ends
     double sag_m = 0;
     [[nodiscard]] double height_m(double along) const noexcept { return lerp(a_m, b_m, along) - 4.0 * sag_m * along * (1.0 - along); }
     [[nodiscard]] double lowest_m() const noexcept { return std::min(a_m, b_m) - sag_m; }
@@ -31,7 +31,7 @@ struct PowerLine {
     std::vector<Wire> wires;
 };
 inline constexpr double kPylonSpan_m = 170;
-inline constexpr double kPylonArm_m = 4.2;       ///< half the width of the cross-arm
+inline constexpr double kPylonArm_m = 4.2;  ///< half the width of the cross-arm
 inline constexpr double kPylonHeight_m = 25;
 
 /// The power lines that may reach into `area`: one along each river, on its south side.

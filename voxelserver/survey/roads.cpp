@@ -3,11 +3,11 @@
 namespace terravox::survey {
 namespace {
 
-constexpr int kSmoothing = 6;         ///< vertices to each side that a road's height is averaged over
-constexpr int kRampReach = 14;        ///< vertices that a ramp to a bridge may be long
-constexpr double kRampSlope = 0.08;   ///< rise over run of a ramp
-constexpr double kPathOffset_m = 9;   ///< from the shore to the path around a lake
-constexpr double kPathStep_m = 2.5;   ///< greatest step of land that the path climbs within its smoothing
+constexpr int kSmoothing = 6;        ///< vertices to each side that a road's height is averaged over
+constexpr int kRampReach = 14;       ///< vertices that a ramp to a bridge may be long
+constexpr double kRampSlope = 0.08;  ///< rise over run of a ramp
+constexpr double kPathOffset_m = 9;  ///< from the shore to the path around a lake
+constexpr double kPathStep_m = 2.5;  ///< greatest step of land that the path climbs within its smoothing
 constexpr double kValleyRoadReach_m = 400;
 
 // Chaikin's corner cutting, which keeps the end points.
@@ -102,8 +102,8 @@ void add_bridges(const Terrain& terrain, Road& road, std::vector<Bridge>& bridge
         const auto &a = road.line[static_cast<std::size_t>(first)], &b = road.line[static_cast<std::size_t>(last)];
         const double clearance = water.river ? kRiverClearance_m : road.half_width_m > 2.0 ? kBrookClearance_m : 1.5;
         const double deck = std::max(water.level_m + clearance, std::max(a.height_m, b.height_m));
-        bridges.push_back({(a.at + b.at) * 0.5, unit(b.at - a.at), 0.5 * length(b.at - a.at) + 0.5, road.half_width_m + 0.9, deck,
-                           water.level_m});
+        bridges.push_back(
+            {(a.at + b.at) * 0.5, unit(b.at - a.at), 0.5 * length(b.at - a.at) + 0.5, road.half_width_m + 0.9, deck, water.level_m});
         lift_ramps(road, first, last, deck);
         for (int k = first; k < last; ++k) road.line[static_cast<std::size_t>(k)].on_bridge = true;
         i = last;

@@ -25,17 +25,17 @@ inline constexpr double kRoadStep_m = 4.0;
 /// A straight deck over water.
 struct Bridge {
     Vec2 centre;
-    Vec2 direction;          ///< of length 1
+    Vec2 direction;  ///< of length 1
     double half_length_m = 0, half_width_m = 0;
-    double deck_m = 0;       ///< height of the road surface in the middle; constant
-    double water_m = 0;      ///< level of the water below
+    double deck_m = 0;   ///< height of the road surface in the middle; constant
+    double water_m = 0;  ///< level of the water below
     /// @return height of the deck or parapet at p, or kNoWater beside the bridge
     [[nodiscard]] double top_m(Vec2 p) const noexcept;
     [[nodiscard]] Box2 bounds() const noexcept;
 };
-inline constexpr double kParapet_m = 1.1;           ///< above the deck
-inline constexpr double kRiverClearance_m = 5.2;    ///< deck above river
-inline constexpr double kBrookClearance_m = 2.4;    ///< deck above brook
+inline constexpr double kParapet_m = 1.1;         ///< above the deck
+inline constexpr double kRiverClearance_m = 5.2;  ///< deck above river
+inline constexpr double kBrookClearance_m = 2.4;  ///< deck above brook
 
 /// All roads and bridges that may reach into an area. Streets of sites, valley roads along rivers, paths around lakes.
 struct RoadNet {

@@ -7,9 +7,9 @@ namespace {
 constexpr double kTurn = 60.20797289396148;
 constexpr Vec2 kForward{5.0 / kTurn, 60.0 / kTurn};
 constexpr Vec2 kAcross{60.0 / kTurn, -5.0 / kTurn};
-constexpr double kFirstTime_s = 3.6e8;        ///< adjusted standard GPS time of the first strip
-constexpr double kStripTime_s = 20000;        ///< between the middles of two strips
-constexpr double kJitter = 0.22;              ///< of the spacing, each way
+constexpr double kFirstTime_s = 3.6e8;  ///< adjusted standard GPS time of the first strip
+constexpr double kStripTime_s = 20000;  ///< between the middles of two strips
+constexpr double kJitter = 0.22;        ///< of the spacing, each way
 
 // Degrees; the error is below 0.001 for the leans that occur (|lean| <= 0.28).
 double angle_of(double lean) noexcept {

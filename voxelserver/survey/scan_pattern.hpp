@@ -9,14 +9,14 @@ namespace terravox::survey {
 
 /// One laser pulse, named by where it would meet the bare ground.
 struct Pulse {
-    Vec2 foot;                   ///< on the ground, place frame
-    Vec2 lean;                   ///< metres towards the aircraft for each metre up
-    double angle_deg = 0;        ///< from straight down; positive to the right of the flight
-    double time_s = 0;           ///< adjusted standard GPS time
-    std::uint64_t key = 0;       ///< all that is random about this pulse follows from it
-    std::uint16_t strip = 0;     ///< point source id, [1, 65535]
-    bool forward = false;        ///< direction of the mirror
-    bool strip_edge = false;     ///< first or last of its scan line
+    Vec2 foot;                ///< on the ground, place frame
+    Vec2 lean;                ///< metres towards the aircraft for each metre up
+    double angle_deg = 0;     ///< from straight down; positive to the right of the flight
+    double time_s = 0;        ///< adjusted standard GPS time
+    std::uint64_t key = 0;    ///< all that is random about this pulse follows from it
+    std::uint16_t strip = 0;  ///< point source id, [1, 65535]
+    bool forward = false;     ///< direction of the mirror
+    bool strip_edge = false;  ///< first or last of its scan line
 };
 
 /// How the aircraft flies: parallel strips that overlap by about 30 %, flown to and fro, a little off the north; scan lines
@@ -38,10 +38,17 @@ public:
     void visit(const Box2& area, const Visit& visit) const;
 
 private:
-    struct Line { std::int64_t strip = 0, number = 0; double forward_m = 0; };
+    struct Line {
+        std::int64_t strip = 0, number = 0;
+        double forward_m = 0;
+    };
     /// The part of a scan line within an area, as pulse numbers [first, last].
-    struct Range { std::int64_t first = 0, last = -1; };
-    struct Span { std::int64_t first = 0, last = -1; };
+    struct Range {
+        std::int64_t first = 0, last = -1;
+    };
+    struct Span {
+        std::int64_t first = 0, last = -1;
+    };
 
     [[nodiscard]] Span strips_over(const Box2& area) const noexcept;
     [[nodiscard]] Span lines_over(const Box2& area) const noexcept;
@@ -52,7 +59,7 @@ private:
     [[nodiscard]] static bool flown_north(std::int64_t strip) noexcept { return (strip & 1) == 0; }
 
     std::uint64_t m_seed;
-    double m_spacing_m;               ///< between pulses of a line and between lines, on average
+    double m_spacing_m;  ///< between pulses of a line and between lines, on average
     std::int64_t m_pulses_per_line;
 };
 

@@ -3,22 +3,26 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kRangeNoise_m = 0.025;      ///< standard deviation of a measured height
-constexpr double kDropout = 0.004;           ///< pulses without any echo
-constexpr double kNoiseShare = 2.0e-5;       ///< pulses that see a bird or a multipath echo, each
-constexpr double kWallShare = 0.55;          ///< pulses that come back from a wall
-constexpr double kWireReach_m = 0.14;        ///< half the width of the beam plus the wire
+constexpr double kRangeNoise_m = 0.025;  ///< standard deviation of a measured height
+constexpr double kDropout = 0.004;       ///< pulses without any echo
+constexpr double kNoiseShare = 2.0e-5;   ///< pulses that see a bird or a multipath echo, each
+constexpr double kWallShare = 0.55;      ///< pulses that come back from a wall
+constexpr double kWireReach_m = 0.14;    ///< half the width of the beam plus the wire
 constexpr int kMostCrowns = 4;
 
 std::uint8_t vegetation_class(double above_m) noexcept {
-    return above_m < kMediumFrom_m ? las_class::kLowVegetation : above_m < kHighFrom_m ? las_class::kMediumVegetation : las_class::kHighVegetation;
+    return above_m < kMediumFrom_m ? las_class::kLowVegetation
+           : above_m < kHighFrom_m ? las_class::kMediumVegetation
+                                   : las_class::kHighVegetation;
 }
 
 // Reflectivity at 1064 nm, roughly: grass and leaves bright, asphalt and water dark.
 double brightness(Cover cover) noexcept {
     switch (cover) {
         case Cover::kRoad: return 9000;
-        case Cover::kGravelRoad: case Cover::kBeach: case Cover::kCourtyard: return 24000;
+        case Cover::kGravelRoad:
+        case Cover::kBeach:
+        case Cover::kCourtyard: return 24000;
         case Cover::kRock: return 20000;
         case Cover::kPloughed: return 15000;
         case Cover::kForest: return 22000;
@@ -27,15 +31,19 @@ double brightness(Cover cover) noexcept {
 }
 
 // What stands on open land, metres, and how often a pulse meets it: grass, crops.
-struct Growth { double share, from_m, to_m; };
+struct Growth {
+    double share, from_m, to_m;
+};
 Growth growth_of(Cover cover) noexcept {
     switch (cover) {
         case Cover::kMaize: return {0.55, 1.4, 2.3};
-        case Cover::kWheat: case Cover::kBarley: return {0.30, 0.5, 0.9};
+        case Cover::kWheat:
+        case Cover::kBarley: return {0.30, 0.5, 0.9};
         case Cover::kRape: return {0.40, 0.8, 1.3};
         case Cover::kMeadow: return {0.05, 0.2, 0.6};
         case Cover::kGarden: return {0.06, 0.2, 1.0};
-        case Cover::kForest: case Cover::kScrub: return {0.14, 0.3, 2.2};
+        case Cover::kForest:
+        case Cover::kScrub: return {0.14, 0.3, 2.2};
         default: return {0, 0, 0};
     }
 }
@@ -56,9 +64,13 @@ void sort_highest_first(Item* items, int count) noexcept {
 /// One pulse on its way: what it has met so far.
 struct Scanner::Shot {
     Ray ray;
+    std::uint64_t key;
     Random random;
-    Solid solid{-1e9, 0, false};          ///< the highest solid thing, where the pulse ends
-    struct Crown { double height_m; const Tree* tree; };
+    Solid solid{-1e9, 0, false};  ///< the highest solid thing, where the pulse ends
+    struct Crown {
+        double height_m;
+        const Tree* tree;
+    };
     std::array<Crown, kMostCrowns> crowns;
     int crown_count = 0;
     double energy = 1;
@@ -68,7 +80,8 @@ struct Scanner::Shot {
         if (out.count == Returns::kMost) return;
         const double measured = height_m + kRangeNoise_m * random.normal();
         const double shade = std::clamp(intensity * energy * random.range(0.8, 1.2), 200.0, 65000.0);
-        out.points[static_cast<std::size_t>(out.count++)] = {ray.at(measured), measured, static_cast<std::uint16_t>(shade), classification, 1, 1};
+        out.points[static_cast<std::size_t>(out.count++)] = {ray.at(measured), measured, static_cast<std::uint16_t>(shade),
+                                                             classification,   1,        1};
     }
 };
 
@@ -76,8 +89,8 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
     // Where the pulse is over the footprint, as a range of heights.
     double low = b.ground_m - 3.0, high = b.top_of_all_m() + 0.01;
     const Vec2 from = ray.at(0) - b.centre, right = left_of(b.direction);
-    const std::array<std::array<double, 3>, 2> slabs = {{{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m},
-                                                         {dot(from, right), dot(ray.lean, right), b.half_width_m}}};
+    const std::array<std::array<double, 3>, 2> slabs = {
+        {{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m}, {dot(from, right), dot(ray.lean, right), b.half_width_m}}};
     for (const auto& [start, step, half] : slabs) {
         if (std::abs(step) < 1e-12) {
             if (std::abs(start) > half) return std::nullopt;
@@ -97,7 +110,10 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
     if (inside(above)) return Solid{above, las_class::kBuilding, above < b.eaves_m - 0.05};
     for (int i = 1; i <= kSteps; ++i) {
         double below = lerp(high, low, (i - 1e-7) / kSteps);
-        if (!inside(below)) { above = below; continue; }
+        if (!inside(below)) {
+            above = below;
+            continue;
+        }
         for (int k = 0; k < kHalvings; ++k) {
             const double middle = 0.5 * (above + below);
             (inside(middle) ? below : above) = middle;
@@ -157,10 +173,12 @@ void Scanner::meet(Shot& shot, const Obstacle& obstacle) const noexcept {
             break;
         }
         case ObstacleKind::kPylon: {
-            // A lattice: a random height is tried, and most of the light passes.
+            // A lattice: a random height is tried, and most of the light passes. The pulse's own random numbers must not be
+            // drawn for what it only might meet: that depends on the grid of the square.
             const Pylon& pylon = m_model.power_line().pylons[obstacle.index];
-            const double height = shot.random.range(pylon.ground_m, pylon.top_m);
-            if (pylon.holds(shot.ray.at(height), height) && shot.random.chance(0.6)) solid(Solid{height, las_class::kTower, false});
+            Random random(shot.key ^ 0x9E10);
+            const double height = random.range(pylon.ground_m, pylon.top_m);
+            if (pylon.holds(shot.ray.at(height), height) && random.chance(0.6)) solid(Solid{height, las_class::kTower, false});
             break;
         }
         case ObstacleKind::kWire: {
@@ -210,11 +228,13 @@ void Scanner::reach_ground(Shot& shot) const noexcept {
         if (height < 1.2 || shot.random.chance(0.5)) return;  // too near to the ground for a second echo
         shot.energy *= 0.5;
     }
-    if (shot.out.count == 0 || shot.random.chance(0.25 + 0.9 * shot.energy)) shot.add(shot.ray.foot_m, las_class::kGround, brightness(cover));
+    if (shot.out.count == 0 || shot.random.chance(0.25 + 0.9 * shot.energy))
+        shot.add(shot.ray.foot_m, las_class::kGround, brightness(cover));
 }
 
 Returns Scanner::shoot(const Pulse& pulse) const noexcept {
-    Shot shot{{pulse.foot, pulse.lean, m_model.ground_m(pulse.foot)}, Random(pulse.key ^ 0x5EC0), {-1e9, 0, false}, {}, 0, 1, {}};
+    Shot shot{
+        {pulse.foot, pulse.lean, m_model.ground_m(pulse.foot)}, pulse.key, Random(pulse.key ^ 0x5EC0), {-1e9, 0, false}, {}, 0, 1, {}};
     const double dice = shot.random.unit();
     if (dice < kDropout) return shot.out;
     if (dice < kDropout + kNoiseShare) shot.add(shot.ray.foot_m - shot.random.range(3, 30), las_class::kLowNoise, 800);

@@ -21,8 +21,8 @@ inline constexpr double kMediumFrom_m = 3, kHighFrom_m = 10;
 
 /// A measured point.
 struct ScanPoint {
-    Vec2 at;                     ///< place frame
-    double height_m = 0;         ///< sea level
+    Vec2 at;              ///< place frame
+    double height_m = 0;  ///< sea level
     std::uint16_t intensity = 0;
     std::uint8_t classification = 0;
     std::uint8_t return_number = 1, number_of_returns = 1;
@@ -50,7 +50,11 @@ private:
         double foot_m = 0;
         [[nodiscard]] Vec2 at(double height_m) const noexcept { return foot + lean * (height_m - foot_m); }
     };
-    struct Solid { double height_m = 0; std::uint8_t classification = 0; bool wall = false; };
+    struct Solid {
+        double height_m = 0;
+        std::uint8_t classification = 0;
+        bool wall = false;
+    };
     struct Shot;
 
     void meet(Shot& shot, const Obstacle& obstacle) const noexcept;

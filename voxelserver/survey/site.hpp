@@ -16,7 +16,7 @@ struct Street {
     std::vector<Vec2> controls;  ///< the street is a smooth curve near these
     double half_width_m = 2.5;
     RoadSurface surface = RoadSurface::kAsphalt;
-    double house_step_m = 0;     ///< average distance between neighbouring houses; 0 = no houses
+    double house_step_m = 0;                ///< average distance between neighbouring houses; 0 = no houses
     double houses_from = 0, houses_to = 1;  ///< part of the length that has houses
 };
 
@@ -47,15 +47,15 @@ struct Hill {
 struct Site {
     std::int64_t along = 0, river = 0;  ///< which one: along the river, and of which river
     std::uint64_t seed = 0;
-    Vec2 centre;                        ///< of the village
+    Vec2 centre;  ///< of the village
     std::optional<Lake> lake;
     std::optional<Island> island;
     std::optional<CastleRock> castle;
     std::optional<Brook> brook;
     std::vector<Hill> hills;
-    std::vector<Street> streets;        ///< the first is the main street; it crosses the river
+    std::vector<Street> streets;  ///< the first is the main street; it crosses the river
     Vec2 church;
-    Vec2 church_direction;              ///< of length 1, along the nave
+    Vec2 church_direction;  ///< of length 1, along the nave
     [[nodiscard]] bool is_the_place() const noexcept { return along == 0 && river == 0; }
 };
 

@@ -43,7 +43,8 @@ void SquareModel::lay_cover(int threads) {
 
 std::optional<Cover> SquareModel::built_cover(Vec2 p, std::size_t i) const {
     for (const Site& site : m_terrain.sites()) {
-        if (site.castle && ellipse(p, site.castle->centre, site.castle->radius_x_m, site.castle->radius_y_m) < 0.93) return Cover::kCourtyard;
+        if (site.castle && ellipse(p, site.castle->centre, site.castle->radius_x_m, site.castle->radius_y_m) < 0.93)
+            return Cover::kCourtyard;
         if (!site.island) continue;
         const Island& island = *site.island;
         if (ellipse(p, island.centre, island.radius_x_m, island.radius_y_m) < 0.42) return Cover::kCourtyard;
@@ -90,6 +91,8 @@ TreeGround SquareModel::tree_ground(Vec2 p) const {
         if (site.brook && std::abs(p.x - site.centre.x) < 300.0)
             land.to_river_m = std::min(land.to_river_m, site.brook->nearest(p).distance_m - site.brook->half_width_m);
         if (site.island && length(p - site.island->centre) < 60.0) land.island = true;
+        // The view of the castle's walls, and from them, is kept free.
+        if (site.castle && ellipse(p, site.castle->centre, site.castle->radius_x_m, site.castle->radius_y_m) < 1.3) land.to_obstacle_m = 0;
     }
     return land;
 }

@@ -6,10 +6,10 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kFar_m = 30;            ///< distances to roads and obstacles are told up to this
-constexpr double kShoulder_m = 6.5;      ///< over which a road's bed comes down to the land
+constexpr double kFar_m = 30;        ///< distances to roads and obstacles are told up to this
+constexpr double kShoulder_m = 6.5;  ///< over which a road's bed comes down to the land
 constexpr double kTreeMargin_m = 40;
-constexpr double kWireClearance_m = 7;   ///< no tree nearer to a power line
+constexpr double kWireClearance_m = 7;  ///< no tree nearer to a power line
 
 }  // namespace
 
@@ -24,8 +24,13 @@ std::string SquareExtent::name() const {
 }
 
 SquareModel::SquareModel(std::uint64_t seed, const SquareExtent& extent, int threads)
-    : m_seed(seed), m_extent(extent), m_area(extent.box().expanded(kModelMargin_m)), m_side(extent.size_m + 2 * kModelMargin_m + 1),
-      m_terrain(seed, m_area), m_roads(build_roads(m_terrain, m_area)), m_power_line(build_power_line(m_terrain, m_area)) {
+    : m_seed(seed),
+      m_extent(extent),
+      m_area(extent.box().expanded(kModelMargin_m)),
+      m_side(extent.size_m + 2 * kModelMargin_m + 1),
+      m_terrain(seed, m_area),
+      m_roads(build_roads(m_terrain, m_area)),
+      m_power_line(build_power_line(m_terrain, m_area)) {
     const auto nodes = static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side);
     m_ground.resize(nodes), m_water.resize(nodes), m_cover.resize(nodes), m_gravel.resize(nodes);
     m_road_edge.assign(nodes, static_cast<float>(kFar_m)), m_clear.assign(nodes, static_cast<float>(kFar_m));
@@ -44,13 +49,13 @@ std::size_t SquareModel::index(int column, int row) const noexcept {
 Vec2 SquareModel::place(int column, int row) const noexcept { return {m_area.x0 + column, m_area.y0 + row}; }
 
 std::size_t SquareModel::nearest(Vec2 p) const noexcept {
-    return index(static_cast<int>(p.x - m_area.x0 + 0.5), static_cast<int>(p.y - m_area.y0 + 0.5));
+    return index(static_cast<int>(std::floor(p.x + 0.5) - m_area.x0), static_cast<int>(std::floor(p.y + 0.5) - m_area.y0));
 }
 
 SquareModel::Node SquareModel::node_below(Vec2 p) const noexcept {
-    const double x = p.x - m_area.x0, y = p.y - m_area.y0;
-    const int column = static_cast<int>(x), row = static_cast<int>(y);
-    return {index(column, row), x - column, y - row};
+    // The fractions are taken before the corner of the area is subtracted: they are then exact, and so the same in any square.
+    const double x = std::floor(p.x), y = std::floor(p.y);
+    return {index(static_cast<int>(x - m_area.x0), static_cast<int>(y - m_area.y0)), p.x - x, p.y - y};
 }
 
 double SquareModel::bilinear(const std::vector<float>& field, Vec2 p) const noexcept {
@@ -141,12 +146,12 @@ void SquareModel::mark_obstacles() {
                                std::abs(dot(from, left_of(b.direction))) - b.half_width_m));
         });
     for (const Bridge& bridge : m_roads.bridges)
-        near_nodes(bridge.centre, bridge.half_length_m + 6.0, [&](Vec2 p, std::size_t n) { closer(n, length(p - bridge.centre) - bridge.half_length_m); });
+        near_nodes(bridge.centre, bridge.half_length_m + 6.0,
+                   [&](Vec2 p, std::size_t n) { closer(n, length(p - bridge.centre) - bridge.half_length_m); });
     for (const Wire& wire : m_power_line.wires)
         for (double along = 0; along <= 1.0; along += 0.03125)
-            near_nodes(wire.a + (wire.b - wire.a) * along, kWireClearance_m + 3.0, [&](Vec2 p, std::size_t n) {
-                closer(n, nearest_on_segment(p, wire.a, wire.b).distance_m - kWireClearance_m);
-            });
+            near_nodes(wire.a + (wire.b - wire.a) * along, kWireClearance_m + 3.0,
+                       [&](Vec2 p, std::size_t n) { closer(n, nearest_on_segment(p, wire.a, wire.b).distance_m - kWireClearance_m); });
 }
 
 }  // namespace terravox::survey

@@ -18,8 +18,8 @@ namespace terravox::survey {
 struct SquareExtent {
     std::int64_t east_m = 0, north_m = 0;
     int size_m = 1000;
-    [[nodiscard]] Box2 box() const noexcept;         ///< in the place frame
-    [[nodiscard]] std::string name() const;          ///< TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101232
+    [[nodiscard]] Box2 box() const noexcept;  ///< in the place frame
+    [[nodiscard]] std::string name() const;   ///< TM_462_101 for 1 km squares on whole kilometres, else TM_462240_101232
 };
 
 /// Everything that stands in one square and in a margin around it. A function of seed and extent; where two squares (or
@@ -35,10 +35,10 @@ public:
     [[nodiscard]] const Terrain& terrain() const noexcept { return m_terrain; }
 
     // All of these may be asked within the square and kModelMargin_m - 1 around it.
-    [[nodiscard]] double ground_m(Vec2 p) const noexcept;   ///< bare ground with roads; bilinear between nodes 1 m apart
-    [[nodiscard]] Vec2 gradient(Vec2 p) const noexcept;     ///< of the ground, rise over run eastwards and northwards
+    [[nodiscard]] double ground_m(Vec2 p) const noexcept;                ///< bare ground with roads; bilinear between nodes 1 m apart
+    [[nodiscard]] Vec2 gradient(Vec2 p) const noexcept;                  ///< of the ground, rise over run eastwards and northwards
     [[nodiscard]] std::optional<double> water_m(Vec2 p) const noexcept;  ///< level of the water where it is wet
-    [[nodiscard]] Cover cover(Vec2 p) const noexcept;       ///< of the nearest node
+    [[nodiscard]] Cover cover(Vec2 p) const noexcept;                    ///< of the nearest node
     [[nodiscard]] double road_edge_m(Vec2 p) const noexcept;  ///< metres to the edge of the nearest road, negative on it; at most 30
 
     [[nodiscard]] const std::vector<Building>& buildings() const noexcept { return m_buildings; }
@@ -47,13 +47,17 @@ public:
     [[nodiscard]] const PowerLine& power_line() const noexcept { return m_power_line; }
 
 private:
-    struct Node { std::size_t index; double fx, fy; };
+    struct Node {
+        std::size_t index;
+        double fx, fy;
+    };
     [[nodiscard]] std::size_t index(int column, int row) const noexcept;
     [[nodiscard]] std::size_t nearest(Vec2 p) const noexcept;
     [[nodiscard]] Node node_below(Vec2 p) const noexcept;
     [[nodiscard]] Vec2 place(int column, int row) const noexcept;
     [[nodiscard]] double bilinear(const std::vector<float>& field, Vec2 p) const noexcept;
-    template <class Visit> void near_nodes(Vec2 p, double reach_m, const Visit& visit) const;
+    template <class Visit>
+    void near_nodes(Vec2 p, double reach_m, const Visit& visit) const;
 
     void shape_ground(int threads);
     void build_road_bed();
@@ -67,8 +71,8 @@ private:
 
     std::uint64_t m_seed;
     SquareExtent m_extent;
-    Box2 m_area;       ///< square and margin
-    int m_side;        ///< nodes along one side
+    Box2 m_area;  ///< square and margin
+    int m_side;   ///< nodes along one side
     Terrain m_terrain;
     RoadNet m_roads;
     PowerLine m_power_line;

@@ -14,7 +14,7 @@ namespace terravox::survey {
 namespace {
 
 constexpr double kScale_m = 0.01;
-constexpr double kFootMargin_m = 24;   ///< a pulse with its foot this far outside may still meet a steeple inside
+constexpr double kFootMargin_m = 24;                           ///< a pulse with its foot this far outside may still meet a steeple inside
 constexpr std::uint16_t kSurveyYear = 2026, kSurveyDay = 172;  ///< written into the files; fixed, so that bytes are
 
 std::int64_t hundredths(double v) noexcept { return static_cast<std::int64_t>(std::floor(v * 100.0 + 0.5)); }
@@ -24,7 +24,10 @@ std::int64_t hundredths(double v) noexcept { return static_cast<std::int64_t>(st
 class PointSink {
 public:
     PointSink(const std::filesystem::path& path, const SquareExtent& extent)
-        : m_writer(path, options_for(extent)), m_west(extent.east_m * 100), m_south(extent.north_m * 100), m_size(extent.size_m * std::int64_t{100}) {}
+        : m_writer(path, options_for(extent)),
+          m_west(extent.east_m * 100),
+          m_south(extent.north_m * 100),
+          m_size(extent.size_m * std::int64_t{100}) {}
 
     void write(const Pulse& pulse, const ScanPoint& point) {
         const auto east = hundredths(point.at.x + kPlaceEasting_m), north = hundredths(point.at.y + kPlaceNorthing_m);

@@ -13,8 +13,8 @@ namespace terravox::survey {
 struct SquareReport {
     std::string name;
     std::uint64_t points = 0;
-    std::uint64_t bytes = 0;     ///< of LAZ file, orthophoto and truth
-    double seconds = 0;          ///< on the clock, from the start of the square to its last file
+    std::uint64_t bytes = 0;  ///< of LAZ file, orthophoto and truth
+    double seconds = 0;       ///< on the clock, from the start of the square to its last file
 };
 
 /// Writes all files of one square: NAME.laz, ortho/NAME.tif, truth/ground_NAME.tif and truth/truth_NAME.json. The bytes

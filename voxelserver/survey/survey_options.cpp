@@ -1,7 +1,7 @@
 #include "voxelserver/survey/survey_options.hpp"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
+#include <CLI/CLI.hpp>
 
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
@@ -54,7 +54,8 @@ void read_squares(const std::string& text, SurveyOptions& options) {
 void read_square_m(const std::string& text, SurveyOptions& options) {
     const std::string allowed = "1000, or a multiple of 16 from " + std::to_string(kLeastSquare_m) + " to 992";
     const int side = number_of<int>("--square-m", text, allowed);
-    if (side != kKilometre_m && (side % kSquareStep_m != 0 || side < kLeastSquare_m || side > kKilometre_m)) refuse("--square-m", text, allowed);
+    if (side != kKilometre_m && (side % kSquareStep_m != 0 || side < kLeastSquare_m || side > kKilometre_m))
+        refuse("--square-m", text, allowed);
     options.square_m = side;
 }
 
@@ -110,12 +111,21 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
     CLI::App app(kAbout, "terravox survey");
     app.set_version_flag("--version", std::string("terravox survey ") + kVersion);
     app.add_option("--seed", texts.seed, "which place: 0 to 2^64 - 1")->type_name("N")->capture_default_str();
-    app.add_option("--squares", texts.squares, "how many squares to the east and to the north, each 1 to 100")->type_name("ExN")->capture_default_str();
-    app.add_option("--density", texts.density, "laser pulses per square metre on average, 0.1 to 200")->type_name("D")->capture_default_str();
-    app.add_option("--square-m", texts.square_m, "side of a square in metres: 1000, or a multiple of 16 from 64")->type_name("M")->capture_default_str();
-    app.add_option("--origin", texts.origin, "south-west corner in km of EPSG:3794, on a whole metre [462,101; for smaller squares the middle of the place]")
+    app.add_option("--squares", texts.squares, "how many squares to the east and to the north, each 1 to 100")
+        ->type_name("ExN")
+        ->capture_default_str();
+    app.add_option("--density", texts.density, "laser pulses per square metre on average, 0.1 to 200")
+        ->type_name("D")
+        ->capture_default_str();
+    app.add_option("--square-m", texts.square_m, "side of a square in metres: 1000, or a multiple of 16 from 64")
+        ->type_name("M")
+        ->capture_default_str();
+    app.add_option("--origin", texts.origin,
+                   "south-west corner in km of EPSG:3794, on a whole metre [462,101; for smaller squares the middle of the place]")
         ->type_name("E,N");
-    app.add_option("--threads", texts.threads, "0 = one for each core; the output is the same for any number")->type_name("N")->capture_default_str();
+    app.add_option("--threads", texts.threads, "0 = one for each core; the output is the same for any number")
+        ->type_name("N")
+        ->capture_default_str();
     app.add_option("-o,--output", texts.folder, "folder to write to; made when missing")->type_name("DIR")->required();
     try {
         app.parse(argc, argv);

@@ -27,8 +27,8 @@ double ellipse_distance(Vec2 p, Vec2 centre, double rx, double ry) noexcept {
 }
 
 double island_height(const Island& island, Vec2 p, std::uint64_t seed) noexcept {
-    const double t = ellipse_distance(p, island.centre, island.radius_x_m, island.radius_y_m) +
-                     0.07 * noise_2d(seed, p.x / 14.0, p.y / 14.0);
+    const double t =
+        ellipse_distance(p, island.centre, island.radius_x_m, island.radius_y_m) + 0.07 * noise_2d(seed, p.x / 14.0, p.y / 14.0);
     const double shore = lerp(island.top_m, island.top_m - 13.0, smoothstep(0.58, 1.12, t));
     return shore - 16.0 * std::max(0.0, t - 0.95);
 }
@@ -40,13 +40,14 @@ double castle_height(const CastleRock& rock, Vec2 p, std::uint64_t seed) noexcep
     const double outside = std::max(0.0, (t - 1.0) * std::min(rock.radius_x_m, rock.radius_y_m));
     const double gully = noise_2d(seed, p.x / 9.0, p.y / 9.0) + 0.5 * noise_2d(seed + 1, p.x / 4.0, p.y / 4.0);
     const double width = lerp(15.0, 150.0, smoothstep(-0.25, 0.95, from.y / (length(from) + 1e-9)));
-    const double fall = smoothstep(0.0, 1.0, (outside + 2.2 * gully * smoothstep(0.0, 5.0, outside)) / width);
+    const double fall = smoothstep(0.0, 1.0, (outside + 3.2 * gully * smoothstep(0.0, 5.0, outside)) / width);
     return rock.top_m - 100.0 * fall;
 }
 
 }  // namespace
 
-Terrain::Terrain(std::uint64_t seed, const Box2& area) : m_seed(hash_of(seed, 0x7E)), m_sites(sites_near(seed, area.expanded(kTerrainReach_m))) {
+Terrain::Terrain(std::uint64_t seed, const Box2& area)
+    : m_seed(hash_of(seed, 0x7E)), m_sites(sites_near(seed, area.expanded(kTerrainReach_m))) {
     const double reach = kTerrainReach_m + kRiverSway_m;
     const auto first = static_cast<std::int64_t>(std::floor((area.y0 - reach + kRiverSouth_m) / kRiverSpacing_m));
     const auto last = static_cast<std::int64_t>(std::floor((area.y1 + reach + kRiverSouth_m) / kRiverSpacing_m)) + 1;
@@ -109,8 +110,8 @@ TerrainSpot Terrain::at(const Column& column, double y) const noexcept {
     TerrainSpot spot{hills(p, in), kNoWater, false};
     for (const Site& site : m_sites)
         for (const Hill& hill : site.hills)
-            spot.ground_m += hill.height_m * bump(length(p - hill.centre) / hill.radius_m) *
-                             (1.0 + 0.35 * noise_2d(site.seed, p.x / 90.0, p.y / 90.0));
+            spot.ground_m +=
+                hill.height_m * bump(length(p - hill.centre) / hill.radius_m) * (1.0 + 0.35 * noise_2d(site.seed, p.x / 90.0, p.y / 90.0));
     const double from_river = std::abs(y - in.nearest->centre_y) * in.nearest->stretch;
     spot.ground_m = carve_channel(spot.ground_m, from_river, in.nearest->half_width_m, 1.4, in.nearest->level_m);
     if (from_river < in.nearest->half_width_m + 1.0) spot.water_m = in.nearest->level_m;

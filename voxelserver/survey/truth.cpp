@@ -24,8 +24,13 @@ Json buildings_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Building& b : model.buildings())
         if (b.bounds().overlaps(box))
-            out.push_back({{"use", name_of(b.use)}, {"roof", name_of(b.roof)}, {"colour", name_of(b.colour)}, {"ground_m", cm(b.ground_m)},
-                           {"eaves_m", cm(b.eaves_m)}, {"ridge_m", cm(b.ridge_m)}, {"footprint", ring(b.outline())}});
+            out.push_back({{"use", name_of(b.use)},
+                           {"roof", name_of(b.roof)},
+                           {"colour", name_of(b.colour)},
+                           {"ground_m", cm(b.ground_m)},
+                           {"eaves_m", cm(b.eaves_m)},
+                           {"ridge_m", cm(b.ridge_m)},
+                           {"footprint", ring(b.outline())}});
     return out;
 }
 
@@ -33,7 +38,10 @@ Json trees_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Tree& t : model.trees())
         if (box.expanded(t.radius_m).contains(t.at))
-            out.push_back({{"kind", name_of(t.kind)}, {"at", position(t.at)}, {"ground_m", cm(t.ground_m)}, {"height_m", cm(t.height_m)},
+            out.push_back({{"kind", name_of(t.kind)},
+                           {"at", position(t.at)},
+                           {"ground_m", cm(t.ground_m)},
+                           {"height_m", cm(t.height_m)},
                            {"crown_radius_m", cm(t.radius_m)}});
     return out;
 }
@@ -82,14 +90,17 @@ Json bridges_of(const SquareModel& model, const Box2& box) {
     for (const Bridge& b : model.roads().bridges)
         if (b.bounds().overlaps(box))
             out.push_back({{"line", ring({b.centre - b.direction * b.half_length_m, b.centre + b.direction * b.half_length_m})},
-                           {"deck_m", cm(b.deck_m)}, {"water_m", cm(b.water_m)}, {"width_m", cm(2.0 * b.half_width_m)}});
+                           {"deck_m", cm(b.deck_m)},
+                           {"water_m", cm(b.water_m)},
+                           {"width_m", cm(2.0 * b.half_width_m)}});
     return out;
 }
 
 Json power_line_of(const SquareModel& model, const Box2& box) {
     Json pylons = Json::array();
     for (const Pylon& p : model.power_line().pylons)
-        if (box.expanded(kPylonArm_m).contains(p.at)) pylons.push_back({{"at", position(p.at)}, {"ground_m", cm(p.ground_m)}, {"top_m", cm(p.top_m)}});
+        if (box.expanded(kPylonArm_m).contains(p.at))
+            pylons.push_back({{"at", position(p.at)}, {"ground_m", cm(p.ground_m)}, {"top_m", cm(p.top_m)}});
     return {{"pylons", pylons}};
 }
 
@@ -100,14 +111,16 @@ Json landmarks_of(const SquareModel& model, const Box2& box) {
     };
     for (const Site& site : model.terrain().sites()) {
         if (site.castle) add("castle", site.castle->centre, site.castle->top_m);
-        if (site.island) add("island", site.island->centre, site.island->top_m), add("island church", site.island->centre, site.island->top_m);
+        if (site.island)
+            add("island", site.island->centre, site.island->top_m), add("island church", site.island->centre, site.island->top_m);
         if (box.contains(site.church)) add("parish church", site.church, model.ground_m(site.church));
     }
     return out;
 }
 
 Json square_of(const SquareExtent& extent) {
-    return {{"name", extent.name()}, {"extent_m", {extent.east_m, extent.north_m, extent.east_m + extent.size_m, extent.north_m + extent.size_m}}};
+    return {{"name", extent.name()},
+            {"extent_m", {extent.east_m, extent.north_m, extent.east_m + extent.size_m, extent.north_m + extent.size_m}}};
 }
 
 }  // namespace
@@ -143,7 +156,8 @@ std::string place_json(const SurveyOptions& options) {
     out["density_per_m2"] = options.density;
     out["square_m"] = options.square_m;
     out["squares"] = {{"east", options.squares_east}, {"north", options.squares_north}};
-    out["extent_m"] = {options.origin_east_m, options.origin_north_m, options.origin_east_m + std::int64_t{options.square_m} * options.squares_east,
+    out["extent_m"] = {options.origin_east_m, options.origin_north_m,
+                       options.origin_east_m + std::int64_t{options.square_m} * options.squares_east,
                        options.origin_north_m + std::int64_t{options.square_m} * options.squares_north};
     out["orthophoto_pixel_m"] = 0.5;
     Json names = Json::array();

@@ -22,8 +22,11 @@ double likelihood(std::uint64_t seed, Vec2 p, const TreeGround& land) noexcept {
             const double orchard = noise_2d(seed + 3, p.x / 90.0, p.y / 90.0);
             return gallery ? 0.55 : orchard > 0.55 ? 0.45 : 0.008;
         }
-        case Cover::kWheat: case Cover::kBarley: case Cover::kMaize: case Cover::kRape: case Cover::kPloughed:
-            return gallery ? 0.5 : 0.0;
+        case Cover::kWheat:
+        case Cover::kBarley:
+        case Cover::kMaize:
+        case Cover::kRape:
+        case Cover::kPloughed: return gallery ? 0.5 : 0.0;
         default: return 0.0;
     }
 }
@@ -31,8 +34,10 @@ double likelihood(std::uint64_t seed, Vec2 p, const TreeGround& land) noexcept {
 TreeKind kind_of(std::uint64_t seed, Vec2 p, const TreeGround& land, Random& random) noexcept {
     if (land.cover == Cover::kScrub) return random.chance(0.55) ? TreeKind::kBush : TreeKind::kBroadleaf;
     if (land.cover == Cover::kRock) return random.chance(0.6) ? TreeKind::kBush : TreeKind::kConifer;
-    if (land.cover != Cover::kForest) return random.chance(land.cover == Cover::kGarden ? 0.16 : 0.08) ? TreeKind::kConifer
-                                             : random.chance(0.25) ? TreeKind::kBush : TreeKind::kBroadleaf;
+    if (land.cover != Cover::kForest)
+        return random.chance(land.cover == Cover::kGarden ? 0.16 : 0.08) ? TreeKind::kConifer
+               : random.chance(0.25)                                     ? TreeKind::kBush
+                                                                         : TreeKind::kBroadleaf;
     const double stand = noise_2d(seed + 4, p.x / 130.0, p.y / 130.0) + land.above_valley_m / 260.0;
     return random.chance(std::clamp(0.42 + 0.6 * stand, 0.04, 0.96)) ? TreeKind::kConifer : TreeKind::kBroadleaf;
 }

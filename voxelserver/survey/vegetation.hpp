@@ -16,12 +16,12 @@ enum class TreeKind : std::uint8_t { kConifer, kBroadleaf, kBush };
 /// A tree: a cone of needles or an ellipsoid of leaves.
 struct Tree {
     Vec2 at;
-    double ground_m = 0;       ///< height of the land at the trunk
-    double height_m = 0;       ///< above the ground
-    double radius_m = 0;       ///< of the crown, at its widest
-    double crown_base_m = 0;   ///< above the ground
+    double ground_m = 0;      ///< height of the land at the trunk
+    double height_m = 0;      ///< above the ground
+    double radius_m = 0;      ///< of the crown, at its widest
+    double crown_base_m = 0;  ///< above the ground
     TreeKind kind = TreeKind::kBroadleaf;
-    std::uint32_t tint = 0;    ///< random, for the shade of the crown
+    std::uint32_t tint = 0;  ///< random, for the shade of the crown
 
     [[nodiscard]] double top_m() const noexcept { return ground_m + height_m; }
     /// @return height of the crown's upper side at a distance from the trunk, or nullopt beyond the crown
@@ -34,9 +34,9 @@ struct Tree {
 struct TreeGround {
     Cover cover = Cover::kMeadow;
     double ground_m = 0;
-    double to_obstacle_m = 1e9;   ///< to the edge of the nearest road, building or power line
+    double to_obstacle_m = 1e9;  ///< to the edge of the nearest road, building or power line
     double above_valley_m = 0;
-    double to_river_m = 1e9;      ///< from the bank
+    double to_river_m = 1e9;  ///< from the bank
     bool wet = false;
     bool island = false;
 };

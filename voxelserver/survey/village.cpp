@@ -5,9 +5,9 @@
 namespace terravox::survey {
 namespace {
 
-constexpr double kRoadClearance_m = 2.2;   ///< from a wall to the edge of any road
-constexpr double kNeighbourGap_m = 1.6;    ///< each footprint is widened by this when houses are kept apart
-constexpr double kMostSlope_m = 4.0;       ///< greatest difference of ground under a house
+constexpr double kRoadClearance_m = 2.2;  ///< from a wall to the edge of any road
+constexpr double kNeighbourGap_m = 1.6;   ///< each footprint is widened by this when houses are kept apart
+constexpr double kMostSlope_m = 4.0;      ///< greatest difference of ground under a house
 
 /// Puts houses where they fit: dry, level enough, clear of roads and of each other.
 class Plots {

@@ -43,7 +43,8 @@ std::vector<Vec2> Lake::shore_ring(int points) const {
 }
 
 River::River(std::uint64_t seed, std::int64_t index) noexcept
-    : m_seed(hash_of(seed, 0x52, index)), m_index(index),
+    : m_seed(hash_of(seed, 0x52, index)),
+      m_index(index),
       m_base_y(static_cast<double>(index) * kRiverSpacing_m - kRiverSouth_m),
       m_base_level_m(470.0 + (index == 0 ? 0.0 : Random(m_seed).range(-45.0, 45.0))) {}
 

@@ -27,8 +27,8 @@ struct Lake {
 /// What a river is at one easting.
 struct RiverAtX {
     double centre_y = 0;
-    double stretch = 1;     ///< multiply |y - centre_y| by this to get the distance to the centre line (about)
-    double level_m = 0;     ///< of the water; falls eastwards without a step
+    double stretch = 1;  ///< multiply |y - centre_y| by this to get the distance to the centre line (about)
+    double level_m = 0;  ///< of the water; falls eastwards without a step
     double half_width_m = 0;
 };
 

@@ -1,6 +1,6 @@
+#include "voxelserver/lidar/las_writer.hpp"
 #include "common/util/error.hpp"
 #include "survey_fixture.hpp"
-#include "voxelserver/lidar/las_writer.hpp"
 
 using namespace terravox;
 using namespace terravox::lidar;
@@ -18,7 +18,8 @@ TEST_CASE("points come back as they were written", "[las_writer]") {
     for (int i = 0; i < 100; ++i) {
         LasWritePoint point;
         point.x = 462000.25 + i, point.y = 101000.5 - i, point.z = 500.01 + 0.5 * i;
-        point.classification = static_cast<std::uint8_t>(i % 20), point.return_count = 3, point.return_number = static_cast<std::uint8_t>(1 + i % 3);
+        point.classification = static_cast<std::uint8_t>(i % 20), point.return_count = 3,
+        point.return_number = static_cast<std::uint8_t>(1 + i % 3);
         point.point_source = 12, point.gps_time_s = 1000.5 + i;
         writer.write(point);
     }

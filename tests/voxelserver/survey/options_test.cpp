@@ -18,13 +18,28 @@ std::optional<SurveyOptions> parsed(std::vector<const char*> arguments, std::str
 }  // namespace
 
 TEST_CASE("values out of range are usage errors that name option, value and range", "[survey][options]") {
-    struct Case { const char* option; const char* value; };
+    struct Case {
+        const char* option;
+        const char* value;
+    };
     const auto c = GENERATE(values<Case>({
-        {"--density", "0.05"}, {"--density", "201"}, {"--density", "nan"}, {"--density", "8x"},
-        {"--squares", "0x1"}, {"--squares", "1x101"}, {"--squares", "3"}, {"--squares", "2x2x2"},
-        {"--seed", "-1"}, {"--seed", "18446744073709551616"}, {"--seed", ""},
-        {"--square-m", "100"}, {"--square-m", "48"}, {"--square-m", "1008"},
-        {"--origin", "462"}, {"--origin", "462.0005,101"}, {"--origin", "-1,101"},
+        {"--density", "0.05"},
+        {"--density", "201"},
+        {"--density", "nan"},
+        {"--density", "8x"},
+        {"--squares", "0x1"},
+        {"--squares", "1x101"},
+        {"--squares", "3"},
+        {"--squares", "2x2x2"},
+        {"--seed", "-1"},
+        {"--seed", "18446744073709551616"},
+        {"--seed", "seven"},
+        {"--square-m", "100"},
+        {"--square-m", "48"},
+        {"--square-m", "1008"},
+        {"--origin", "462"},
+        {"--origin", "462.0005,101"},
+        {"--origin", "-1,101"},
         {"--threads", "-1"},
     }));
     DYNAMIC_SECTION(c.option << " " << c.value) {

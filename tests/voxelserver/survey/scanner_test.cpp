@@ -36,8 +36,12 @@ TEST_CASE("pulses do not depend on the area they are asked for", "[survey][scan]
     const Box2 whole{0, 0, 60, 60}, part{20, 20, 40, 40};
     std::vector<std::uint64_t> from_whole, from_part;
     const ScanPattern pattern(7, 4.0);
-    pattern.visit(whole, [&](const Pulse& pulse) { if (part.contains(pulse.foot)) from_whole.push_back(pulse.key); });
-    pattern.visit(part, [&](const Pulse& pulse) { if (part.contains(pulse.foot)) from_part.push_back(pulse.key); });
+    pattern.visit(whole, [&](const Pulse& pulse) {
+        if (part.contains(pulse.foot)) from_whole.push_back(pulse.key);
+    });
+    pattern.visit(part, [&](const Pulse& pulse) {
+        if (part.contains(pulse.foot)) from_part.push_back(pulse.key);
+    });
     CHECK_FALSE(from_part.empty());
     CHECK(from_part == from_whole);
 }
@@ -85,8 +89,9 @@ TEST_CASE("building points lie between ground and ridge, bridge points on the de
                 ++roofs;
                 const bool held = std::any_of(model.buildings().begin(), model.buildings().end(), [&](const Building& b) {
                     const Vec2 from = point.at - b.centre;
-                    return std::abs(dot(from, b.direction)) < b.half_length_m + 0.2 && std::abs(dot(from, left_of(b.direction))) < b.half_width_m + 0.2 &&
-                           point.height_m > b.ground_m - 3.2 && point.height_m < b.top_of_all_m() + 0.2;
+                    return std::abs(dot(from, b.direction)) < b.half_length_m + 0.2 &&
+                           std::abs(dot(from, left_of(b.direction))) < b.half_width_m + 0.2 && point.height_m > b.ground_m - 3.2 &&
+                           point.height_m < b.top_of_all_m() + 0.2;
                 });
                 wrong += !held;
             }

@@ -12,7 +12,7 @@ using namespace terravox::survey::test;
 
 namespace {
 
-const std::vector<std::string> kFiles(const std::string& name) {
+std::vector<std::string> files_of(const std::string& name) {
     return {name + ".laz", "ortho/" + name + ".tif", "truth/ground_" + name + ".tif", "truth/truth_" + name + ".json"};
 }
 
@@ -29,7 +29,7 @@ TEST_CASE("a survey is the same to the byte for any number of threads", "[survey
     run_survey(options, kQuiet);
     REQUIRE(reports.size() == 2);
     for (const auto& report : reports)
-        for (const auto& file : kFiles(report.name)) {
+        for (const auto& file : files_of(report.name)) {
             INFO(file);
             CHECK(bytes_of(one.path() / file) == bytes_of(two.path() / file));
         }
@@ -43,7 +43,7 @@ TEST_CASE("another seed gives another place", "[survey]") {
     const auto reports = run_survey(options, kQuiet);
     options.folder = two.path(), options.seed = 8;
     run_survey(options, kQuiet);
-    for (const auto& file : kFiles(reports.front().name)) CHECK(bytes_of(one.path() / file) != bytes_of(two.path() / file));
+    for (const auto& file : files_of(reports.front().name)) CHECK(bytes_of(one.path() / file) != bytes_of(two.path() / file));
 }
 
 TEST_CASE("a square does not depend on which survey it belongs to", "[survey]") {
@@ -53,7 +53,7 @@ TEST_CASE("a square does not depend on which survey it belongs to", "[survey]") 
     const auto reports = run_survey(options, kQuiet);
     options.folder = alone.path(), options.squares_east = 1, options.origin_east_m += 128;
     run_survey(options, kQuiet);
-    for (const auto& file : kFiles(reports.back().name)) CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
+    for (const auto& file : files_of(reports.back().name)) CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
 }
 
 TEST_CASE("points lie in their square and neighbours share none", "[survey]") {
@@ -111,7 +111,8 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
     }
     SECTION("ground points lie on the true ground") {
         GDALAllRegister();
-        GDALDatasetUniquePtr image{GDALDataset::Open((folder.path() / "truth" / ("ground_" + report.name + ".tif")).c_str(), GDAL_OF_RASTER)};
+        GDALDatasetUniquePtr image{
+            GDALDataset::Open((folder.path() / "truth" / ("ground_" + report.name + ".tif")).c_str(), GDAL_OF_RASTER)};
         REQUIRE(image);
         std::vector<float> truth(256 * 256);
         REQUIRE(image->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 256, 256, truth.data(), 256, 256, GDT_Float32, 0, 0) == CE_None);

@@ -17,7 +17,8 @@ namespace terravox::survey::test {
 class TemporaryFolder {
 public:
     explicit TemporaryFolder(const std::string& name)
-        : m_path(std::filesystem::temp_directory_path() / ("terravox-" + name + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)))) {
+        : m_path(std::filesystem::temp_directory_path() /
+                 ("terravox-" + name + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)))) {
         std::filesystem::create_directories(m_path);
     }
     ~TemporaryFolder() {
