@@ -104,13 +104,12 @@ bool Walker::enter(State& s) const noexcept {
         const auto i = static_cast<std::size_t>(a);
         if (axis < 0) {
             s.voxel[a] = floor_to_int(s.origin[a]);
-            // On a face with nothing but the outside ahead or behind: the voxel inside.
-            s.voxel[a] = std::clamp(s.voxel[a], m_bounds.min[i], m_bounds.max[i] - 1);
         } else if (a == axis) {
             s.voxel[a] = s.forward[a] ? m_bounds.min[i] : m_bounds.max[i] - 1;
         } else {
             constexpr std::int32_t kRoom = 1;  // a ray may pass the bounds before it crosses the axis: found below
-            s.voxel[a] = s.position_after(a, at, axis, m_bounds.min[i] - kRoom, m_bounds.max[i] - 1 + kRoom);
+            const std::int32_t low = m_bounds.min[i] - kRoom, own = floor_to_int(s.origin[a]);  // its own voxel's near plane is behind it
+            s.voxel[a] = s.position_after(a, at, axis, s.forward[a] ? std::max(low, own) : low, m_bounds.max[i] - 1 + kRoom);
             if (s.voxel[a] < m_bounds.min[i] || s.voxel[a] >= m_bounds.max[i]) return false;
         }
     }
