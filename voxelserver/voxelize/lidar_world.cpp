@@ -125,7 +125,7 @@ private:
         const util::StageTimes::Scope scope(m_times, "serialization");
         column->by_begin = voxel::floor_div(runs.min_y(), voxel::kBoxSizeY);
         const std::int32_t end = voxel::floor_div(runs.max_y() - 1, voxel::kBoxSizeY) + 1;
-        for (std::int32_t by = column->by_begin; by < end; ++by) column->boxes.push_back(serialize({0, bx, by, bz}, runs, colours, m_info.voxel_m));
+        for (std::int32_t by = column->by_begin; by < end; ++by) column->boxes.push_back(serialize({0, bx, by, bz}, runs, colours));
         return column;
     }
 

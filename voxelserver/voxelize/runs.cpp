@@ -13,6 +13,8 @@ using voxel::VoxelAttr;
 constexpr double kTierLow_m = 1.0, kTierMedium_m = 3.0;  // tops of low and medium vegetation where the source has no tiers
 constexpr double kClutter_m = 0.5;    // unclassified things lower than this are the ground's roughness
 constexpr double kWaterDepth_m = 2.5;  // a bed that a clear lake shows near its shore; deepening by distance is a later step
+constexpr double kSoil_m = 2.5;
+constexpr double kCliff_m = 3.0;  // no soil holds where the ground drops by more to the next column
 constexpr double kDeckThickness_m = 1.0;
 constexpr double kNearGround_m = 2.5;  // higher things must hang on something: birds and stray returns do not
 constexpr double kCanopyGap_m = 3.0;  // foliage between two returns of one crown
@@ -65,11 +67,11 @@ private:
         std::int32_t top = floor_y(ground);
         if (!std::isnan(water)) {
             const std::int32_t surface = floor_y(water), bed = surface - in_voxels(kWaterDepth_m, m_in.voxel_m);
-            terrain(bed, VoxelAttr{Material::kSand, 0, 0, 0, {}, 0});
+            terrain(bed, VoxelAttr{Material::kSand, 0, 0, 0, {}, 0}, 0);
             push(bed + 1, surface + 1, attr_of(Material::kWater, col.water));
             top = surface;
         } else {
-            terrain(top, ground_attr(col));
+            terrain(top, ground_attr(col), soil(x, z));
         }
         if (roof.seen()) building(roof, top);
         if (col.deck.seen()) {
@@ -96,9 +98,18 @@ private:
         return VoxelAttr{Material::kGround, 0, 0, 0, {}, 0};
     }
 
-    void terrain(std::int32_t top, const VoxelAttr& attr) {
+    void terrain(std::int32_t top, const VoxelAttr& attr, std::int16_t soil_voxels) {
         push(std::min(m_in.floor_y, top), top + 1, attr);
         m_runs.back().terrain = true;
+        m_runs.back().soil = soil_voxels;
+    }
+
+    [[nodiscard]] std::int16_t soil(int x, int z) const {
+        const float here = m_in.ground.at(x, z);
+        float drop = 0;
+        for (const float there : {m_in.ground.at(x - 1, z), m_in.ground.at(x + 1, z), m_in.ground.at(x, z - 1), m_in.ground.at(x, z + 1)})
+            drop = std::max(drop, here - there);
+        return drop * m_in.voxel_m > kCliff_m ? std::int16_t{0} : static_cast<std::int16_t>(in_voxels(kSoil_m, m_in.voxel_m));
     }
 
     void building(const Surface& roof, std::int32_t ground_top) {
@@ -122,7 +133,7 @@ private:
             const ObjectVoxel& o = patch.objects[i];
             const ClassMeaning& m = meaning(o.source_class);
             const double height_m = (o.y - top) * m_in.voxel_m;
-            if (o.y < m_runs.back().y1 && !m_runs.empty()) {
+            if (o.y < m_runs.back().y1) {
                 // In or below what is there already. Plants on the ground colour it green.
                 if (m.role == Role::kVegetation && o.y == top && !roofed && m_runs.back().terrain && m_runs.back().attr.material == Material::kGround)
                     m_runs.back().attr.material = Material::kGrass;
@@ -164,7 +175,7 @@ private:
 
     void push(std::int32_t y0, std::int32_t y1, const VoxelAttr& attr) {
         if (!m_runs.empty()) y0 = std::max(y0, m_runs.back().y1);
-        if (y0 < y1) m_runs.push_back({y0, y1, attr, false});
+        if (y0 < y1) m_runs.push_back({y0, y1, attr});
     }
 
     const RunsInput& m_in;

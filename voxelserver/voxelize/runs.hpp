@@ -13,7 +13,8 @@ namespace terravox::voxelize {
 struct Run {
     std::int32_t y0 = 0, y1 = 0;
     voxel::VoxelAttr attr;
-    bool terrain = false;  ///< soil and rock below the top voxel
+    bool terrain = false;  ///< rock below the top voxel, and between them ...
+    std::int16_t soil = 0;  ///< ... so many voxels of soil
 };
 
 /// The finished columns of a patch with a margin of one: what boxes of any height are cut from. x, z in [-1, 65).

@@ -1,7 +1,6 @@
 #include "voxelserver/voxelize/serialize.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/voxel/box_builder.hpp"
 
@@ -11,14 +10,12 @@ namespace {
 using voxel::Material;
 using voxel::VoxelAttr;
 
-constexpr double kSoil_m = 2.5;  // between the surface and the rock
-
-VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y, std::int32_t soil_voxels) {
+VoxelAttr attr_at(std::span<const Run> runs, std::int32_t y) {
     const auto run = std::upper_bound(runs.begin(), runs.end(), y, [](std::int32_t value, const Run& r) { return value < r.y1; });
     if (run == runs.end() || y < run->y0) return {};
     if (!run->terrain || y == run->y1 - 1) return run->attr;
     VoxelAttr below;
-    below.material = run->y1 - 1 - y <= soil_voxels ? Material::kSoil : Material::kRock;
+    below.material = run->y1 - 1 - y <= run->soil ? Material::kSoil : Material::kRock;
     below.source_class = run->attr.source_class;
     return below;
 }
@@ -27,7 +24,7 @@ bool takes_ortho(Material m) { return m != Material::kWall && m != Material::kWa
 
 }  // namespace
 
-std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const PatchRuns& runs, const PatchColours& colours, double voxel_m) {
+std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const PatchRuns& runs, const PatchColours& colours) {
     const std::int32_t base = key.by * voxel::kBoxSizeY;
     if (runs.max_y() <= base || runs.min_y() >= base + voxel::kBoxSizeY) return nullptr;
     voxel::BoxBuilder builder;
@@ -37,9 +34,8 @@ std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const Patc
                 if (run.y1 < base || run.y0 > base + voxel::kBoxSizeY) continue;
                 builder.add(x, z, std::max(run.y0 - base, -1), std::min(run.y1 - base, voxel::kBoxSizeY + 1), !voxel::see_through(run.attr.material));
             }
-    const auto soil = static_cast<std::int32_t>(std::lround(kSoil_m / voxel_m));
     return builder.build(key, [&](int x, int y, int z) {
-        VoxelAttr attr = attr_at(runs.column(x, z), base + y, soil);
+        VoxelAttr attr = attr_at(runs.column(x, z), base + y);
         const auto i = static_cast<std::size_t>(z * kPatchSize + x);
         if (!colours.valid.empty() && colours.valid[i] != 0 && takes_ortho(attr.material)) {
             attr.colour = colours.colour[i];

@@ -18,6 +18,6 @@ struct PatchColours {
 /// Step "serialization": cuts one box out of the columns of its patch.
 /// @param colours seen from above: they replace the points' own colours for everything but walls and water
 /// @return nullptr when the box is air
-[[nodiscard]] std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const PatchRuns& runs, const PatchColours& colours, double voxel_m);
+[[nodiscard]] std::shared_ptr<const voxel::Box> serialize(const voxel::BoxKey& key, const PatchRuns& runs, const PatchColours& colours);
 
 }  // namespace terravox::voxelize
