@@ -1,0 +1,222 @@
+#include "voxelserver/http/server.hpp"
+
+#include <future>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "tests/catch.hpp"
+#include "tests/voxelserver/http/fake_world.hpp"
+#include "tests/voxelserver/http/http_client.hpp"
+
+using namespace terravox;
+using test::HttpClient;
+using test::HttpReply;
+
+namespace {
+
+http::ServerOptions quick() {
+    http::ServerOptions o;
+    o.port = 0;
+    o.request_timeout = std::chrono::milliseconds(1000);
+    return o;
+}
+
+struct Fixture {
+    explicit Fixture(const http::ServerOptions& options = quick()) : server(router, options) {}
+    test::FakeWorld world;
+    util::StageTimes times;
+    http::Router router{world, times, {.makers = 4, .queue = 64}};
+    http::Server server;
+
+    std::uint64_t cache_waits() {
+        const auto reply = router.handle(http::Request{"GET", "/v2/stats", {}});
+        return nlohmann::json::parse(*reply.body)["cache"]["waits"].get<std::uint64_t>();
+    }
+};
+
+std::string header(const HttpReply& r, const std::string& name) {
+    const auto at = r.headers.find(name);
+    return at == r.headers.end() ? "" : at->second;
+}
+
+// Mutations of a good request, and plain noise. The seed is all it depends on.
+std::string random_request(std::mt19937& random) {
+    const auto below = [&](unsigned n) { return static_cast<std::size_t>(random() % n); };
+    static const std::vector<std::string> kPaths = {
+        "/", "/v2/world", "/v2/boxes/0/0/0/0", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%2f..%2fetc/passwd", "*", "",
+        "/v2/boxes/0/../../../etc/passwd", "//etc/passwd", "/\\..\\..\\etc\\passwd", "http://elsewhere/v2/world",
+        "/v2/world?x=%00&y=../..", "/v2/boxes/0/0/0/99999999999", "/" + std::string(3000, 'a')};
+    static const std::vector<std::string> kMethods = {"GET", "HEAD", "POST", "OPTIONS", "CONNECT", "PROPFIND", "FOO", "get", ""};
+    static const std::vector<std::string> kVersions = {"HTTP/1.1", "HTTP/1.0", "HTTP/0.9", "HTTP/2.0", "HTTP/", "FTP/1.1", ""};
+    static const std::vector<std::string> kHeaders = {
+        "Host: x\r\n", "Content-Length: 1000000000000\r\n", "Content-Length: -5\r\n", "Transfer-Encoding: chunked\r\n",
+        "Transfer-Encoding: gzip, chunked\r\n", "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Key: x\r\n",
+        "If-None-Match: *\r\n", "Range: bytes=0-1\r\n", "no colon\r\n", ": no name\r\n", "X: " + std::string(2000, 'x') + "\r\n",
+        "Connection: close\r\n", "Expect: 100-continue\r\n", "X: \x80\xff\r\n", "\r\n", "Authorization: Basic Zm9v\r\n"};
+    std::string out = kMethods[below(kMethods.size())] + " " + kPaths[below(kPaths.size())] + " " + kVersions[below(kVersions.size())] + "\r\n";
+    for (std::size_t i = below(5); i > 0; --i) out += kHeaders[below(kHeaders.size())];
+    out += "\r\n";
+    switch (below(4)) {
+        case 0:  // noise instead
+            out.clear();
+            for (std::size_t i = below(400); i > 0; --i) out += static_cast<char>(below(256));
+            break;
+        case 1:  // some bytes changed
+            for (std::size_t i = below(6); i > 0; --i) out[below(static_cast<unsigned>(out.size()))] = static_cast<char>(below(256));
+            break;
+        case 2: out.resize(below(static_cast<unsigned>(out.size()))); break;  // cut short
+        default: break;
+    }
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a connection serves several requests, one after the other or at once", "[voxelserver][http][server]") {
+    Fixture f;
+    HttpClient client(f.server.port());
+    const HttpReply world = client.get("/v2/world");
+    CHECK(world.status == 200);
+    CHECK(header(world, "connection") == "keep-alive");
+    const HttpReply box = client.get("/v2/boxes/0/0/0/0?ignored=1");
+    CHECK(box.status == 200);
+    CHECK(client.get("/v2/boxes/0/0/0/0", "If-None-Match: " + header(box, "etag") + "\r\n").status == 304);
+    CHECK(client.get("/v2/boxes/0/0/1/0").status == 204);
+    const HttpReply head = client.get("/v2/boxes/0/0/0/0", "", "HEAD");
+    CHECK(header(head, "content-length") == std::to_string(box.body.size()));
+    CHECK(client.get("/nothing").status == 404);
+
+    client.send("GET /healthz HTTP/1.1\r\n\r\nGET /v2/boxes/0/0/0/0 HTTP/1.1\r\n\r\n");
+    CHECK(client.read_reply()->body == "ok\n");
+    CHECK(client.read_reply()->body == box.body);
+
+    CHECK(header(client.get("/healthz", "Connection: close\r\n"), "connection") == "close");
+    CHECK(client.read_to_end().empty());
+    HttpClient old(f.server.port());
+    old.send("GET /healthz HTTP/1.0\r\n\r\n");
+    CHECK(header(*old.read_reply(), "connection") == "close");
+    CHECK(old.read_to_end().empty());
+}
+
+TEST_CASE("many who ask for one cold box at once get it from one making", "[voxelserver][http][server]") {
+    constexpr int kClients = 100;
+    Fixture f;
+    f.world.hold();
+    std::vector<std::future<HttpReply>> replies;
+    for (int i = 0; i < kClients; ++i)
+        replies.push_back(std::async(std::launch::async, [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/1/0/0"); }));
+    while (f.cache_waits() < kClients - 1) std::this_thread::yield();
+    f.world.release();
+    const HttpReply first = replies.front().get();
+    CHECK(first.status == 200);
+    for (int i = 1; i < kClients; ++i) {
+        const HttpReply r = replies[static_cast<std::size_t>(i)].get();
+        CHECK(r.status == 200);
+        CHECK(r.body == first.body);
+    }
+    CHECK(f.world.asked == 1);
+}
+
+TEST_CASE("what is no proper request is refused with a problem, and the connection closed", "[voxelserver][http][server]") {
+    struct Case {
+        const char* name;
+        std::string bytes;
+        int status;
+    };
+    std::string many_headers = "GET / HTTP/1.1\r\n";
+    for (int i = 0; i < 100; ++i) many_headers += "X-" + std::to_string(i) + ": 1\r\n";
+    const auto c = GENERATE_REF(values<Case>({
+        {"noise", "\x01\x02\x03\r\n\r\n", 400},
+        {"TLS instead of HTTP", std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", 15), 400},
+        {"no version", "GET /\r\n\r\n", 400},
+        {"unknown method", "BREW / HTTP/1.1\r\n\r\n", 400},
+        {"another version", "GET / HTTP/3.0\r\n\r\n", 505},
+        {"a header without colon", "GET / HTTP/1.1\r\nnonsense\r\n\r\n", 400},
+        {"a long address", "GET /" + std::string(20000, 'a') + " HTTP/1.1\r\n\r\n", 400},
+        {"a long header", "GET / HTTP/1.1\r\nX: " + std::string(20000, 'a') + "\r\n\r\n", 400},
+        {"many headers", many_headers + "\r\n", 431},
+        {"a length of 10^12", "GET /v2/world HTTP/1.1\r\nContent-Length: 1000000000000\r\n\r\n", 413},
+        {"chunks", "GET /v2/world HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
+        {"length and chunks", "GET /v2/world HTTP/1.1\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
+        {"a body that looks like a request", "POST /v2/world HTTP/1.1\r\nContent-Length: 33\r\n\r\nGET /v2/boxes/0/0/0/0 HTTP/1.1\r\n\r\n", 405},
+    }));
+    static Fixture f;  // one server for all cases: each must leave it as it was
+    DYNAMIC_SECTION(c.name) {
+        HttpClient client(f.server.port());
+        client.send(c.bytes);
+        const auto reply = client.read_reply();
+        REQUIRE(reply);
+        CHECK(reply->status == c.status);
+        CHECK(header(*reply, "content-type") == "application/problem+json");
+        CHECK(nlohmann::json::parse(reply->body)["status"] == c.status);
+        CHECK(header(*reply, "connection") == "close");
+        CHECK(client.read_to_end().empty());
+        CHECK(HttpClient(f.server.port()).get("/healthz").status == 200);
+        CHECK(f.world.asked == 0);
+    }
+}
+
+TEST_CASE("500 random requests and path tricks neither stop the server nor make it fail", "[voxelserver][http][server]") {
+    Fixture f;
+    const std::uint32_t seed = 20240621;
+    std::mt19937 random(seed);
+    for (int i = 0; i < 500; ++i) {
+        const std::string bytes = random_request(random);
+        INFO("seed " << seed << ", request " << i << ": " << bytes);
+        HttpClient client(f.server.port());
+        REQUIRE(client.connected());
+        client.send(bytes);
+        client.end_of_request();
+        const std::string answer = client.read_to_end();
+        CHECK(answer.find("root:") == std::string::npos);
+        CHECK((answer.empty() || answer.rfind("HTTP/1.1 ", 0) == 0));
+        CHECK(answer.rfind("HTTP/1.1 500", 0) == std::string::npos);
+    }
+    CHECK(HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0").status == 200);
+}
+
+TEST_CASE("more connections than threads are all served, and give way to each other", "[voxelserver][http][server]") {
+    http::ServerOptions options = quick();
+    options.request_threads = 2;
+    Fixture f(options);
+    std::vector<std::future<int>> ok;
+    for (int i = 0; i < 16; ++i)
+        ok.push_back(std::async(std::launch::async, [&] {
+            int count = 0;
+            for (int n = 0; n < 20; ++n) count += HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0").status == 200;
+            return count;
+        }));
+    for (auto& o : ok) CHECK(o.get() == 20);
+}
+
+TEST_CASE("stopping finishes the running request and refuses new ones", "[voxelserver][http][server]") {
+    Fixture f;
+    f.world.hold();
+    auto running = std::async(std::launch::async, [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0"); });
+    while (f.world.asked == 0) std::this_thread::yield();
+    auto stopping = std::async(std::launch::async, [&] { f.server.stop(); });
+    while (HttpClient(f.server.port()).get("/healthz").status != 503) std::this_thread::yield();
+    f.world.release();
+    const HttpReply reply = running.get();
+    CHECK(reply.status == 200);
+    CHECK(std::to_string(reply.body.size()) == header(reply, "content-length"));
+    stopping.get();
+    CHECK_FALSE(HttpClient(f.server.port()).connected());
+    f.server.stop();  // once more changes nothing
+}
+
+TEST_CASE("a port in use or an address that is none is an error that names it", "[voxelserver][http][server]") {
+    Fixture f;
+    http::ServerOptions taken = quick();
+    taken.port = f.server.port();
+    CHECK_THROWS_WITH(http::check_can_listen(taken), test::contains("127.0.0.1:" + std::to_string(taken.port)) && test::contains("in use"));
+    CHECK_THROWS_AS(http::Server(f.router, taken), Error);
+    for (const char* bind : {"localhost", "127.0.0.1,8080", "", "1.2.3", "127.0.0.1s"}) {
+        http::ServerOptions bad = quick();
+        bad.bind = bind;
+        INFO(bind);
+        CHECK_THROWS_AS(http::check_can_listen(bad), UsageError);
+    }
+}
