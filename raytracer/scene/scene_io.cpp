@@ -80,6 +80,7 @@ double parse_number(const Setter& setter, const std::string& text) {
 
 std::vector<double> parse_numbers(const Setter& setter, const std::string& text, char separator) {
     std::vector<double> out;
+    if (text.ends_with(separator)) setter.fail("'" + text + "'", "numbers with '" + std::string(1, separator) + "' between them");
     std::istringstream stream(text);
     for (std::string part; std::getline(stream, part, separator);) out.push_back(parse_number(setter, part));
     return out;
@@ -151,8 +152,9 @@ void read_scene(const std::filesystem::path& file, Scene& scene) {
     } catch (const toml::parse_error& e) {
         throw UsageError(attempt + ": " + std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
     }
-    const auto version = root["version"].value_or(kSceneVersion);
-    if (version != kSceneVersion) throw UsageError(attempt + ": version = " + std::to_string(version) + "; allowed: " + std::to_string(kSceneVersion));
+    const auto version = root["version"].value<int>();
+    if (root.contains("version") && version != kSceneVersion)
+        throw UsageError(attempt + ": version = " + (version ? std::to_string(*version) : "a value of another kind") + "; allowed: " + std::to_string(kSceneVersion));
     std::set<std::string> known;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
         known.emplace(path);

@@ -3,6 +3,7 @@
 #include <curl/curl.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <mutex>
@@ -21,10 +22,14 @@ namespace {
 constexpr long kConnectTimeout_ms = 10'000;
 constexpr long kStalled_s = 120;  // a cold square may take a while before the first byte
 constexpr std::size_t kMostBytes = std::size_t{64} << 20;
-constexpr std::array kRetryAfter_ms = {100, 400, 1600, 4000};
+constexpr std::array kRetryAfter_ms = {100, 400, 1600, 4000};  // for lost connections
+constexpr int kBusyPatience_s = 300;  // a server that says 503 is alive and works off its queue
+constexpr long kLongestWait_s = 30;
 
 struct Reply {
     long status = 0;
+    long retry_after_s = 0;
+    std::string content_type;
     std::vector<std::byte> body;
 };
 
@@ -63,6 +68,10 @@ public:
         });
         const CURLcode failed = curl_easy_perform(handle);
         curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &reply.status);
+        curl_off_t retry_after = 0;
+        if (curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &retry_after) == CURLE_OK) reply.retry_after_s = static_cast<long>(retry_after);
+        const char* type = nullptr;
+        if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr) reply.content_type = type;
         give_back(handle);
         if (failed != CURLE_OK) throw Error("fetch " + url + ": " + curl_easy_strerror(failed));
         return reply;
@@ -114,6 +123,8 @@ public:
         const Reply reply = fetch(url);
         if (reply.status == 204) return nullptr;  // the server knows that it is air
         if (reply.status != 200) throw Error("fetch the box " + url + ": HTTP status " + std::to_string(reply.status) + ", " + problem_of(reply));
+        if (reply.content_type != voxel::kBoxMediaType)
+            throw Error("fetch the box " + url + ": the reply is of type '" + reply.content_type + "'; allowed: " + voxel::kBoxMediaType);
         auto box = voxel::decompress_box(reply.body, url);
         if (box->key() != key) throw Error("fetch the box " + url + ": the server sent box " + voxel::to_string(box->key()));
         return box;
@@ -132,17 +143,20 @@ public:
 private:
     // A busy server (503) and a lost connection are worth another try; other errors are answers.
     Reply fetch(const std::string& url) {
-        for (std::size_t attempt = 0;; ++attempt) {
-            const bool last = attempt == kRetryAfter_ms.size();
+        const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(kBusyPatience_s);
+        for (std::size_t lost = 0;;) {
+            std::chrono::milliseconds wait{};
             try {
                 Reply reply = m_connections.get(url);
-                if (reply.status != 503 || last) return reply;
+                if (reply.status != 503 || std::chrono::steady_clock::now() > give_up) return reply;
+                wait = std::chrono::seconds(std::clamp(reply.retry_after_s, 1L, kLongestWait_s));
                 spdlog::debug("{}: busy, trying again", url);
             } catch (const Error& e) {
-                if (last) throw;
+                if (lost == kRetryAfter_ms.size()) throw;
+                wait = std::chrono::milliseconds(kRetryAfter_ms[lost++]);
                 spdlog::debug("{}; trying again", e.what());
             }
-            std::this_thread::sleep_for(std::chrono::milliseconds(kRetryAfter_ms[attempt]));
+            std::this_thread::sleep_for(wait);
         }
     }
 
