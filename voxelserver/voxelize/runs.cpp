@@ -15,6 +15,7 @@ constexpr double kClutter_m = 0.5;    // unclassified things lower than this are
 constexpr double kWaterDepth_m = 2.5;  // a bed that a clear lake shows near its shore; deepening by distance is a later step
 constexpr double kSoil_m = 2.5;
 constexpr double kCliff_m = 3.0;  // no soil holds where the ground drops by more to the next column
+constexpr double kSteepRoof_m = 3.0;  // drop between neighbouring columns of one roof
 constexpr double kDeckThickness_m = 1.0;
 constexpr double kNearGround_m = 2.5;  // higher things must hang on something: birds and stray returns do not
 constexpr double kCanopyGap_m = 3.0;  // foliage between two returns of one crown
@@ -73,7 +74,7 @@ private:
         } else {
             terrain(top, ground_attr(col), soil(x, z));
         }
-        if (roof.seen()) building(roof, top);
+        if (roof.seen()) building(roof, top, x, z);
         if (col.deck.seen()) {
             const std::int32_t y = floor_y(col.deck.height);
             push(std::max(y + 1 - in_voxels(kDeckThickness_m, m_in.voxel_m), top + 1), y + 1, attr_of(meaning(col.deck.source_class).material, col.deck));
@@ -112,7 +113,7 @@ private:
         return drop * m_in.voxel_m > kCliff_m ? std::int16_t{0} : static_cast<std::int16_t>(in_voxels(kSoil_m, m_in.voxel_m));
     }
 
-    void building(const Surface& roof, std::int32_t ground_top) {
+    void building(const Surface& roof, std::int32_t ground_top, int x, int z) {
         const std::int32_t roof_y = floor_y(roof.height);
         VoxelAttr attr = attr_of(meaning(roof.source_class).material, roof);
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
@@ -122,8 +123,21 @@ private:
         VoxelAttr wall = attr;
         wall.material = Material::kWall;
         wall.flags = 0, wall.colour = {};  // seen from above, a point's colour is the roof's, not the wall's
-        push(ground_top + 1, roof_y, wall);
-        push(roof_y, roof_y + 1, attr);
+        const std::int32_t skin = roof_bottom(roof_y, x, z);
+        push(ground_top + 1, skin, wall);
+        push(std::max(skin, ground_top + 1), roof_y + 1, attr);
+    }
+
+    // A steep roof shows its flank: it is roof down to the next column's roof. A greater drop is a wall between two parts.
+    [[nodiscard]] std::int32_t roof_bottom(std::int32_t roof_y, int x, int z) const {
+        const std::int32_t steepest = in_voxels(kSteepRoof_m, m_in.voxel_m);
+        std::int32_t bottom = roof_y;
+        for (const Surface* next : {&m_in.roofs.at(x - 1, z), &m_in.roofs.at(x + 1, z), &m_in.roofs.at(x, z - 1), &m_in.roofs.at(x, z + 1)}) {
+            if (!next->seen()) continue;
+            const std::int32_t y = floor_y(next->height);
+            if (roof_y - y <= steepest) bottom = std::min(bottom, y + 1);
+        }
+        return bottom;
     }
 
     void objects(const Column& col, int x, int z, std::int32_t top, bool roofed) {
