@@ -40,8 +40,13 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         const auto box = in.at("box").get<std::array<int, 3>>();
         if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ}) fail("boxes of another size than 64 x 256 x 64");
         info.title = in.at("title").get<std::string>();
-        info.bounds.min = in.at("bounds").at("min").get<std::array<std::int32_t, 3>>();
-        info.bounds.max = in.at("bounds").at("max").get<std::array<std::int32_t, 3>>();
+        const auto min = in.at("bounds").at("min").get<std::array<std::int64_t, 3>>(), max = in.at("bounds").at("max").get<std::array<std::int64_t, 3>>();
+        constexpr std::int64_t kFarthest = 1 << 30;
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a]) fail("bounds beyond 2^30 voxels, or upside down");
+            info.bounds.min[a] = static_cast<std::int32_t>(min[a]);
+            info.bounds.max[a] = static_cast<std::int32_t>(max[a]);
+        }
         info.voxel_m = in.at("voxel_m").get<double>();
         info.levels = in.at("levels").get<int>();
         info.crs = in.at("crs").get<std::string>();
@@ -53,9 +58,6 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
     } catch (const json::exception& e) {
         fail(std::string("not the reply of a voxel server: ") + e.what());
     }
-    constexpr std::int32_t kFarthest = 1 << 30;
-    for (std::size_t a = 0; a < 3; ++a)
-        if (info.bounds.min[a] < -kFarthest || info.bounds.max[a] > kFarthest) fail("bounds beyond 2^30 voxels");
     if (!(info.voxel_m > 0 && info.voxel_m <= 1000)) fail("voxel_m = " + std::to_string(info.voxel_m) + "; allowed: above 0, up to 1000");
     if (!(info.crs_units_per_voxel > 0 && std::isfinite(info.crs_units_per_voxel))) fail("crs_units_per_voxel is not a positive number");
     if (info.levels < 1 || info.levels > kMaxLevel + 1) fail("levels = " + std::to_string(info.levels) + "; allowed: 1 to " + std::to_string(kMaxLevel + 1));

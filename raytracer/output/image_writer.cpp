@@ -1,10 +1,12 @@
 #include "raytracer/output/image_writer.hpp"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <span>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -62,7 +64,6 @@ Colour develop(Colour c, double exposure_ev, const std::string& tone) noexcept {
 void write_image(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata) {
     const std::string ending = ending_of(file), name = file.string();
     const bool exr = ending == ".exr", floats = contains(kFloatEndings, ending);
-    util::AtomicFile target(file);
     OIIO::attribute("exr_threads", 0);  // one for each core
     auto out = OIIO::ImageOutput::create(name);
     if (!out) throw Error("write the picture " + name + ": " + OIIO::geterror());
@@ -73,20 +74,35 @@ void write_image(const Film& film, const std::filesystem::path& file, double exp
     spec.attribute("compression", exr ? "zip:2" : floats ? "zip" : "jpeg:95");
     spec.attribute("oiio:ColorSpace", floats ? "Linear" : "sRGB");
     for (const auto& [key, value] : metadata) spec.attribute(key, value);
-    if (!out->open(target.temporary_path().string(), spec)) throw Error("write the picture " + name + ": " + out->geterror());
+    const auto write_all = [&](const std::string& path) {
+        if (!out->open(path, spec)) throw Error("write the picture " + name + ": " + out->geterror());
+        if (floats) {
+            write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
+                v[0] = p.colour.r, v[1] = p.colour.g, v[2] = p.colour.b, v[3] = p.alpha;
+                if (exr) v[4] = p.depth_m;
+            });
+        } else {
+            write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
+                const Colour c = develop(p.colour, exposure_ev, tone);
+                v[0] = c.r, v[1] = c.g, v[2] = c.b;
+            });
+        }
+        if (!out->close()) throw Error("write the picture " + name + ": " + out->geterror());
+    };
     if (floats) {
-        write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
-            v[0] = p.colour.r, v[1] = p.colour.g, v[2] = p.colour.b, v[3] = p.alpha;
-            if (exr) v[4] = p.depth_m;
-        });
-    } else {
-        write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
-            const Colour c = develop(p.colour, exposure_ev, tone);
-            v[0] = c.r, v[1] = c.g, v[2] = c.b;
-        });
+        util::AtomicFile target(file);
+        write_all(target.temporary_path().string());
+        target.commit();
+        return;
     }
-    if (!out->close()) throw Error("write the picture " + name + ": " + out->geterror());
-    target.commit();
+    // libpng's and libjpeg's writers do not tell when a disk is full (the second even ends the process), so these small files are
+    // made in memory, and written by us.
+    OIIO::Filesystem::IOVecOutput memory;
+    if (!out->supports("ioproxy")) throw Error("write the picture " + name + ": this OpenImageIO cannot encode " + ending + " in memory");
+    OIIO::Filesystem::IOProxy* proxy = &memory;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    write_all(name);
+    util::write_file_atomically(file, std::as_bytes(std::span(memory.buffer())));
 }
 
 }  // namespace terravox

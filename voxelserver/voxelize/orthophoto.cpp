@@ -33,8 +33,8 @@ public:
         const bool same = own == nullptr || same_crs(*own, frame.crs().ogr());
         if (own == nullptr) spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(), frame.crs().name());
         if (!same || !north_up) warp(frame, own);
-        m_bands = std::min(m_image->GetRasterCount(), 3);
-        GDALRasterBand* first = m_image->GetRasterBand(1);
+        m_bands = std::min(m_source->GetRasterCount(), 3);
+        GDALRasterBand* first = m_source->GetRasterBand(1);
         m_palette = first->GetColorTable();
         m_wide = first->GetRasterDataType() != GDT_Byte;
     }
@@ -86,9 +86,26 @@ private:
         OGRSpatialReference flat(frame.crs().ogr());
         flat.StripVertical();
         flat.exportToWkt(&to);
+        // An alpha band of its own: the corners around a turned image are no colour, not black.
+        const int bands = m_source->GetRasterCount();
+        const bool own_alpha = m_source->GetRasterBand(bands)->GetColorInterpretation() == GCI_AlphaBand;
+        const bool palette = m_source->GetRasterBand(1)->GetColorTable() != nullptr;
+        GDALWarpOptions* options = GDALCreateWarpOptions();
+        options->nBandCount = own_alpha ? bands - 1 : bands;
+        options->nSrcAlphaBand = own_alpha ? bands : 0;
+        options->nDstAlphaBand = options->nBandCount + 1;
+        options->panSrcBands = static_cast<int*>(CPLMalloc(sizeof(int) * static_cast<std::size_t>(options->nBandCount)));
+        options->panDstBands = static_cast<int*>(CPLMalloc(sizeof(int) * static_cast<std::size_t>(options->nBandCount)));
+        for (int b = 0; b < options->nBandCount; ++b) options->panSrcBands[b] = options->panDstBands[b] = b + 1;
+        int has_nodata = 0;
+        const double nodata = m_source->GetRasterBand(1)->GetNoDataValue(&has_nodata);
+        if (has_nodata != 0) GDALWarpInitSrcNoDataReal(options, nodata);
         CPLPushErrorHandler(CPLQuietErrorHandler);
-        m_warped.reset(static_cast<GDALDataset*>(GDALAutoCreateWarpedVRT(m_source.get(), from != nullptr ? from : to, to, GRA_Bilinear, 0.125, nullptr)));
+        constexpr double kError_px = 0.125;
+        m_warped.reset(static_cast<GDALDataset*>(GDALAutoCreateWarpedVRT(m_source.get(), from != nullptr ? from : to, to,
+                                                                         palette ? GRA_NearestNeighbour : GRA_Bilinear, kError_px, options)));
         CPLPopErrorHandler();
+        GDALDestroyWarpOptions(options);
         CPLFree(from), CPLFree(to);
         if (!m_warped) fail("cannot be transformed to " + frame.crs().name() + ": " + CPLGetLastErrorMsg());
         m_image = m_warped.get();

@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""Pictures of an invented survey: formats, scenes, reports, and the same bits whatever the machine does."""
+
+import json
+import unittest
+
+from support import Case, binary, entries, Run, render, square, survey, temporary_folder
+
+SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
+
+
+class Render(Case):
+    def test_a_survey_becomes_pictures_of_every_format(self):
+        out = temporary_folder()
+        files = [out / name for name in ("a.png", "a.exr", "a.jpg", "a.tif")]
+        run = render(survey(), "--ortho", survey() / "ortho", *SMALL, *(x for f in files for x in ("-o", f)))
+        self.assertDone(run)
+        self.assertEqual(run.err, "")
+        self.assertEqual(run.out, "")
+        self.assertEqual(entries(out), ["a.exr", "a.jpg", "a.png", "a.tif"])
+        for file in files:
+            self.assertGreater(file.stat().st_size, 1000)
+        self.assertAlike(out / "a.png", out / "a.jpg")
+
+    def test_a_file_and_its_folder_are_the_same_world(self):
+        out = temporary_folder()
+        self.assertDone(render(survey(), *SMALL, "-o", out / "folder.exr"))
+        self.assertDone(render(square(), *SMALL, "-o", out / "file.exr"))
+        self.assertAlike(out / "folder.exr", out / "file.exr", exact=True)
+
+    def test_the_picture_does_not_depend_on_threads_tiles_passes_or_memory(self):
+        out = temporary_folder()
+        variants = {"a": ["--threads", "1"], "b": ["--threads", "3", "--quality-tile-px", "1000", "--quality-coarse-step", "1"],
+                    "c": ["--threads", "2", "--quality-tile-px", "7", "--quality-tile-order", "vertical", "--memory-mib", "1", "--world-memory-mib", "64"]}
+        for name, flags in variants.items():
+            self.assertDone(render(survey(), *SMALL, *flags, "-o", out / f"{name}.exr"))
+        self.assertAlike(out / "a.exr", out / "b.exr", exact=True)
+        self.assertAlike(out / "a.exr", out / "c.exr", exact=True)
+
+    def test_a_saved_scene_gives_the_same_picture(self):
+        out = temporary_folder()
+        self.assertDone(render(survey(), *SMALL, "--fov", "55", "--sun-time-h", "9.5", "--save-scene", out / "s.toml", "-o", out / "a.exr"))
+        self.assertDone(render(survey(), "--scene", out / "s.toml", "--quiet", "-o", out / "b.exr"))
+        self.assertAlike(out / "a.exr", out / "b.exr", exact=True)
+
+    def test_the_report_counts(self):
+        out = temporary_folder()
+        self.assertDone(render(survey(), *SMALL, "--report", out / "r.json", "-o", out / "a.png"))
+        report = json.loads((out / "r.json").read_text())
+        self.assertEqual(report["holes"], 0)
+        self.assertEqual(report["size"], [160, 90])
+        self.assertGreater(report["rays"], 160 * 90)
+        self.assertTrue(any(s["name"] == "point load" for s in report["stages"]))
+
+    def test_without_quiet_the_log_is_clean(self):
+        out = temporary_folder()
+        run = render(survey(), "--size", "32x18", "-o", out / "a.png")
+        self.assertDone(run)
+        for line in run.err.splitlines():
+            self.assertFalse(line.startswith(("[warn", "[error")), run.err)
+        self.assertIn("wrote", run.out)
+
+    def test_a_missing_folder_of_the_picture_is_made(self):
+        out = temporary_folder()
+        self.assertDone(render(survey(), *SMALL, "-o", out / "deep" / "er" / "a.png"))
+        self.assertEqual(entries(out), ["deep", "deep/er", "deep/er/a.png"])
+
+    def test_a_coarser_level_looks_alike(self):
+        out = temporary_folder()
+        self.assertDone(render(survey(), *SMALL, "-o", out / "0.png"))
+        self.assertDone(render(survey(), *SMALL, "--level", "1", "-o", out / "1.png"))
+        self.assertNotEqual((out / "0.png").read_bytes(), (out / "1.png").read_bytes())
+
+    def test_help_and_version_go_to_standard_output(self):
+        for arguments in (["--help"], ["render", "--help"], ["--version"]):
+            run = Run([binary("RAYTRACER"), *arguments])
+            self.assertDone(run)
+            self.assertEqual(run.err, "")
+            self.assertIn("terravox", run.out.lower())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "raytracer/output/film.hpp"
+#include "raytracer/render/render.hpp"
+#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/world/block_manager.hpp"
+#include "tests/raytracer/array_world.hpp"
+
+namespace terravox::test {
+
+/// A small valley over several boxes: hills, a lake, a house, trees and a floating rock.
+inline std::unique_ptr<ArrayWorld> landscape() {
+    using voxel::Material;
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-80, -10, -70}, ArrayWorld::Coord{90, 60, 75});
+    world->fill_with([](int x, int y, int z) {
+        const int height = (x * x + z * z) / 300 - 4 + ((x * 13 ^ z * 7) & 3) / 3;
+        if (y < height) return y == height - 1 ? Material::kGrass : Material::kRock;
+        if (y < 2) return Material::kWater;
+        return (x & 15) == 3 && (z & 15) == 5 && y < height + 6 ? Material::kHighVegetation : Material::kAir;
+    });
+    world->fill({20, 0, 20}, {40, 22, 36}, Material::kWall);
+    world->fill({20, 22, 20}, {40, 23, 36}, Material::kOrangeRoof);
+    world->fill({-30, 40, -30}, {-20, 44, -12}, Material::kRock);
+    world->editable_info().bounds = world->level_bounds();
+    return world;
+}
+
+inline Scene small_scene() {
+    Scene scene;
+    scene.output.size_px = {97, 53};
+    scene.quality.samples = 2;
+    scene.quality.tile_px = 16;
+    scene.sun.altitude_deg = 30, scene.sun.azimuth_deg = 240;
+    return scene;
+}
+
+/// A world opened for rendering with one scene; everything a processor refers to.
+struct Job {
+    std::unique_ptr<ArrayWorld> world;
+    BlockManager blocks;
+    View view;
+    explicit Job(const Scene& scene, std::size_t memory_bytes = std::size_t{256} << 20, std::unique_ptr<ArrayWorld> w = landscape())
+        : world(std::move(w)), blocks(*world, memory_bytes), view(make_view(scene, blocks)) {}
+};
+
+inline Film render(Job& job, int threads) {
+    const auto [width, height] = job.view.scene.output.size_px;
+    Film film(width, height);
+    ThreadProcessor processor(job.view, job.blocks, threads);
+    (void)render_film({job.view, processor, threads * 2, true, nullptr}, film);
+    return film;
+}
+
+/// The bytes of all pixels: bit-identical or not.
+inline std::string bytes_of(const Film& film) {
+    std::string out;
+    for (int y = 0; y < film.height_px(); ++y)
+        for (int x = 0; x < film.width_px(); ++x) {
+            const PixelSample& p = film.at(x, y);
+            for (const float v : {p.colour.r, p.colour.g, p.colour.b, p.alpha, p.depth_m}) out.append(reinterpret_cast<const char*>(&v), sizeof v);
+        }
+    return out;
+}
+
+}  // namespace terravox::test

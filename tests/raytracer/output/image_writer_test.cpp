@@ -1,0 +1,220 @@
+#include "raytracer/output/image_writer.hpp"
+
+#include <OpenImageIO/imageio.h>
+
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <random>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::contains;
+using terravox::test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kWidth = 61, kHeight = 37;
+
+Film film_of(int width, int height) {
+    std::mt19937 random(21);
+    std::uniform_real_distribution<float> value(0, 4);
+    TileResult all;
+    all.tile.x1 = width, all.tile.y1 = height;
+    for (int i = 0; i < width * height; ++i)
+        all.samples.push_back({{value(random), value(random) * 1e-5f, value(random) * 1e4f}, i % 5 / 4.0f, i % 7 == 0 ? std::numeric_limits<float>::infinity() : value(random) * 1000});
+    Film film(width, height);
+    film.add(all);
+    return film;
+}
+
+struct Picture {
+    OIIO::ImageSpec spec;
+    std::vector<float> pixels;
+    [[nodiscard]] float at(int x, int y, int c) const { return pixels[static_cast<std::size_t>((y * spec.width + x) * spec.nchannels + c)]; }
+};
+
+Picture read(const fs::path& file) {
+    const auto in = OIIO::ImageInput::open(file.string());
+    if (!in) throw std::runtime_error("open " + file.string() + ": " + OIIO::geterror());
+    Picture out{in->spec(), std::vector<float>(static_cast<std::size_t>(in->spec().width) * static_cast<std::size_t>(in->spec().height) * static_cast<std::size_t>(in->spec().nchannels))};
+    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.pixels.data())) throw std::runtime_error(in->geterror());
+    return out;
+}
+
+bool same_bits(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+std::size_t entries_in(const fs::path& folder) { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator())); }
+
+/// Files of this process cannot grow beyond a size until it goes.
+class FullDisk {
+public:
+    explicit FullDisk(rlim_t bytes) : m_signal(std::signal(SIGXFSZ, SIG_IGN)) {
+        ::getrlimit(RLIMIT_FSIZE, &m_before);
+        const rlimit limit{bytes, m_before.rlim_max};
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FullDisk() {
+        ::setrlimit(RLIMIT_FSIZE, &m_before);
+        std::signal(SIGXFSZ, m_signal);
+    }
+    FullDisk(const FullDisk&) = delete;
+    FullDisk& operator=(const FullDisk&) = delete;
+
+private:
+    rlimit m_before{};
+    void (*m_signal)(int);
+};
+
+const ImageMetadata kMetadata = {{"Software", "terravox test"}, {"terravox:holes", "3"}, {"terravox:camera", "1.5 2.5 3.5"}, {"Copyright", "ARSO, CC BY 4.0"}};
+
+}  // namespace
+
+TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][output]") {
+    const std::string ending = GENERATE(".exr", ".EXR", ".tif", ".tiff");
+    INFO(ending);
+    const TemporaryFolder folder;
+    const auto file = folder.path() / ("picture" + ending);
+    const Film film = film_of(kWidth, kHeight);
+    write_image(film, file, 3, "photographic", kMetadata);  // exposure and tone are for 8-bit pictures
+    const Picture back = read(file);
+    const bool exr = back.spec.nchannels == 5;
+    CHECK(exr == (ending == ".exr" || ending == ".EXR"));
+    REQUIRE(back.spec.width == kWidth);
+    REQUIRE(back.spec.height == kHeight);
+    REQUIRE(back.spec.nchannels == (exr ? 5 : 4));
+    const auto channel = [&](const char* name) { return static_cast<int>(std::find(back.spec.channelnames.begin(), back.spec.channelnames.end(), name) - back.spec.channelnames.begin()); };
+    int wrong = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const PixelSample& p = film.at(x, y);
+            wrong += same_bits(back.at(x, y, channel("R")), p.colour.r) && same_bits(back.at(x, y, channel("G")), p.colour.g) && same_bits(back.at(x, y, channel("B")), p.colour.b) ? 0 : 1;
+            wrong += same_bits(back.at(x, y, channel("A")), p.alpha) ? 0 : 1;
+            if (exr) wrong += same_bits(back.at(x, y, channel("Z")), p.depth_m) ? 0 : 1;
+        }
+    CHECK(wrong == 0);
+    if (exr) CHECK(back.spec.z_channel == channel("Z"));
+    CHECK(back.spec.format == OIIO::TypeDesc::FLOAT);
+    CHECK(entries_in(folder.path()) == 1);
+}
+
+TEST_CASE("PNG holds the developed colours, rounded to a byte", "[raytracer][output]") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "picture.png";
+    const std::string tone = GENERATE("photographic", "linear");
+    const double exposure = GENERATE(-2.0, 0.0, 1.5);
+    const Film film = film_of(kWidth, kHeight);
+    write_image(film, file, exposure, tone, {});
+    const Picture back = read(file);
+    REQUIRE(back.spec.nchannels == 3);
+    CHECK(back.spec.format == OIIO::TypeDesc::UINT8);
+    double worst = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const Colour c = develop(film.at(x, y).colour, exposure, tone);
+            for (int k = 0; k < 3; ++k) worst = std::max(worst, std::abs(static_cast<double>(back.at(x, y, k)) - (k == 0 ? c.r : k == 1 ? c.g : c.b)));
+        }
+    CHECK(worst <= 0.5 / 255 + 1e-6);
+}
+
+TEST_CASE("what a person should know is stored in the picture", "[raytracer][output]") {
+    const std::string ending = GENERATE(".exr", ".png", ".tif");
+    INFO(ending);
+    const TemporaryFolder folder;
+    const auto file = folder.path() / ("picture" + ending);
+    write_image(film_of(8, 8), file, 0, "photographic", kMetadata);
+    const Picture back = read(file);
+    CHECK(back.spec.get_string_attribute("Software") == "terravox test");
+    CHECK(back.spec.get_string_attribute("Copyright") == "ARSO, CC BY 4.0");
+    if (ending == ".tif") return;  // TIFF has a tag for the two above; names of one's own have none
+    CHECK(back.spec.get_string_attribute("terravox:holes") == "3");
+    CHECK(back.spec.get_string_attribute("terravox:camera") == "1.5 2.5 3.5");
+}
+
+TEST_CASE("an ending that names no format is refused before any work", "[raytracer][output]") {
+    const TemporaryFolder folder;
+    const std::string name = GENERATE("picture", "picture.", "picture.bmp", "picture.png.gz", ".png", "picture.exr ");
+    INFO("'" << name << "'");
+    CHECK_THROWS_AS(check_image_target(folder.path() / name), UsageError);
+    CHECK_THROWS_WITH(check_image_target(folder.path() / name), contains("allowed: .png .jpg (8-bit), .exr .tif (float)"));
+    CHECK(entries_in(folder.path()) == 0);
+}
+
+TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer][output]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "file") << "in the way";
+    fs::create_directory(folder.path() / "picture.png");
+    struct Case { const char *name, *target; };
+    const auto c = GENERATE(values<Case>({{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
+    DYNAMIC_SECTION(c.name) {
+        CHECK_THROWS_AS(check_image_target(folder.path() / c.target), Error);
+        CHECK_THROWS_AS(write_image(film_of(8, 8), folder.path() / c.target, 0, "photographic", {}), Error);
+        CHECK(entries_in(folder.path()) == 2);
+    }
+}
+
+TEST_CASE("an older picture stays whole when a new one cannot be finished", "[raytracer][output]") {
+    // The disk is full: a limit on the size of files, whose writes fail with EFBIG. (JPEG: tests/e2e, in a process of its own.)
+    const std::string ending = GENERATE(".exr", ".png", ".tif");
+    INFO(ending);
+    const TemporaryFolder folder;
+    const auto file = folder.path() / ("picture" + ending);
+    std::ofstream(file) << "older";
+    const Film film = film_of(400, 300);
+    std::string said;
+    {
+        const FullDisk full(20'000);
+        try {
+            write_image(film, file, 0, "photographic", {});
+        } catch (const Error& e) {
+            said = e.what();
+        }
+    }
+    CHECK_THAT(said, contains("write") && contains("picture"));
+    CHECK(said.find('\n') == std::string::npos);
+    CHECK(entries_in(folder.path()) == 1);
+    std::ifstream in(file, std::ios::binary);
+    CHECK((std::string(std::istreambuf_iterator<char>(in), {}) == "older"));
+}
+
+TEST_CASE("developing keeps black black, never leaves [0, 1], and brightens with the exposure", "[raytracer][output]") {
+    const std::string tone = GENERATE("photographic", "linear");
+    CHECK(develop({}, 0, tone).r == 0);
+    float last = 0;
+    for (int i = 1; i < 200; ++i) {
+        const Colour c = develop({i * 0.05f, 1e30f, 1e-30f}, 0, tone);
+        CHECK(c.r >= last);
+        CHECK(c.g <= 1);
+        CHECK(c.b >= 0);
+        last = c.r;
+    }
+    CHECK(develop({0.1f, 0.1f, 0.1f}, 1, tone).r > develop({0.1f, 0.1f, 0.1f}, 0, tone).r);
+}
+
+TEST_CASE("a coarse sample stands for its block until finer ones replace it", "[raytracer][output][film]") {
+    Film film(5, 3);
+    TileResult coarse;
+    coarse.tile.x1 = 5, coarse.tile.y1 = 3, coarse.tile.step = 4;
+    coarse.samples = {{{1, 0, 0}, 1, 10}, {{2, 0, 0}, 1, 20}};
+    film.add(coarse);
+    CHECK(film.at(0, 0).colour.r == 1);
+    CHECK(film.at(3, 2).colour.r == 1);
+    CHECK(film.at(4, 2).colour.r == 2);
+    TileResult finer;
+    finer.tile.x1 = 5, finer.tile.y1 = 3, finer.tile.step = 2, finer.tile.refines = true;
+    finer.tile.each_pixel([&](int x, int y) { finer.samples.push_back({{static_cast<float>(10 + x + 10 * y), 0, 0}, 1, 1}); });
+    film.add(finer);
+    CHECK(film.at(0, 0).colour.r == 1);
+    CHECK(film.at(1, 1).colour.r == 1);
+    CHECK(film.at(2, 0).colour.r == 12);
+    CHECK(film.at(3, 1).colour.r == 12);
+    CHECK(film.at(0, 2).colour.r == 30);
+    CHECK(film.at(4, 0).colour.r == 2);
+}

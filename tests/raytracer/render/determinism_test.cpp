@@ -1,0 +1,132 @@
+#include <filesystem>
+
+#include "common/util/error.hpp"
+#include "raytracer/world/open_world.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/landscape.hpp"
+
+using namespace terravox;
+using terravox::test::bytes_of;
+using terravox::test::Job;
+using terravox::test::landscape;
+using terravox::test::render;
+using terravox::test::small_scene;
+
+namespace {
+
+constexpr std::size_t kMiB = std::size_t{1} << 20;
+
+struct Variant {
+    const char* name;
+    int threads, tile_px, coarse_step;
+    const char* order;
+    std::size_t memory_bytes;
+};
+
+const Variant kVariants[] = {
+    {"two threads", 2, 16, 8, "spiral", 256 * kMiB},    {"four threads, large tiles", 4, 64, 8, "rows", 256 * kMiB},
+    {"one tile", 2, 1000, 8, "spiral", 256 * kMiB},     {"a single pass", 2, 16, 1, "vertical", 256 * kMiB},
+    {"many passes", 3, 7, 64, "spiral", 256 * kMiB},    {"one byte of memory", 2, 16, 8, "rows", 1},
+    {"1 MiB of memory", 1, 64, 1, "spiral", kMiB},      {"as at first", 1, 16, 8, "spiral", 256 * kMiB},
+};
+
+Scene with(Scene scene, const Variant& v) {
+    scene.quality.tile_px = v.tile_px, scene.quality.coarse_step = v.coarse_step, scene.quality.tile_order = v.order;
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and memory", "[raytracer][render][deterministic]") {
+    const auto reference = [] {
+        Job job(small_scene());
+        return bytes_of(render(job, 1));
+    }();
+    for (const Variant& v : kVariants) {
+        DYNAMIC_SECTION(v.name) {
+            Job job(with(small_scene(), v), v.memory_bytes);
+            CHECK((bytes_of(render(job, v.threads)) == reference));
+            CHECK(job.blocks.stats().bytes <= v.memory_bytes);
+        }
+    }
+}
+
+TEST_CASE("fetching boxes ahead does not change the picture", "[raytracer][render][deterministic]") {
+    Job plain(small_scene()), ahead(small_scene());
+    const std::atomic<bool> stop{false};
+    ahead.blocks.prefetch(0, ahead.world->info().bounds, 2, stop);
+    CHECK((bytes_of(render(plain, 2)) == bytes_of(render(ahead, 2))));
+}
+
+TEST_CASE("the picture shows the world: sky above, land below, and light everywhere", "[raytracer][render]") {
+    Scene scene = small_scene();
+    scene.camera.down_deg = 10;
+    Job job(scene);
+    const Film film = render(job, 2);
+    CHECK(film.at(48, 0).alpha == 0);
+    CHECK(std::isinf(film.at(48, 0).depth_m));
+    CHECK(film.at(48, 30).alpha == 1);
+    CHECK(film.at(48, 30).depth_m > 0);
+    CHECK(film.at(48, 30).depth_m < 1000);
+    for (int y = 0; y < film.height_px(); ++y)
+        for (int x = 0; x < film.width_px(); ++x) {
+            const PixelSample& p = film.at(x, y);
+            if (!(std::isfinite(p.colour.r) && p.colour.r >= 0 && std::isfinite(p.colour.g) && p.colour.g >= 0 && std::isfinite(p.colour.b) && p.colour.b >= 0))
+                FAIL_CHECK("pixel " << x << ", " << y << ": " << p.colour.r << " " << p.colour.g << " " << p.colour.b);
+        }
+}
+
+TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
+    auto world = landscape();
+    world->make_hole({0, 0, 0, 0});
+    Job holed(small_scene(), 256 * kMiB, std::move(world)), whole(small_scene());
+    CHECK((bytes_of(render(holed, 2)) != bytes_of(render(whole, 2))));
+    CHECK(holed.blocks.hole_count() == 1);
+    CHECK(metadata_of(holed.view, holed.world->info(), holed.blocks.hole_count()).size() >= 5);
+}
+
+TEST_CASE("a camera in rock is refused with the way out, unless it is asked for", "[raytracer][render]") {
+    Scene scene = small_scene();
+    scene.camera.space = "voxel";
+    scene.camera.position = {60.5, 3.5, 60.5}, scene.camera.target = {0, 0, 0};
+    CHECK_THROWS_AS(Job(scene), UsageError);
+    CHECK_THROWS_WITH(Job(scene), terravox::test::contains("voxel (60, 3, 60) is solid") && terravox::test::contains("m higher, or --camera-inside-rock yes"));
+    scene.camera.inside_rock = true;
+    CHECK_NOTHROW(Job(scene));
+    scene.camera.inside_rock = false, scene.camera.position = {1e10, 0, 0};
+    CHECK_THROWS_AS(Job(scene), UsageError);
+}
+
+TEST_CASE("a level that the world does not have is refused", "[raytracer][render]") {
+    Scene scene = small_scene();
+    scene.quality.level = 1;
+    CHECK_THROWS_WITH(Job(scene), terravox::test::contains("quality.level = 1; this world has 0 to 0"));
+}
+
+TEST_CASE("Delft is bit-identical for any threads and memory", "[raytracer][render][deterministic][data]") {
+    const std::filesystem::path files = std::filesystem::path(TERRAVOX_SHARED_DATA) / "tudelft-3dfier-ahn3" / "ahn3";
+    if (!std::filesystem::exists(files)) {
+        WARN("skipped: " << files.string() << " is not there");
+        return;
+    }
+    Scene scene = small_scene();
+    scene.output.size_px = {160, 90};
+    scene.quality.samples = 1;
+    scene.world.classes = "nl-ahn";
+    const auto picture = [&](const Variant& v, int world_mib) {
+        Scene s = with(scene, v);
+        s.world.memory_mib = world_mib, s.processing.threads = v.threads;
+        util::StageTimes times;
+        const auto world = open_world({files.string()}, {}, s, times);
+        BlockManager blocks(*world, v.memory_bytes);
+        const View view = make_view(s, blocks);
+        Film film(160, 90);
+        ThreadProcessor processor(view, blocks, v.threads);
+        (void)render_film({view, processor, v.threads * 2, true, nullptr}, film);
+        CHECK(blocks.hole_count() == 0);
+        return bytes_of(film);
+    };
+    const auto reference = picture({"", 1, 64, 8, "spiral", 512 * kMiB}, 4096);
+    CHECK((picture({"", 2, 1000, 1, "rows", 512 * kMiB}, 1024) == reference));
+    CHECK((picture({"", 4, 16, 8, "vertical", 4 * kMiB}, 128) == reference));
+}

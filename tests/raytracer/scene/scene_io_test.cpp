@@ -1,0 +1,226 @@
+#include "raytracer/scene/scene_io.hpp"
+
+#include <fstream>
+#include <map>
+#include <set>
+#include <type_traits>
+
+#include "common/util/error.hpp"
+#include "raytracer/scene/scene_fields.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::contains;
+using terravox::test::TemporaryFolder;
+
+namespace {
+
+std::map<std::string, std::string> values_of(const Scene& scene) {
+    // The writer is not used here: it is what is tested.
+    std::map<std::string, std::string> out;
+    const auto text = [](const auto& v) {
+        using T = std::decay_t<decltype(v)>;
+        if constexpr (std::is_same_v<T, std::string>) return v;
+        else if constexpr (std::is_arithmetic_v<T>) return std::to_string(v) + "/" + std::to_string(static_cast<double>(v) * 1e6);
+        else {
+            std::string list;
+            for (const auto x : v) list += std::to_string(x) + ",";
+            return list;
+        }
+    };
+    visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule&) {
+        if constexpr (requires { field.has_value(); }) out[std::string(path)] = field ? text(*field) : "unset";
+        else out[std::string(path)] = text(field);
+    });
+    return out;
+}
+
+/// A value other than the default, as on the command line, for every field.
+std::string other_value(std::string_view path, const FieldRule& rule, const auto& field) {
+    using T = std::decay_t<decltype(field)>;
+    if constexpr (std::is_same_v<T, bool>) return field ? "no" : "yes";
+    else if constexpr (std::is_same_v<T, std::string>) {
+        for (const auto word : rule.words)
+            if (word != field && !word.empty()) return std::string(word);
+        return path == "sun.date" ? "1999-12-31" : "some \"text\" č \\ '1'";
+    } else if constexpr (std::is_same_v<T, std::array<int, 2>>) return "321x123";
+    else if constexpr (std::is_same_v<T, std::optional<std::array<double, 3>>>) return "461999.125,-101000.1,1e3";
+    else if constexpr (std::is_same_v<T, int>) return path == "quality.coarse_step" ? "4" : std::to_string(static_cast<int>(rule.min) + 5);
+    else return path == "quality.colour_mix" || path == "camera.margin" ? "0.1" : "1.7";
+}
+
+class SceneFile {
+public:
+    explicit SceneFile(const std::string& text) : m_path(m_folder.path() / "test.toml") { std::ofstream(m_path) << text; }
+    [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
+    [[nodiscard]] Scene read() const {
+        Scene scene;
+        read_scene(m_path, scene);
+        return scene;
+    }
+
+private:
+    TemporaryFolder m_folder;
+    std::filesystem::path m_path;
+};
+
+}  // namespace
+
+TEST_CASE("the default scene survives writing and reading", "[raytracer][scene]") {
+    const Scene scene;
+    CHECK(values_of(SceneFile(to_toml(scene)).read()) == values_of(scene));
+    CHECK(values_of(SceneFile("").read()) == values_of(scene));
+    CHECK(values_of(SceneFile("version = 1\n").read()) == values_of(scene));
+}
+
+TEST_CASE("every field can be set by its flag, and survives writing and reading", "[raytracer][scene]") {
+    Scene all;
+    std::size_t fields = 0;
+    const auto flags = scene_flags();
+    const Scene defaults;
+    visit_fields(defaults, [&](std::string_view path, const auto& field, const FieldRule& rule) {
+        ++fields;
+        INFO(path);
+        const std::string text = other_value(path, rule, field);
+        Scene one;
+        REQUIRE_NOTHROW(set_field(one, std::string(path), text));
+        REQUIRE_NOTHROW(set_field(all, std::string(path), text));
+        const auto changed = values_of(one);
+        CHECK(changed.at(std::string(path)) != values_of(defaults).at(std::string(path)));
+        CHECK(values_of(SceneFile(to_toml(one)).read()) == changed);
+        const auto flag = std::find_if(flags.begin(), flags.end(), [&](const SceneFlag& f) { return f.path == path; });
+        REQUIRE(flag != flags.end());
+        CHECK_THAT(flag->names, contains("--"));
+        CHECK(flag->names.find_first_of("._") == std::string::npos);
+        CHECK_THAT(flag->help, contains(std::string(rule.doc)));
+    });
+    CHECK(flags.size() == fields);
+    CHECK(values_of(SceneFile(to_toml(all)).read()) == values_of(all));
+}
+
+TEST_CASE("no two fields share a flag", "[raytracer][scene]") {
+    std::set<std::string> seen;
+    for (const SceneFlag& flag : scene_flags())
+        for (std::size_t at = 0; at != std::string::npos;) {
+            const auto comma = flag.names.find(',', at);
+            const auto name = flag.names.substr(at, comma == std::string::npos ? comma : comma - at);
+            INFO(name);
+            CHECK(seen.insert(name).second);
+            at = comma == std::string::npos ? comma : comma + 1;
+        }
+}
+
+TEST_CASE("numbers survive to the last bit", "[raytracer][scene]") {
+    Scene scene;
+    scene.camera.position = {461'999.123456789012, -1.0 / 3, 5e-324}, scene.camera.target = {1e22, -0.1, 2864};
+    scene.camera.fov_deg = 33.333333333333336;
+    const Scene back = SceneFile(to_toml(scene)).read();
+    CHECK(back.camera.position == scene.camera.position);
+    CHECK(back.camera.target == scene.camera.target);
+    CHECK(back.camera.fov_deg == scene.camera.fov_deg);
+}
+
+TEST_CASE("a scene file changes what it names and nothing else", "[raytracer][scene]") {
+    Scene scene;
+    scene.camera.fov_deg = 77, scene.quality.samples = 9;
+    read_scene(SceneFile("[quality]\nsamples = 2\n").path(), scene);
+    CHECK(scene.camera.fov_deg == 77);
+    CHECK(scene.quality.samples == 2);
+}
+
+TEST_CASE("sizes are text or lists in a file", "[raytracer][scene]") {
+    CHECK(SceneFile("[output]\nsize = \"640x480\"").read().output.size_px == std::array{640, 480});
+    CHECK(SceneFile("[output]\nsize = [640, 480]").read().output.size_px == std::array{640, 480});
+    CHECK(SceneFile("[quality]\nsamples = 3.0").read().quality.samples == 3);
+    CHECK(SceneFile("[camera]\nfov_deg = 50").read().camera.fov_deg == 50);
+}
+
+TEST_CASE("a scene file that cannot be is refused, naming file, field, value and what is allowed", "[raytracer][scene]") {
+    struct Case { const char* name; std::string text, said; };
+    const auto c = GENERATE(values<Case>({
+        {"unknown field", "[camera]\nfov = 40", "unknown field 'camera.fov'"},
+        {"unknown section", "[lens]\nfov_deg = 40", "unknown field 'lens.fov_deg'"},
+        {"unknown empty section is a field elsewhere", "fov_deg = 40", "unknown field 'fov_deg'"},
+        {"a section that is a value", "camera = 40", "unknown field 'camera'"},
+        {"a section given as a list of tables", "[[camera]]\nfov_deg = 40", "unknown field 'camera'"},
+        {"text for a number", "[camera]\nfov_deg = \"wide\"", "camera.fov_deg = a value of another kind; allowed: a number"},
+        {"a list for a number", "[camera]\nfov_deg = [40]", "camera.fov_deg = a value of another kind"},
+        {"a number for text", "[camera]\nspace = 3", "camera.space = a value of another kind; allowed: text"},
+        {"a number for yes or no", "[quality]\nshadows = 1", "quality.shadows = a value of another kind; allowed: true, false"},
+        {"text for yes or no", "[quality]\nshadows = \"no\"", "quality.shadows"},
+        {"too low", "[camera]\nfov_deg = 0.5", "camera.fov_deg = 0.5; allowed: 1 to 160"},
+        {"too high", "[camera]\nfov_deg = 161", "camera.fov_deg = 161; allowed: 1 to 160"},
+        {"not a number", "[camera]\nfov_deg = nan", "camera.fov_deg = nan"},
+        {"infinite", "[camera]\nfov_deg = inf", "camera.fov_deg = inf"},
+        {"a broken whole number", "[quality]\nsamples = 2.5", "quality.samples = 2.5; allowed: whole numbers from 1 to 4096"},
+        {"zero samples", "[quality]\nsamples = 0", "quality.samples = 0; allowed: 1 to 4096"},
+        {"a huge whole number", "[quality]\nsamples = 1e300", "quality.samples"},
+        {"another word", "[quality]\ncolour = \"red\"", "quality.colour = 'red'; allowed: material, true, mix"},
+        {"another order", "[quality]\ntile_order = \"hilbert\"", "allowed: spiral, vertical, rows"},
+        {"two coordinates", "[camera]\nposition = [1, 2]", "camera.position = 2 numbers; allowed: three finite numbers"},
+        {"four coordinates", "[camera]\nposition = [1, 2, 3, 4]", "camera.position = 4 numbers"},
+        {"a coordinate that is text", "[camera]\nposition = [1, \"2\", 3]", "camera.position = a list with other things than numbers"},
+        {"an infinite coordinate", "[camera]\nposition = [1, inf, 3]", "camera.position"},
+        {"a position that is text", "[camera]\nposition = \"1,2,3\"", "camera.position"},
+        {"half a size", "[output]\nsize = \"640\"", "output.size = 1 numbers; allowed: WIDTHxHEIGHT"},
+        {"no height", "[output]\nsize = [640, 0]", "output.size = 0"},
+        {"a size with a fraction", "[output]\nsize = [640.5, 480]", "output.size = 640.5"},
+        {"a size in words", "[output]\nsize = \"widexhigh\"", "output.size"},
+        {"another version", "version = 2\n", "version = 2; allowed: 1"},
+        {"no TOML", "[camera\nfov_deg = 40", "line 1"},
+        {"a field twice", "[camera]\nfov_deg = 40\nfov_deg = 41", "line 3"},
+        {"no UTF-8", "title = \"\xff\xfe\"", "line 1"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const SceneFile file(c.text);
+        CHECK_THROWS_AS(file.read(), UsageError);
+        CHECK_THROWS_WITH(file.read(), contains(file.path().string()) && contains(c.said));
+        std::string said;
+        try {
+            (void)file.read();
+        } catch (const Error& e) {
+            said = e.what();
+        }
+        CHECK(said.find('\n') == std::string::npos);
+    }
+}
+
+TEST_CASE("a version that is no whole number is no version", "[raytracer][scene]") {
+    const std::string text = GENERATE("version = \"1\"", "version = \"2\"", "version = 1.5", "version = [1]", "[version]\nmajor = 2");
+    INFO(text);
+    CHECK_THROWS_WITH(SceneFile(text).read(), contains("version"));
+}
+
+TEST_CASE("a scene file that is not there is named", "[raytracer][scene]") {
+    const TemporaryFolder folder;
+    Scene scene;
+    CHECK_THROWS_AS(read_scene(folder.path() / "none.toml", scene), UsageError);
+    CHECK_THROWS_WITH(read_scene(folder.path() / "none.toml", scene), contains("none.toml") && contains("no such file"));
+    CHECK_THROWS_AS(read_scene(folder.path(), scene), UsageError);
+}
+
+TEST_CASE("a value on the command line that cannot be is refused, naming field, value and what is allowed", "[raytracer][scene]") {
+    struct Case { const char *path, *text, *said; };
+    const auto c = GENERATE(values<Case>({
+        {"camera.fov_deg", "", "allowed: a number"}, {"camera.fov_deg", "40deg", "'40deg'"}, {"camera.fov_deg", " 40", "' 40'"}, {"camera.fov_deg", "0x20", "'0x20'"},
+        {"camera.fov_deg", "nan", "camera.fov_deg = nan"}, {"camera.fov_deg", "1e999", "'1e999'"}, {"camera.fov_deg", "160.001", "allowed: 1 to 160"},
+        {"quality.samples", "4.5", "whole numbers"}, {"quality.samples", "-1", "allowed: 1 to 4096"}, {"quality.shadows", "maybe", "allowed: yes, no"}, {"quality.shadows", "", "allowed: yes, no"},
+        {"output.size", "640", "WIDTHxHEIGHT"}, {"output.size", "640x480x3", "3 numbers"}, {"output.size", "640X480", "'640X480'"}, {"output.size", "640x", "'640x'"},
+        {"output.size", "0x0", "allowed: whole numbers from 1 to 65536"}, {"output.size", "70000x10", "70000"}, {"camera.position", "1,2", "three"},
+        {"camera.position", "1,2,x", "'x'"}, {"camera.position", "1 2 3", "'1 2 3'"}, {"camera.position", "1,,3", "''"}, {"quality.colour", "Mix", "allowed: material, true, mix"},
+        {"world.vertical_unit", "feet", "allowed: m, ft, us-ft"}, {"no.such", "1", "no such field"}, {"", "1", "no such field"},
+    }));
+    DYNAMIC_SECTION(c.path << " = '" << c.text << "'") {
+        Scene scene;
+        CHECK_THROWS_AS(set_field(scene, c.path, c.text), UsageError);
+        CHECK_THROWS_WITH(set_field(scene, c.path, c.text), contains(c.path) && contains(c.said));
+        CHECK(values_of(scene) == values_of(Scene{}));
+    }
+}
+
+TEST_CASE("text after the last part of a list is not passed over", "[raytracer][scene]") {
+    Scene scene;
+    CHECK_THROWS_AS(set_field(scene, "output.size", "640x480x"), UsageError);
+    CHECK_THROWS_AS(set_field(scene, "camera.position", "1,2,3,"), UsageError);
+}

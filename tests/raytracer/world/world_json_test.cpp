@@ -1,0 +1,98 @@
+#include "common/voxel/world_json.hpp"
+
+#include <limits>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+
+using namespace terravox;
+using namespace terravox::voxel;
+using terravox::test::contains;
+
+namespace {
+
+WorldInfo full() {
+    WorldInfo info;
+    info.title = "Bled \"castle\" \\ č š ž";
+    info.bounds = {{-5, -300, -101'000'000}, {462'000'000, 2864, 17}};
+    info.voxel_m = 0.1;
+    info.levels = 7;
+    info.crs = "EPSG:3794";
+    info.crs_wkt = "PROJCRS[\"Slovenia 1996 / Slovene National Grid\"]";
+    info.crs_units_per_voxel = 1.0 / 3;
+    info.centre = geo::LatLon{46.36364, 14.09366};
+    info.licence = "CC BY 4.0";
+    info.attribution = "ARSO\nline two";
+    return info;
+}
+
+// The text with one replacement, which must have happened.
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+}  // namespace
+
+TEST_CASE("a world's description survives the way through JSON, to the last bit", "[common][voxel][world_json]") {
+    const WorldInfo in = full(), out = world_from_json(world_to_json(in), "test");
+    CHECK(out.title == in.title);
+    CHECK(out.bounds == in.bounds);
+    CHECK(out.voxel_m == in.voxel_m);
+    CHECK(out.levels == in.levels);
+    CHECK(out.crs == in.crs);
+    CHECK(out.crs_wkt == in.crs_wkt);
+    CHECK(out.crs_units_per_voxel == in.crs_units_per_voxel);
+    REQUIRE(out.centre);
+    CHECK(out.centre->lat_deg == in.centre->lat_deg);
+    CHECK(out.centre->lon_deg == in.centre->lon_deg);
+    CHECK(out.licence == in.licence);
+    CHECK(out.attribution == in.attribution);
+}
+
+TEST_CASE("a world that is nowhere on Earth has no centre on the other side either", "[common][voxel][world_json]") {
+    WorldInfo in = full();
+    in.centre.reset(), in.crs.clear(), in.crs_wkt.clear();
+    CHECK_FALSE(world_from_json(world_to_json(in), "test").centre);
+}
+
+TEST_CASE("a title that is no UTF-8 does not break the reply", "[common][voxel][world_json]") {
+    WorldInfo in = full();
+    in.title = "caf\xe9";
+    CHECK_NOTHROW(world_from_json(world_to_json(in), "test"));
+}
+
+TEST_CASE("text that is no world is refused, naming where it came from", "[common][voxel][world_json]") {
+    const std::string good = world_to_json(full());
+    struct Case { const char* name; std::string text, said; };
+    const auto c = GENERATE_COPY(values<Case>({
+        {"nothing", "", "not the reply of a voxel server"},
+        {"a web page", "<html><body>404</body></html>", "not the reply of a voxel server"},
+        {"null", "null", "not the reply of a voxel server"},
+        {"a list", "[]", "not the reply of a voxel server"},
+        {"an empty object", "{}", "not the reply of a voxel server"},
+        {"cut short", good.substr(0, good.size() / 2), "not the reply of a voxel server"},
+        {"another version", changed(good, "\"version\":2", "\"version\":3"), "version 3; allowed: 2"},
+        {"a version that is text", changed(good, "\"version\":2", "\"version\":\"2\""), "not the reply of a voxel server"},
+        {"levels: none", changed(good, "\"levels\":7", "\"levels\":0"), "levels = 0"},
+        {"levels: too many", changed(good, "\"levels\":7", "\"levels\":22"), "levels = 22"},
+        {"voxels of no size", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":0"), "voxel_m = 0"},
+        {"negative voxels", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":-1"), "voxel_m = -1"},
+        {"voxels that are null (NaN)", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":null"), "not the reply of a voxel server"},
+        {"bounds beyond 2^30", changed(good, "462000000", "1073741825"), "bounds beyond 2^30"},
+        {"bounds of two axes", changed(good, "462000000,", ""), "not the reply of a voxel server"},
+        {"boxes of another size", changed(good, "[64,256,64]", "[32,256,32]"), "boxes of another size"},
+        {"a title that is a number", changed(good, "\"licence\":\"CC BY 4.0\"", "\"licence\":4"), "not the reply of a voxel server"},
+        {"half a centre", changed(good, "\"lat_deg\"", "\"latitude\""), "not the reply of a voxel server"},
+        {"crs units of zero", changed(good, "\"crs_units_per_voxel\":0.3333333333333333", "\"crs_units_per_voxel\":0"), "crs_units_per_voxel"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        CHECK_THROWS_AS(world_from_json(c.text, "http://there:1"), Error);
+        CHECK_THROWS_WITH(world_from_json(c.text, "http://there:1"), contains("http://there:1") && contains(c.said));
+    }
+}
+
+TEST_CASE("bounds that 32 bits cannot hold are refused and not cut", "[common][voxel][world_json]") {
+    CHECK_THROWS_AS(world_from_json(changed(world_to_json(full()), "462000000", "99999999999999"), "test"), Error);
+}

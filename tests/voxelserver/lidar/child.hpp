@@ -1,0 +1,61 @@
+#pragma once
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <exception>
+#include <string>
+
+#include "common/util/error.hpp"
+
+namespace terravox::test {
+
+/// How a piece of work in a child process ended.
+struct Outcome {
+    enum class Kind { kDone, kError, kOther, kCrashed };
+    Kind kind = Kind::kCrashed;
+    std::string text;  ///< what was thrown, or the signal
+};
+
+/// Runs work in a child with limits on memory and time, so that a crash or a hang of it is a result and not the end of the tests.
+/// The process must have no other threads.
+template <class Work> Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t cpu_s = 20) {
+    int ends[2];
+    if (::pipe(ends) != 0) return {Outcome::Kind::kOther, "no pipe"};
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const rlimit memory{memory_bytes, memory_bytes}, cpu{cpu_s, cpu_s}, core{0, 0};
+        ::setrlimit(RLIMIT_AS, &memory), ::setrlimit(RLIMIT_CPU, &cpu), ::setrlimit(RLIMIT_CORE, &core);
+        for (const int fatal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM}) std::signal(fatal, SIG_DFL);  // the test framework's stay in the parent
+        ::alarm(60);
+        std::string said;
+        try {
+            work();
+            said = "D";
+        } catch (const Error& e) {
+            said = std::string("E") + e.what();
+        } catch (const std::exception& e) {
+            said = std::string("O") + e.what();
+        } catch (...) {
+            said = "Osomething that is no exception";
+        }
+        said.resize(std::min<std::size_t>(said.size(), 4000));
+        const ssize_t written = ::write(ends[1], said.data(), said.size());
+        ::_exit(written == static_cast<ssize_t>(said.size()) ? 0 : 9);
+    }
+    ::close(ends[1]);
+    std::string said(4096, '\0');
+    std::size_t used = 0;
+    for (ssize_t n = 0; (n = ::read(ends[0], said.data() + used, said.size() - used)) > 0;) used += static_cast<std::size_t>(n);
+    ::close(ends[0]);
+    said.resize(used);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    if (WIFSIGNALED(status)) return {Outcome::Kind::kCrashed, "signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")"};
+    if (said.empty()) return {Outcome::Kind::kCrashed, "exit code " + std::to_string(WEXITSTATUS(status))};
+    return {said[0] == 'D' ? Outcome::Kind::kDone : said[0] == 'E' ? Outcome::Kind::kError : Outcome::Kind::kOther, said.substr(1)};
+}
+
+}  // namespace terravox::test
