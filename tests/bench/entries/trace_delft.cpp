@@ -1,0 +1,85 @@
+#include <atomic>
+
+#include "common/util/error.hpp"
+#include "raytracer/render/render.hpp"
+#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/world/block_manager.hpp"
+#include "tests/bench/entries/data_sets.hpp"
+
+namespace terravox::bench {
+namespace {
+
+constexpr std::size_t kBoxMemory_bytes = std::size_t{2} << 30;
+
+/// Delft with every box in memory, and the views to trace.
+struct Traced {
+    explicit Traced(const Context& c) : opened(open_data_set(delft(), c, c.threads)), blocks(*opened.world, kBoxMemory_bytes) {
+        const std::atomic<bool> never{false};
+        blocks.prefetch(0, opened.world->info().bounds, c.threads, never);
+        full = std::make_unique<View>(make_view(Scene{}, blocks));
+        Scene bare;
+        bare.quality.samples = 1;
+        bare.quality.ambient_occlusion = bare.quality.reflections = false;
+        plain = std::make_unique<View>(make_view(bare, blocks));
+    }
+    OpenWorld opened;
+    BlockManager blocks;
+    std::unique_ptr<View> full, plain;
+};
+
+void add_rates(const std::string& what, double rays, double steps, double seconds, Readings& readings) {
+    readings.add(what, "Mray/s", rays / seconds / 1e6);
+    readings.add(what + ": steps", "steps/ray", steps / rays);
+}
+
+/// Rays through pixel centres, no shading, on this thread.
+void trace_primary(Traced& t, Readings& readings) {
+    BlockReader reader(t.blocks, 0);
+    Walker walker(reader, t.plain->bounds);
+    const auto [width, height] = t.plain->scene.output.size_px;
+    std::size_t hits = 0;
+    const double seconds = seconds_of([&] {
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                if (walker.first_hit(t.plain->camera.ray(x + 0.5, y + 0.5))) ++hits;
+    });
+    if (hits == 0) throw Error("trace Delft: no ray hit anything");
+    add_rates("primary 1t", static_cast<double>(walker.rays()), static_cast<double>(walker.steps()), seconds, readings);
+}
+
+void trace_view(Traced& t, const View& view, int threads, const std::string& what, Readings& readings) {
+    RenderCounts counts;
+    const auto [width, height] = view.scene.output.size_px;
+    Film film(width, height);
+    const double seconds = seconds_of([&] {
+        ThreadProcessor processor(view, t.blocks, threads);
+        counts = render_film({view, processor, threads * 2, true, nullptr}, film);
+    });
+    if (counts.hole_rays != 0) throw Error("trace Delft: " + std::to_string(counts.hole_rays) + " rays met holes");
+    add_rates(what, static_cast<double>(counts.rays), static_cast<double>(counts.steps), seconds, readings);
+}
+
+Entry entry() {
+    Entry out;
+    out.name = "trace/delft";
+    out.measures = "rays per second, every box in memory: the walk alone; primary and shadow rays shaded; the picture as it is rendered";
+    out.work =
+        "Delft (" + delft().facts + "), 1280x720: 1 sample a pixel (primary, shaded), 4 samples with ambient occlusion and mirrors (full)";
+    out.missing = [](const Context& c) { return delft().missing(c); };
+    out.prepare = [](const Context& c) -> Body {
+        const auto traced = std::make_shared<Traced>(c);
+        return [traced, threads = c.threads](Readings& readings) {
+            trace_primary(*traced, readings);
+            trace_view(*traced, *traced->plain, 1, "shaded 1t", readings);
+            trace_view(*traced, *traced->plain, threads, "shaded Nt", readings);
+            trace_view(*traced, *traced->full, 1, "full 1t", readings);
+            trace_view(*traced, *traced->full, threads, "full Nt", readings);
+        };
+    };
+    return out;
+}
+
+const Registration kRegistered([] { return std::vector{entry()}; });
+
+}  // namespace
+}  // namespace terravox::bench

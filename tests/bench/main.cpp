@@ -1,0 +1,133 @@
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/util/log.hpp"
+#include "common/util/version.hpp"
+#include "tests/bench/report.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+namespace {
+
+using namespace terravox;
+using namespace terravox::bench;
+
+std::atomic<bool> g_stop{false};
+
+/// The first asks to end after the run in progress, the second ends at once.
+void stop_after_run(int signal) {
+    g_stop = true;
+    std::signal(signal, SIG_DFL);
+}
+
+struct Arguments {
+    std::vector<std::string> prefixes;
+    bool list = false;
+    Repeats repeats;
+    int threads = 0;
+    std::string data = TERRAVOX_SHARED_DATA, programs, json, markdown;
+};
+
+void add_arguments(CLI::App& app, Arguments& args) {
+    app.add_option("entries", args.prefixes, "what to measure: names of entries or their beginnings; default: all");
+    app.add_flag("--list", args.list, "list the entries, and why some cannot run here");
+    app.add_option("--repeats", args.repeats.runs, "measured runs of each entry")->check(CLI::Range(1, 1000))->capture_default_str();
+    app.add_option("--warmup", args.repeats.warmup, "runs before them that are not counted")
+        ->check(CLI::Range(0, 100))
+        ->capture_default_str();
+    app.add_option("--threads", args.threads, "threads where an entry uses several; 0 = one for each core")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    app.add_option("--data", args.data, "folder of the shared test data; default: ../shared/data beside the checkout");
+    app.add_option("--programs", args.programs, "folder of the programs to measure; default: this program's own");
+    app.add_option("--json", args.json, "write everything to this file");
+    app.add_option("--markdown", args.markdown, "write the table to this file instead of standard output");
+}
+
+void list_entries(const std::vector<Entry>& entries, const Context& context) {
+    for (const Entry& entry : entries) {
+        std::printf("%s\n    %s\n    work: %s\n", entry.name.c_str(), entry.measures.c_str(), entry.work.c_str());
+        if (!entry.floor.empty()) std::printf("    ratios to: %s\n", entry.floor.c_str());
+        if (const std::string reason = entry.missing(context); !reason.empty()) std::printf("    skipped here: %s\n", reason.c_str());
+    }
+}
+
+Report measure_all(const std::vector<Entry>& entries, const Context& context, const Arguments& args) {
+    Report report;
+    report.machine = read_machine(context.children, context.scratch);
+    report.warnings = warnings_of(report.machine);
+    report.repeats = args.repeats;
+    report.threads = context.threads;
+    for (const std::string& warning : report.warnings) std::fprintf(stderr, "bench: %s\n", warning.c_str());
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        std::fprintf(stderr, "bench: %zu of %zu: %s\n", i + 1, entries.size(), entries[i].name.c_str());
+        const Result& result = report.results.emplace_back(measure(entries[i], context, args.repeats, g_stop));
+        if (result.status != Status::kMeasured)
+            std::fprintf(stderr, "bench: %s: %s: %s\n", result.name.c_str(), status_name(result.status), result.reason.c_str());
+    }
+    return report;
+}
+
+void write_report(const Report& report, const Arguments& args) {
+    if (!args.json.empty()) util::write_file_atomically(args.json, to_json(report));
+    if (!args.markdown.empty()) util::write_file_atomically(args.markdown, to_markdown(report));
+    else std::fputs(to_markdown(report).c_str(), stdout);
+}
+
+ExitCode run(const Arguments& args, ChildRunner& children) {
+    util::set_up_log("error");
+    const test::TemporaryFolder scratch;
+    const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    const Context context{std::filesystem::weakly_canonical(args.data),
+                          args.programs.empty() ? beside : std::filesystem::absolute(args.programs), scratch.path(),
+                          thread::thread_count(args.threads), children};
+    const auto entries = select_entries(registered_entries(), args.prefixes);
+    if (args.list) {
+        list_entries(entries, context);
+        return ExitCode::kDone;
+    }
+    for (const std::string& file : {args.json, args.markdown})
+        if (!file.empty()) util::check_writable(file);
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, stop_after_run);
+    const Report report = measure_all(entries, context, args);
+    write_report(report, args);
+    const bool failed =
+        std::any_of(report.results.begin(), report.results.end(), [](const Result& r) { return r.status == Status::kFailed; });
+    return failed ? ExitCode::kFailed : ExitCode::kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        ChildRunner children;  // before anything takes memory
+        CLI::App app{"Measures Terravox: fixed work, medians of several runs, ratios to a floor of the same run (docs/benchmarks.md).",
+                     "terravox bench"};
+        app.set_version_flag("--version", std::string("terravox ") + kVersion);
+        Arguments args;
+        add_arguments(app, args);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::Success& e) {  // --help and --version
+            return app.exit(e);
+        } catch (const CLI::ParseError& e) {
+            std::cerr << "bench: " << e.what() << "; --help lists what is allowed\n";
+            return static_cast<int>(ExitCode::kUsage);
+        }
+        return static_cast<int>(run(args, children));
+    } catch (const Error& e) {
+        std::cerr << "bench: " << e.what() << "\n";
+        return static_cast<int>(e.exit_code());
+    } catch (const std::exception& e) {
+        std::cerr << "bench: " << e.what() << "\n";
+    }
+    return static_cast<int>(ExitCode::kFailed);
+}
