@@ -35,6 +35,9 @@ else()
   target_compile_features(terravox_laszip PRIVATE cxx_std_17)
   target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
   target_compile_options(terravox_laszip PRIVATE -w -O3)
+  # The one source that holds the file stream; others say std::getc, which a macro would break.
+  set_property(SOURCE "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp" APPEND PROPERTY COMPILE_OPTIONS
+               "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_unlocked_getc.h")
   target_include_directories(terravox_laszip PRIVATE "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")
   target_include_directories(terravox_laszip SYSTEM PUBLIC "${PROJECT_BINARY_DIR}/laszip-include"
                              "${PROJECT_BINARY_DIR}/laszip-include/laszip")

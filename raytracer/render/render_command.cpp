@@ -88,8 +88,9 @@ ExitCode run(const Arguments& args) {
     outcome.holes = blocks.hole_count();
     {
         const util::StageTimes::Scope timed(times, "write pictures");
-        for (const std::string& output : args.outputs)
-            write_image(film, output, scene.output.exposure_ev, scene.output.tone, metadata_of(view, world->info(), outcome.holes));
+        const ImageMetadata metadata = metadata_of(view, world->info(), outcome.holes);
+        thread::parallel_for(args.outputs.size(), outcome.threads,
+                             [&](std::size_t i) { write_image(film, args.outputs[i], scene.output.exposure_ev, scene.output.tone, metadata); });
     }
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (!args.report.empty()) util::write_file_atomically(args.report, report_of(outcome, times, view).dump(2) + "\n");
