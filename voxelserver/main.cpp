@@ -1,14 +1,13 @@
 #include <semaphore.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <csignal>
-#include <exception>
 #include <iostream>
 #include <memory>
 
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/util/program.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/http/options.hpp"
 #include "voxelserver/http/router.hpp"
@@ -84,31 +83,12 @@ int run(int argc, char** argv) {
     app.set_version_flag("--version", std::string("terravox ") + kVersion);
     http::Options options;
     http::add_options(app, options);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp& e) {
-        return app.exit(e);
-    } catch (const CLI::CallForVersion& e) {
-        return app.exit(e);
-    }
+    if (const auto code = util::parse_arguments(app, argc, argv)) return *code;
     return static_cast<int>(serve(options));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        return run(argc, argv);
-    } catch (const CLI::ParseError& e) {
-        std::cerr << "terravox-voxelserver: " << e.what() << "; --help lists what is allowed\n";
-        return static_cast<int>(ExitCode::kUsage);
-    } catch (const Error& e) {
-        std::cerr << "terravox-voxelserver: " << e.what() << "\n";
-        return static_cast<int>(e.exit_code());
-    } catch (const std::bad_alloc&) {
-        std::cerr << "terravox-voxelserver: out of memory; a smaller --memory-mib may help\n";
-    } catch (const std::exception& e) {
-        std::cerr << "terravox-voxelserver: " << e.what() << "\n";
-    }
-    return static_cast<int>(ExitCode::kFailed);
+    return util::run_program([&] { return run(argc, argv); });
 }

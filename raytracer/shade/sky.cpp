@@ -1,5 +1,6 @@
 #include "raytracer/shade/sky.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -64,7 +65,7 @@ geo::SunPosition sun_of(const Scene::Sun& sun, const geo::LatLon* place) {
     geo::DateTime time;
     int end = 0;
     if (std::sscanf(sun.date.c_str(), "%4d-%2d-%2d%n", &time.year, &time.month, &time.day, &end) != 3 || static_cast<std::size_t>(end) != sun.date.size() ||
-        time.month < 1 || time.month > 12 || time.day < 1 || time.day > 31)
+        !std::chrono::year_month_day{std::chrono::year(time.year), std::chrono::month(static_cast<unsigned>(time.month)), std::chrono::day(static_cast<unsigned>(time.day))}.ok())
         throw UsageError("place the sun: sun.date = '" + sun.date + "'; allowed: YYYY-MM-DD");
     const geo::LatLon here = place != nullptr ? *place : geo::LatLon{46, 14};
     time.hour = sun.time_h;

@@ -1,5 +1,3 @@
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -11,6 +9,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
+#include "common/util/program.hpp"
 #include "common/util/version.hpp"
 #include "tests/bench/report.hpp"
 #include "tests/common/temporary_folder.hpp"
@@ -107,27 +106,14 @@ ExitCode run(const Arguments& args, ChildRunner& children) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
+    return util::run_program([&] {
         ChildRunner children;  // before anything takes memory
         CLI::App app{"Measures Terravox: fixed work, medians of several runs, ratios to a floor of the same run (docs/benchmarks.md).",
                      "terravox bench"};
         app.set_version_flag("--version", std::string("terravox ") + kVersion);
         Arguments args;
         add_arguments(app, args);
-        try {
-            app.parse(argc, argv);
-        } catch (const CLI::Success& e) {  // --help and --version
-            return app.exit(e);
-        } catch (const CLI::ParseError& e) {
-            std::cerr << "bench: " << e.what() << "; --help lists what is allowed\n";
-            return static_cast<int>(ExitCode::kUsage);
-        }
+        if (const auto code = util::parse_arguments(app, argc, argv)) return *code;
         return static_cast<int>(run(args, children));
-    } catch (const Error& e) {
-        std::cerr << "bench: " << e.what() << "\n";
-        return static_cast<int>(e.exit_code());
-    } catch (const std::exception& e) {
-        std::cerr << "bench: " << e.what() << "\n";
-    }
-    return static_cast<int>(ExitCode::kFailed);
+    });
 }

@@ -1,9 +1,8 @@
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <string>
 
-#include "common/util/error.hpp"
+#include "common/util/program.hpp"
 #include "voxelserver/survey/survey.hpp"
 
 namespace {
@@ -42,13 +41,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        return run(argc, argv);
-    } catch (const Error& error) {
-        std::fprintf(stderr, "survey: %s\n", error.what());
-        return static_cast<int>(error.exit_code());
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "survey: survey the place: %s\n", error.what());
-        return static_cast<int>(ExitCode::kFailed);
-    }
+    return util::run_program([&] { return run(argc, argv); });
 }

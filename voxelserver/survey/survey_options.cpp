@@ -136,7 +136,7 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
         answer = std::string(version.what()) + "\n";
         return std::nullopt;
     } catch (const CLI::ParseError& error) {
-        throw UsageError(std::string("read the command line: ") + error.what() + "; see --help");
+        throw UsageError(std::string(error.what()) + "; --help lists what is allowed");
     }
     return checked(texts);
 }

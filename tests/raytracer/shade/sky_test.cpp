@@ -74,6 +74,7 @@ TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][shad
         {"azimuth alone", [](Scene::Sun& s) { s.azimuth_deg = 10; }, "sun.altitude_deg is missing"},
         {"no date", [](Scene::Sun& s) { s.date = ""; }, "sun.date = ''"},
         {"a word", [](Scene::Sun& s) { s.date = "midsummer"; }, "sun.date = 'midsummer'; allowed: YYYY-MM-DD"},
+        {"31 February", [](Scene::Sun& s) { s.date = "2026-02-31"; }, "sun.date = '2026-02-31'"},
         {"month 13", [](Scene::Sun& s) { s.date = "2026-13-01"; }, "2026-13-01"},
         {"month 0", [](Scene::Sun& s) { s.date = "2026-00-01"; }, "2026-00-01"},
         {"day 32", [](Scene::Sun& s) { s.date = "2026-01-32"; }, "2026-01-32"},
