@@ -106,6 +106,13 @@ Crs Crs::from_text(const std::string& text) {
     return Crs(std::move(ogr));
 }
 
+Crs Crs::from_ogr(const OGRSpatialReference& read) {
+    auto ogr = empty_reference();
+    *ogr = read;
+    ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+    return Crs(std::move(ogr));
+}
+
 std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
                                      std::span<const char> ascii) {
     constexpr std::size_t kHeaderWords = 4, kMostKeys = 4096;
@@ -124,11 +131,9 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
     if (GDALDatasetUniquePtr image{GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_tiff)}) {
         const OGRSpatialReference* found = image->GetSpatialRef();
         if (found != nullptr && (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
-            auto ogr = empty_reference();
-            *ogr = *found;
-            if (const auto unit = stated_vertical_unit(directory)) set_vertical_unit(*ogr, *unit);
-            ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-            crs = Crs(std::move(ogr));
+            OGRSpatialReference read(*found);
+            if (const auto unit = stated_vertical_unit(directory)) set_vertical_unit(read, *unit);
+            crs = from_ogr(read);
         }
     }
     VSIUnlink(name.c_str());

@@ -26,6 +26,9 @@ public:
     /// @throws UsageError naming the text when PROJ does not understand it
     static Crs from_text(const std::string& text);
 
+    /// A system that GDAL has read, e.g. of an image.
+    static Crs from_ogr(const OGRSpatialReference& ogr);
+
     /// The three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last two may be empty.
     /// @return nullopt when the keys name no system
     static std::optional<Crs> from_geokeys(std::span<const std::uint16_t> directory, std::span<const double> doubles,

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/util/error.hpp"
+#include "common/voxel/morton.hpp"
 
 namespace terravox::voxel {
 namespace {
@@ -52,6 +53,10 @@ bool indices_hold(std::span<const TreeCell> cells, std::size_t attr_count) {
 }
 
 }  // namespace
+
+std::size_t BoxKeyHash::operator()(const BoxKey& key) const noexcept {
+    return static_cast<std::size_t>(morton_encode(key.bx, key.by, key.bz) ^ (static_cast<std::uint64_t>(key.level) << 58));
+}
 
 std::string to_string(const BoxKey& key) {
     return std::to_string(key.level) + "/" + std::to_string(key.bx) + "/" + std::to_string(key.by) + "/" + std::to_string(key.bz);

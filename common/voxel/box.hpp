@@ -23,6 +23,10 @@ struct BoxKey {
     std::int32_t bx = 0, by = 0, bz = 0;
     friend auto operator<=>(const BoxKey&, const BoxKey&) = default;
 };
+/// The spatial hash of every cache of boxes: the Morton code, with the level in bits that only boxes a million boxes from the origin use.
+struct BoxKeyHash {
+    [[nodiscard]] std::size_t operator()(const BoxKey& key) const noexcept;
+};
 [[nodiscard]] std::string to_string(const BoxKey& key);  ///< "level/bx/by/bz"
 
 inline constexpr int kMaxLevel = 20;

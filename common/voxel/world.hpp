@@ -63,6 +63,10 @@ public:
 /// The boxes of a level that cover bounds: keys with min <= coordinate < max (level is set in both).
 struct BoxRange {
     BoxKey min, max;
+    /// @param key of the same level
+    [[nodiscard]] bool contains(const BoxKey& key) const noexcept {
+        return key.bx >= min.bx && key.bx < max.bx && key.by >= min.by && key.by < max.by && key.bz >= min.bz && key.bz < max.bz;
+    }
 };
 [[nodiscard]] inline BoxRange boxes_over(const VoxelBounds& b, int level) noexcept {
     const auto range = [&](std::size_t axis, std::int32_t size, std::int32_t& lo, std::int32_t& hi) {

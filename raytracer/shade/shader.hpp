@@ -40,7 +40,6 @@ public:
     [[nodiscard]] std::uint64_t hole_rays() const noexcept { return m_hole_rays; }
 
 private:
-    struct Surface;
     [[nodiscard]] Ray to_level(const Ray& ray) const noexcept;
     [[nodiscard]] Colour trace(const Ray& ray, double& t, bool& found);
     [[nodiscard]] Colour shade(const Ray& ray, const Hit& hit, bool mirrors);

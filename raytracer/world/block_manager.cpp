@@ -4,14 +4,8 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/morton.hpp"
 
 namespace terravox {
-
-std::size_t BoxKeyHash::operator()(const voxel::BoxKey& key) const noexcept {
-    // The level goes to bits that only boxes a million boxes from the origin use.
-    return static_cast<std::size_t>(voxel::morton_encode(key.bx, key.by, key.bz) ^ (static_cast<std::uint64_t>(key.level) << 58));
-}
 
 BlockRef BlockManager::get(const voxel::BoxKey& key) {
     const auto ref = m_cache.get(

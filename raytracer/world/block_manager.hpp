@@ -17,10 +17,6 @@ struct BlockRef {
     bool hole = false;
 };
 
-struct BoxKeyHash {
-    std::size_t operator()(const voxel::BoxKey& key) const noexcept;
-};
-
 /// The boxes of a world in memory: a cache hashed by Morton code with a byte limit, which asks the world for what is missing.
 /// Several threads that miss the same box wait for one making. Thread-safe.
 class BlockManager {
@@ -38,9 +34,8 @@ public:
     void prefetch(int level, const voxel::VoxelBounds& bounds, int threads, const std::atomic<bool>& stop);
 
 private:
-    /// What the cache holds: the reference with its hole mark.
     voxel::World& m_world;
-    util::Cache<voxel::BoxKey, BlockRef, BoxKeyHash> m_cache;
+    util::Cache<voxel::BoxKey, BlockRef, voxel::BoxKeyHash> m_cache;
     mutable std::mutex m_holes_mutex;
     std::set<voxel::BoxKey> m_holes;
 };

@@ -4,20 +4,12 @@
 #include <cstdio>
 
 #include "common/voxel/box_codec.hpp"
-#include "common/voxel/morton.hpp"
 
 namespace terravox::http {
 namespace {
 
 // Part of every entity tag: to be raised when the same box is to be sent as other bytes (another codec or setting of it).
 constexpr int kCodecVersion = 1;
-
-bool outside(const voxel::VoxelBounds& bounds, const voxel::BoxKey& key) noexcept {
-    if (bounds.empty()) return true;
-    const auto range = voxel::boxes_over(bounds, key.level);
-    return key.bx < range.min.bx || key.bx >= range.max.bx || key.by < range.min.by || key.by >= range.max.by || key.bz < range.min.bz ||
-           key.bz >= range.max.bz;
-}
 
 std::string etag_of(const voxel::Box& box) {
     char text[48];
@@ -47,10 +39,6 @@ void Gate::leave() noexcept {
     m_left.notify_one();
 }
 
-std::size_t BoxReplies::KeyHash::operator()(const voxel::BoxKey& key) const noexcept {
-    return static_cast<std::size_t>(voxel::morton_encode(key.bx, key.by, key.bz) ^ (static_cast<std::uint64_t>(key.level) << 58));
-}
-
 BoxReplies::BoxReplies(voxel::World& world, util::StageTimes& times, const BoxRepliesOptions& options)
     : m_world(world),
       m_times(times),
@@ -60,7 +48,8 @@ BoxReplies::BoxReplies(voxel::World& world, util::StageTimes& times, const BoxRe
 
 std::shared_ptr<const BoxReply> BoxReplies::get(const voxel::BoxKey& key) {
     // Nothing solid is out there. Answered without the cache, or whoever asks for all of space would empty it.
-    if (outside(m_world.info().bounds, key)) return m_air;
+    const voxel::VoxelBounds& bounds = m_world.info().bounds;
+    if (bounds.empty() || !voxel::boxes_over(bounds, key.level).contains(key)) return m_air;
     return m_cache.get(
         key, [&] { return make(key); },
         [](const std::shared_ptr<const BoxReply>& r) { return sizeof *r + r->etag.size() + (r->frame ? r->frame->capacity() : 0); });

@@ -70,16 +70,13 @@ public:
     [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_cache.limit_bytes(); }
 
 private:
-    struct KeyHash {
-        std::size_t operator()(const voxel::BoxKey& key) const noexcept;
-    };
     std::shared_ptr<const BoxReply> make(const voxel::BoxKey& key);
 
     voxel::World& m_world;
     util::StageTimes& m_times;
     Gate m_gate;
     const std::shared_ptr<const BoxReply> m_air;
-    util::Cache<voxel::BoxKey, BoxReply, KeyHash> m_cache;
+    util::Cache<voxel::BoxKey, BoxReply, voxel::BoxKeyHash> m_cache;
 };
 
 }  // namespace terravox::http

@@ -8,7 +8,6 @@
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/downsample.hpp"
-#include "common/voxel/morton.hpp"
 #include "voxelserver/voxelize/building_fill.hpp"
 #include "voxelserver/voxelize/ground_fill.hpp"
 #include "voxelserver/voxelize/orthophoto.hpp"
@@ -33,12 +32,6 @@ struct BoxColumn {
         std::size_t sum = sizeof *this;
         for (const auto& b : boxes) sum += b ? b->memory_bytes() : sizeof b;
         return sum;
-    }
-};
-
-struct KeyHash {
-    std::size_t operator()(const BoxKey& k) const noexcept {
-        return static_cast<std::size_t>(voxel::morton_encode(k.bx, k.by, k.bz) ^ (static_cast<std::uint64_t>(k.level) << 58));
     }
 };
 
@@ -78,8 +71,7 @@ public:
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         check(key.level);
         if (key.level > 0) return coarse_box(key);
-        const auto range = voxel::boxes_over(m_info.bounds, 0);
-        if (key.bx < range.min.bx || key.bx >= range.max.bx || key.bz < range.min.bz || key.bz >= range.max.bz) return nullptr;
+        if (!voxel::boxes_over(m_info.bounds, 0).contains(key)) return nullptr;
         const auto column = box_column(key.bx, key.bz);
         const std::int64_t index = std::int64_t{key.by} - column->by_begin;
         return index >= 0 && index < static_cast<std::int64_t>(column->boxes.size()) ? column->boxes[static_cast<std::size_t>(index)] : nullptr;
@@ -130,9 +122,7 @@ private:
     }
 
     std::shared_ptr<const Box> coarse_box(const BoxKey& key) {
-        const auto range = voxel::boxes_over(m_info.bounds, key.level);
-        if (key.bx < range.min.bx || key.bx >= range.max.bx || key.by < range.min.by || key.by >= range.max.by || key.bz < range.min.bz || key.bz >= range.max.bz)
-            return nullptr;
+        if (!voxel::boxes_over(m_info.bounds, key.level).contains(key)) return nullptr;
         return m_coarse.get(
             key,
             [&] {
@@ -151,8 +141,8 @@ private:
     std::unique_ptr<Orthophotos> m_ortho;
     std::int32_t m_floor_y = 0;
     voxel::WorldInfo m_info;
-    util::Cache<BoxKey, BoxColumn, KeyHash> m_columns;
-    util::Cache<BoxKey, Box, KeyHash> m_coarse;
+    util::Cache<BoxKey, BoxColumn, voxel::BoxKeyHash> m_columns;
+    util::Cache<BoxKey, Box, voxel::BoxKeyHash> m_coarse;
 };
 
 }  // namespace

@@ -30,7 +30,7 @@ public:
         if (m_image->GetGeoTransform(m_geo.data()) != CE_None) fail("no place on Earth (neither GeoTIFF tags nor a world file)");
         const OGRSpatialReference* own = m_image->GetSpatialRef();
         const bool north_up = m_geo[2] == 0 && m_geo[4] == 0 && m_geo[1] > 0 && m_geo[5] < 0;
-        const bool same = own == nullptr || same_crs(*own, frame.crs().ogr());
+        const bool same = own == nullptr || geo::Crs::from_ogr(*own).same_horizontal(frame.crs());
         if (own == nullptr) spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(), frame.crs().name());
         if (!same || !north_up) warp(frame, own);
         m_bands = std::min(m_source->GetRasterCount(), 3);
@@ -71,13 +71,6 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const { throw Error("read the orthophoto " + m_path.string() + ": " + what); }
-
-    static bool same_crs(const OGRSpatialReference& a, const OGRSpatialReference& b) {
-        const char* const options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT", nullptr};
-        OGRSpatialReference x(a), y(b);
-        x.StripVertical(), y.StripVertical();
-        return x.IsSame(&y, options) != 0;
-    }
 
     void warp(const Frame& frame, const OGRSpatialReference* own) {
         char* from = nullptr;

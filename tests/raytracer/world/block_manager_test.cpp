@@ -85,7 +85,7 @@ TEST_CASE("fetching ahead ends when asked to, and when memory is nearly full", "
 
 TEST_CASE("the hash of box keys tells levels and neighbours apart", "[raytracer][world]") {
     std::vector<std::size_t> hashes;
-    const BoxKeyHash hash;
+    const voxel::BoxKeyHash hash;
     for (int level = 0; level < 8; ++level)
         for (int bx = -6; bx < 6; ++bx)
             for (int by = -2; by < 3; ++by)
