@@ -6,16 +6,44 @@ namespace terravox::voxel {
 
 static_assert(kBoxSizeX == 64 && kBoxSizeZ == 64 && kBoxSizeY == 256);
 
+namespace {
+
+constexpr std::uint64_t kAll = ~std::uint64_t{0};
+
+using Words = std::array<std::uint64_t, 16>;
+
+// Transposes each of the four 16 x 16 bit squares side by side in 16 words: bit 16 l + r of word c goes to bit 16 l + c of word r.
+// Ref: Warren, "Hacker's Delight", section 7-3 (swap halves, then quarters, and so on).
+void transpose_squares(Words& words) noexcept {
+    std::uint64_t low_halves = 0x00FF00FF00FF00FFULL;
+    for (unsigned half = 8; half != 0; half >>= 1, low_halves ^= low_halves << half)
+        for (unsigned i = 0; i < 16; i = (i + half + 1) & ~half) {
+            const std::uint64_t differing = (words[i] >> half ^ words[i + half]) & low_halves;
+            words[i] ^= differing << half;
+            words[i + half] ^= differing;
+        }
+}
+
+// After the transposition: the four layers of 16 bits of brick `part`, lowest first.
+std::uint64_t brick_of(const Words& layers, unsigned part) noexcept {
+    const unsigned first = (part & 3) * 4, lane = (part >> 2) * 16;
+    std::uint64_t brick = 0;
+    for (unsigned y = 0; y < 4; ++y) brick |= (layers[first + y] >> lane & 0xFFFF) << (16 * y);
+    return brick;
+}
+
+}  // namespace
+
 void ColumnBits::fill(int y0, int y1) noexcept {
     if (y0 >= y1) return;
     m_below = m_below || (y0 <= -1 && y1 > -1);
     m_above = m_above || (y0 <= kBoxSizeY && y1 > kBoxSizeY);
     y0 = std::max(y0, 0), y1 = std::min(y1, kBoxSizeY);
-    for (int i = y0 >> 6; i <= (y1 - 1) >> 6 && y0 < y1; ++i) {
-        const int first = std::max(y0 - i * 64, 0), count = std::min(y1 - i * 64, 64) - first;
-        const std::uint64_t run = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-        m_words[static_cast<std::size_t>(i)] |= run << first;
-    }
+    if (y0 >= y1) return;
+    const int first = y0 >> 6, last = (y1 - 1) >> 6;
+    const std::uint64_t from_y0 = kAll << (y0 & 63), up_to_y1 = kAll >> (63 - ((y1 - 1) & 63));
+    for (int i = first; i <= last; ++i)
+        m_words[static_cast<std::size_t>(i)] |= (i == first ? from_y0 : kAll) & (i == last ? up_to_y1 : kAll);
 }
 
 bool ColumnBits::at(int y) const noexcept {
@@ -24,99 +52,104 @@ bool ColumnBits::at(int y) const noexcept {
     return (m_words[static_cast<std::size_t>(y >> 6)] >> (y & 63) & 1) != 0;
 }
 
-std::uint64_t ColumnBits::word_from_above(int i) const noexcept {
-    const std::uint64_t carried = i < 3 ? word(i + 1) << 63 : std::uint64_t{m_above} << 63;
-    return word(i) >> 1 | carried;
+// The bricks of 64 layers, which are one word of each column and one root of the tree. Stack bx + 16 bz holds the 16 bricks above
+// each other on 4 x 4 columns; those not in `used` are air and were never written.
+struct BoxBuilder::Storey {
+    static constexpr unsigned kStacks = 16;
+    struct Brick { std::uint64_t mask, detail; };
+    struct Stack { Brick bricks[16]; };
+    std::array<std::uint16_t, kStacks> used{};  ///< word bz, bit bx
+    std::unique_ptr<Stack[]> stacks = std::make_unique_for_overwrite<Stack[]>(kStacks * kStacks);
+
+    [[nodiscard]] const Brick* find(unsigned bx, unsigned by, unsigned bz) const noexcept {
+        return (used[bz] >> bx & 1) != 0 ? &stacks[bz * kStacks + bx].bricks[by] : nullptr;
+    }
+    [[nodiscard]] TreeCell middle_at(unsigned bx, unsigned by, unsigned bz) const noexcept;
+};
+
+// The cell of 4 x 4 x 4 bricks from (bx, by, bz) on; `first` is left open.
+TreeCell BoxBuilder::Storey::middle_at(unsigned bx, unsigned by, unsigned bz) const noexcept {
+    TreeCell middle;
+    for (unsigned column = 0; column < 16; ++column) {
+        const Brick* brick = find(bx + (column & 3), by, bz + (column >> 2));
+        if (brick == nullptr) continue;
+        for (unsigned y = 0; y < 4; ++y, ++brick) {
+            const std::uint64_t bit = std::uint64_t{1} << (column + 16 * y);
+            if (brick->mask != 0) middle.mask |= bit;
+            if (brick->mask != 0 && (brick->mask != kAll || brick->detail != 0)) middle.detail |= bit;
+        }
+    }
+    return middle;
 }
 
-std::uint64_t ColumnBits::word_from_below(int i) const noexcept {
-    const std::uint64_t carried = i > 0 ? word(i - 1) >> 63 : std::uint64_t{m_below};
-    return word(i) << 1 | carried;
+std::uint64_t BoxBuilder::detail_word(int x, int z, int word, std::uint64_t solid) const noexcept {
+    const Column* here = &m_columns[index(x, z)];
+    const std::uint64_t hidden = here->opaque.word(word) & here->opaque.word_from_above(word) & here->opaque.word_from_below(word) &
+                                 here[-1].opaque.word(word) & here[1].opaque.word(word) & here[-kSide].opaque.word(word) & here[kSide].opaque.word(word);
+    return solid & ~hidden;
 }
 
-void BoxBuilder::add(int x, int z, int y0, int y1, bool opaque) noexcept {
-    m_solid[index(x, z)].fill(y0, y1);
-    if (opaque) m_opaque[index(x, z)].fill(y0, y1);
+// Turns columns of bits into bricks: four bits of a column are the column's share of a brick.
+void BoxBuilder::sort_into_bricks(int word, Storey& storey) const noexcept {
+    for (unsigned stack = 0; stack < 256; ++stack) {
+        Words solid, detail;
+        std::uint64_t any = 0, all = kAll, seen = 0;
+        const int x0 = static_cast<int>(stack % 16) * 4, z0 = static_cast<int>(stack / 16) * 4;
+        for (unsigned c = 0; c < 16; ++c) {
+            const int x = x0 + static_cast<int>(c & 3), z = z0 + static_cast<int>(c >> 2);
+            const Column& column = m_columns[index(x, z)];
+            solid[c] = column.opaque.word(word) | column.clear.word(word);
+            detail[c] = solid[c] == 0 ? 0 : detail_word(x, z, word, solid[c]);
+            any |= solid[c], all &= solid[c], seen |= detail[c];
+        }
+        auto& used = storey.used[stack / 16];
+        used = static_cast<std::uint16_t>(used & ~(1u << stack % 16));
+        if (any == 0) continue;
+        used = static_cast<std::uint16_t>(used | 1u << stack % 16);
+        if (all != kAll) transpose_squares(solid);  // all ones, or all zeros, are their own transposition
+        if (seen != 0) transpose_squares(detail);
+        for (unsigned part = 0; part < 16; ++part) storey.stacks[stack].bricks[part] = {brick_of(solid, part), brick_of(detail, part)};
+    }
 }
 
-std::uint64_t BoxBuilder::detail_word(int x, int z, int word) const noexcept {
-    const ColumnBits& opaque = m_opaque[index(x, z)];
-    const std::uint64_t hidden = opaque.word(word) & opaque.word_from_above(word) & opaque.word_from_below(word) &
-                                 m_opaque[index(x - 1, z)].word(word) & m_opaque[index(x + 1, z)].word(word) &
-                                 m_opaque[index(x, z - 1)].word(word) & m_opaque[index(x, z + 1)].word(word);
-    return m_solid[index(x, z)].word(word) & ~hidden;
-}
-
-std::shared_ptr<const Box> BoxBuilder::build(const BoxKey& key, const AttrAt& attr_at) const {
-    struct Brick { std::uint64_t mask = 0, detail = 0; };
-    constexpr std::uint64_t kAll = ~std::uint64_t{0};
-    constexpr int kBricks = 16, kBricksY = 64;
-    std::vector<Brick> bricks(static_cast<std::size_t>(kBricks) * kBricks * kBricksY);
-    const auto brick_index = [](int x, int y, int z) { return static_cast<std::size_t>((y * kBricks + z) * kBricks + x); };
-
-    // Step 1: turn columns of bits into bricks: four bits of a column are the column's share of a brick.
-    bool any = false;
-    for (int z = 0; z < kBoxSizeZ; ++z)
-        for (int x = 0; x < kBoxSizeX; ++x)
-            for (int word = 0; word < 4; ++word) {
-                const std::uint64_t solid = m_solid[index(x, z)].word(word);
-                if (solid == 0) continue;
-                any = true;
-                const std::uint64_t detail = detail_word(x, z, word);
-                const int base = child_bit(x, 0, z);
-                for (int part = 0; part < 16; ++part) {
-                    const std::uint64_t four = solid >> (part * 4) & 15, four_detail = detail >> (part * 4) & 15;
-                    if (four == 0) continue;
-                    Brick& brick = bricks[brick_index(x >> 2, word * 16 + part, z >> 2)];
-                    // Bits y, y+1, y+2, y+3 go 16 apart.
-                    const auto spread = [](std::uint64_t v) { return (v & 1) | (v & 2) << 15 | (v & 4) << 30 | (v & 8) << 45; };
-                    brick.mask |= spread(four) << base;
-                    brick.detail |= spread(four_detail) << base;
-                }
-            }
-    if (!any) return nullptr;
-
-    // Step 2: the two upper levels, and all cells in order: roots, 16^3 cells, bricks.
-    std::vector<TreeCell> roots(Box::kRootCount), middles, leaves;
-    std::vector<VoxelAttr> attrs;
+BoxBuilder::Tree BoxBuilder::make_tree() const {
+    Storey storey;
+    std::array<TreeCell, Box::kRootCount> roots;
+    std::vector<TreeCell> middles, bricks;
+    Tree tree;
     for (int root = 0; root < Box::kRootCount; ++root) {
         TreeCell& top = roots[static_cast<std::size_t>(root)];
-        top.first = static_cast<std::uint32_t>(middles.size());
-        for (int bit = 0; bit < 64; ++bit) {
-            const int cx = (bit & 3) * 4, cz = (bit >> 2 & 3) * 4, cy = root * 16 + (bit >> 4) * 4;
-            TreeCell middle;
-            for (int b = 0; b < 64; ++b) {
-                const Brick& brick = bricks[brick_index(cx + (b & 3), cy + (b >> 4), cz + (b >> 2 & 3))];
-                if (brick.mask == 0) continue;
-                middle.mask |= std::uint64_t{1} << b;
-                if (brick.mask != kAll || brick.detail != 0) middle.detail |= std::uint64_t{1} << b;
-            }
+        top.first = static_cast<std::uint32_t>(Box::kRootCount + middles.size());
+        if (root * 64 >= m_end_y) continue;
+        sort_into_bricks(root, storey);
+        for (unsigned bit = 0; bit < 64; ++bit) {
+            const unsigned bx0 = (bit & 3) * 4, bz0 = (bit >> 2 & 3) * 4, by0 = (bit >> 4) * 4;
+            TreeCell middle = storey.middle_at(bx0, by0, bz0);
             if (middle.mask == 0) continue;
             top.mask |= std::uint64_t{1} << bit;
             if (middle.mask == kAll && middle.detail == 0) continue;
             top.detail |= std::uint64_t{1} << bit;
-            middle.first = static_cast<std::uint32_t>(leaves.size());
+            middle.first = static_cast<std::uint32_t>(bricks.size());
             middles.push_back(middle);
-            for (int b = 0; b < 64; ++b) {
-                if ((middle.detail >> b & 1) == 0) continue;
-                const int bx = cx + (b & 3), by = cy + (b >> 4), bz = cz + (b >> 2 & 3);
-                const Brick& brick = bricks[brick_index(bx, by, bz)];
-                leaves.push_back({brick.mask, brick.detail, static_cast<std::uint32_t>(attrs.size()), 0});
-                for (std::uint64_t left = brick.detail; left != 0; left &= left - 1) {
-                    const int v = std::countr_zero(left);
-                    attrs.push_back(attr_at(bx * 4 + (v & 3), by * 4 + (v >> 4), bz * 4 + (v >> 2 & 3)));
-                }
+            for (std::uint64_t left = middle.detail; left != 0; left &= left - 1) {
+                const auto b = static_cast<unsigned>(std::countr_zero(left));
+                const unsigned bx = bx0 + (b & 3), by = by0 + (b >> 4), bz = bz0 + (b >> 2 & 3);
+                const auto* brick = storey.find(bx, by, bz);
+                bricks.push_back({brick->mask, brick->detail, static_cast<std::uint32_t>(tree.attr_count), 0});
+                tree.attr_count += static_cast<std::size_t>(std::popcount(brick->detail));
+                const auto byte = [](unsigned v) { return static_cast<std::uint8_t>(v); };
+                tree.corners.push_back({byte(bx * 4), byte(static_cast<unsigned>(root) * 64 + by * 4), byte(bz * 4)});
             }
         }
     }
-    const auto middle_base = static_cast<std::uint32_t>(roots.size());
-    const auto leaf_base = static_cast<std::uint32_t>(roots.size() + middles.size());
-    for (TreeCell& cell : roots) cell.first += middle_base;
-    for (TreeCell& cell : middles) cell.first += leaf_base;
-    std::vector<TreeCell> cells = std::move(roots);
-    cells.insert(cells.end(), middles.begin(), middles.end());
-    cells.insert(cells.end(), leaves.begin(), leaves.end());
-    return Box::from_arrays(key, cells, attrs);
+    if (std::none_of(roots.begin(), roots.end(), [](const TreeCell& root) { return root.mask != 0; })) return tree;
+    tree.first_brick = roots.size() + middles.size();
+    for (TreeCell& middle : middles) middle.first += static_cast<std::uint32_t>(tree.first_brick);
+    tree.cells.reserve(tree.first_brick + bricks.size());
+    tree.cells.assign(roots.begin(), roots.end());
+    tree.cells.insert(tree.cells.end(), middles.begin(), middles.end());
+    tree.cells.insert(tree.cells.end(), bricks.begin(), bricks.end());
+    return tree;
 }
 
 }  // namespace terravox::voxel

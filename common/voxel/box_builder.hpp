@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -17,8 +19,10 @@ public:
     void fill(int y0, int y1) noexcept;
     [[nodiscard]] bool at(int y) const noexcept;  ///< y in [-1, 257)
     [[nodiscard]] std::uint64_t word(int i) const noexcept { return m_words[static_cast<std::size_t>(i)]; }
-    [[nodiscard]] std::uint64_t word_from_above(int i) const noexcept;  ///< bit y = the voxel at y + 1
-    [[nodiscard]] std::uint64_t word_from_below(int i) const noexcept;  ///< bit y = the voxel at y - 1
+    /// Bit y = the voxel at y + 1.
+    [[nodiscard]] std::uint64_t word_from_above(int i) const noexcept { return word(i) >> 1 | (i < 3 ? word(i + 1) : std::uint64_t{m_above}) << 63; }
+    /// Bit y = the voxel at y - 1.
+    [[nodiscard]] std::uint64_t word_from_below(int i) const noexcept { return word(i) << 1 | (i > 0 ? word(i - 1) >> 63 : std::uint64_t{m_below}); }
 
 private:
     std::array<std::uint64_t, 4> m_words{};
@@ -27,25 +31,56 @@ private:
 
 /// Builds a box from columns with a margin of one voxel on every side, so that hidden faces are known across box edges.
 ///
-/// Opaque voxels whose six neighbours are opaque become plain rock; all others ask `attr_at` for their attributes.
+/// Opaque voxels whose six neighbours are opaque become plain rock; all others ask `attr_at` for their attributes. Not thread-safe.
 class BoxBuilder {
 public:
-    BoxBuilder() : m_solid(kSide * kSide), m_opaque(kSide * kSide) {}
+    BoxBuilder() : m_columns(kSide * kSide) {}
 
     /// x, z in [-1, 65): marks [y0, y1) (local y) as solid. Opaque unless see_through(material).
-    void add(int x, int z, int y0, int y1, bool opaque) noexcept;
+    void add(int x, int z, int y0, int y1, bool opaque) noexcept {
+        m_end_y = std::max(m_end_y, y1);
+        Column& column = m_columns[index(x, z)];
+        (opaque ? column.opaque : column.clear).fill(y0, y1);
+    }
 
     using AttrAt = std::function<VoxelAttr(int x, int y, int z)>;
-    /// @param attr_at called once for each voxel that can be seen (local coordinates)
+    /// @param attr_at anything that is called as an AttrAt: once for each voxel that can be seen (local coordinates), brick by brick
     /// @return nullptr when the box holds nothing solid
-    [[nodiscard]] std::shared_ptr<const Box> build(const BoxKey& key, const AttrAt& attr_at) const;
+    template <class Callable> [[nodiscard]] std::shared_ptr<const Box> build(const BoxKey& key, const Callable& attr_at) const {
+        const Tree tree = make_tree();
+        if (tree.cells.empty()) return nullptr;
+        std::vector<VoxelAttr> attrs;
+        attrs.reserve(tree.attr_count);
+        for (std::size_t i = 0; i < tree.corners.size(); ++i) {
+            const auto [x, y, z] = tree.corners[i];
+            for (std::uint64_t left = tree.cells[tree.first_brick + i].detail; left != 0; left &= left - 1) {
+                const int bit = std::countr_zero(left);
+                attrs.push_back(attr_at(x + (bit & 3), y + (bit >> 4), z + (bit >> 2 & 3)));
+            }
+        }
+        return Box::from_arrays(key, tree.cells, attrs);
+    }
 
 private:
     static constexpr int kSide = kBoxSizeX + 2;
+    /// What was added to one place; a voxel that is in both is opaque.
+    struct Column { ColumnBits opaque, clear; };
+    struct Corner { std::uint8_t x, y, z; };  ///< lowest voxel of a brick
+    /// A box that lacks only its attributes: cells[first_brick + i] lies at corners[i]. Without cells: nothing is solid.
+    struct Tree {
+        std::vector<TreeCell> cells;
+        std::vector<Corner> corners;
+        std::size_t first_brick = 0, attr_count = 0;
+    };
+    struct Storey;
+
     static std::size_t index(int x, int z) noexcept { return static_cast<std::size_t>((z + 1) * kSide + x + 1); }
     /// Of column (x, z): voxels that need attributes, one word of 64.
-    [[nodiscard]] std::uint64_t detail_word(int x, int z, int word) const noexcept;
-    std::vector<ColumnBits> m_solid, m_opaque;
+    [[nodiscard]] std::uint64_t detail_word(int x, int z, int word, std::uint64_t solid) const noexcept;
+    void sort_into_bricks(int word, Storey& storey) const noexcept;
+    [[nodiscard]] Tree make_tree() const;
+    std::vector<Column> m_columns;
+    int m_end_y = 0;  ///< nothing solid from here up
 };
 
 }  // namespace terravox::voxel

@@ -7,11 +7,13 @@
 
 namespace terravox::voxel {
 
-/// Makes the box of the next coarser level from its eight children.
+/// Makes the box of the next coarser level from its eight children, by the rule of coarse_voxels() (coarse_rule.hpp): every coarse
+/// voxel is a function of its level and its own eight children and of nothing else, so boxes need no neighbours and no seam can arise.
 ///
-/// A coarse voxel is solid when at least four of its eight children are: ground keeps its height on average, and a sheet one
-/// voxel thick (roof, wall) survives. It takes the most frequent visible material (the highest child wins a tie) and the mean of the
-/// colours of that material.
+/// A coarse voxel keeps attributes when one of the children that it stands for has some. Where all eight are hidden, the neighbours
+/// touch four opaque voxels each, and so become opaque or shallow water: what is hidden stays hidden, or is the rock under a bed.
+/// Cost: cells without detail (air, rock) are passed over whole; the rest is some 64-bit operations for each brick and one look at each
+/// stored attribute. Thread-safe.
 /// @param children level n-1 boxes, index = dx + 2 dz + 4 dy for the child at (2 bx + dx, 2 by + dy, 2 bz + dz); nullptr = air
 /// @param key of the result, level >= 1
 /// @return nullptr when nothing is solid
