@@ -62,8 +62,8 @@ AtomicFile::~AtomicFile() {
     if (!m_committed) std::filesystem::remove(m_temporary, ignored);
 }
 
-void AtomicFile::commit() {
-    flush_to_disk(m_temporary);
+void AtomicFile::commit(Flush flush) {
+    if (flush == Flush::kYes) flush_to_disk(m_temporary);
     std::error_code failed;
     std::filesystem::rename(m_temporary, m_target, failed);
     if (failed) throw Error("write " + m_target.string() + ": cannot rename the finished file: " + failed.message());

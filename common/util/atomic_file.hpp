@@ -23,8 +23,10 @@ public:
     [[nodiscard]] const std::filesystem::path& target() const noexcept { return m_target; }
     [[nodiscard]] const std::filesystem::path& temporary_path() const noexcept { return m_temporary; }
 
+    enum class Flush : bool { kNo, kYes };
+    /// @param flush  kNo: a power cut may leave a damaged file under the name; for caches that check what they read
     /// @throws Error when flushing or renaming fails (disk full, permission)
-    void commit();
+    void commit(Flush flush = Flush::kYes);
 
 private:
     std::filesystem::path m_target;

@@ -65,6 +65,15 @@ public:
         }
     }
 
+    /// The value if it is there: nothing is made, nobody waits, and no statistics count it.
+    [[nodiscard]] Ptr find(const Key& key) {
+        const std::lock_guard lock(m_mutex);
+        const auto found = m_entries.find(key);
+        if (found == m_entries.end()) return nullptr;
+        m_order.splice(m_order.begin(), m_order, found->second);
+        return found->second->value;
+    }
+
     [[nodiscard]] CacheStats stats() const {
         const std::lock_guard lock(m_mutex);
         CacheStats out = m_stats;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<std::string_view, kMaterialCount> kNames = {
     "air",    "rock",     "soil", "ground",   "grass", "low_vegetation", "medium_vegetation", "high_vegetation",
     "wall",   "roof",     "orange_roof", "grey_roof", "flat_roof", "water", "bridge", "road",
-    "concrete", "rail",   "wire", "tower",    "object", "sand", "snow", "unknown"};
+    "concrete", "rail",   "wire", "tower",    "object", "sand", "snow", "unknown", "trunk"};
 
 std::optional<Rgb8> parse_hex(std::string_view text) {
     if (text.size() != 7 || text[0] != '#') return std::nullopt;

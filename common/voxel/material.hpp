@@ -35,8 +35,9 @@ enum class Material : std::uint8_t {
     kSand = 21,
     kSnow = 22,
     kUnknown = 23,  ///< a class that no table names: kept visible
+    kTrunk = 24,    ///< of a tree, from the ground to its crown
 };
-inline constexpr int kMaterialCount = 24;
+inline constexpr int kMaterialCount = 25;
 
 [[nodiscard]] std::string_view material_name(Material material) noexcept;
 [[nodiscard]] std::optional<Material> material_from_name(std::string_view name) noexcept;

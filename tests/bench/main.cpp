@@ -54,6 +54,7 @@ void add_arguments(CLI::App& app, Arguments& args) {
 void list_entries(const std::vector<Entry>& entries, const Context& context) {
     for (const Entry& entry : entries) {
         std::printf("%s\n    %s\n    work: %s\n", entry.name.c_str(), entry.measures.c_str(), entry.work.c_str());
+        if (entry.only_by_name) std::printf("    long: runs only when its whole name is given\n");
         if (!entry.floor.empty()) std::printf("    ratios to: %s\n", entry.floor.c_str());
         if (const std::string reason = entry.missing(context); !reason.empty()) std::printf("    skipped here: %s\n", reason.c_str());
     }
@@ -88,7 +89,7 @@ ExitCode run(const Arguments& args, ChildRunner& children) {
     const Context context{std::filesystem::weakly_canonical(args.data),
                           args.programs.empty() ? beside : std::filesystem::absolute(args.programs), scratch.path(),
                           thread::thread_count(args.threads), children};
-    const auto entries = select_entries(registered_entries(), args.prefixes);
+    const auto entries = select_entries(registered_entries(), args.prefixes, args.list);
     if (args.list) {
         list_entries(entries, context);
         return ExitCode::kDone;

@@ -39,7 +39,7 @@ const char* status_name(Status status) noexcept {
 void add_readings(std::vector<Metric>& metrics, const Readings& readings) {
     for (const Reading& reading : readings.list()) {
         auto at = std::find_if(metrics.begin(), metrics.end(), [&](const Metric& m) { return m.name == reading.metric; });
-        if (at == metrics.end()) at = metrics.insert(metrics.end(), Metric{reading.metric, reading.unit, {}});
+        if (at == metrics.end()) at = metrics.insert(metrics.end(), Metric{reading.metric, reading.unit, {}, reading.target});
         if (at->unit != reading.unit)
             throw Error("collect the metric " + reading.metric + ": in " + reading.unit + " now, in " + at->unit + " before");
         at->values.push_back(reading.value);
@@ -48,6 +48,7 @@ void add_readings(std::vector<Metric>& metrics, const Readings& readings) {
 
 Result measure(const Entry& entry, const Context& context, Repeats repeats, const std::atomic<bool>& stop) {
     Result out{entry.name, entry.measures, entry.work, entry.floor, Status::kMeasured, {}, {}, -1};
+    if (entry.exact) repeats = {0, 1};
     try {
         out.reason = entry.missing ? entry.missing(context) : std::string();
         if (!out.reason.empty()) {
@@ -63,12 +64,14 @@ Result measure(const Entry& entry, const Context& context, Repeats repeats, cons
             if (!stop) body(readings);
             if (stop) throw Error("interrupted");
             if (run >= 0) add_readings(out.metrics, readings);
+            out.notes = readings.notes();
         }
         out.others_cores = noise->others_cores();
     } catch (const std::exception& e) {
         out.status = Status::kFailed;
         out.reason = e.what();
         out.metrics.clear();
+        out.notes.clear();
     }
     return out;
 }

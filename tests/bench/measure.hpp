@@ -24,6 +24,7 @@ struct Summary {
 struct Metric {
     std::string name, unit;
     std::vector<double> values;  ///< in the order of the runs
+    Target target = {};
 };
 
 enum class Status { kMeasured, kSkipped, kFailed };
@@ -35,6 +36,7 @@ struct Result {
     std::string reason;           ///< one line, when skipped or failed
     std::vector<Metric> metrics;  ///< of the runs after the warm-up; empty unless measured
     double others_cores = -1;     ///< cores that other programs kept busy during those runs; negative: not known
+    std::vector<std::string> notes = {};  ///< of the last run, Markdown
 };
 
 struct Repeats {

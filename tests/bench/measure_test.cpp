@@ -103,6 +103,26 @@ TEST_CASE("an interrupted entry has failed", "[bench][measure]") {
     CHECK(runs == 0);
 }
 
+TEST_CASE("an exact entry runs once, and its notes are those of the last run", "[bench][measure]") {
+    Bench bench;
+    int runs = 0;
+    Entry entry = counting_entry(runs);
+    entry.exact = true;
+    CHECK(measure(entry, bench.context, {3, 7}, bench.stop).metrics.at(0).values.size() == 1);
+    CHECK(runs == 1);
+
+    entry.exact = false;
+    entry.prepare = [&runs](const Context&) -> Body {
+        return [&runs](Readings& readings) {
+            readings.note("run " + std::to_string(++runs));
+            readings.add("error", "m", 0.5, at_most(0.2));
+        };
+    };
+    const Result result = measure(entry, bench.context, {0, 2}, bench.stop);
+    CHECK(result.notes == std::vector<std::string>{"run 3"});
+    CHECK(result.metrics.at(0).target.bound == 0.2);
+}
+
 TEST_CASE("a metric keeps its unit", "[bench][measure]") {
     std::vector<Metric> metrics;
     Readings seconds, milliseconds;

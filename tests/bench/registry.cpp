@@ -31,14 +31,16 @@ std::vector<Entry> registered_entries() {
     return out;
 }
 
-std::vector<Entry> select_entries(const std::vector<Entry>& entries, const std::vector<std::string>& prefixes) {
+std::vector<Entry> select_entries(const std::vector<Entry>& entries, const std::vector<std::string>& prefixes, bool long_too) {
     for (const std::string& prefix : prefixes)
         if (std::none_of(entries.begin(), entries.end(), [&](const Entry& e) { return begins_with(e.name, prefix); }))
             throw UsageError("choose entries: none begins with '" + prefix + "'; --list shows them");
     std::vector<Entry> out;
-    for (const Entry& e : entries)
-        if (prefixes.empty() || std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& p) { return begins_with(e.name, p); }))
-            out.push_back(e);
+    for (const Entry& e : entries) {
+        const bool whole = e.only_by_name && !long_too;
+        const auto names = [&](const std::string& p) { return whole ? e.name == p : begins_with(e.name, p); };
+        if ((prefixes.empty() && !whole) || std::any_of(prefixes.begin(), prefixes.end(), names)) out.push_back(e);
+    }
     return out;
 }
 

@@ -35,6 +35,17 @@ TEST_CASE("beginnings of names select entries, each once", "[bench][registry]") 
     CHECK(names_of(select_entries(all, {"boxes/b", "boxes/"})) == std::vector<std::string>{"boxes/a", "boxes/b"});
 }
 
+TEST_CASE("a long entry runs only when its whole name is given", "[bench][registry]") {
+    auto all = registered_entries();
+    Entry slow = named("walk/slow");
+    slow.only_by_name = true;
+    all.push_back(slow);
+    CHECK(select_entries(all, {}).size() == 3);
+    CHECK(names_of(select_entries(all, {"walk"})) == std::vector<std::string>{"walk/a"});
+    CHECK(names_of(select_entries(all, {"walk"}, true)) == std::vector<std::string>{"walk/a", "walk/slow"});
+    CHECK(names_of(select_entries(all, {"walk/slow"})) == std::vector<std::string>{"walk/slow"});
+}
+
 TEST_CASE("a beginning that no entry has is wrong usage", "[bench][registry]") {
     CHECK_THROWS_AS(select_entries(registered_entries(), {"boxes", "nothing"}), UsageError);
     CHECK_THROWS_WITH(select_entries(registered_entries(), {"nothing"}), test::contains("'nothing'"));

@@ -53,8 +53,18 @@ std::string machine_lines(const Report& report) {
 
 nlohmann::json json_of(const Metric& metric) {
     const Summary s = summarize(metric.values);
-    return {{"name", metric.name}, {"unit", metric.unit}, {"median", s.median},     {"mad", s.mad},
-            {"min", s.min},        {"max", s.max},        {"values", metric.values}};
+    nlohmann::json out = {{"name", metric.name}, {"unit", metric.unit}, {"median", s.median},     {"mad", s.mad},
+                          {"min", s.min},        {"max", s.max},        {"values", metric.values}};
+    if (metric.target.sense != Target::Sense::kNone)
+        out["target"] = {{metric.target.sense == Target::Sense::kAtMost ? "at_most" : "at_least", metric.target.bound},
+                         {"met", metric.target.met_by(s.median)}};
+    return out;
+}
+
+std::string target_cell(const Metric& metric, double median) {
+    if (metric.target.sense == Target::Sense::kNone) return {};
+    return std::string(metric.target.sense == Target::Sense::kAtMost ? "<= " : ">= ") + format_number(metric.target.bound) +
+           (metric.target.met_by(median) ? " met" : " missed");
 }
 
 nlohmann::json json_of(const Result& result) {
@@ -68,6 +78,7 @@ nlohmann::json json_of(const Result& result) {
     if (result.others_cores >= 0) out["others_cores"] = result.others_cores;
     if (!result.floor.empty()) out["floor"] = result.floor;
     if (!result.reason.empty()) out["reason"] = result.reason;
+    if (!result.notes.empty()) out["notes"] = result.notes;
     return out;
 }
 
@@ -98,8 +109,13 @@ std::string to_json(const Report& report) {
 
 std::string to_markdown(const Report& report) {
     std::vector<Row> rows = {{"entry", "metric", "unit", "median", "MAD", "min", "max"}};
-    std::string others;
+    std::string others, notes;
+    const bool targets = std::any_of(report.results.begin(), report.results.end(), [](const Result& r) {
+        return std::any_of(r.metrics.begin(), r.metrics.end(), [](const Metric& m) { return m.target.sense != Target::Sense::kNone; });
+    });
+    if (targets) rows.front().push_back("target");
     for (const Result& result : report.results) {
+        for (const std::string& note : result.notes) notes += "\n" + result.name + ": " + note + "\n";
         if (result.status != Status::kMeasured)
             others += "- " + result.name + ": " + status_name(result.status) + ": " + result.reason + "\n";
         for (std::size_t i = 0; i < result.metrics.size(); ++i) {
@@ -107,12 +123,13 @@ std::string to_markdown(const Report& report) {
             const Summary s = summarize(metric.values);
             rows.push_back({i == 0 ? result.name : "", metric.name, metric.unit, format_number(s.median), format_number(s.mad),
                             format_number(s.min), format_number(s.max)});
+            if (targets) rows.back().push_back(target_cell(metric, s.median));
         }
     }
     std::string out = machine_lines(report);
     if (rows.size() > 1) out += "\n" + table(rows, 3);
     if (!others.empty()) out += "\n" + others;
-    return out;
+    return out + notes;
 }
 
 }  // namespace terravox::bench

@@ -93,3 +93,21 @@ TEST_CASE("other programs and slow builds are warned of", "[bench][machine]") {
     machine.build_type = "Debug";
     CHECK(warnings_of(machine).size() == 2);
 }
+
+TEST_CASE("targets stand beside the values, met or missed, and notes below the table", "[bench][report]") {
+    Report report = example();
+    report.results[0].metrics[0].target = at_most(1.5);
+    report.results[0].metrics[1].target = at_least(12.5);
+    report.results[0].notes = {"a table of its own"};
+    const std::string text = to_markdown(report);
+    CHECK_THAT(text, contains("|          target |\n"));
+    CHECK_THAT(text, contains("| <= 1.500 missed |\n"));
+    CHECK_THAT(text, contains("|    >= 12.50 met |\n"));
+    CHECK_THAT(text, contains("\nrender/somewhere: a table of its own\n"));
+    const auto json = nlohmann::json::parse(to_json(report));
+    const auto& metrics = json.at("entries")[0].at("metrics");
+    CHECK(metrics[0].at("target").at("at_most") == 1.5);
+    CHECK(metrics[0].at("target").at("met") == false);
+    CHECK(metrics[1].at("target").at("met") == true);
+    CHECK(json.at("entries")[0].at("notes").size() == 1);
+}

@@ -1,69 +1,18 @@
 #include "voxelserver/lidar/las_file.hpp"
 
-#include <laszip/laszip_api.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <memory>
-#include <mutex>
 #include <string>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
+#include "voxelserver/lidar/chunk_table.hpp"
 #include "voxelserver/lidar/las_header.hpp"
+#include "voxelserver/lidar/laszip_reader.hpp"
 
 namespace terravox::lidar {
 namespace {
-
-/// An open LASzip reader; closes itself.
-class Reader {
-public:
-    explicit Reader(const std::filesystem::path& path) : m_path(path) {
-        if (laszip_create(&m_reader) != 0) throw Error("read the point cloud " + path.string() + ": LASzip could not start");
-    }
-    ~Reader() {
-        if (m_open) laszip_close_reader(m_reader);
-        laszip_destroy(m_reader);
-    }
-    Reader(const Reader&) = delete;
-    Reader& operator=(const Reader&) = delete;
-
-    void open(bool selective) {
-        // Coordinates, returns, class, flags and colour are all that voxels need; the rest stays compressed.
-        if (selective)
-            check(laszip_decompress_selective(m_reader, laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY | laszip_DECOMPRESS_SELECTIVE_Z |
-                                                            laszip_DECOMPRESS_SELECTIVE_CLASSIFICATION | laszip_DECOMPRESS_SELECTIVE_FLAGS |
-                                                            laszip_DECOMPRESS_SELECTIVE_RGB));
-        // LASzip keeps the messages of all its readers in one unguarded map, and writes to it when headers are odd.
-        static std::mutex opening;
-        const std::lock_guard lock(opening);
-        laszip_BOOL compressed = 0;
-        check(laszip_open_reader(m_reader, m_path.string().c_str(), &compressed));
-        m_open = true;
-        check(laszip_get_header_pointer(m_reader, &m_header));
-        check(laszip_get_point_pointer(m_reader, &m_point));
-    }
-    void seek(std::uint64_t point) { check(laszip_seek_point(m_reader, static_cast<laszip_I64>(point))); }
-    void next() { check(laszip_read_point(m_reader)); }
-    [[nodiscard]] const laszip_header_struct& header() const noexcept { return *m_header; }
-    [[nodiscard]] const laszip_point_struct& point() const noexcept { return *m_point; }
-
-private:
-    void check(laszip_I32 failed) const {
-        if (failed == 0) return;
-        laszip_CHAR* text = nullptr;
-        laszip_get_error(m_reader, &text);
-        std::string reason = text != nullptr ? text : "LASzip failed";
-        while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.')) reason.pop_back();
-        throw Error("read the point cloud " + m_path.string() + ": " + reason);
-    }
-    std::filesystem::path m_path;
-    laszip_POINTER m_reader = nullptr;
-    laszip_header_struct* m_header = nullptr;
-    laszip_point_struct* m_point = nullptr;
-    bool m_open = false;
-};
 
 template <class T> std::span<const T> record_as(const laszip_vlr_struct& vlr) {
     return {reinterpret_cast<const T*>(vlr.data), vlr.record_length_after_header / sizeof(T)};
@@ -104,8 +53,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header) {
 
 LasInfo read_las_info(const std::filesystem::path& path) {
     LasInfo info = check_las_header(path);
-    Reader reader(path);
-    reader.open(false);
+    const LaszipReader reader(path, {});
     info.crs = crs_of(reader.header());
     return info;
 }
@@ -114,42 +62,35 @@ std::vector<PointRange> split_by_chunk(const LasInfo& info, std::uint64_t points
     std::vector<PointRange> out;
     if (info.point_count == 0) return out;
     if (!info.seekable) return {{0, info.point_count}};
-    const std::uint64_t chunks = std::max<std::uint64_t>(1, points_per_range / info.chunk_points);
-    const std::uint64_t step = chunks * info.chunk_points;
-    for (std::uint64_t begin = 0; begin < info.point_count; begin += step) out.push_back({begin, std::min(begin + step, info.point_count)});
+    if (!info.chunks) {
+        const std::uint64_t step = std::max<std::uint64_t>(1, points_per_range / info.chunk_points) * info.chunk_points;
+        for (std::uint64_t begin = 0; begin < info.point_count; begin += step) out.push_back({begin, std::min(begin + step, info.point_count)});
+        return out;
+    }
+    const auto& starts = info.chunks->first_point;
+    for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
+        if (!out.empty() && starts[i + 1] - out.back().begin <= points_per_range)
+            out.back().end = starts[i + 1];
+        else
+            out.push_back({starts[i], starts[i + 1]});
+    }
     return out;
 }
 
 void read_las_points(const LasInfo& info, PointRange range, const std::function<void(const LasPoint&)>& sink) {
-    if (range.begin >= range.end) return;
-    Reader reader(info.path);
-    const bool extended = info.point_format >= 6;
-    reader.open(extended);
-    if (range.begin > 0) reader.seek(range.begin);
-    const laszip_point_struct& raw = reader.point();
-    const bool colour = info.has_colour();
     LasPoint point;
-    for (std::uint64_t i = range.begin; i < range.end; ++i) {
-        reader.next();
-        point.x = raw.X * info.scale[0] + info.offset[0];
-        point.y = raw.Y * info.scale[1] + info.offset[1];
-        point.z = raw.Z * info.scale[2] + info.offset[2];
-        if (extended) {
-            point.classification = raw.extended_classification;
-            point.return_number = raw.extended_return_number;
-            point.return_count = raw.extended_number_of_returns;
-            point.withheld = (raw.extended_classification_flags & 4) != 0;
-            point.overlap = (raw.extended_classification_flags & 8) != 0;
-        } else {
+    read_point_batches(info, {&range, 1}, [&](std::span<const RawPoint> batch) {
+        for (const RawPoint& raw : batch) {
+            point.x = raw.x * info.scale[0] + info.offset[0];
+            point.y = raw.y * info.scale[1] + info.offset[1];
+            point.z = raw.z * info.scale[2] + info.offset[2];
             point.classification = raw.classification;
-            point.return_number = raw.return_number;
-            point.return_count = raw.number_of_returns;
-            point.withheld = raw.withheld_flag != 0;
-            point.overlap = raw.classification == 12;
+            point.return_number = raw.return_number, point.return_count = raw.return_count;
+            point.withheld = raw.withheld, point.overlap = raw.overlap;
+            point.rgb = raw.rgb;
+            sink(point);
         }
-        if (colour) point.rgb = {raw.rgb[0], raw.rgb[1], raw.rgb[2]};
-        sink(point);
-    }
+    });
 }
 
 std::uint64_t decode_only(const LasInfo& info, int threads) {
@@ -157,7 +98,7 @@ std::uint64_t decode_only(const LasInfo& info, int threads) {
     std::atomic<std::uint64_t> count{0};
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
         std::uint64_t mine = 0;
-        read_las_points(info, ranges[i], [&](const LasPoint&) { ++mine; });
+        read_point_batches(info, {&ranges[i], 1}, [&](std::span<const RawPoint> batch) { mine += batch.size(); });
         count += mine;
     });
     return count;

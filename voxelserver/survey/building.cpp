@@ -26,7 +26,7 @@ const char* name_of(RoofColour colour) noexcept {
 }
 
 const char* name_of(BuildingUse use) noexcept {
-    constexpr std::array kNames = {"house", "shed", "farm", "hotel", "church", "castle"};
+    constexpr std::array kNames = {"house", "shed", "farm", "hotel", "church", "castle", "balcony", "carport", "canopy", "passage"};
     return kNames[static_cast<std::size_t>(use)];
 }
 

@@ -11,13 +11,16 @@ namespace terravox::survey {
 
 enum class RoofType : std::uint8_t { kGable, kHip, kFlat, kPyramid, kCone };
 enum class RoofColour : std::uint8_t { kRed, kGrey, kPale, kCopper };
-enum class BuildingUse : std::uint8_t { kHouse, kShed, kFarm, kHotel, kChurch, kCastle };
+enum class BuildingUse : std::uint8_t { kHouse, kShed, kFarm, kHotel, kChurch, kCastle, kBalcony, kCarport, kCanopy, kPassage };
 
 [[nodiscard]] const char* name_of(RoofType) noexcept;
 [[nodiscard]] const char* name_of(RoofColour) noexcept;
 [[nodiscard]] const char* name_of(BuildingUse) noexcept;
 
+inline constexpr double kDownToGround_m = -1e6;  ///< the underside of what stands on the ground
+
 /// One box with a roof; a church or a castle is made of several. The footprint is a rectangle (a circle for a cone).
+/// Balconies, carports, canopies and passages are slabs: there is air between the ground and their underside.
 struct Building {
     Vec2 centre;
     Vec2 direction{1, 0};      ///< of length 1, along the ridge
@@ -26,6 +29,7 @@ struct Building {
     double ground_m = 0;  ///< lowest ground at the footprint
     double eaves_m = 0;   ///< height where the roof begins, sea level
     double ridge_m = 0;   ///< highest point, sea level; equals the eaves for a flat roof (battlements rise 0.9 m more)
+    double underside_m = kDownToGround_m;  ///< of a slab, sea level
     RoofType roof = RoofType::kGable;
     RoofColour colour = RoofColour::kRed;
     BuildingUse use = BuildingUse::kHouse;
@@ -37,6 +41,7 @@ struct Building {
     [[nodiscard]] std::array<Vec2, 4> corners(double margin_m = 0) const noexcept;  ///< anticlockwise
     [[nodiscard]] std::vector<Vec2> outline() const;  ///< the footprint as a ring, anticlockwise; 12 corners for a circle
     [[nodiscard]] Box2 bounds() const noexcept;
+    [[nodiscard]] bool open_beneath() const noexcept { return underside_m > kDownToGround_m; }
     [[nodiscard]] double top_of_all_m() const noexcept { return ridge_m + (battlements ? 0.9 : 0.0); }
 };
 

@@ -13,6 +13,8 @@ struct Part {
     RoofType roof;
     RoofColour colour;
     bool across = false;  ///< ridge a quarter turn from the landmark's direction
+    BuildingUse slab = BuildingUse::kHouse;  ///< what it is when it hangs
+    double underside_m = 0;                  ///< above 0: it hangs, or lies on another part
 };
 
 Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, BuildingUse use) {
@@ -22,6 +24,7 @@ Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, Buildi
     building.half_length_m = part.half_length_m, building.half_width_m = part.half_width_m;
     building.ground_m = base_m, building.eaves_m = base_m + part.eaves_m, building.ridge_m = base_m + part.ridge_m;
     building.roof = part.roof, building.colour = part.colour, building.use = use;
+    if (part.underside_m > 0) building.use = part.slab, building.underside_m = base_m + part.underside_m;
     return building;
 }
 
@@ -78,7 +81,8 @@ void add_castle(const CastleRock& rock, std::vector<Building>& out) {
 }
 
 void add_hotels(const Terrain& terrain, const Lake& lake, std::vector<Building>& out) {
-    // Along the east shore, their long side to the water.
+    // Along the east shore, their long side to the water. A passage leads through the middle, from the street to the shore, and
+    // a canopy stands before the door to the street.
     const std::vector<Vec2> directions = {unit({1, -0.12}), unit({1, 0.36})};
     const std::vector<double> storeys = {5, 4};
     for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -86,8 +90,13 @@ void add_hotels(const Terrain& terrain, const Lake& lake, std::vector<Building>&
         const Vec2 along = left_of(directions[i]);
         const double base = lowest_ground(terrain, at, along, 19, 7);
         const double top = 1.5 + 3.2 * storeys[i];
-        add_parts({{0, 0, 18, 6.5, top, top, RoofType::kFlat, RoofColour::kPale},
-                   {0, 0, 7, 3, top + 3, top + 3, RoofType::kFlat, RoofColour::kPale}},
+        const auto flat = RoofType::kFlat;
+        const auto pale = RoofColour::kPale;
+        add_parts({{-10.25, 0, 7.74, 6.5, top, top, flat, pale},
+                   {10.25, 0, 7.74, 6.5, top, top, flat, pale},
+                   {0, 0, 2.5, 6.5, top, top, flat, pale, false, BuildingUse::kPassage, 4.5},
+                   {0, 0, 7, 3, top + 3, top + 3, flat, pale, false, BuildingUse::kHotel, top - 0.5},
+                   {-9, -8.8, 5, 2.2, 5.0, 5.0, flat, RoofColour::kGrey, false, BuildingUse::kCanopy, 4.6}},
                   at, along, base, BuildingUse::kHotel, out);
     }
 }

@@ -87,7 +87,7 @@ struct Scanner::Shot {
 
 std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) noexcept {
     // Where the pulse is over the footprint, as a range of heights.
-    double low = b.ground_m - 3.0, high = b.top_of_all_m() + 0.01;
+    double low = std::max(b.ground_m - 3.0, b.underside_m), high = b.top_of_all_m() + 0.01;
     const Vec2 from = ray.at(0) - b.centre, right = left_of(b.direction);
     const std::array<std::array<double, 3>, 2> slabs = {
         {{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m}, {dot(from, right), dot(ray.lean, right), b.half_width_m}}};

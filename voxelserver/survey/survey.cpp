@@ -86,6 +86,7 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
     const auto points_path = options.folder / (report.name + ".laz");
     const auto ortho_path = options.folder / "ortho" / (report.name + ".tif");
     const auto ground_path = options.folder / "truth" / ("ground_" + report.name + ".tif");
+    const auto kind_path = options.folder / "truth" / ("kind_" + report.name + ".tif");
     const auto truth_path = options.folder / "truth" / ("truth_" + report.name + ".json");
     const SquareModel model(options.seed, extent, threads);
     thread::parallel_for(2, threads, [&](std::size_t half) {
@@ -95,9 +96,10 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
         }
         write_geotiff(ortho_path, extent, paint_orthophoto(model));
         write_geotiff(ground_path, extent, true_ground(model));
+        write_geotiff(kind_path, extent, true_kinds(model));
         write_text(truth_path, truth_json(model));
     });
-    for (const auto& path : {points_path, ortho_path, ground_path, truth_path}) report.bytes += std::filesystem::file_size(path);
+    for (const auto& path : {points_path, ortho_path, ground_path, kind_path, truth_path}) report.bytes += std::filesystem::file_size(path);
     report.seconds = seconds_since(start);
     return report;
 }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/version.hpp"
+#include "voxelserver/survey/true_columns.hpp"
 
 namespace terravox::survey {
 namespace {
@@ -22,15 +23,14 @@ Json ring(const std::vector<Vec2>& points) {
 
 Json buildings_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
-    for (const Building& b : model.buildings())
-        if (b.bounds().overlaps(box))
-            out.push_back({{"use", name_of(b.use)},
-                           {"roof", name_of(b.roof)},
-                           {"colour", name_of(b.colour)},
-                           {"ground_m", cm(b.ground_m)},
-                           {"eaves_m", cm(b.eaves_m)},
-                           {"ridge_m", cm(b.ridge_m)},
-                           {"footprint", ring(b.outline())}});
+    for (const Building& b : model.buildings()) {
+        if (!b.bounds().overlaps(box)) continue;
+        Json building{{"use", name_of(b.use)},         {"roof", name_of(b.roof)},       {"colour", name_of(b.colour)},
+                      {"ground_m", cm(b.ground_m)},    {"eaves_m", cm(b.eaves_m)},      {"ridge_m", cm(b.ridge_m)},
+                      {"footprint", ring(b.outline())}};
+        if (b.open_beneath()) building["underside_m"] = cm(b.underside_m);
+        out.push_back(std::move(building));
+    }
     return out;
 }
 
@@ -133,6 +133,14 @@ SquareRaster<float> true_ground(const SquareModel& model) {
     for (int row = 0; row < side; ++row)
         for (int column = 0; column < side; ++column)
             raster.pixels.push_back(static_cast<float>(model.ground_m({box.x0 + column + 0.5, box.y1 - row - 0.5})));
+    return raster;
+}
+
+SquareRaster<std::uint8_t> true_kinds(const SquareModel& model) {
+    SquareRaster<std::uint8_t> raster{model.extent().size_m, 1, {}};
+    const auto columns = true_columns(model);
+    raster.pixels.reserve(columns.size());
+    for (const TrueColumn& column : columns) raster.pixels.push_back(static_cast<std::uint8_t>(column.kind));
     return raster;
 }
 

@@ -8,6 +8,9 @@ namespace {
 constexpr double kRoadClearance_m = 2.2;  ///< from a wall to the edge of any road
 constexpr double kNeighbourGap_m = 1.6;   ///< each footprint is widened by this when houses are kept apart
 constexpr double kMostSlope_m = 4.0;      ///< greatest difference of ground under a house
+constexpr double kMostSlabSlope_m = 1.0;  ///< the same under a balcony or carport
+constexpr double kStorey_m = 3.2;         ///< clear height beneath them: more than one storey
+constexpr double kJoint_m = 0.02;         ///< between a slab and its house, so that they do not overlap
 
 /// Puts houses where they fit: dry, level enough, clear of roads and of each other.
 class Plots {
@@ -30,6 +33,26 @@ public:
         m_buildings.push_back(building);
         return true;
     }
+    /// A slab that touches the building `host` and nothing else. @param underside_m above the highest ground beneath
+    bool add_slab(Building slab, std::size_t host, double underside_m, double thickness_m) {
+        Building others = slab;
+        others.half_length_m += kNeighbourGap_m, others.half_width_m += kNeighbourGap_m;
+        for (std::size_t i = 0; i < m_buildings.size(); ++i)
+            if (length(m_buildings[i].centre - slab.centre) < 60.0 && footprints_overlap(m_buildings[i], i == host ? slab : others, 0)) return false;
+        if (!clear_of_roads(slab)) return false;
+        double low = 1e9, high = -1e9;
+        for (const Vec2 p : slab.corners()) {
+            const TerrainSpot spot = m_terrain.at(p);
+            if (spot.water_m > kNoWater) return false;
+            low = std::min(low, spot.ground_m), high = std::max(high, spot.ground_m);
+        }
+        if (high - low > kMostSlabSlope_m) return false;
+        slab.ground_m = low, slab.underside_m = high + underside_m;
+        slab.eaves_m = slab.ridge_m = slab.underside_m + thickness_m;
+        m_buildings.push_back(slab);
+        return true;
+    }
+    [[nodiscard]] const std::vector<Building>& buildings() const noexcept { return m_buildings; }
     [[nodiscard]] std::vector<Building> take() { return std::move(m_buildings); }
 
 private:
@@ -116,6 +139,32 @@ void add_farm(Random random, Vec2 kerb, Vec2 along, Vec2 outward, Plots& plots) 
     plots.add(house, 5.6, 9.6);
 }
 
+// A balcony along a long side of a house of two storeys, or a carport against its end; some houses have neither. Added after
+// all houses, with random numbers of their own, so that no house stands elsewhere because of them.
+void add_overhangs(std::uint64_t seed, std::size_t landmarks, Plots& plots) {
+    const std::size_t houses = plots.buildings().size();
+    for (std::size_t i = landmarks; i < houses; ++i) {
+        const Building house = plots.buildings()[i];
+        Random random(hash_of(seed, 0x0BA1, i));
+        const double dice = random.unit(), side = random.chance(0.5) ? 1.0 : -1.0;
+        if (house.use != BuildingUse::kHouse) continue;
+        Building slab;
+        slab.roof = RoofType::kFlat, slab.colour = RoofColour::kPale, slab.tint = static_cast<std::uint32_t>(random.next());
+        slab.direction = house.direction;
+        if (dice < 0.25 && house.eaves_m - house.ground_m > kStorey_m + 1.5) {
+            slab.use = BuildingUse::kBalcony;
+            slab.half_length_m = 0.7 * house.half_length_m, slab.half_width_m = random.range(0.9, 1.3);
+            slab.centre = house.centre + left_of(house.direction) * (side * (house.half_width_m + slab.half_width_m + kJoint_m));
+            plots.add_slab(slab, i, kStorey_m, 0.25);
+        } else if (dice > 0.7) {
+            slab.use = BuildingUse::kCarport, slab.colour = RoofColour::kGrey;
+            slab.half_length_m = random.range(1.6, 2.8), slab.half_width_m = random.range(2.6, 3.2);
+            slab.centre = house.centre + house.direction * (side * (house.half_length_m + slab.half_length_m + kJoint_m));
+            plots.add_slab(slab, i, kStorey_m, 0.3);
+        }
+    }
+}
+
 void line_street(const Street& street, const Road& road, std::uint64_t seed, Plots& plots) {
     const auto vertices = static_cast<double>(road.line.size());
     for (const double side : {1.0, -1.0}) {
@@ -140,10 +189,13 @@ std::vector<Building> build_village(const Terrain& terrain, const Site& site) {
     const Box2 around{site.centre.x, site.centre.y, site.centre.x, site.centre.y};
     const RoadNet streets = build_streets(terrain, site);
     const RoadNet roads = build_roads(terrain, around.expanded(450));
-    Plots plots(terrain, roads.roads, build_landmarks(terrain, site));
+    std::vector<Building> landmarks = build_landmarks(terrain, site);
+    const std::size_t landmark_count = landmarks.size();
+    Plots plots(terrain, roads.roads, std::move(landmarks));
     std::uint64_t number = 0;
     for (std::size_t i = 0; i < site.streets.size() && i < streets.roads.size(); ++i, ++number)
         if (site.streets[i].house_step_m > 0) line_street(site.streets[i], streets.roads[i], hash_of(site.seed, 0x57, number), plots);
+    add_overhangs(site.seed, landmark_count, plots);
     return plots.take();
 }
 

@@ -1,11 +1,28 @@
 #pragma once
 
+#include "voxelserver/voxelize/ground_fill.hpp"
+#include "voxelserver/voxelize/settings.hpp"
 #include "voxelserver/voxelize/window.hpp"
 
 namespace terravox::voxelize {
 
-/// Step "building fill", first half: roofs without holes. A column without building points whose neighbours nearly all have a
-/// roof gets the median of theirs; the wall below is filled down to the local ground when columns become runs.
-[[nodiscard]] Margined<Surface> close_roofs(const Window& window);
+/// What stands in a column: a roof, and the wall below it down to the ground, unless it is open beneath.
+struct Roof {
+    Surface top;
+    float bottom = kNoHeight;  ///< of an arcade, canopy or balcony: lowest height that was seen of it, voxels; NaN = down to the ground
+    std::int8_t look_dx = 0, look_dz = 0;  ///< the column that a closed gap looks like, relative to this one
+    [[nodiscard]] bool seen() const noexcept { return top.seen(); }
+    [[nodiscard]] bool open_beneath() const noexcept { return bottom == bottom; }
+};
+
+/// Step "building fill": roofs without holes, and which of them are open beneath.
+///
+/// A column is built upon when most of its low returns (ground, water, building) are of buildings, so that footprints are neither
+/// widened nor narrowed. Gaps between points in a roof take the median of the roofs around. A roof is open beneath when returns were
+/// seen below it by more than a storey, over a place at least two columns wide: an eave that only cuts through a column is a wall.
+[[nodiscard]] Margined<Roof> fill_buildings(const Window& window, const Settings::Buildings& settings, double voxel_m);
+
+/// The columns' own building points and nothing else: with the step switched off.
+[[nodiscard]] Margined<Roof> seen_roofs(const Window& window);
 
 }  // namespace terravox::voxelize

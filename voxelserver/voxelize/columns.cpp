@@ -5,16 +5,25 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr int kBits = VoxelPoint::kFractionBits;
-constexpr float kOne = 1 << kBits;
-constexpr std::size_t kColumnCount = kPatchSize * kPatchSize;
+/// The shapes that points of a column are told apart by: the two last roles of the class table are objects like any other.
+enum Group : std::size_t { kGroundGroup, kWaterGroup, kRoofGroup, kDeckGroup, kObjectGroup, kGroupCount };
+
+Group group_of(Role role) noexcept {
+    switch (role) {
+        case Role::kGround: return kGroundGroup;
+        case Role::kWater: return kWaterGroup;
+        case Role::kBuilding: return kRoofGroup;
+        case Role::kBridge: return kDeckGroup;
+        default: return kObjectGroup;
+    }
+}
 
 struct Seen {
     std::int32_t y;
     std::uint8_t source_class;
-    std::uint8_t role;
     bool has_colour;
     voxel::Rgb8 colour;
+    [[nodiscard]] float height() const noexcept { return static_cast<float>(y) * (1.0f / (1 << VoxelPoint::kHeightBits)); }
 };
 
 // Means of colour over the points that have one.
@@ -34,8 +43,10 @@ struct ColourMean {
 
 // The class that most points have; the lower code wins a tie, so that order cannot matter.
 std::uint8_t commonest_class(std::span<const Seen> points) {
-    std::array<std::uint16_t, 256> votes{};
-    std::uint8_t best = points[0].source_class;
+    const std::uint8_t first = points[0].source_class;
+    if (std::all_of(points.begin(), points.end(), [&](const Seen& s) { return s.source_class == first; })) return first;
+    std::array<std::uint32_t, 256> votes{};
+    std::uint8_t best = first;
     for (const Seen& s : points) {
         const auto n = ++votes[s.source_class];
         if (n > votes[best] || (n == votes[best] && s.source_class < best)) best = s.source_class;
@@ -43,10 +54,10 @@ std::uint8_t commonest_class(std::span<const Seen> points) {
     return best;
 }
 
-// `points` sorted by rising y.
-Surface surface_of(std::span<const Seen> points, std::int32_t y) {
+// `points` by rising y.
+Surface surface_of(std::span<const Seen> points, float height) {
     Surface out;
-    out.height = static_cast<float>(y) / kOne;
+    out.height = height;
     out.source_class = commonest_class(points);
     ColourMean colour;
     for (const Seen& s : points) colour.add(s);
@@ -54,11 +65,13 @@ Surface surface_of(std::span<const Seen> points, std::int32_t y) {
     return out;
 }
 
+std::uint16_t saturated(std::size_t count) noexcept { return static_cast<std::uint16_t>(std::min<std::size_t>(count, UINT16_MAX)); }
+
 void sum_up_objects(std::span<const Seen> points, std::vector<ObjectVoxel>& out) {
     for (std::size_t begin = 0; begin < points.size();) {
-        const std::int32_t y = points[begin].y >> kBits;
+        const std::int32_t y = points[begin].y >> VoxelPoint::kHeightBits;
         std::size_t end = begin + 1;
-        while (end < points.size() && points[end].y >> kBits == y) ++end;
+        while (end < points.size() && points[end].y >> VoxelPoint::kHeightBits == y) ++end;
         ObjectVoxel voxel;
         voxel.y = y;
         const auto group = points.subspan(begin, end - begin);
@@ -71,59 +84,105 @@ void sum_up_objects(std::span<const Seen> points, std::vector<ObjectVoxel>& out)
     }
 }
 
+/// Sums for one water cell.
+struct CellSums {
+    double ground = 0, water = 0;
+    std::uint32_t ground_points = 0, water_points = 0, other_points = 0;
+};
+
+/// Deals the points of one column to their groups, each by rising height.
+class ColumnSorter {
+public:
+    explicit ColumnSorter(const ClassTable& classes) {
+        for (std::size_t i = 0; i < 256; ++i) m_group[i] = group_of(classes.meaning[i].role);
+    }
+    void clear() noexcept {
+        for (auto& g : m_points) g.clear();
+    }
+    void add(const VoxelPoint& p, bool has_colour) { m_points[m_group[p.source_class]].push_back({p.y, p.source_class, has_colour, p.colour}); }
+    // Points of one square come sorted; those of several are merged here. Stable order among equals is of no consequence: only sums see it.
+    void sort() {
+        for (auto& g : m_points)
+            if (!std::is_sorted(g.begin(), g.end(), by_height)) std::sort(g.begin(), g.end(), by_height);
+    }
+    [[nodiscard]] std::span<const Seen> operator[](Group g) const noexcept { return m_points[g]; }
+
+private:
+    static bool by_height(const Seen& a, const Seen& b) noexcept { return a.y < b.y; }
+    std::array<Group, 256> m_group{};
+    std::array<std::vector<Seen>, kGroupCount> m_points;
+};
+
+float median(std::span<const Seen> points) noexcept { return points[points.size() / 2].height(); }
+
+void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>& objects, CellSums& cell) {
+    if (const auto g = points[kGroundGroup]; !g.empty()) {
+        column.ground = surface_of(g, median(g)), column.ground_points = saturated(g.size());
+        cell.ground_points += static_cast<std::uint32_t>(g.size());
+        for (const Seen& s : g) cell.ground += s.height();
+    }
+    if (const auto g = points[kWaterGroup]; !g.empty()) {
+        column.water = surface_of(g, median(g)), column.water_points = saturated(g.size());
+        cell.water_points += static_cast<std::uint32_t>(g.size());
+        for (const Seen& s : g) cell.water += s.height();
+    }
+    if (const auto g = points[kRoofGroup]; !g.empty()) {
+        column.roof = surface_of(g, g.back().height()), column.roof_points = saturated(g.size());
+        column.roof_low = g.front().height();
+        cell.other_points += static_cast<std::uint32_t>(g.size());
+    }
+    if (const auto g = points[kDeckGroup]; !g.empty()) column.deck = surface_of(g, median(g)), column.deck_points = saturated(g.size());
+    if (const auto g = points[kObjectGroup]; !g.empty()) {
+        sum_up_objects(g, objects);
+        cell.other_points += static_cast<std::uint32_t>(g.size());
+    }
+}
+
+void finish_cells(std::span<const CellSums> sums, water::CellPatch& cells) {
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        water::WaterCell& cell = cells.cells[i];
+        cell.water_points = saturated(sums[i].water_points), cell.ground_points = saturated(sums[i].ground_points);
+        cell.other_points = saturated(sums[i].other_points);
+        if (sums[i].water_points > 0) cell.water = static_cast<float>(sums[i].water / sums[i].water_points);
+        if (sums[i].ground_points > 0) cell.ground = static_cast<float>(sums[i].ground / sums[i].ground_points);
+    }
+}
+
 }  // namespace
 
-std::shared_ptr<const PatchColumns> init_columns(std::span<const PatchPoints> sources, const ClassTable& classes) {
+std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources, const ClassTable& classes, int cell_voxels) {
     auto patch = std::make_shared<PatchColumns>();
-    // Step 1: counting sort of all points by column.
-    const auto column_of = [](const VoxelPoint& p) {
-        return static_cast<std::size_t>((p.z >> kBits & (kPatchSize - 1)) * kPatchSize + (p.x >> kBits & (kPatchSize - 1)));
-    };
-    std::array<std::uint32_t, kColumnCount + 1> begin{};
-    for (const PatchPoints& source : sources)
-        for (const VoxelPoint& p : source.points) ++begin[column_of(p) + 1];
-    for (std::size_t i = 0; i < kColumnCount; ++i) begin[i + 1] += begin[i];
-    std::vector<Seen> seen(begin[kColumnCount]);
-    patch->any = !seen.empty();
-    auto next = begin;
-    for (const PatchPoints& source : sources)
-        for (const VoxelPoint& p : source.points) {
-            Seen s{p.y, p.source_class, static_cast<std::uint8_t>(classes.meaning[p.source_class].role), source.has_colour, {}};
-            const auto channel = [&](std::size_t c) { return static_cast<std::uint8_t>(std::min(p.rgb[c] >> source.colour_shift, 255)); };
-            if (source.has_colour) s.colour = {channel(0), channel(1), channel(2)};
-            seen[next[column_of(p)]++] = s;
-        }
-
-    // Step 2: each column, its points sorted by role and height.
-    for (std::size_t i = 0; i < kColumnCount; ++i) {
-        const std::span<Seen> points(seen.data() + begin[i], begin[i + 1] - begin[i]);
-        Column& column = patch->columns[i];
-        column.objects_begin = column.objects_end = static_cast<std::uint32_t>(patch->objects.size());
-        if (points.empty()) continue;
-        const auto group_of = [](const Seen& s) {
-            const auto role = static_cast<Role>(s.role);
-            return role == Role::kVegetation || role == Role::kSurface ? static_cast<int>(Role::kObject) : static_cast<int>(role);
-        };
-        std::sort(points.begin(), points.end(), [&](const Seen& a, const Seen& b) {
-            const int ga = group_of(a), gb = group_of(b);
-            return ga != gb ? ga < gb : a.y != b.y ? a.y < b.y : a.source_class < b.source_class;
-        });
-        for (std::size_t from = 0; from < points.size();) {
-            std::size_t to = from + 1;
-            while (to < points.size() && group_of(points[to]) == group_of(points[from])) ++to;
-            const std::span<const Seen> group = points.subspan(from, to - from);
-            const std::int32_t median = group[group.size() / 2].y;
-            switch (static_cast<Role>(group_of(group[0]))) {
-                case Role::kGround: column.ground = surface_of(group, median); break;
-                case Role::kWater: column.water = surface_of(group, median); break;
-                case Role::kBridge: column.deck = surface_of(group, median); break;
-                case Role::kBuilding: column.roof = surface_of(group, group.back().y); break;
-                default: sum_up_objects(group, patch->objects); break;
+    patch->cells.side = kPatchSize / cell_voxels;
+    patch->cells.cells.resize(static_cast<std::size_t>(patch->cells.side) * static_cast<std::size_t>(patch->cells.side));
+    patch->ground_height.fill(kNoHeight);
+    std::vector<CellSums> sums(patch->cells.cells.size());
+    ColumnSorter sorter(classes);
+    std::vector<std::size_t> next(sources.size());
+    for (int i = 0; i < kPatchColumns; ++i) {
+        Column& column = patch->columns[static_cast<std::size_t>(i)];
+        patch->objects_begin[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(patch->objects.size());
+        sorter.clear();
+        bool any = false;
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            for (; next[s] < sources[s].points.size() && sources[s].points[next[s]].column() == i; ++next[s]) {
+                const VoxelPoint& p = sources[s].points[next[s]];
+                sorter.add(p, sources[s].has_colour);
+                patch->lowest = any || patch->any ? std::min(patch->lowest, p.height()) : p.height();
+                any = true;
             }
-            from = to;
-        }
-        column.objects_end = static_cast<std::uint32_t>(patch->objects.size());
+        if (!any) continue;
+        patch->any = true;
+        const int x = i % kPatchSize, z = i / kPatchSize;
+        patch->occupied[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
+        sorter.sort();
+        sum_up(sorter, column, patch->objects, sums[static_cast<std::size_t>(z / cell_voxels * patch->cells.side + x / cell_voxels)]);
+        if (column.built_upon()) patch->built[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
+        patch->ground_height[static_cast<std::size_t>(i)] = column.ground.height;
+        patch->any_roof = patch->any_roof || column.roof.seen(), patch->any_deck = patch->any_deck || column.deck.seen();
     }
+    patch->objects_begin[kPatchColumns] = static_cast<std::uint32_t>(patch->objects.size());
+    patch->any_objects = !patch->objects.empty();
+    finish_cells(sums, patch->cells);
     patch->objects.shrink_to_fit();
     return patch;
 }

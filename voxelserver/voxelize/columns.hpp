@@ -9,7 +9,9 @@
 
 #include "common/voxel/material.hpp"
 #include "voxelserver/voxelize/class_table.hpp"
-#include "voxelserver/voxelize/square.hpp"
+#include "voxelserver/voxelize/patch.hpp"
+#include "voxelserver/voxelize/voxel_point.hpp"
+#include "voxelserver/water/water_cells.hpp"
 
 namespace terravox::voxelize {
 
@@ -36,28 +38,44 @@ struct ObjectVoxel {
 struct Column {
     Surface ground;  ///< median of the ground points
     Surface roof;    ///< highest building point
-    Surface water;   ///< mean of the water points
+    Surface water;   ///< median of the water points
     Surface deck;    ///< median of the bridge points
-    std::uint32_t objects_begin = 0, objects_end = 0;  ///< into PatchColumns::objects, by rising y
+    float roof_low = kNoHeight;  ///< lowest building point
+    std::uint16_t ground_points = 0, roof_points = 0, water_points = 0, deck_points = 0;  ///< saturating
+    /// Whether most of the low returns (ground, water, building) are of a building.
+    [[nodiscard]] bool built_upon() const noexcept { return roof.seen() && roof_points >= ground_points + water_points; }
 };
 
 /// The 64 x 64 columns of a patch, index = z * 64 + x (local). Immutable.
 struct PatchColumns {
-    std::array<Column, kPatchSize * kPatchSize> columns;
+    std::array<Column, kPatchColumns> columns;
     std::vector<ObjectVoxel> objects;
+    std::array<std::uint32_t, kPatchColumns + 1> objects_begin{};  ///< of column i: [objects_begin[i], objects_begin[i + 1]), by rising y
+    // What steps ask of many columns around, small enough to stay in the processor's cache:
+    std::array<std::uint64_t, kPatchSize> occupied{}, built{};  ///< bit x of row z: the column holds any point; is built_upon()
+    std::array<float, kPatchColumns> ground_height;             ///< of each column's ground
+    bool any_roof = false, any_deck = false, any_objects = false;
+    water::CellPatch cells;  ///< `covered` and `looks_wet` are for others to say
+    float lowest = kNoHeight;  ///< of any point
     bool any = false;
-    [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof *this + objects.capacity() * sizeof(ObjectVoxel); }
+    [[nodiscard]] const Column& at(int x, int z) const noexcept { return columns[static_cast<std::size_t>(z * kPatchSize + x)]; }
+    [[nodiscard]] std::span<const ObjectVoxel> objects_at(int x, int z) const noexcept {
+        const auto i = static_cast<std::size_t>(z * kPatchSize + x);
+        return std::span(objects).subspan(objects_begin[i], objects_begin[i + 1] - objects_begin[i]);
+    }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + objects.capacity() * sizeof(ObjectVoxel) + cells.cells.capacity() * sizeof(water::WaterCell);
+    }
 };
 
-/// The points of one square that fall into a patch.
+/// The points of one square that fall into a patch, by column and rising height as Square keeps them.
 struct PatchPoints {
     std::span<const VoxelPoint> points;
-    int colour_shift = 0;
     bool has_colour = false;
 };
 
-/// Step "column init": sorts the points of a patch into columns and sums each up. The result does not depend on the order of
-/// `sources` beyond ties of equal points.
-[[nodiscard]] std::shared_ptr<const PatchColumns> init_columns(std::span<const PatchPoints> sources, const ClassTable& classes);
+/// Step "column init": sums up each column of a patch. The result does not depend on the order of `sources`.
+/// @param cell_voxels edge of a water cell: a divisor of 64
+[[nodiscard]] std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources, const ClassTable& classes, int cell_voxels);
 
 }  // namespace terravox::voxelize

@@ -1,80 +1,164 @@
 #include "voxelserver/voxelize/ground_fill.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cmath>
-#include <nanoflann.hpp>
-#include <tuple>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "voxelserver/voxelize/scattered.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
-constexpr int kReach = 32;       // voxels
-constexpr std::size_t kNearest = 10;
+constexpr int kReach = 32;  // voxels
+constexpr int kRings = 2;   // most gaps between points are no wider
+constexpr int kNeeded = 4;  // columns around, on three of four sides
 
-struct GroundColumns {
-    struct Entry { std::int16_t x, z; float height; };
-    std::vector<Entry> entries;
+// Which of the four quarters around a column a neighbour lies in; each neighbour lies in exactly one.
+int quarter(int dx, int dz) noexcept { return dx > 0 && dz >= 0 ? 0 : dx <= 0 && dz > 0 ? 1 : dx < 0 && dz <= 0 ? 2 : 3; }
 
-    // nanoflann's data set interface.
-    [[nodiscard]] std::size_t kdtree_get_point_count() const { return entries.size(); }
-    [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t axis) const { return axis == 0 ? entries[i].x : entries[i].z; }
-    template <class Box> bool kdtree_get_bbox(Box&) const { return false; }
-};
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, GroundColumns>, GroundColumns, 2, std::uint32_t>;
-
-float interpolate(const Tree& tree, const GroundColumns& ground, int x, int z, float otherwise) {
-    std::array<std::uint32_t, kNearest> found{};
-    std::array<float, kNearest> squared{};
-    const std::array<float, 2> query{static_cast<float>(x), static_cast<float>(z)};
-    std::size_t count = tree.knnSearch(query.data(), kNearest, found.data(), squared.data());
-    while (count > 0 && squared[count - 1] > static_cast<float>(kReach * kReach)) --count;
-    if (count == 0) return otherwise;
-    // Sums in an order that does not depend on the tree: by distance, then place.
-    struct Neighbour {
-        float squared;
-        GroundColumns::Entry entry;
-        bool operator<(const Neighbour& o) const noexcept { return std::tie(squared, entry.z, entry.x) < std::tie(o.squared, o.entry.z, o.entry.x); }
-    };
-    std::array<Neighbour, kNearest> neighbours{};
-    for (std::size_t i = 0; i < count; ++i) neighbours[i] = {squared[i], ground.entries[found[i]]};
-    for (std::size_t i = 1; i < count; ++i)  // insertion sort: the list is short and nearly sorted
-        for (std::size_t k = i; k > 0 && neighbours[k] < neighbours[k - 1]; --k) std::swap(neighbours[k], neighbours[k - 1]);
-    const float radius = count == kNearest ? std::sqrt(squared[count - 1]) : static_cast<float>(kReach);
-    float sum = 0, weights = 0, plain = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-        const float d = std::sqrt(neighbours[k].squared), h = neighbours[k].entry.height;
-        const float w = (radius - d) / (radius * d);  // d >= 1: the column itself has no ground
-        sum += w * w * h, weights += w * w, plain += h;
+class GroundFiller {
+public:
+    GroundFiller(const Window& window, const AskWideGround& wide) : m_window(window), m_wide(wide) {
+        // Row by row, in the three stretches that lie in one patch each.
+        for (int z = Seen::kFirst; z < Seen::kLast; ++z)
+            for (const auto& [from, to] : {std::pair{Seen::kFirst, 0}, {0, kPatchSize}, {kPatchSize, Seen::kLast}})
+                std::copy_n(&window.patch_at(from, z).ground_height[static_cast<std::size_t>((z & 63) * kPatchSize + (from & 63))], to - from, &m_seen.at(from, z));
     }
-    return weights > 0 ? sum / weights : plain / static_cast<float>(count);
-}
+
+    [[nodiscard]] float seen(int x, int z) const noexcept { return m_seen.at(x, z); }
+
+    float at(int x, int z) {
+        const float near = from_rings(x, z);
+        if (near == near) return near;
+        if (m_rays.empty()) cast_rays();
+        const float across = from_rays(x, z);
+        if (across == across) return across;
+        if (!m_looked) find_edges();
+        const float far = m_edges ? m_edges->at(static_cast<float>(x), static_cast<float>(z), kReach) : kNoHeight;
+        return far == far ? far : m_wide(m_window.middle.x0() + x, m_window.middle.z0() + z);
+    }
+
+private:
+    using Seen = Grid<float, GroundHeights::kMargin + kReach + 1>;
+    static_assert(Seen::kMargin <= Window::kMargin);
+
+    /// One place around a column, nearest rings first.
+    struct Place {
+        int offset, ring;
+        float weight;
+        unsigned side;
+    };
+    static const std::vector<Place>& places() {
+        static const std::vector<Place> made = [] {
+            std::vector<Place> out;
+            for (int r = 1; r <= kRings; ++r)
+                for (int dz = -r; dz <= r; ++dz)
+                    for (int dx = -r; dx <= r; dx += dz == -r || dz == r ? 1 : 2 * r)
+                        out.push_back({dz * Seen::kSide + dx, r, 1.0f / static_cast<float>(dx * dx + dz * dz), 1u << quarter(dx, dz)});
+            return out;
+        }();
+        return made;
+    }
+
+    [[nodiscard]] float from_rings(int x, int z) const {
+        const float* here = &m_seen.at(x, z);
+        float sum = 0, weights = 0;
+        int count = 0, ring = 1;
+        unsigned sides = 0;
+        const auto enough = [&] { return count >= kNeeded && (sides == 15 || sides == 7 || sides == 11 || sides == 13 || sides == 14); };
+        for (const Place& p : places()) {
+            if (p.ring > ring) {
+                if (enough()) break;
+                ring = p.ring;
+            }
+            const float height = here[p.offset];
+            if (height != height) continue;
+            sum += p.weight * height, weights += p.weight, ++count;
+            sides |= p.side;
+        }
+        return enough() ? sum / weights : kNoHeight;
+    }
+
+    /// The nearest ground column in one of eight directions; steps 0 = none within reach.
+    struct Ray {
+        float height = 0;
+        std::uint8_t steps = 0;
+    };
+    using Rays = Grid<Ray, Seen::kMargin>;
+    static constexpr std::array<std::pair<int, int>, 8> kDirections = {{{-1, 0}, {0, -1}, {-1, -1}, {1, -1}, {1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
+
+    // What a column sees in a direction, its neighbour in that direction has seen one step shorter.
+    void cast_rays() {
+        m_rays.resize(kDirections.size());
+        for (std::size_t d = 0; d < kDirections.size(); ++d) {
+            const auto [dx, dz] = kDirections[d];
+            const bool downwards = dz < 0 || (dz == 0 && dx < 0);  // the order in which neighbours come before
+            for (int i = Seen::kFirst + 1; i < Seen::kLast - 1; ++i)
+                for (int k = Seen::kFirst + 1; k < Seen::kLast - 1; ++k) {
+                    const int z = downwards ? i : Seen::kLast - 1 + Seen::kFirst - i, x = downwards ? k : Seen::kLast - 1 + Seen::kFirst - k;
+                    const float next = m_seen.at(x + dx, z + dz);
+                    const Ray& further = m_rays[d].at(x + dx, z + dz);
+                    if (next == next) m_rays[d].at(x, z) = {next, 1};
+                    else if (further.steps > 0 && further.steps < kReach) m_rays[d].at(x, z) = {further.height, static_cast<std::uint8_t>(further.steps + 1)};
+                }
+        }
+    }
+
+    // Ground on opposite sides, weighted by distance: what a floor between walls stands on.
+    [[nodiscard]] float from_rays(int x, int z) const {
+        float sum = 0, weights = 0;
+        unsigned hit = 0;
+        for (std::size_t d = 0; d < kDirections.size(); ++d) {
+            const Ray& ray = m_rays[d].at(x, z);
+            if (ray.steps == 0) continue;
+            const float steps = static_cast<float>(ray.steps), w = (d % 4 < 2 ? 1.0f : 0.5f) / (steps * steps);  // diagonal steps are longer
+            sum += w * ray.height, weights += w, hit |= 1u << d;
+        }
+        const bool between = (hit & hit >> 4 & 15u) != 0;  // of two opposite directions both
+        return between ? sum / weights : kNoHeight;
+    }
+
+    // Only ground columns beside a gap: the nearest ones to anything inside the gap are among them, and they surround it evenly.
+    void find_edges() {
+        m_looked = true;
+        std::vector<ScatteredHeights::Sample> edges;
+        constexpr int kFar = GroundHeights::kMargin + kReach;
+        for (int z = -kFar; z < kPatchSize + kFar; ++z)
+            for (int x = -kFar; x < kPatchSize + kFar; ++x) {
+                const float* here = &m_seen.at(x, z);
+                // A sum with a NaN is NaN: all four neighbours at once.
+                const float around = here[-1] + here[1] + here[-Seen::kSide] + here[Seen::kSide];
+                if (*here == *here && around != around) edges.push_back({static_cast<float>(x), static_cast<float>(z), *here});
+            }
+        if (!edges.empty()) m_edges = std::make_unique<ScatteredHeights>(std::move(edges));
+    }
+
+    const Window& m_window;
+    const AskWideGround& m_wide;
+    Seen m_seen;
+    std::vector<Rays> m_rays;
+    bool m_looked = false;
+    std::unique_ptr<ScatteredHeights> m_edges;  // made when the first wide gap is met
+};
 
 }  // namespace
 
-Margined<float> fill_ground(const Window& window, const TerrainGrid& terrain, std::int32_t x0, std::int32_t z0) {
-    constexpr int kMargin = Margined<float>::kMargin;
-    GroundColumns ground;
-    bool gaps = false;
-    for (int z = -kMargin - kReach; z < kPatchSize + kMargin + kReach; ++z)
-        for (int x = -kMargin - kReach; x < kPatchSize + kMargin + kReach; ++x) {
-            const Surface& g = window.column(x, z).ground;
-            if (g.seen()) ground.entries.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(z), g.height});
-            else gaps = true;
-        }
-    Margined<float> out;
-    if (!gaps) {
-        for (int z = -kMargin; z < kPatchSize + kMargin; ++z)
-            for (int x = -kMargin; x < kPatchSize + kMargin; ++x) out.at(x, z) = window.column(x, z).ground.height;
-        return out;
-    }
-    const Tree tree(2, ground, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-    for (int z = -kMargin; z < kPatchSize + kMargin; ++z)
-        for (int x = -kMargin; x < kPatchSize + kMargin; ++x) {
-            const Surface& g = window.column(x, z).ground;
-            out.at(x, z) = g.seen() ? g.height
-                           : ground.entries.empty() ? terrain.ground(x0 + x, z0 + z)
-                                                    : interpolate(tree, ground, x, z, terrain.ground(x0 + x, z0 + z));
-        }
+GroundHeights fill_ground(const Window& window, const Grid<char, GroundHeights::kMargin>& wanted, const AskWideGround& wide) {
+    GroundHeights out;
+    GroundFiller filler(window, wide);
+    GroundHeights::each([&](int x, int z) {
+        const float height = filler.seen(x, z);
+        out.at(x, z) = height != height && wanted.at(x, z) != 0 ? filler.at(x, z) : height;
+    });
+    return out;
+}
+
+GroundHeights seen_ground(const Window& window) {
+    GroundHeights out;
+    GroundHeights::each([&](int x, int z) { out.at(x, z) = window.column(x, z).ground.height; });
     return out;
 }
 

@@ -1,19 +1,28 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
-#include "voxelserver/voxelize/terrain_grid.hpp"
 #include "voxelserver/voxelize/window.hpp"
 
 namespace terravox::voxelize {
 
-/// Steps "k-d tree (ground)" and "ground fill": the height of the ground in every column, in voxels.
+/// Heights of the ground, in voxels, with a margin that crowns and their trunks need. NaN where there is none.
+using GroundHeights = Grid<float, 6>;
+
+/// How high the ground is where none was seen within reach, absolute voxels: asked rarely, may be slow.
+using AskWideGround = std::function<float(std::int32_t x, std::int32_t z)>;
+
+/// Steps "k-d tree (ground)" and "ground fill": the height of the ground in every column that needs one.
 ///
-/// A column with ground points keeps their median. Others are interpolated from the nearest ground columns within 32 voxels;
-/// where there are none (wide voids), the data set's coarse terrain answers.
-/// @param x0, z0 of the middle patch's first column, voxels relative to the base
-/// Ref: Franke & Nielson, "Smooth interpolation of large sets of scattered data", 1980 (weights that vanish at the farthest
-/// neighbour, so that it does not matter which of several equally far ones were taken).
-[[nodiscard]] Margined<float> fill_ground(const Window& window, const TerrainGrid& terrain, std::int32_t x0, std::int32_t z0);
+/// A column with ground points keeps their median. A small gap takes the mean of the columns around it, weighted by distance, when they
+/// lie on at least three sides. In a wider gap (under a house) a column takes the mean of the nearest ground in eight directions, when
+/// there is some on opposite sides; else that of the nearest columns along the gap's edge. Nothing farther than 32 voxels counts; where
+/// there is none, `wide` answers.
+/// @param wanted 1 = the column needs a ground (not water, not outside the survey)
+[[nodiscard]] GroundHeights fill_ground(const Window& window, const Grid<char, GroundHeights::kMargin>& wanted, const AskWideGround& wide);
+
+/// The columns' own medians and nothing else: with the step switched off.
+[[nodiscard]] GroundHeights seen_ground(const Window& window);
 
 }  // namespace terravox::voxelize

@@ -3,18 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/downsample.hpp"
-#include "voxelserver/voxelize/building_fill.hpp"
-#include "voxelserver/voxelize/ground_fill.hpp"
-#include "voxelserver/voxelize/orthophoto.hpp"
-#include "voxelserver/voxelize/point_set.hpp"
-#include "voxelserver/voxelize/runs.hpp"
-#include "voxelserver/voxelize/serialize.hpp"
-#include "voxelserver/voxelize/terrain_grid.hpp"
+#include "voxelserver/voxelize/box_column.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -22,35 +15,24 @@ namespace {
 using voxel::Box;
 using voxel::BoxKey;
 
-constexpr double kFloorDepth_m = 10;  // rock below the lowest ground: the model's base
-
-/// The boxes of one column of boxes, bottom first.
-struct BoxColumn {
-    std::int32_t by_begin = 0;
-    std::vector<std::shared_ptr<const Box>> boxes;
-    [[nodiscard]] std::size_t memory_bytes() const noexcept {
-        std::size_t sum = sizeof *this;
-        for (const auto& b : boxes) sum += b ? b->memory_bytes() : sizeof b;
-        return sum;
-    }
-};
+// How the world's memory is shared out; PointSet takes the rest (point_set.cpp).
+constexpr std::size_t kColumnsShare = 10, kCoarseShare = 20, kMakerShare = 20;
 
 class LidarWorldImpl final : public LidarWorld {
 public:
     LidarWorldImpl(const LidarWorldOptions& options, util::StageTimes& times)
         : m_times(times),
-          m_points(options, times),
-          m_terrain(m_points.scan_terrain()),
-          m_columns(options.memory_bytes / 8),
-          m_coarse(options.memory_bytes / 8) {
-        if (!options.orthophotos.empty()) m_ortho = std::make_unique<Orthophotos>(options.orthophotos, m_points.frame());
-        const Frame& frame = m_points.frame();
-        const auto& b = m_points.bounds();
-        const Base base = m_points.base();
-        m_floor_y = static_cast<std::int32_t>(std::floor(m_terrain.lowest() - kFloorDepth_m / frame.voxel_m()));
+          m_settings(load_settings(options.settings)),
+          m_points(options, m_settings, times),
+          m_images(options.orthophotos.empty() ? nullptr : std::make_unique<imagery::Orthophotos>(options.orthophotos, m_points.sources().frame)),
+          m_maker(m_points, m_images.get(), m_settings, options.memory_bytes / kMakerShare, times),
+          m_columns(options.memory_bytes / kColumnsShare),
+          m_coarse(options.memory_bytes / kCoarseShare) {
+        const Sources& sources = m_points.sources();
+        const Frame& frame = sources.frame;
         m_info.title = options.files.front().stem().string();
-        m_info.bounds.min = {base.x + b.min_x, m_floor_y, base.z + b.min_z};
-        m_info.bounds.max = {base.x + b.max_x, static_cast<std::int32_t>(std::floor(m_terrain.highest())) + 1, base.z + b.max_z};
+        m_info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
+        m_info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};
         m_info.voxel_m = frame.voxel_m();
         m_info.crs = frame.crs().name();
         m_info.crs_wkt = frame.crs().wkt();
@@ -65,14 +47,20 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     [[nodiscard]] LidarWorldStats stats() const override {
-        return {m_points.point_count(), m_points.wild_points(), m_points.file_count(), m_ortho ? m_ortho->count() : 0, m_terrain.cell_voxels() * m_info.voxel_m};
+        const Sources& sources = m_points.sources();
+        return {sources.point_count, sources.files.size(), m_images ? m_images->count() : 0, m_points.cell_voxels() * m_info.voxel_m, m_points.counts().wild,
+                m_maker.hole_columns()};
     }
+
+    [[nodiscard]] std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) override { return m_maker.ground_heights({bx, bz}); }
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         check(key.level);
         if (key.level > 0) return coarse_box(key);
         if (!voxel::boxes_over(m_info.bounds, 0).contains(key)) return nullptr;
-        const auto column = box_column(key.bx, key.bz);
+        const auto column = m_columns.get(
+            BoxKey{0, key.bx, 0, key.bz}, [&] { return std::make_shared<BoxColumn>(m_maker.make({key.bx, key.bz})); },
+            [](const auto& c) { return c->memory_bytes(); });
         const std::int64_t index = std::int64_t{key.by} - column->by_begin;
         return index >= 0 && index < static_cast<std::int64_t>(column->boxes.size()) ? column->boxes[static_cast<std::size_t>(index)] : nullptr;
     }
@@ -87,38 +75,6 @@ public:
 private:
     void check(int level) const {
         if (level < 0 || level >= m_info.levels) throw UsageError("make a box: level " + std::to_string(level) + "; allowed: 0 to " + std::to_string(m_info.levels - 1));
-    }
-
-    template <class Work> auto timed(const char* name, const Work& work) {
-        const util::StageTimes::Scope scope(m_times, name);
-        return work();
-    }
-
-    // All boxes of a patch at once: they share every step but the last.
-    std::shared_ptr<const BoxColumn> box_column(std::int32_t bx, std::int32_t bz) {
-        return m_columns.get(BoxKey{0, bx, 0, bz}, [&] { return make_box_column(bx, bz); }, [](const auto& c) { return c->memory_bytes(); });
-    }
-
-    std::shared_ptr<const BoxColumn> make_box_column(std::int32_t bx, std::int32_t bz) {
-        const Base base = m_points.base();
-        const PatchKey key{bx - base.x / kPatchSize, bz - base.z / kPatchSize};
-        Window window;
-        for (int dz = -1; dz <= 1; ++dz)
-            for (int dx = -1; dx <= 1; ++dx) window.patches[static_cast<std::size_t>((dz + 1) * 3 + dx + 1)] = m_points.columns({key.px + dx, key.pz + dz});
-        const std::int32_t x0 = key.px * kPatchSize, z0 = key.pz * kPatchSize;
-        const Margined<float> ground = timed("ground fill", [&] { return fill_ground(window, m_terrain, x0, z0); });
-        const Margined<Surface> roofs = timed("building fill", [&] { return close_roofs(window); });
-        const PatchRuns runs = timed("underground fill", [&] {
-            return make_runs({window, m_points.classes(), m_terrain, ground, roofs, m_points.surveyed(x0, z0), x0, z0, m_floor_y, m_info.voxel_m});
-        });
-        const PatchColours colours = m_ortho ? timed("orthophoto load", [&] { return m_ortho->colours(bx * kPatchSize, bz * kPatchSize); }) : PatchColours{};
-        auto column = std::make_shared<BoxColumn>();
-        if (runs.min_y() >= runs.max_y()) return column;
-        const util::StageTimes::Scope scope(m_times, "serialization");
-        column->by_begin = voxel::floor_div(runs.min_y(), voxel::kBoxSizeY);
-        const std::int32_t end = voxel::floor_div(runs.max_y() - 1, voxel::kBoxSizeY) + 1;
-        for (std::int32_t by = column->by_begin; by < end; ++by) column->boxes.push_back(serialize({0, bx, by, bz}, runs, colours));
-        return column;
     }
 
     std::shared_ptr<const Box> coarse_box(const BoxKey& key) {
@@ -136,10 +92,10 @@ private:
     }
 
     util::StageTimes& m_times;
+    const Settings m_settings;
     PointSet m_points;
-    TerrainGrid m_terrain;
-    std::unique_ptr<Orthophotos> m_ortho;
-    std::int32_t m_floor_y = 0;
+    const std::unique_ptr<imagery::Orthophotos> m_images;
+    BoxColumnMaker m_maker;
     voxel::WorldInfo m_info;
     util::Cache<BoxKey, BoxColumn, voxel::BoxKeyHash> m_columns;
     util::Cache<BoxKey, Box, voxel::BoxKeyHash> m_coarse;

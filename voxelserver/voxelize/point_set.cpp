@@ -6,168 +6,221 @@
 #include <cmath>
 
 #include "common/thread/parallel.hpp"
-#include "common/util/error.hpp"
-#include "common/util/files.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
-double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& unit) {
-    if (unit) {
-        if (*unit == "m") return 1;
-        if (*unit == "ft") return 0.3048;
-        if (*unit == "us-ft") return 1200.0 / 3937.0;
-        throw UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
-    }
-    // Without a vertical system, surveys in feet are in feet upwards too.
-    return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
+// How the world's memory is shared out between squares, parts of squares and columns; the world keeps the rest for boxes.
+constexpr std::size_t kSquaresShare = 2, kPartsShare = 8, kColumnsShare = 6;
+// What one box needs at once: with less, every step would decode again.
+constexpr std::size_t kLeastParts = std::size_t{8} << 20, kLeastColumns = std::size_t{16} << 20;
+
+// At least 2 m, and as many points that an empty cell is a void and not bad luck.
+int water_cell_voxels(double voxel_m, double density) {
+    constexpr double kSmallest_m = 2, kPointsPerCell = 16;
+    int cell = 1;
+    while (cell < kPatchSize && (cell * voxel_m < kSmallest_m || density * cell * cell < kPointsPerCell)) cell *= 2;
+    return cell;
 }
 
-struct Corners {
-    std::vector<double> x, y;
-};
+/// Everything but the file that the points of a prepared square depend on.
+std::string recipe_of(const SquareSource& source, const Frame& frame, const ClassTable& classes, const Settings& settings) {
+    std::string out = "points 1|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
+    for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres, source.lowest, source.highest}) out += std::to_string(v) + "|";
+    for (const bool flag : {settings.points.drop_withheld, settings.points.drop_overlap, settings.points.drop_wild, source.has_colour}) out += flag ? 'y' : 'n';
+    out += std::to_string(source.colour_shift);
+    for (const ClassMeaning& m : classes.meaning) out += m.role == Role::kDrop ? 'd' : 'k';
+    return out;
+}
 
-Corners corners_of(const lidar::LasInfo& info) {
-    return {{info.min[0], info.max[0], info.min[0], info.max[0]}, {info.min[1], info.min[1], info.max[1], info.max[1]}};
+std::string unknown_classes(const PointCounts& counts, const ClassTable& classes) {
+    constexpr int kNamed = 8;
+    std::string out;
+    int found = 0;
+    for (std::size_t c = 0; c < counts.by_class.size(); ++c) {
+        if (counts.by_class[c] == 0 || classes.meaning[c].known) continue;
+        if (++found <= kNamed) out += (out.empty() ? "" : ", ") + std::to_string(c) + " (" + std::to_string(counts.by_class[c]) + " points)";
+    }
+    return found > kNamed ? out + " and " + std::to_string(found - kNamed) + " more" : out;
 }
 
 }  // namespace
 
-PointSet::PointSet(const LidarWorldOptions& options, util::StageTimes& times)
-    : m_times(times),
+PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings, util::StageTimes& times)
+    : m_settings(settings),
+      m_times(times),
       m_classes(load_class_table(options.classes)),
       m_threads(thread::thread_count(options.threads)),
-      m_squares(options.memory_bytes / 2),
-      m_columns(options.memory_bytes / 4) {
-    const util::StageTimes::Scope timed(times, "open files");
-    if (options.files.empty()) throw UsageError("open the LiDAR data: no file or folder given");
-    auto files = util::expand_folders(options.files, {".las", ".laz"}, "LiDAR data");
-    std::sort(files.begin(), files.end());  // the voxels must not depend on the order of the arguments
-    std::vector<lidar::LasInfo> infos(files.size());
-    thread::parallel_for(files.size(), m_threads, [&](std::size_t i) { infos[i] = lidar::read_las_info(files[i]); });
-    std::erase_if(infos, [](const lidar::LasInfo& info) {
-        if (info.point_count == 0) spdlog::warn("{}: holds no points; left out", info.path.string());
-        return info.point_count == 0;
-    });
-    if (infos.empty()) throw Error("open the LiDAR data: none of the " + std::to_string(files.size()) + " files holds a point");
-
-    // Step 1: each file's CRS: what the person says, else the file, else the source's table.
-    const auto fixed = options.crs ? std::optional(geo::Crs::from_text(*options.crs)) : std::nullopt;
-    const auto fallback = m_classes.crs ? std::optional(geo::Crs::from_text(*m_classes.crs)) : std::nullopt;
-    for (lidar::LasInfo& info : infos) {
-        if (fixed) info.crs = fixed;
-        if (!info.crs) info.crs = fallback;
-        if (!info.crs)
-            throw UsageError("place the point cloud " + info.path.string() + ": the file carries no coordinate reference system and class table '" + m_classes.id +
-                             "' names none; give one with --crs EPSG:<code>");
-        m_point_count += info.point_count;
-    }
-
-    // Step 2: one frame for all.
-    const lidar::LasInfo& first = infos.front();
-    const double mid_x = (first.min[0] + first.max[0]) / 2, mid_y = (first.min[1] + first.max[1]) / 2;
-    const geo::Crs crs = voxel_crs_for(*first.crs, mid_x, mid_y);
-    m_frame = std::make_unique<Frame>(crs, options.voxel_m, mid_x, mid_y);
-    const auto horizontal = [&](const lidar::LasInfo& info) {
-        Corners c = corners_of(info);
-        if (!info.crs->same_horizontal(crs)) geo::Transform(*info.crs, crs).apply(c.x, c.y);
-        return c;
-    };
-    bool have_base = false;
-    for (lidar::LasInfo& info : infos) {
-        const Corners c = horizontal(info);
-        const auto [x0, x1] = std::minmax_element(c.x.begin(), c.x.end());
-        const auto [y0, y1] = std::minmax_element(c.y.begin(), c.y.end());
-        const double vx0 = std::floor(m_frame->x(*x0)), vx1 = std::floor(m_frame->x(*x1)) + 1;
-        const double vz0 = std::floor(m_frame->z(*y1)), vz1 = std::floor(m_frame->z(*y0)) + 1;
-        constexpr double kFarthest = 400'000;  // voxels from the base: what fixed point holds, with room for margins
-        if (!have_base) {
-            if (!(std::abs(vx0) < 1.0e9 && std::abs(vz0) < 1.0e9)) throw Error("place the point cloud " + info.path.string() + ": coordinates beyond 32-bit voxels");
-            m_base = {static_cast<std::int32_t>(std::floor(vx0 / kPatchSize)) * kPatchSize, static_cast<std::int32_t>(std::floor(vz0 / kPatchSize)) * kPatchSize};
-        }
-        if (!(std::abs(vx0 - m_base.x) < kFarthest && std::abs(vx1 - m_base.x) < kFarthest && std::abs(vz0 - m_base.z) < kFarthest && std::abs(vz1 - m_base.z) < kFarthest))
-            throw Error("place the point cloud " + info.path.string() + ": " + (have_base ? "too far from " + infos.front().path.string() : "too wide") +
-                        "; allowed: within 400,000 voxels of " + std::to_string(options.voxel_m) + " m");
-        const Bounds b{static_cast<std::int32_t>(vx0 - m_base.x), static_cast<std::int32_t>(vz0 - m_base.z), static_cast<std::int32_t>(vx1 - m_base.x),
-                       static_cast<std::int32_t>(vz1 - m_base.z)};
-        if (!have_base) m_bounds = b;
-        m_bounds = {std::min(m_bounds.min_x, b.min_x), std::min(m_bounds.min_z, b.min_z), std::max(m_bounds.max_x, b.max_x), std::max(m_bounds.max_z, b.max_z)};
-        have_base = true;
-        const bool transform = !info.crs->same_horizontal(crs);
-        const double vertical = vertical_metres(*info.crs, options.vertical_unit);
-        m_sources.push_back({SquareSource{std::move(info), vertical, transform}, b});
+      m_sources([&] {
+          const util::StageTimes::Scope timed(times, "open files");
+          return open_sources(options, m_classes, settings);
+      }()),
+      m_cell_voxels(water_cell_voxels(options.voxel_m, m_sources.density)),
+      m_squares(options.memory_bytes / kSquaresShare),
+      m_parts(std::max(options.memory_bytes / kPartsShare, kLeastParts)),
+      m_columns(std::max(options.memory_bytes / kColumnsShare, kLeastColumns)) {
+    if (!options.cache_dir.empty()) m_folder = std::make_unique<store::SquareFolder>(options.cache_dir / "squares", options.cache_bytes);
+    for (const SquareSource& source : m_sources.files) {
+        auto entry = std::make_unique<Entry>();
+        if (m_folder) entry->name = store::square_name(source.info, recipe_of(source, m_sources.frame, m_classes, settings));
+        const double bytes = static_cast<double>(source.info.point_count) * sizeof(VoxelPoint);
+        entry->kept_whole = bytes < static_cast<double>(m_squares.limit_bytes());
+        const double area = static_cast<double>(source.bounds.max_x - source.bounds.min_x) * static_cast<double>(source.bounds.max_z - source.bounds.min_z);
+        // A block and the patch around it take a quarter of their share at most, unless a single patch is larger.
+        const double patches = static_cast<double>(m_parts.limit_bytes()) / 4 / std::max(bytes / area * kPatchColumns, 1.0);
+        if (!entry->kept_whole) entry->block_patches = std::max(1, static_cast<int>(std::sqrt(patches)) - 2);
+        m_entries.push_back(std::move(entry));
     }
 }
 
-std::shared_ptr<const Square> PointSet::square(std::size_t index, int threads) {
-    return m_squares.get(
-        index,
-        [&] {
-            const util::StageTimes::Scope timed(m_times, "point load");
-            return load_square(m_sources[index].source, *m_frame, m_base, m_classes, threads);
-        },
-        [](const auto& s) { return s->memory_bytes(); });
-}
-
-TerrainGrid PointSet::scan_terrain() {
-    double area = 0;
-    for (const Entry& e : m_sources) area += static_cast<double>(e.bounds.max_x - e.bounds.min_x) * (e.bounds.max_z - e.bounds.min_z);
-    TerrainGrid grid(m_bounds.min_x, m_bounds.min_z, m_bounds.max_x, m_bounds.max_z, static_cast<double>(m_point_count) / std::max(area, 1.0),
-                     m_frame->voxel_m());
-    // Squares are decoded in parallel, a few at a time so that their points need not all be in memory, but added in order: sums
-    // of floating-point numbers then do not depend on timing.
-    const std::size_t batch = static_cast<std::size_t>(m_threads);
-    for (std::size_t begin = 0; begin < m_sources.size(); begin += batch) {
-        const std::size_t end = std::min(begin + batch, m_sources.size());
-        std::vector<std::shared_ptr<const Square>> squares(end - begin);
-        thread::parallel_for(end - begin, m_threads, [&](std::size_t i) { squares[i] = square(begin + i, m_threads); });
-        const util::StageTimes::Scope timed(m_times, "terrain scan");
-        for (std::size_t i = begin; i < end; ++i) {
-            const Square& s = *squares[i - begin];
-            grid.add_square(s, m_classes);
-            m_wild_points += s.wild_points();
-            if (s.wild_points() > 0) spdlog::warn("{}: {} points far outside the bounds in its header; left out", m_sources[i].source.info.path.string(), s.wild_points());
-            const Bounds& b = m_sources[i].bounds;
-            grid.cover(b.min_x, b.min_z, b.max_x, b.max_z);
-        }
-    }
-    const util::StageTimes::Scope timed(m_times, "terrain scan");
-    grid.finish();
-    return grid;
-}
-
-Margined<char> PointSet::surveyed(std::int32_t x0, std::int32_t z0) const {
-    constexpr int kMargin = Margined<char>::kMargin;
-    Margined<char> out(0);
-    for (const Entry& e : m_sources) {
-        const int left = std::max(e.bounds.min_x - x0, -kMargin), right = std::min(e.bounds.max_x - x0, kPatchSize + kMargin);
-        const int top = std::max(e.bounds.min_z - z0, -kMargin), bottom = std::min(e.bounds.max_z - z0, kPatchSize + kMargin);
-        for (int z = top; z < bottom; ++z)
-            for (int x = left; x < right; ++x) out.at(x, z) = 1;
+Grid<char, Window::kMargin> PointSet::in_bounds(PatchKey middle) const {
+    using Area = Grid<char, Window::kMargin>;
+    Area out(0);
+    for (const SquareSource& s : m_sources.files) {
+        const int x0 = std::max(s.bounds.min_x - middle.x0(), Area::kFirst), x1 = std::min(s.bounds.max_x - middle.x0(), Area::kLast);
+        const int z0 = std::max(s.bounds.min_z - middle.z0(), Area::kFirst), z1 = std::min(s.bounds.max_z - middle.z0(), Area::kLast);
+        for (int z = z0; z < z1 && x0 < x1; ++z) std::fill_n(&out.at(x0, z), x1 - x0, char{1});
     }
     return out;
 }
 
+bool PointSet::in_bounds(std::int32_t x, std::int32_t z) const noexcept {
+    return std::any_of(m_sources.files.begin(), m_sources.files.end(), [&](const SquareSource& s) {
+        return x >= s.bounds.min_x && x < s.bounds.max_x && z >= s.bounds.min_z && z < s.bounds.max_z;
+    });
+}
+
+PointCounts PointSet::counts() const {
+    const std::lock_guard lock(m_counts_mutex);
+    return m_counts;
+}
+
+Window PointSet::window(PatchKey middle) {
+    Window out;
+    out.middle = middle;
+    // The middle first: where parts are decoded, its part serves the others.
+    constexpr int kOrder[9] = {4, 0, 1, 2, 3, 5, 6, 7, 8};
+    Held held;
+    for (const int i : kOrder) out.patches[static_cast<std::size_t>(i)] = columns({middle.px + i % 3 - 1, middle.pz + i / 3 - 1}, middle, held);
+    return out;
+}
+
 std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key) {
+    Held held;
+    return columns(key, key, held);
+}
+
+std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, PatchKey centre, Held& held) {
     return m_columns.get(
         key,
-        [&] {
-            std::vector<std::shared_ptr<const Square>> held;
+        [&]() -> std::shared_ptr<const PatchColumns> {
             std::vector<PatchPoints> points;
-            const std::int32_t x0 = key.px * kPatchSize, z0 = key.pz * kPatchSize;
             // A margin of one voxel: a transformed or rounded point may lie just outside its file's bounds.
-            constexpr std::int32_t kSlack = 1;
-            for (std::size_t i = 0; i < m_sources.size(); ++i) {
-                const Bounds& b = m_sources[i].bounds;
-                if (b.min_x - kSlack >= x0 + kPatchSize || b.max_x + kSlack <= x0 || b.min_z - kSlack >= z0 + kPatchSize || b.max_z + kSlack <= z0) continue;
-                held.push_back(square(i, 1));
-                const auto inside = held.back()->points(key);
-                if (!inside.empty()) points.push_back({inside, held.back()->colour_shift(), held.back()->has_colour()});
+            const ColumnRect rect = columns_of(key).grown(1);
+            for (std::size_t i = 0; i < m_sources.files.size(); ++i) {
+                if (!m_sources.files[i].bounds.overlaps(rect)) continue;
+                auto& square = held[i];
+                if (!square) square = points_around(i, centre);
+                const auto inside = square->points(key);
+                if (!inside.empty()) points.push_back({inside, m_sources.files[i].has_colour});
             }
             const util::StageTimes::Scope timed(m_times, "column init");
-            return init_columns(points, m_classes);
+            auto out = init_columns(points, m_classes, m_cell_voxels);
+            for (int z = 0; z < out->cells.side; ++z)
+                for (int x = 0; x < out->cells.side; ++x)
+                    out->cells.cells[static_cast<std::size_t>(z * out->cells.side + x)].covered =
+                        in_bounds(key.x0() + x * m_cell_voxels + m_cell_voxels / 2, key.z0() + z * m_cell_voxels + m_cell_voxels / 2);
+            return out;
         },
         [](const auto& p) { return p->memory_bytes(); });
+}
+
+std::shared_ptr<const Square> PointSet::points_around(std::size_t file, PatchKey centre) {
+    if (m_entries[file]->kept_whole) {
+        if (auto square = m_squares.find(file)) return square;
+        if (!part_is_enough(file)) return whole(file);
+    }
+    return part(file, centre);
+}
+
+std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
+    Entry& entry = *m_entries[file];
+    return m_squares.get(
+        file,
+        [&]() -> std::shared_ptr<const Square> {
+            if (m_folder)
+                if (auto square = m_folder->find(entry.name)) {
+                    report(file, square->counts());
+                    return square;
+                }
+            LoadedSquare loaded = load_square(m_sources.files[file], context(), m_threads);
+            report(file, loaded.square->counts());
+            if (m_folder) {
+                const util::StageTimes::Scope timed(m_times, "square store");
+                m_folder->put_index(entry.name, loaded.index);
+                loaded.square = m_folder->put(entry.name, std::move(loaded.square));
+            }
+            const std::lock_guard lock(entry.index_mutex);
+            entry.chunks = std::make_shared<ChunkIndex>(std::move(loaded.index));
+            return loaded.square;
+        },
+        [](const auto& s) { return s->memory_bytes(); });
+}
+
+// Parts are worth it while something tells where the points lie, the whole is not on disk, and little has been decoded so far.
+bool PointSet::part_is_enough(std::size_t file) {
+    Entry& entry = *m_entries[file];
+    if (entry.decoded_in_parts.load() > m_sources.files[file].info.point_count / 2) return false;
+    if (m_folder && m_folder->holds(entry.name)) return false;
+    return m_sources.files[file].spatial_index != nullptr || chunk_index(file, false) != nullptr;
+}
+
+std::shared_ptr<const Square> PointSet::part(std::size_t file, PatchKey centre) {
+    Entry& entry = *m_entries[file];
+    const int edge = entry.block_patches;
+    const PatchKey block{voxel::floor_div(centre.px, edge), voxel::floor_div(centre.pz, edge)};
+    return m_parts.get(
+        {file, block},
+        [&] {
+            const PatchRect rect{{block.px * edge - 1, block.pz * edge - 1}, {(block.px + 1) * edge + 1, (block.pz + 1) * edge + 1}};
+            const auto ranges = ranges_over(file, rect);
+            for (const auto& r : ranges) entry.decoded_in_parts += r.end - r.begin;
+            return load_patches(m_sources.files[file], ranges, rect, context(), m_threads);
+        },
+        [](const auto& s) { return s->memory_bytes(); });
+}
+
+std::vector<lidar::PointRange> PointSet::ranges_over(std::size_t file, const PatchRect& rect) {
+    const SquareSource& source = m_sources.files[file];
+    if (source.spatial_index == nullptr) return chunk_index(file, true)->ranges_over(rect);
+    // One voxel more on every side: fixed point cuts off downwards.
+    const Frame& frame = m_sources.frame;
+    return source.spatial_index->ranges_over(frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1), frame.easting(rect.max.x0() + 1),
+                                             frame.northing(rect.min.z0() - 1));
+}
+
+std::shared_ptr<const ChunkIndex> PointSet::chunk_index(std::size_t file, bool scan) {
+    Entry& entry = *m_entries[file];
+    const std::lock_guard lock(entry.index_mutex);
+    if (entry.chunks == nullptr && m_folder)
+        if (auto found = m_folder->find_index(entry.name)) entry.chunks = std::make_shared<ChunkIndex>(std::move(*found));
+    if (entry.chunks == nullptr && scan) {
+        spdlog::info("{}: too large to be kept whole; its points are looked through once", m_sources.files[file].info.path.string());
+        entry.chunks = std::make_shared<ChunkIndex>(scan_chunks(m_sources.files[file], context(), m_threads));
+        if (m_folder) m_folder->put_index(entry.name, *entry.chunks);
+    }
+    return entry.chunks;
+}
+
+void PointSet::report(std::size_t file, const PointCounts& counts) {
+    std::call_once(m_entries[file]->reported, [&] {
+        const std::string path = m_sources.files[file].info.path.string();
+        if (counts.wild > 0) spdlog::warn("{}: {} points far outside the bounds in its header or far from all others; left out", path, counts.wild);
+        const std::string unknown = unknown_classes(counts, m_classes);
+        if (!unknown.empty()) spdlog::warn("{}: classes that the table '{}' does not name: {}; shown as `unknown`", path, m_classes.id, unknown);
+        const std::lock_guard lock(m_counts_mutex);
+        m_counts.add(counts);
+    });
 }
 
 }  // namespace terravox::voxelize

@@ -1,59 +1,93 @@
 #pragma once
 
+#include <atomic>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
+#include "voxelserver/store/square_folder.hpp"
 #include "voxelserver/voxelize/columns.hpp"
-#include "voxelserver/voxelize/lidar_world.hpp"
-#include "voxelserver/voxelize/terrain_grid.hpp"
+#include "voxelserver/voxelize/point_load.hpp"
+#include "voxelserver/voxelize/sources.hpp"
 #include "voxelserver/voxelize/window.hpp"
 
 namespace terravox::voxelize {
 
-/// All squares of a world: which there are, and their points patch by patch, decoded when needed and kept under a byte limit.
-/// Thread-safe once made.
+/// The points of all files, by patch, decoded when needed and kept under a byte limit. Thread-safe once made.
+///
+/// A file is decoded whole the first time, and kept in memory and in the cache folder. Where an index tells which of its points lie
+/// where (COPC, .lax, or what was learnt when it was decoded before), first only the part around the patch is decoded, so that the
+/// first boxes need not wait; once half a file has been decoded that way, the whole is. A file too large to be kept whole is always
+/// read in parts. All ways give the same points.
 class PointSet {
 public:
-    /// Reads all headers. @throws UsageError, Error
-    PointSet(const LidarWorldOptions& options, util::StageTimes& times);
+    PointSet(const LidarWorldOptions& options, const Settings& settings, util::StageTimes& times);
 
-    [[nodiscard]] const Frame& frame() const noexcept { return *m_frame; }
+    [[nodiscard]] const Sources& sources() const noexcept { return m_sources; }
     [[nodiscard]] const ClassTable& classes() const noexcept { return m_classes; }
-    [[nodiscard]] Base base() const noexcept { return m_base; }
-    [[nodiscard]] std::size_t file_count() const noexcept { return m_sources.size(); }
-    [[nodiscard]] std::uint64_t point_count() const noexcept { return m_point_count; }
-    [[nodiscard]] std::uint64_t wild_points() const noexcept { return m_wild_points; }
-    /// Horizontal bounds of all files' headers, voxels relative to the base, half-open.
-    struct Bounds { std::int32_t min_x, min_z, max_x, max_z; };
-    [[nodiscard]] const Bounds& bounds() const noexcept { return m_bounds; }
-    /// Which columns of a patch and its margin lie inside some file's bounds. @param x0, z0 voxels relative to the base
-    [[nodiscard]] Margined<char> surveyed(std::int32_t x0, std::int32_t z0) const;
+    [[nodiscard]] int cell_voxels() const noexcept { return m_cell_voxels; }  ///< edge of a water cell
 
-    /// Decodes every square once, in order, for the coarse terrain.
-    [[nodiscard]] TerrainGrid scan_terrain();
-
-    /// The columns of a patch (key in patches of 64, relative to the base). Never nullptr.
+    /// The columns of a patch. Never nullptr. @throws Error for a damaged file
     [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key);
+    /// The same for a patch and its eight neighbours.
+    [[nodiscard]] Window window(PatchKey middle);
+
+    /// Which columns of a patch's window lie inside the stated bounds of some file: elsewhere there is nothing, not even rock.
+    [[nodiscard]] Grid<char, Window::kMargin> in_bounds(PatchKey middle) const;
+
+    /// Of all squares that have been decoded whole so far.
+    [[nodiscard]] PointCounts counts() const;
 
 private:
+    /// A file with what is known of it so far.
     struct Entry {
-        SquareSource source;
-        Bounds bounds;
+        std::string name;             ///< in the cache folder
+        bool kept_whole = true;       ///< small enough for that
+        int block_patches = 1;        ///< edge of the blocks in which parts are decoded
+        std::atomic<std::uint64_t> decoded_in_parts{0};
+        std::mutex index_mutex;       ///< guards chunks, and that only one thread scans
+        std::shared_ptr<const ChunkIndex> chunks;
+        std::once_flag reported;
     };
-    [[nodiscard]] std::shared_ptr<const Square> square(std::size_t index, int threads);
+    struct BlockKey {
+        std::size_t file;
+        PatchKey block;
+        friend bool operator==(const BlockKey&, const BlockKey&) = default;
+    };
+    struct BlockKeyHash {
+        std::size_t operator()(const BlockKey& k) const noexcept { return PatchKeyHash{}(k.block) * 1000003 + k.file; }
+    };
 
+    /// Squares in use, by file: a caller that needs several patches keeps them, so that they are there even when no cache can hold them.
+    using Held = std::map<std::size_t, std::shared_ptr<const Square>>;
+    /// @param centre what is to be made: where to decode a part around
+    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key, PatchKey centre, Held& held);
+    [[nodiscard]] std::shared_ptr<const Square> points_around(std::size_t file, PatchKey centre);
+    [[nodiscard]] std::shared_ptr<const Square> whole(std::size_t file);
+    [[nodiscard]] std::shared_ptr<const Square> part(std::size_t file, PatchKey centre);
+    [[nodiscard]] bool part_is_enough(std::size_t file);
+    [[nodiscard]] std::vector<lidar::PointRange> ranges_over(std::size_t file, const PatchRect& rect);
+    [[nodiscard]] std::shared_ptr<const ChunkIndex> chunk_index(std::size_t file, bool scan);
+    [[nodiscard]] bool in_bounds(std::int32_t x, std::int32_t z) const noexcept;
+    void report(std::size_t file, const PointCounts& counts);
+    [[nodiscard]] LoadContext context() const { return {m_sources.frame, m_classes, m_settings, m_times}; }
+
+    const Settings& m_settings;
     util::StageTimes& m_times;
     ClassTable m_classes;
-    std::unique_ptr<Frame> m_frame;
-    std::vector<Entry> m_sources;
-    Base m_base;
-    Bounds m_bounds{};
-    std::uint64_t m_point_count = 0, m_wild_points = 0;
     int m_threads;
+    Sources m_sources;
+    int m_cell_voxels = 1;
+    std::unique_ptr<store::SquareFolder> m_folder;
+    std::vector<std::unique_ptr<Entry>> m_entries;
     util::Cache<std::size_t, Square> m_squares;
+    util::Cache<BlockKey, Square, BlockKeyHash> m_parts;
     util::Cache<PatchKey, PatchColumns, PatchKeyHash> m_columns;
+    mutable std::mutex m_counts_mutex;
+    PointCounts m_counts;
 };
 
 }  // namespace terravox::voxelize

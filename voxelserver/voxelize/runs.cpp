@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "voxelserver/voxelize/isolated.hpp"
+
 namespace terravox::voxelize {
 
 namespace {
@@ -10,20 +12,10 @@ namespace {
 using voxel::Material;
 using voxel::VoxelAttr;
 
-constexpr double kTierLow_m = 1.0, kTierMedium_m = 3.0;  // tops of low and medium vegetation where the source has no tiers
-constexpr double kClutter_m = 0.5;    // unclassified things lower than this are the ground's roughness
-constexpr double kWaterDepth_m = 2.5;  // a bed that a clear lake shows near its shore; deepening by distance is a later step
-constexpr double kSoil_m = 2.5;
-constexpr double kCliff_m = 3.0;  // no soil holds where the ground drops by more to the next column
-constexpr double kSteepRoof_m = 3.0;  // drop between neighbouring columns of one roof
-constexpr double kDeckThickness_m = 1.0;
-constexpr double kNearGround_m = 2.5;  // higher things must hang on something: birds and stray returns do not
-constexpr double kCanopyGap_m = 3.0;  // foliage between two returns of one crown
-
 std::int32_t floor_y(float height) { return static_cast<std::int32_t>(std::floor(height)); }
 std::int32_t in_voxels(double metres, double voxel_m) { return std::max(1, static_cast<std::int32_t>(std::lround(metres / voxel_m))); }
 
-VoxelAttr attr_of(Material material, const Surface& s) {
+template <class Look> VoxelAttr attr_of(Material material, const Look& s) {
     VoxelAttr attr;
     attr.material = material;
     attr.source_class = s.source_class;
@@ -46,7 +38,7 @@ public:
         for (int z = -1; z <= kPatchSize; ++z)
             for (int x = -1; x <= kPatchSize; ++x, ++i) {
                 m_runs.clear();
-                if (m_in.surveyed.at(x, z) != 0) column(x, z);
+                if (m_in.covered.at(x, z) != 0) column(x, z);
                 out.m_runs.insert(out.m_runs.end(), m_runs.begin(), m_runs.end());
                 out.m_begin[i + 1] = static_cast<std::uint32_t>(out.m_runs.size());
                 const bool inner = x >= 0 && z >= 0 && x < kPatchSize && z < kPatchSize;
@@ -59,45 +51,47 @@ public:
     }
 
 private:
+    static constexpr std::int32_t kNothing = INT32_MIN / 2;
+
     void column(int x, int z) {
         const Column& col = m_in.window.column(x, z);
-        const Surface& roof = m_in.roofs.at(x, z);
-        float ground = m_in.ground.at(x, z);
-        const float water = water_level(col, roof, x, z);
-        if (!std::isnan(water)) ground = std::min(ground, water);
-        std::int32_t top = floor_y(ground);
-        if (!std::isnan(water)) {
-            const std::int32_t surface = floor_y(water), bed = surface - in_voxels(kWaterDepth_m, m_in.voxel_m);
-            terrain(bed, VoxelAttr{Material::kSand, 0, 0, 0, {}, 0}, 0);
-            push(bed + 1, surface + 1, attr_of(Material::kWater, col.water));
-            top = surface;
-        } else {
-            terrain(top, ground_attr(col), soil(x, z));
-        }
+        const Roof& roof = m_in.roofs.at(x, z);
+        const std::int32_t top = m_in.water.is_water(x, z) ? water(col, x, z) : dry_land(col, roof, x, z);
         if (roof.seen()) building(roof, top, x, z);
-        if (col.deck.seen()) {
-            const std::int32_t y = floor_y(col.deck.height);
-            push(std::max(y + 1 - in_voxels(kDeckThickness_m, m_in.voxel_m), top + 1), y + 1, attr_of(meaning(col.deck.source_class).material, col.deck));
+        if (const Surface& deck = m_in.decks.at(x, z); deck.seen()) {
+            const std::int32_t y = floor_y(deck.height);
+            const std::int32_t thickness = in_voxels(m_in.settings.bridges.thickness_m, m_in.voxel_m);
+            push(std::max(y + 1 - thickness, top + 1), y + 1, attr_of(meaning(deck.source_class).material, deck));
         }
-        objects(col, x, z, top, roof.seen());
+        objects(x, z, top, roof.seen());
     }
 
-    // A column is water when its cell belongs to a water body and nothing solid was seen in it.
-    [[nodiscard]] float water_level(const Column& col, const Surface& roof, int x, int z) const {
-        if (roof.seen()) return kNoHeight;
-        if (col.water.seen()) {
-            const float level = m_in.terrain.water_near(m_in.x0 + x, m_in.z0 + z);
-            return std::isnan(level) ? col.water.height : level;
-        }
-        return col.ground.seen() ? kNoHeight : m_in.terrain.water(m_in.x0 + x, m_in.z0 + z);
+    /// @return voxel of the surface
+    std::int32_t water(const Column& col, int x, int z) {
+        const std::int32_t surface = floor_y(m_in.water.level.at(x, z));
+        const std::int32_t depth = in_voxels(m_in.water.depth_m.at(x, z), m_in.voxel_m);
+        const std::int32_t bed = std::max(surface - depth, std::min(m_in.floor_y, surface - 1));
+        terrain(bed, VoxelAttr{Material::kSand, 0, 0, 0, {}, 0}, 0);
+        push(bed + 1, surface + 1, attr_of(Material::kWater, col.water));
+        return surface;
+    }
+
+    /// @return voxel of the surface, or kNothing where no ground is known
+    std::int32_t dry_land(const Column& col, const Roof& roof, int x, int z) {
+        const float ground = m_in.ground.at(x, z);
+        if (ground != ground) return kNothing;
+        const std::int32_t top = floor_y(ground);
+        VoxelAttr attr = col.ground.seen() ? attr_of(meaning(col.ground.source_class).material, col.ground) : VoxelAttr{Material::kGround, 0, 0, 0, {}, 0};
+        if (!roof.seen() || roof.open_beneath()) specialize(attr, x, z);
+        terrain(top, attr, soil(x, z));
+        return top;
+    }
+
+    void specialize(VoxelAttr& attr, int x, int z) const {
+        if (const Material m = m_in.special.at(x, z); m != Material::kAir) attr.material = m;
     }
 
     [[nodiscard]] const ClassMeaning& meaning(std::uint8_t source_class) const { return m_in.classes.meaning[source_class]; }
-
-    [[nodiscard]] VoxelAttr ground_attr(const Column& col) const {
-        if (col.ground.seen()) return attr_of(meaning(col.ground.source_class).material, col.ground);
-        return VoxelAttr{Material::kGround, 0, 0, 0, {}, 0};
-    }
 
     void terrain(std::int32_t top, const VoxelAttr& attr, std::int16_t soil_voxels) {
         push(std::min(m_in.floor_y, top), top + 1, attr);
@@ -109,13 +103,15 @@ private:
         const float here = m_in.ground.at(x, z);
         float drop = 0;
         for (const float there : {m_in.ground.at(x - 1, z), m_in.ground.at(x + 1, z), m_in.ground.at(x, z - 1), m_in.ground.at(x, z + 1)})
-            drop = std::max(drop, here - there);
-        return drop * m_in.voxel_m > kCliff_m ? std::int16_t{0} : static_cast<std::int16_t>(in_voxels(kSoil_m, m_in.voxel_m));
+            if (there == there) drop = std::max(drop, here - there);
+        return drop * m_in.voxel_m > m_in.settings.ground.cliff_m ? std::int16_t{0}
+                                                                   : static_cast<std::int16_t>(in_voxels(m_in.settings.ground.soil_m, m_in.voxel_m));
     }
 
-    void building(const Surface& roof, std::int32_t ground_top, int x, int z) {
-        const std::int32_t roof_y = floor_y(roof.height);
-        VoxelAttr attr = attr_of(meaning(roof.source_class).material, roof);
+    void building(const Roof& roof, std::int32_t ground_top, int x, int z) {
+        const std::int32_t roof_y = floor_y(roof.top.height);
+        VoxelAttr attr = attr_of(meaning(roof.top.source_class).material, roof.top);
+        specialize(attr, x + roof.look_dx, z + roof.look_dz);
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
             m_runs.back().attr = attr;
             return;
@@ -124,73 +120,94 @@ private:
         wall.material = Material::kWall;
         wall.flags = 0, wall.colour = {};  // seen from above, a point's colour is the roof's, not the wall's
         const std::int32_t skin = roof_bottom(roof_y, x, z);
-        push(ground_top + 1, skin, wall);
-        push(std::max(skin, ground_top + 1), roof_y + 1, attr);
+        std::int32_t foot = ground_top + 1;
+        if (roof.open_beneath()) foot = std::max(foot, floor_y(roof.bottom));
+        else if (ground_top == kNothing) foot = skin;
+        push(foot, skin, wall);
+        push(std::max(skin, foot), roof_y + 1, attr);
     }
 
     // A steep roof shows its flank: it is roof down to the next column's roof. A greater drop is a wall between two parts.
     [[nodiscard]] std::int32_t roof_bottom(std::int32_t roof_y, int x, int z) const {
-        const std::int32_t steepest = in_voxels(kSteepRoof_m, m_in.voxel_m);
+        const auto steepest = static_cast<std::int32_t>(std::lround(m_in.settings.buildings.steep_roof_m / m_in.voxel_m));
         std::int32_t bottom = roof_y;
-        for (const Surface* next : {&m_in.roofs.at(x - 1, z), &m_in.roofs.at(x + 1, z), &m_in.roofs.at(x, z - 1), &m_in.roofs.at(x, z + 1)}) {
+        for (const Roof* next : {&m_in.roofs.at(x - 1, z), &m_in.roofs.at(x + 1, z), &m_in.roofs.at(x, z - 1), &m_in.roofs.at(x, z + 1)}) {
             if (!next->seen()) continue;
-            const std::int32_t y = floor_y(next->height);
+            const std::int32_t y = floor_y(next->top.height);
             if (roof_y - y <= steepest) bottom = std::min(bottom, y + 1);
         }
         return bottom;
     }
 
-    void objects(const Column& col, int x, int z, std::int32_t top, bool roofed) {
-        const PatchColumns& patch = m_in.window.patch_at(x, z);
-        const std::int32_t gap = in_voxels(kCanopyGap_m, m_in.voxel_m);
-        for (std::uint32_t i = col.objects_begin; i < col.objects_end; ++i) {
-            const ObjectVoxel& o = patch.objects[i];
-            const ClassMeaning& m = meaning(o.source_class);
-            const double height_m = (o.y - top) * m_in.voxel_m;
-            if (o.y < m_runs.back().y1) {
-                // In or below what is there already. Plants on the ground colour it green.
-                if (m.role == Role::kVegetation && o.y == top && !roofed && m_runs.back().terrain && m_runs.back().attr.material == Material::kGround)
-                    m_runs.back().attr.material = Material::kGrass;
-                continue;
+    void objects(int x, int z, std::int32_t top, bool roofed) {
+        const Crown& crown = m_in.crowns.at(x, z);
+        bool crown_done = !crown.seen();
+        for (const ObjectVoxel& o : m_in.window.objects(x, z)) {
+            if (!crown_done && o.y >= crown.bottom) {  // all foliage from here to the top is one crown
+                put_crown(crown, top);
+                crown_done = true;
             }
-            if (m.role == Role::kSurface && height_m < kClutter_m) continue;
-            if (height_m > kNearGround_m && isolated(x, z, o.y)) continue;
-            VoxelAttr attr;
-            attr.material = m.tiers ? tier(height_m) : m.material;
-            attr.source_class = o.source_class;
-            if (o.has_colour) attr.colour = o.colour, attr.flags = VoxelAttr::kHasColour;
-            const bool plant = m.role == Role::kVegetation || m.role == Role::kSurface;
-            Run& last = m_runs.back();
-            const bool on_crown = plant && !last.terrain && last.y1 < o.y && last.y1 + gap >= o.y && last.attr.source_class == o.source_class;
-            push(on_crown ? last.y1 : o.y, o.y + 1, attr);
+            object(o, x, z, top, roofed);
         }
+        if (!crown_done) put_crown(crown, top);
     }
 
-    // Nothing else within two voxels sideways and three up and down.
-    [[nodiscard]] bool isolated(int x, int z, std::int32_t y) const {
-        constexpr int kAround = 2, kAbove = 3;
-        for (int dz = -kAround; dz <= kAround; ++dz)
-            for (int dx = -kAround; dx <= kAround; ++dx) {
-                const PatchColumns& patch = m_in.window.patch_at(x + dx, z + dz);
-                const Column& col = m_in.window.column(x + dx, z + dz);
-                for (const Surface* s : {&col.roof, &col.deck, &col.ground})
-                    if (s->seen() && std::abs(floor_y(s->height) - y) <= kAbove) return false;
-                for (std::uint32_t i = col.objects_begin; i < col.objects_end; ++i) {
-                    const std::int32_t dy = std::abs(patch.objects[i].y - y);
-                    if (dy <= kAbove && (dx != 0 || dz != 0 || dy != 0)) return false;
-                }
-            }
-        return true;
+    void put_crown(const Crown& crown, std::int32_t top) {
+        if (m_runs.empty()) return;
+        const VoxelAttr attr = attr_of(plant(crown.look, height_m(crown.top, top)), crown.look);
+        std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
+        const Run& below = m_runs.back();
+        const bool on_plants = is_plant(below.attr.material);
+        if (on_plants && below.y1 + canopy_gap() >= bottom) bottom = below.y1;  // lower returns of the same crown
+        if (crown.trunk && below.y1 < bottom && (below.terrain || on_plants)) {
+            VoxelAttr trunk;
+            trunk.material = Material::kTrunk, trunk.source_class = crown.look.source_class;
+            push(below.y1, bottom, trunk);
+        }
+        push(bottom, crown.top + 1, attr);
     }
 
-    [[nodiscard]] static Material tier(double height_m) {
-        return height_m < kTierLow_m ? Material::kLowVegetation : height_m < kTierMedium_m ? Material::kMediumVegetation : Material::kHighVegetation;
+    [[nodiscard]] std::int32_t canopy_gap() const { return static_cast<std::int32_t>(std::lround(m_in.settings.vegetation.canopy_gap_m / m_in.voxel_m)); }
+    [[nodiscard]] static bool is_plant(Material m) noexcept {
+        return m == Material::kLowVegetation || m == Material::kMediumVegetation || m == Material::kHighVegetation;
+    }
+
+    // A crown that a neighbour pulls down does not become a bush.
+    [[nodiscard]] std::int32_t crown_floor(std::int32_t top) const {
+        return top == kNothing ? kNothing : top + in_voxels(m_in.settings.vegetation.low_m, m_in.voxel_m) + 1;
+    }
+
+    void object(const ObjectVoxel& o, int x, int z, std::int32_t top, bool roofed) {
+        const ClassMeaning& m = meaning(o.source_class);
+        if (!m_runs.empty() && o.y < m_runs.back().y1) {
+            // In or below what is there already. Plants on the ground colour it green.
+            if (m.role == Role::kVegetation && o.y == top && !roofed && m_runs.back().terrain && m_runs.back().attr.material == Material::kGround)
+                m_runs.back().attr.material = Material::kGrass;
+            return;
+        }
+        const double above_m = height_m(o.y, top);
+        if (m.role == Role::kSurface && above_m < m_in.settings.vegetation.clutter_m) return;
+        if (m_in.settings.points.drop_isolated && above_m > kNearGround_m && isolated(m_in.window, x, z, o.y)) return;
+        const bool plant_like = m.role == Role::kVegetation || m.role == Role::kSurface;
+        const bool on_crown = plant_like && !m_runs.empty() && !m_runs.back().terrain && m_runs.back().y1 < o.y && m_runs.back().y1 + canopy_gap() >= o.y &&
+                              m_runs.back().attr.source_class == o.source_class && m_runs.back().attr.material != Material::kTrunk;
+        push(on_crown ? m_runs.back().y1 : o.y, o.y + 1, attr_of(m.tiers ? tier(above_m) : m.material, o));
+    }
+
+    [[nodiscard]] double height_m(std::int32_t y, std::int32_t top) const noexcept { return top == kNothing ? 0 : (y - top) * m_in.voxel_m; }
+    [[nodiscard]] Material plant(const ObjectVoxel& o, double above_m) const { return meaning(o.source_class).tiers ? tier(above_m) : meaning(o.source_class).material; }
+    [[nodiscard]] Material tier(double above_m) const {
+        return above_m < m_in.settings.vegetation.low_m      ? Material::kLowVegetation
+               : above_m < m_in.settings.vegetation.medium_m ? Material::kMediumVegetation
+                                                             : Material::kHighVegetation;
     }
 
     void push(std::int32_t y0, std::int32_t y1, const VoxelAttr& attr) {
         if (!m_runs.empty()) y0 = std::max(y0, m_runs.back().y1);
         if (y0 < y1) m_runs.push_back({y0, y1, attr});
     }
+
+    static constexpr double kNearGround_m = 2.5;  // higher things must hang on something: birds and stray returns do not
 
     const RunsInput& m_in;
     std::vector<Run> m_runs;

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "voxelserver/voxelize/terrain_grid.hpp"
-#include "voxelserver/voxelize/window.hpp"
 #include "common/voxel/box.hpp"
+#include "voxelserver/voxelize/building_fill.hpp"
+#include "voxelserver/voxelize/ground_fill.hpp"
+#include "voxelserver/voxelize/vegetation_fill.hpp"
+#include "voxelserver/voxelize/water_fill.hpp"
 
 namespace terravox::voxelize {
 
@@ -36,15 +39,19 @@ private:
     std::int32_t m_min_y = 0, m_max_y = 0;
 };
 
+/// What all steps have found out about a patch.
 struct RunsInput {
     const Window& window;
     const ClassTable& classes;
-    const TerrainGrid& terrain;
-    const Margined<float>& ground;
-    const Margined<Surface>& roofs;
-    const Margined<char>& surveyed;  ///< 1 inside some file's bounds: elsewhere there is nothing, not even rock
-    std::int32_t x0 = 0, z0 = 0;   ///< first column of the patch, voxels relative to the base
-    std::int32_t floor_y = 0;      ///< the terrain is solid from here up
+    const Settings& settings;
+    const Margined<char>& covered;  ///< 0: a hole, where there is nothing, not even rock
+    const WaterColumns& water;
+    const GroundHeights& ground;
+    const Margined<Roof>& roofs;
+    const Margined<Surface>& decks;
+    const Margined<Crown>& crowns;
+    const Margined<voxel::Material>& special;  ///< of the surface, from colours; kAir = the class's own
+    std::int32_t floor_y = 0;  ///< the terrain is solid from here up
     double voxel_m = 1;
 };
 

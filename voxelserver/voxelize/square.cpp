@@ -1,159 +1,110 @@
 #include "voxelserver/voxelize/square.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
-#include <cmath>
 #include <string>
+#include <tuple>
+#include <unordered_map>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "common/voxel/morton.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
-constexpr std::uint64_t kPointsPerRange = 100'000;
-constexpr int kPatchShift = VoxelPoint::kFractionBits + 6;
-constexpr double kFractionOne = 1 << VoxelPoint::kFractionBits;
-
-/// Turns file coordinates into fixed point; counts what cannot be placed.
-class Placer {
-public:
-    Placer(const SquareSource& source, const Frame& frame, Base base) : m_source(source), m_frame(frame), m_base(base) {
-        // Points a little outside the stated bounds are rounding; far outside they are errors of the survey.
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double slack = std::max(1.0, 0.01 * (source.info.max[axis] - source.info.min[axis]));
-            m_min[axis] = source.info.min[axis] - slack, m_max[axis] = source.info.max[axis] + slack;
-        }
-        m_bounded = source.info.max[0] > source.info.min[0] && source.info.max[1] > source.info.min[1];
-    }
-
-    [[nodiscard]] bool wild(const lidar::LasPoint& p) const noexcept {
-        return m_bounded && (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] || p.z < m_min[2] || p.z > m_max[2]);
-    }
-
-    /// @return false when the point lies beyond what fixed point can hold (about 520,000 voxels from the base)
-    bool place(double easting, double northing, double z, VoxelPoint& out) const noexcept {
-        return fix(m_frame.x(easting) - m_base.x, out.x) && fix(m_frame.z(northing) - m_base.z, out.z) &&
-               fix(m_frame.y(z * m_source.vertical_metres), out.y);
-    }
-
-private:
-    static bool fix(double voxels, std::int32_t& out) noexcept {
-        const double scaled = std::floor(voxels * kFractionOne);
-        if (!(std::abs(scaled) < 2147483000.0)) return false;
-        out = static_cast<std::int32_t>(scaled);
-        return true;
-    }
-    const SquareSource& m_source;
-    const Frame& m_frame;
-    Base m_base;
-    std::array<double, 3> m_min{}, m_max{};
-    bool m_bounded = false;
-};
-
-struct Part {
+/// What a square made in memory owns.
+struct Owned {
+    std::vector<PatchEntry> patches;
     std::vector<VoxelPoint> points;
-    std::uint64_t wild = 0;
 };
 
-Part load_range(const SquareSource& source, const Frame& frame, Base base, const ClassTable& classes, lidar::PointRange range) {
-    const Placer placer(source, frame, base);
-    Part part;
-    part.points.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(range.end - range.begin, 4 * kPointsPerRange)));
-    std::vector<double> x, y, z;  // only for files in another CRS: transformed all at once
-    lidar::read_las_points(source.info, range, [&](const lidar::LasPoint& p) {
-        if (p.withheld || classes.meaning[p.classification].role == Role::kDrop) return;
-        VoxelPoint out;
-        out.source_class = p.classification;
-        out.rgb = p.rgb;
-        if (placer.wild(p)) {
-            ++part.wild;
-        } else if (source.transform) {
-            x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
-            part.points.push_back(out);
-        } else if (placer.place(p.x, p.y, p.z, out)) {
-            part.points.push_back(out);
-        } else {
-            ++part.wild;
+// Everything that a later step looks at takes part, so that the order of points in the file cannot matter.
+bool before(const VoxelPoint& a, const VoxelPoint& b) noexcept {
+    const auto rest = [](const VoxelPoint& p) {
+        return std::uint64_t{p.source_class} << 56 | std::uint64_t{p.colour.r} << 48 | std::uint64_t{p.colour.g} << 40 | std::uint64_t{p.colour.b} << 32 |
+               std::uint64_t{p.x} << 16 | p.z;
+    };
+    return a.y != b.y ? a.y < b.y : rest(a) < rest(b);
+}
+
+// Counting sort by column, then each column by height.
+void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) {
+    std::array<std::uint32_t, kPatchColumns + 1> begin{};
+    for (const VoxelPoint& p : points) ++begin[static_cast<std::size_t>(p.column()) + 1];
+    for (std::size_t i = 0; i < kPatchColumns; ++i) begin[i + 1] += begin[i];
+    scratch.resize(points.size());
+    auto next = begin;
+    for (const VoxelPoint& p : points) scratch[next[static_cast<std::size_t>(p.column())]++] = p;
+    for (std::size_t i = 0; i < kPatchColumns; ++i) {
+        const auto from = scratch.begin() + begin[i], to = scratch.begin() + begin[i + 1];
+        constexpr std::ptrdiff_t kFew = 16;
+        if (to - from > kFew) {
+            std::sort(from, to, before);
+            continue;
         }
-    });
-    if (source.transform) {
-        geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            VoxelPoint out = part.points[i];
-            if (placer.place(x[i], y[i], z[i], out)) part.points[kept++] = out;
-            else ++part.wild;
-        }
-        part.points.resize(kept);
+        for (auto p = from; p < to; ++p)  // insertion sort: columns hold a handful
+            for (auto q = p; q > from && before(*q, *(q - 1)); --q) std::iter_swap(q, q - 1);
     }
-    return part;
+    std::copy(scratch.begin(), scratch.end(), points.begin());
 }
 
 }  // namespace
 
-std::size_t PatchKeyHash::operator()(const PatchKey& k) const noexcept { return static_cast<std::size_t>(voxel::morton_encode(k.px, 0, k.pz)); }
-
-std::span<const VoxelPoint> Square::points(PatchKey patch) const noexcept {
-    const auto found = m_ranges.find(patch);
-    if (found == m_ranges.end()) return {};
-    return std::span(m_points).subspan(found->second.begin, found->second.end - found->second.begin);
+void PointCounts::add(const PointCounts& other) noexcept {
+    kept += other.kept, wild += other.wild, withheld += other.withheld, noise += other.noise;
+    for (std::size_t i = 0; i < by_class.size(); ++i) by_class[i] += other.by_class[i];
 }
 
-std::shared_ptr<const Square> Square::from_points(std::vector<std::vector<VoxelPoint>> parts, std::uint64_t wild_points) {
-    auto square = std::make_shared<Square>();
-    square->m_wild_points = wild_points;
-    const auto patch_of = [](const VoxelPoint& p) { return PatchKey{p.x >> kPatchShift, p.z >> kPatchShift}; };
-    // Counting sort by patch: neighbours in a file are mostly of one patch, so the last one is remembered.
+std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept { return XXH64(points.data(), points.size_bytes(), 0); }
+
+std::span<const VoxelPoint> Square::points(PatchKey patch) const {
+    const auto found = std::lower_bound(m_patches.begin(), m_patches.end(), patch, [](const PatchEntry& e, const PatchKey& k) { return e.key < k; });
+    if (found == m_patches.end() || !(found->key == patch)) return {};
+    const auto out = m_points.subspan(found->begin, found->count);
+    if (!m_checked && checksum_of(out) != found->checksum)
+        throw Error("read a prepared square: patch " + std::to_string(patch.px) + ", " + std::to_string(patch.pz) + " is damaged on disk; remove the cache folder");
+    return out;
+}
+
+std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts, const PointCounts& counts, int threads) {
+    const auto owned = std::make_shared<Owned>();
+    // Step 1: how many points each patch has, in each part.
     std::unordered_map<PatchKey, std::size_t, PatchKeyHash> index_of;
     std::vector<PatchKey> keys;
-    std::vector<std::size_t> counts;
-    const auto index = [&](PatchKey key) {
-        const auto [at, fresh] = index_of.try_emplace(key, keys.size());
-        if (fresh) keys.push_back(key), counts.push_back(0);
-        return at->second;
-    };
-    std::uint16_t brightest = 0;
-    PatchKey last{INT32_MAX, INT32_MAX};
-    std::size_t last_index = 0, total = 0;
-    const auto index_cached = [&](const VoxelPoint& p) {
-        const PatchKey key = patch_of(p);
-        if (!(key == last)) last = key, last_index = index(key);
-        return last_index;
-    };
-    for (const auto& part : parts) {
-        total += part.size();
-        for (const VoxelPoint& p : part) {
-            ++counts[index_cached(p)];
-            for (const std::uint16_t c : p.rgb) brightest = std::max(brightest, c);
+    for (const PatchedPoints& part : parts)
+        for (const auto& run : part.runs)
+            if (index_of.try_emplace(run.patch, 0).second) keys.push_back(run.patch);
+    std::sort(keys.begin(), keys.end());
+    for (std::size_t i = 0; i < keys.size(); ++i) index_of[keys[i]] = i;
+    std::vector<std::vector<std::size_t>> at(parts.size(), std::vector<std::size_t>(keys.size()));
+    const auto run_end = [](const PatchedPoints& part, std::size_t r) { return r + 1 < part.runs.size() ? part.runs[r + 1].begin : part.points.size(); };
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        for (std::size_t r = 0; r < parts[i].runs.size(); ++r) at[i][index_of[parts[i].runs[r].patch]] += run_end(parts[i], r) - parts[i].runs[r].begin;
+    std::size_t total = 0;
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+        const std::size_t begin = total;
+        for (auto& part : at) total += std::exchange(part[k], total);
+        owned->patches.push_back({keys[k], begin, total - begin, 0});
+    }
+    // Step 2: to their places, each part on its own.
+    owned->points.resize(total);
+    thread::parallel_for(parts.size(), threads, [&](std::size_t i) {
+        for (std::size_t r = 0; r < parts[i].runs.size(); ++r) {
+            std::size_t& to = at[i][index_of.at(parts[i].runs[r].patch)];
+            const std::size_t begin = parts[i].runs[r].begin, count = run_end(parts[i], r) - begin;
+            std::copy_n(parts[i].points.begin() + static_cast<std::ptrdiff_t>(begin), count, owned->points.begin() + static_cast<std::ptrdiff_t>(to));
+            to += count;
         }
-    }
-    std::vector<std::size_t> next(counts.size());
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-        square->m_ranges[keys[i]] = {at, at + counts[i]};
-        next[i] = at;
-        at += counts[i];
-    }
-    square->m_points.resize(total);
-    for (auto& part : parts) {
-        for (const VoxelPoint& p : part) square->m_points[next[index_cached(p)]++] = p;
-        part = {};
-    }
-    // The format stores 16 bits a channel, but many writers store 8.
-    square->m_has_colour = brightest > 0;
-    square->m_colour_shift = brightest > 255 ? 8 : 0;
-    return square;
-}
-
-std::shared_ptr<const Square> load_square(const SquareSource& source, const Frame& frame, Base base, const ClassTable& classes, int threads) {
-    const auto ranges = lidar::split_by_chunk(source.info, kPointsPerRange);
-    std::vector<Part> parts(ranges.size());
-    thread::parallel_for(ranges.size(), threads, [&](std::size_t i) { parts[i] = load_range(source, frame, base, classes, ranges[i]); });
-    std::vector<std::vector<VoxelPoint>> points;
-    std::uint64_t wild = 0;
-    for (Part& part : parts) points.push_back(std::move(part.points)), wild += part.wild;
-    return Square::from_points(std::move(points), wild);
+        parts[i] = {};
+    });
+    // Step 3: by column.
+    thread::parallel_for(keys.size(), threads, [&](std::size_t k) {
+        thread_local std::vector<VoxelPoint> scratch;
+        sort_patch(std::span(owned->points).subspan(owned->patches[k].begin, owned->patches[k].count), scratch);
+    });
+    const std::size_t bytes = total * sizeof(VoxelPoint) + keys.size() * sizeof(PatchEntry);
+    return std::make_shared<Square>(owned, owned->patches, owned->points, counts, bytes, true);
 }
 
 }  // namespace terravox::voxelize

@@ -4,74 +4,75 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
-#include "voxelserver/lidar/las_file.hpp"
-#include "voxelserver/voxelize/class_table.hpp"
-#include "voxelserver/voxelize/frame.hpp"
+#include "voxelserver/voxelize/patch.hpp"
+#include "voxelserver/voxelize/voxel_point.hpp"
 
 namespace terravox::voxelize {
 
-/// Columns come in patches of 64 x 64, the footprint of a level-0 box.
-inline constexpr int kPatchSize = 64;
-
-struct PatchKey {
-    std::int32_t px = 0, pz = 0;  ///< floor(x / 64), floor(z / 64)
-    friend bool operator==(const PatchKey&, const PatchKey&) = default;
+/// Where the points of one patch lie in a square's points. Stored as is in prepared squares.
+struct PatchEntry {
+    PatchKey key;
+    std::uint64_t begin = 0;
+    std::uint64_t count = 0;
+    std::uint64_t checksum = 0;  ///< XXH64 of the points' bytes; set when the square is written to disk
 };
-struct PatchKeyHash {
-    std::size_t operator()(const PatchKey& k) const noexcept;
-};
+static_assert(sizeof(PatchEntry) == 32);
 
-/// One return in voxel space: fixed point with 12 fractional bits relative to the data set's base, so that `>> 12` is exactly
-/// the voxel that the point was in before rounding.
-struct VoxelPoint {
-    static constexpr int kFractionBits = 12;
-    std::int32_t x = 0, y = 0, z = 0;
-    std::uint8_t source_class = 0;
-    std::uint8_t flags = 0;  ///< reserved
-    std::array<std::uint16_t, 3> rgb{};
-};
-static_assert(sizeof(VoxelPoint) == 20);
-
-/// The integer voxel that fixed-point coordinates count from: a multiple of 64 near the data's middle (y: 0).
-struct Base {
-    std::int32_t x = 0, z = 0;
+/// What was met while a square was decoded. Stored as is in prepared squares.
+struct PointCounts {
+    std::uint64_t kept = 0;
+    std::uint64_t wild = 0;      ///< far outside the bounds: errors of the survey
+    std::uint64_t withheld = 0;  ///< marked so by the survey
+    std::uint64_t noise = 0;     ///< of classes that the table drops
+    std::array<std::uint64_t, 256> by_class{};  ///< of the points kept
+    void add(const PointCounts& other) noexcept;
 };
 
-/// A LiDAR square, decoded once: its points in voxel space, grouped by patch. Immutable.
+/// Some or all points of a LiDAR file in voxel space, grouped by patch; within a patch by column (z, then x), then by rising y.
+/// Immutable. The points live in memory of this object, or in a mapped file that it holds.
 class Square {
 public:
-    [[nodiscard]] std::span<const VoxelPoint> points(PatchKey patch) const noexcept;
-    [[nodiscard]] std::span<const VoxelPoint> all() const noexcept { return m_points; }
-    [[nodiscard]] std::size_t memory_bytes() const noexcept { return m_points.size() * sizeof(VoxelPoint) + m_ranges.size() * 48 + sizeof(Square); }
-    [[nodiscard]] int colour_shift() const noexcept { return m_colour_shift; }  ///< bits to drop for 8-bit colour
-    [[nodiscard]] bool has_colour() const noexcept { return m_has_colour; }
-    [[nodiscard]] std::uint64_t wild_points() const noexcept { return m_wild_points; }  ///< left out: far outside the header's bounds
+    /// @param patches sorted by key; @param holder keeps the memory behind both spans alive
+    Square(std::shared_ptr<const void> holder, std::span<const PatchEntry> patches, std::span<const VoxelPoint> points, const PointCounts& counts,
+           std::size_t memory_bytes, bool checked)
+        : m_holder(std::move(holder)), m_patches(patches), m_points(points), m_counts(counts), m_memory_bytes(memory_bytes), m_checked(checked) {}
 
-    /// Groups points (in file order) by patch, keeping their order within a patch.
-    static std::shared_ptr<const Square> from_points(std::vector<std::vector<VoxelPoint>> parts, std::uint64_t wild_points);
+    /// @throws Error when the patch's checksum does not match (only a mapped file can be damaged)
+    [[nodiscard]] std::span<const VoxelPoint> points(PatchKey patch) const;
+    [[nodiscard]] std::span<const PatchEntry> patches() const noexcept { return m_patches; }
+    [[nodiscard]] std::span<const VoxelPoint> all() const noexcept { return m_points; }
+    [[nodiscard]] const PointCounts& counts() const noexcept { return m_counts; }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept { return m_memory_bytes + sizeof *this; }
 
 private:
-    struct Range { std::size_t begin, end; };
-    std::vector<VoxelPoint> m_points;
-    std::unordered_map<PatchKey, Range, PatchKeyHash> m_ranges;
-    std::uint64_t m_wild_points = 0;
-    int m_colour_shift = 0;
-    bool m_has_colour = false;
+    std::shared_ptr<const void> m_holder;
+    std::span<const PatchEntry> m_patches;
+    std::span<const VoxelPoint> m_points;
+    PointCounts m_counts;
+    std::size_t m_memory_bytes;  ///< mapped pages count too: they are resident while in use
+    bool m_checked;              ///< no need to look at checksums
 };
 
-/// How to read one file into voxel space.
-struct SquareSource {
-    lidar::LasInfo info;
-    double vertical_metres = 1;  ///< metres per unit of the file's heights
-    bool transform = false;      ///< the file's CRS differs from the frame's
+[[nodiscard]] std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept;
+
+/// Points with the patch of each, in the order of a file: neighbours in a file mostly share a patch, so patches are kept as runs.
+struct PatchedPoints {
+    struct Run {
+        PatchKey patch;
+        std::size_t begin = 0;
+    };
+    std::vector<VoxelPoint> points;
+    std::vector<Run> runs;  ///< each until the next one's begin
+    void add(PatchKey patch, const VoxelPoint& point) {
+        if (runs.empty() || !(runs.back().patch == patch)) runs.push_back({patch, points.size()});
+        points.push_back(point);
+    }
 };
 
-/// Decodes a file with several readers at once: steps "point load" (LASzip) and "transformation" (CRS, voxel space).
-/// Noise (role drop) and withheld points are left out. @throws Error for a damaged file
-[[nodiscard]] std::shared_ptr<const Square> load_square(const SquareSource& source, const Frame& frame, Base base, const ClassTable& classes,
-                                                        int threads);
+/// Step "binning": groups the points of all parts by patch and column. The result does not depend on how the points were dealt into parts.
+/// @param threads 0 = one for each core
+[[nodiscard]] std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts, const PointCounts& counts, int threads);
 
 }  // namespace terravox::voxelize

@@ -63,6 +63,14 @@ inline bool same_point(const lidar::LasPoint& a, const lidar::LasPoint& b) {
            a.withheld == b.withheld && a.rgb == b.rgb;
 }
 
+/// All points as read_point_batches gives them.
+inline std::vector<lidar::RawPoint> all_raw(const lidar::LasInfo& info) {
+    const lidar::PointRange all{0, info.point_count};
+    std::vector<lidar::RawPoint> out;
+    lidar::read_point_batches(info, {&all, 1}, [&](std::span<const lidar::RawPoint> batch) { out.insert(out.end(), batch.begin(), batch.end()); });
+    return out;
+}
+
 /// Every byte value as a class where the format has room, in a spiral of points.
 inline void write_sample(const std::filesystem::path& path, int format, std::size_t count, const std::string& wkt = {}) {
     lidar::LasWriterOptions options;

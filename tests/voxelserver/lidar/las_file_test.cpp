@@ -141,6 +141,7 @@ TEST_CASE("every uncompressed file of the zoo is read as its bytes say", "[voxel
             continue;
         }
         ++read;
+        if (info.compatible) continue;  // means more than its bytes say: las_points_test
         CHECK(differences(all_points(file), plain_points(file)) == 0);
     }
     CHECK(read >= 4);

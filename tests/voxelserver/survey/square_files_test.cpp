@@ -13,7 +13,7 @@ using namespace terravox::survey::test;
 namespace {
 
 std::vector<std::string> files_of(const std::string& name) {
-    return {name + ".laz", "ortho/" + name + ".tif", "truth/ground_" + name + ".tif", "truth/truth_" + name + ".json"};
+    return {name + ".laz", "ortho/" + name + ".tif", "truth/ground_" + name + ".tif", "truth/kind_" + name + ".tif", "truth/truth_" + name + ".json"};
 }
 
 const auto kQuiet = [](const SquareReport&, std::size_t) {};

@@ -16,8 +16,8 @@ namespace {
 struct Colour {
     int r, g, b;
 };
-/// A colour for every place: smooth, so that resampling changes it little.
-Colour colour_at(double east, double north) { return {static_cast<int>(40 + east * 1.5), static_cast<int>(230 - north * 1.5), 90}; }
+/// A colour for every place: smooth, so that resampling changes it little, and warm, so that nothing looks like water.
+Colour colour_at(double east, double north) { return {static_cast<int>(120 + east), static_cast<int>(220 - north), 60}; }
 
 struct Image {
     int width = 100, height = 100;

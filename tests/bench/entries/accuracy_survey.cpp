@@ -1,0 +1,75 @@
+#include "common/util/error.hpp"
+#include "tests/bench/accuracy/measures.hpp"
+#include "tests/bench/accuracy/point_limits.hpp"
+#include "tests/bench/bench.hpp"
+#include "voxelserver/survey/survey.hpp"
+
+namespace terravox::bench {
+namespace {
+
+constexpr const char* kWork = "an invented survey of four squares of 1 km that meet in the middle of the place (seed 7, 8 pulses/m2), voxels of 1 m";
+
+/// The survey's files, made once in a run of the bench, and its truth.
+struct Surveyed {
+    explicit Surveyed(const Context& c) : options(accuracy_survey(c.scratch / "accuracy-survey", c.threads)), truth(options, c.threads) {
+        for (const auto& extent : survey::squares_of(options)) files.push_back(options.folder / (extent.name() + ".laz"));
+        if (!std::filesystem::exists(options.folder / "truth" / "place.json"))  // written last
+            survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {});
+        width = fit_crown_width(truth.trees());
+    }
+    survey::SurveyOptions options;
+    TruthPlace truth;
+    std::vector<std::filesystem::path> files;
+    CrownWidth width;
+};
+
+VoxelField voxels_of(const Surveyed& s, const Context& c, bool photo) {
+    voxelize::LidarWorldOptions options;
+    options.files = s.files;
+    if (photo) options.orthophotos = {s.options.folder / "ortho"};
+    options.threads = c.threads;
+    util::StageTimes times;
+    const auto world = voxelize::open_lidar_world(options, times);
+    return {*world, s.truth.area, c.threads};
+}
+
+Entry with_photo() {
+    Entry out;
+    out.name = "accuracy/survey";
+    out.measures = "voxels against the truth: ground, buildings, overhangs, bridges, waters, trees, materials; what the points would allow";
+    out.work = std::string(kWork) + ", with its orthophoto";
+    out.missing = [](const Context&) { return std::string(); };
+    out.exact = true;
+    out.prepare = [](const Context& c) -> Body {
+        return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) {
+            const VoxelField found = voxels_of(*s, c, true);
+            measure_ground(s->truth, found, readings);
+            measure_buildings(s->truth, found, readings);
+            measure_overhangs(s->truth, found, readings);
+            measure_bridges(s->truth, found, readings);
+            measure_waters(s->truth, found, readings);
+            measure_trees(s->truth, found, s->width, readings);
+            measure_materials(s->truth, found, readings);
+            add_point_limits(s->truth, read_point_columns(s->files, s->truth, c.threads), s->width, readings);
+        };
+    };
+    return out;
+}
+
+Entry without_photo() {
+    Entry out;
+    out.name = "accuracy/survey/no-photo";
+    out.measures = "materials against the truth where there is no orthophoto";
+    out.work = kWork;
+    out.missing = [](const Context&) { return std::string(); };
+    out.exact = true;
+    out.prepare = [](const Context& c) -> Body {
+        return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) { measure_materials(s->truth, voxels_of(*s, c, false), readings); };
+    };
+    return out;
+}
+
+const Registration kRegistered([] { return std::vector{with_photo(), without_photo()}; });
+
+}  // namespace
+}  // namespace terravox::bench

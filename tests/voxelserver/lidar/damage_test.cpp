@@ -1,0 +1,144 @@
+// Good files of many kinds, cut and changed at random: read in a child of their own, they end in an Error or with all their points.
+#include <algorithm>
+#include <random>
+#include <stdexcept>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/lidar/child.hpp"
+#include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "voxelserver/lidar/spatial_index.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path kShared = TERRAVOX_SHARED_DATA;
+
+struct Kind { const char *name, *file; };
+
+/// One small file of every kind; skipped without the shared data.
+std::vector<Kind> kinds() {
+    return {{"plain, format 0", "lazpy/testdata/pt0_v0.las"},
+            {"plain, format 9", "lazpy/testdata/pt9_v0.las"},
+            {"first items, format 1", "lazpy/testdata/pt1_v1.laz"},
+            {"chunked, format 1", "lazpy/testdata/pt1_v2.laz"},
+            {"with an index inside", "lazpy/testdata/pt1_v2_appended.laz"},
+            {"pointwise, format 3", "lazpy/testdata/pt3_v1_pointwise.laz"},
+            {"waveforms, format 5", "lazpy/testdata/pt5_v2.laz"},
+            {"layered, format 6", "lazpy/testdata/pt6_v4.laz"},
+            {"layered, format 7", "lazpy/testdata/pt7_v3.laz"},
+            {"layered, format 8", "lazpy/testdata/pt8_v4.laz"},
+            {"layered, format 10", "lazpy/testdata/pt10_v4.laz"},
+            {"compatible, format 8", "lazpy/testdata/pt8_compat_v2.laz"},
+            {"COPC of one page", "laspy/tests/data/simple.copc.laz"},
+            {"COPC of two pages", "laspy/tests/data/simple_with_page.copc.laz"},
+            {"COPC", "copcjs/ellipsoid.copc.laz"},
+            {"extra bytes", "laspy/tests/data/append-bug.laz"}};
+}
+
+Outcome read_all(const fs::path& file) {
+    return in_child([&] {
+        const auto info = lidar::read_las_info(file);
+        std::uint64_t count = 0;
+        const auto ranges = lidar::split_by_chunk(info, 20'000);
+        lidar::read_point_batches(info, ranges, [&](std::span<const lidar::RawPoint> batch) { count += batch.size(); });
+        if (count != info.point_count) throw std::logic_error(std::to_string(count) + " of " + std::to_string(info.point_count) + " points without an error");
+        const auto sample = lidar::sample_points(info, 100);
+        if (sample.empty() && count > 0) throw std::logic_error("no sample");
+    });
+}
+
+Outcome read_index(const fs::path& file) {
+    return in_child([&] {
+        const auto info = lidar::read_las_info(file);
+        const auto index = lidar::read_spatial_index(info);
+        if (!index) return;
+        const auto ranges = index->ranges_over(-1e300, -1e300, 1e300, 1e300);
+        if (ranges.size() != 1 || ranges[0].begin != 0 || ranges[0].end != info.point_count) throw std::logic_error("an index that has lost points");
+    });
+}
+
+/// @return what is wrong with the outcome, empty when nothing is
+std::string complaint(const Outcome& outcome) {
+    if (outcome.kind == Outcome::Kind::kDone) return {};
+    if (outcome.kind == Outcome::Kind::kError) return outcome.text.find('\n') == std::string::npos ? "" : "the message has several lines: " + outcome.text;
+    return outcome.text.empty() ? "crashed" : outcome.text;
+}
+
+bool there() {
+    if (fs::exists(kShared / "lazpy") && fs::exists(kShared / "laspy") && fs::exists(kShared / "copcjs")) return true;
+    WARN("skipped: " << kShared.string() << " is not there");
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("every kind of file cut at random is refused, unless all its points are there", "[voxelserver][lidar][damage][data]") {
+    if (!there()) return;
+    const TemporaryFolder folder;
+    for (const Kind& kind : kinds()) {
+        const std::string whole = file_bytes(kShared / kind.file);
+        const auto wanted = all_raw(lidar::read_las_info(kShared / kind.file));
+        const fs::path cut = folder.path() / "cut.laz";
+        std::mt19937 random(11);
+        for (int i = 0; i < 16; ++i) {
+            const std::size_t length = i < 3 ? whole.size() - 1 - random() % 200 : random() % whole.size();
+            write_bytes(cut, whole.substr(0, length));
+            const Outcome outcome = read_all(cut);
+            INFO(kind.name << ", seed 11, case " << i << ": " << length << " of " << whole.size() << " bytes: " << outcome.text);
+            CHECK(complaint(outcome) == "");
+            CHECK(complaint(read_index(cut)) == "");
+            if (outcome.kind == Outcome::Kind::kDone) CHECK(all_raw(lidar::read_las_info(cut)) == wanted);
+        }
+    }
+}
+
+TEST_CASE("every kind of file with random bytes changed is read whole or refused", "[voxelserver][lidar][damage][data]") {
+    if (!there()) return;
+    const TemporaryFolder folder;
+    for (const Kind& kind : kinds()) {
+        const std::string whole = file_bytes(kShared / kind.file);
+        std::uint32_t points_at = 0;
+        std::memcpy(&points_at, whole.data() + 96, sizeof points_at);
+        const fs::path changed = folder.path() / "changed.laz";
+        std::mt19937 random(12);
+        for (int i = 0; i < 40; ++i) {
+            std::string bytes = whole, told;
+            // Numbers that lead somewhere stand in the header, before and after the points; each also gets its share of anywhere.
+            for (int changes = 1 + i % 4; changes > 0; --changes) {
+                const std::size_t places[] = {random() % points_at, points_at + random() % 160, whole.size() - 1 - random() % 300, random() % whole.size()};
+                const std::size_t at = std::min(places[i % 4], whole.size() - 1);
+                bytes[at] = static_cast<char>(i % 7 == 0 ? 0xFF : i % 7 == 1 ? 0 : random());
+                told += " byte " + std::to_string(at) + " = " + std::to_string(static_cast<unsigned char>(bytes[at]));
+            }
+            write_bytes(changed, bytes);
+            INFO(kind.name << ", seed 12, case " << i << ":" << told);
+            CHECK(complaint(read_all(changed)) == "");
+            CHECK(complaint(read_index(changed)) == "");
+        }
+    }
+}
+
+TEST_CASE("a .lax file cut or changed at random is refused, or loses no point", "[voxelserver][lidar][damage][lax][data]") {
+    if (!there()) return;
+    const TemporaryFolder folder;
+    fs::copy_file(kShared / "lazpy/testdata/pt1_v2.laz", folder.path() / "a.laz");
+    const std::string whole = file_bytes(kShared / "lazpy/testdata/pt1_v2.lax");
+    std::mt19937 random(13);
+    for (int i = 0; i < 150; ++i) {
+        std::string bytes = whole.substr(0, i % 3 == 0 ? random() % whole.size() : whole.size());
+        const std::size_t at = bytes.empty() ? 0 : random() % bytes.size();
+        if (i % 3 != 0) bytes[at] = static_cast<char>(i % 3 == 1 ? 0xFF : random());
+        write_bytes(folder.path() / "a.lax", bytes);
+        INFO("seed 13, case " << i << ": " << bytes.size() << " bytes, byte " << at << " changed");
+        const Outcome outcome = read_index(folder.path() / "a.laz");
+        CHECK(complaint(outcome) == "");
+        if (i % 3 == 0) CHECK(outcome.kind == Outcome::Kind::kError);
+        // Whatever is beside it, the point cloud itself is read.
+        if (i % 50 == 0) CHECK(read_all(folder.path() / "a.laz").kind == Outcome::Kind::kDone);
+    }
+}

@@ -1,0 +1,149 @@
+#include "voxelserver/imagery/orthophotos.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+
+#include <spdlog/spdlog.h>
+
+#include "common/util/error.hpp"
+#include "common/util/files.hpp"
+#include "voxelserver/imagery/footprint.hpp"
+
+namespace terravox::imagery {
+
+namespace fs = std::filesystem;
+
+struct Orthophotos::Layer {
+    Image image;
+    PixelMap map;
+    long long pixel_mm = 0;
+    Layer(const fs::path& path, const voxelize::Frame& frame) : image(path), map(frame, image) {
+        constexpr double kMost = 4096;
+        image.choose_overview(map.pixels_per_voxel());
+        map = PixelMap(frame, image);
+        pixel_mm = std::llround(1000 * frame.voxel_m() / map.pixels_per_voxel());
+        if (!(map.pixels_per_voxel() <= kMost))
+            throw Error("read the orthophoto " + path.string() + ": " + std::to_string(map.pixels_per_voxel()) +
+                        " pixels to a voxel's edge; allowed: up to 4096");
+        if (!image.crs()) spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(), frame.crs().name());
+    }
+};
+
+/// Keeps the number of open files below what a process may have: the one used longest ago is closed. Behind gdal_mutex().
+struct Orthophotos::OpenFiles {
+    static constexpr std::size_t kMost = 256;
+    std::list<Image*> used;  ///< last used first
+    void use(Image& image) {
+        const auto found = std::find(used.begin(), used.end(), &image);
+        if (found != used.end()) used.splice(used.begin(), used, found);
+        else used.push_front(&image);
+        if (used.size() > kMost) used.back()->close(), used.pop_back();
+    }
+};
+
+namespace {
+
+/// Whether the image still has something to tell of some column.
+bool wanted(const Raster& raster, const ColumnRect& part, const ColumnRect& whole, std::uint8_t has) {
+    if (raster.empty()) return true;
+    for (int z = part.z - whole.z; z < part.z - whole.z + part.height; ++z)
+        for (int x = part.x - whole.x; x < part.x - whole.x + part.width; ++x)
+            if ((raster.flags[static_cast<std::size_t>(z) * static_cast<std::size_t>(whole.width) + static_cast<std::size_t>(x)] & has) != has) return true;
+    return false;
+}
+
+void allocate(Raster& raster, std::uint8_t has) {
+    const auto count = static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height);
+    raster.flags.resize(count), raster.colour.resize(count);
+    if ((has & Raster::kNir) != 0) raster.nir.resize(count), raster.red.resize(count);
+}
+
+void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has) {
+    const auto news = static_cast<std::uint8_t>(has & ~raster.flags[at]);
+    if ((news & Raster::kColour) != 0) raster.colour[at] = {p.r, p.g, p.b};
+    if ((news & Raster::kNir) != 0) raster.nir[at] = p.nir, raster.red[at] = p.r;
+    raster.flags[at] |= news;
+}
+
+/// Puts what one image shows of `part` into the raster of `whole`.
+void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, const Pixels& pixels, std::uint8_t has) {
+    for (int z = 0; z < places.rect.height; ++z)
+        for (int x = 0; x < places.rect.width; ++x) {
+            const auto from = static_cast<std::size_t>(z * places.rect.width + x);
+            const auto row = static_cast<std::size_t>(places.rect.z - whole.z + z), column = static_cast<std::size_t>(places.rect.x - whole.x + x);
+            const std::size_t to = row * static_cast<std::size_t>(whole.width) + column;
+            if (!raster.empty() && (raster.flags[to] & has) == has) continue;
+            Pixel p;
+            if (!mean_at(places, from, pixels, p)) continue;
+            allocate(raster, has);
+            put(raster, to, p, has);
+        }
+}
+
+/// Side of the blocks of columns that are read at once: their pixels stay below some 16 million.
+int block_side(double pixels_per_voxel) { return static_cast<int>(std::clamp(4096 / pixels_per_voxel, 1.0, 256.0)); }
+
+}  // namespace
+
+Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame) : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
+    const std::lock_guard lock(gdal_mutex());
+    GDALAllRegister();
+    for (const fs::path& file : util::expand_folders(paths, {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, "orthophotos")) {
+        m_layers.push_back(std::make_unique<Layer>(file, m_frame));
+        m_open->use(m_layers.back()->image);
+    }
+    std::sort(m_layers.begin(), m_layers.end(), [](const auto& a, const auto& b) {
+        if (a->pixel_mm != b->pixel_mm) return a->pixel_mm < b->pixel_mm;
+        if (a->image.date() != b->image.date()) return a->image.date() > b->image.date();
+        const std::string name_a = a->image.path().filename().string(), name_b = b->image.path().filename().string();
+        return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
+    });
+}
+
+Orthophotos::~Orthophotos() {
+    const std::lock_guard lock(gdal_mutex());
+    m_layers.clear();
+}
+
+std::size_t Orthophotos::count() const noexcept { return m_layers.size(); }
+
+std::vector<fs::path> Orthophotos::order() const {
+    std::vector<fs::path> out;
+    for (const auto& layer : m_layers) out.push_back(layer->image.path());
+    return out;
+}
+
+Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height) const {
+    constexpr int kMostColumns = 65536;
+    if (width < 1 || height < 1 || width > kMostColumns || height > kMostColumns)
+        throw Error("read orthophotos: " + std::to_string(width) + " x " + std::to_string(height) + " columns; allowed: 1 to 65536 each");
+    const ColumnRect whole{x0, z0, width, height};
+    Raster raster;
+    raster.width = width, raster.height = height;
+    Pixels pixels;
+    for (const auto& layer : m_layers) {
+        const ColumnRect covered = layer->map.covered(whole);
+        const int side = block_side(layer->map.pixels_per_voxel());
+        const BandRoles& roles = layer->image.roles();
+        const auto has = static_cast<std::uint8_t>((roles.colour() ? Raster::kColour : 0) | (roles.nir != 0 ? Raster::kNir : 0));
+        for (int z = 0; z < covered.height; z += side)
+            for (int x = 0; x < covered.width; x += side) {
+                const ColumnRect part{covered.x + x, covered.z + z, std::min(side, covered.width - x), std::min(side, covered.height - z)};
+                if (!wanted(raster, part, whole, has)) continue;
+                ColumnPlaces places;
+                {
+                    const std::lock_guard lock(gdal_mutex());
+                    places = places_of(layer->map, part);
+                    const PixelWindow window = window_of(places, layer->image.width(), layer->image.height());
+                    if (window.width < 1) continue;
+                    m_open->use(layer->image);
+                    layer->image.read(window, pixels);
+                }
+                fill(raster, whole, places, pixels, has);
+            }
+    }
+    return raster;
+}
+
+}  // namespace terravox::imagery

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "voxelserver/lidar/las_file.hpp"
+
+namespace terravox::lidar {
+
+/// Which points of a file lie where; from a COPC hierarchy or a .lax file beside it. Immutable: share it between threads.
+class SpatialIndex {
+public:
+    /// A closed rectangle in file coordinates, and points that lie in it. May be infinite.
+    struct Cell {
+        double min_x = 0, min_y = 0, max_x = 0, max_y = 0;
+        PointRange points;
+    };
+    /// @param source  what it was read from, for messages
+    SpatialIndex(std::vector<Cell> cells, std::string source) : m_cells(std::move(cells)), m_source(std::move(source)) {}
+
+    /// Ranges of points (sorted, merged, half-open) that hold every point inside the closed rectangle in file coordinates; may hold others.
+    /// Time grows with the number of cells, some thousand for a square.
+    [[nodiscard]] std::vector<PointRange> ranges_over(double min_x, double min_y, double max_x, double max_y) const;
+    [[nodiscard]] const std::string& source() const noexcept { return m_source; }
+
+private:
+    std::vector<Cell> m_cells;
+    std::string m_source;
+};
+
+/// Reads the index of a file: its COPC hierarchy, else the .lax file of the same name beside it. An index must hold every point of the file
+/// exactly as its chunks do, and agree with a few points that are looked up, or it is refused.
+/// @return nullptr when the file carries none (not an error), or it has no points
+/// @throws Error when it claims one that is damaged, or that belongs to another file
+[[nodiscard]] std::shared_ptr<const SpatialIndex> read_spatial_index(const LasInfo& info);
+
+}  // namespace terravox::lidar

@@ -1,0 +1,37 @@
+#include "voxelserver/store/mapped_file.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "common/util/error.hpp"
+
+namespace terravox::store {
+
+std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& path) {
+    const auto fail = [&] { return Error("map the file " + path.string() + ": " + std::strerror(errno)); };
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) {
+        if (errno == ENOENT) return nullptr;
+        throw fail();
+    }
+    struct stat facts {};
+    const bool known = ::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode);
+    const auto size = static_cast<std::size_t>(known ? facts.st_size : 0);
+    void* data = known && size > 0 ? ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0) : nullptr;
+    const Error failed = fail();
+    ::close(file);
+    if (!known || data == MAP_FAILED) throw failed;
+    return std::shared_ptr<const MappedFile>(new MappedFile(static_cast<const std::byte*>(data), size));
+}
+
+MappedFile::~MappedFile() {
+    if (m_size > 0) ::munmap(const_cast<std::byte*>(m_data), m_size);
+}
+
+}  // namespace terravox::store

@@ -1,0 +1,156 @@
+#include "voxelserver/store/square_file.hpp"
+
+#include <xxhash.h>
+
+#include <array>
+#include <cstring>
+#include <fstream>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/store/mapped_file.hpp"
+
+namespace terravox::store {
+namespace {
+
+using voxelize::ChunkIndex;
+using voxelize::PatchEntry;
+using voxelize::PatchKey;
+using voxelize::PointCounts;
+using voxelize::Square;
+using voxelize::VoxelPoint;
+
+/// Head of both kinds of file. `count` and `more`: patches and points, or chunks and patches of chunks.
+struct Header {
+    std::array<char, 8> magic{};
+    std::uint32_t version = kSquareFileVersion;
+    std::uint32_t header_bytes = sizeof(Header);
+    std::uint64_t count = 0, more = 0;
+    std::uint64_t checksum = 0;  ///< XXH64 of the header with this field 0, then of the tables after it (not of the points)
+    std::uint64_t reserved = 0;
+    PointCounts counts;
+};
+static_assert(std::is_trivially_copyable_v<Header> && sizeof(Header) % 8 == 0);
+
+/// One chunk in a file of chunks; its patches follow one after the other behind all chunks.
+struct ChunkRecord {
+    std::uint64_t begin = 0, end = 0, patches = 0;
+};
+
+constexpr std::array<char, 8> kSquareMagic = {'T', 'V', 'S', 'Q', 'U', 'A', 'R', 'E'};
+constexpr std::array<char, 8> kChunksMagic = {'T', 'V', 'C', 'H', 'U', 'N', 'K', 'S'};
+
+std::uint64_t checksum(Header header, std::span<const std::byte> tables) {
+    header.checksum = 0;
+    return XXH64(tables.data(), tables.size(), XXH64(&header, sizeof header, 0));
+}
+
+void write(const std::filesystem::path& path, Header header, std::span<const std::byte> tables, std::span<const std::byte> points) {
+    header.checksum = checksum(header, tables);
+    util::AtomicFile file(path);
+    std::ofstream out(file.temporary_path(), std::ios::binary);
+    const auto put = [&](const void* data, std::size_t size) { out.write(static_cast<const char*>(data), static_cast<std::streamsize>(size)); };
+    put(&header, sizeof header);
+    put(tables.data(), tables.size());
+    put(points.data(), points.size());
+    out.close();
+    if (!out) throw Error("write the prepared square " + path.string() + ": the disk is full or not writable");
+    // Checksums tell what a crash cut short, so nothing waits for the disk.
+    file.commit(util::AtomicFile::Flush::kNo);
+}
+
+struct Opened {
+    std::shared_ptr<const MappedFile> file;
+    Header header;
+};
+
+/// @param tables_bytes std::optional<size_t>(Header): of the tables, nullopt when the counts make no sense; the rest is points
+template <class TablesBytes>
+Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic, const TablesBytes& tables_bytes) {
+    const auto fail = [&](const std::string& what) { return Error("read the prepared square " + path.string() + ": " + what); };
+    Opened out{MappedFile::open(path), {}};
+    if (!out.file) return out;
+    const auto bytes = out.file->bytes();
+    if (bytes.size() < sizeof(Header)) throw fail("cut short");
+    std::memcpy(static_cast<void*>(&out.header), bytes.data(), sizeof(Header));
+    if (out.header.magic != magic) throw fail("not a prepared square");
+    if (out.header.version != kSquareFileVersion || out.header.header_bytes != sizeof(Header))
+        throw fail("version " + std::to_string(out.header.version) + "; allowed: " + std::to_string(kSquareFileVersion));
+    const auto room = bytes.size() - sizeof(Header);
+    const std::optional<std::size_t> tables = tables_bytes(out.header, room);
+    if (!tables || *tables > room) throw fail("cut short");
+    if (checksum(out.header, bytes.subspan(sizeof(Header), *tables)) != out.header.checksum) throw fail("damaged (checksum)");
+    return out;
+}
+
+}  // namespace
+
+void write_square(const std::filesystem::path& file, const Square& square) {
+    Header header;
+    header.magic = kSquareMagic;
+    header.count = square.patches().size(), header.more = square.all().size();
+    header.counts = square.counts();
+    std::vector<PatchEntry> patches(square.patches().begin(), square.patches().end());
+    for (PatchEntry& p : patches) p.checksum = voxelize::checksum_of(square.all().subspan(p.begin, p.count));
+    write(file, header, std::as_bytes(std::span(patches)), std::as_bytes(square.all()));
+}
+
+std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
+    const auto opened = open(path, kSquareMagic, [](const Header& h, std::size_t room) -> std::optional<std::size_t> {
+        if (h.count > room / sizeof(PatchEntry)) return std::nullopt;
+        const std::size_t tables = h.count * sizeof(PatchEntry);
+        if (h.more > (room - tables) / sizeof(VoxelPoint)) return std::nullopt;
+        return tables;
+    });
+    if (!opened.file) return nullptr;
+    const std::byte* tables = opened.file->bytes().data() + sizeof(Header);
+    const std::span patches(reinterpret_cast<const PatchEntry*>(tables), opened.header.count);
+    const std::span points(reinterpret_cast<const VoxelPoint*>(tables + patches.size_bytes()), opened.header.more);
+    std::uint64_t at = 0;
+    for (const PatchEntry& p : patches) {
+        if (p.begin != at || p.count > points.size() - at) throw Error("read the prepared square " + path.string() + ": damaged (directory)");
+        at += p.count;
+    }
+    return std::make_shared<Square>(opened.file, patches, points, opened.header.counts, opened.file->bytes().size(), false);
+}
+
+void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {
+    std::vector<ChunkRecord> records;
+    std::vector<PatchKey> patches;
+    for (const auto& chunk : index.chunks()) {
+        records.push_back({chunk.points.begin, chunk.points.end, chunk.patches.size()});
+        patches.insert(patches.end(), chunk.patches.begin(), chunk.patches.end());
+    }
+    Header header;
+    header.magic = kChunksMagic;
+    header.count = records.size(), header.more = patches.size();
+    std::vector<std::byte> tables(std::as_bytes(std::span(records)).begin(), std::as_bytes(std::span(records)).end());
+    tables.insert(tables.end(), std::as_bytes(std::span(patches)).begin(), std::as_bytes(std::span(patches)).end());
+    write(file, header, tables, {});
+}
+
+std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
+    const auto opened = open(path, kChunksMagic, [](const Header& h, std::size_t room) -> std::optional<std::size_t> {
+        if (h.count > room / sizeof(ChunkRecord) || h.more > room / sizeof(PatchKey)) return std::nullopt;
+        return h.count * sizeof(ChunkRecord) + h.more * sizeof(PatchKey);
+    });
+    if (!opened.file) return std::nullopt;
+    const std::byte* at = opened.file->bytes().data() + sizeof(Header);
+    const std::byte* patches_at = at + opened.header.count * sizeof(ChunkRecord);
+    std::uint64_t left = opened.header.more;
+    std::vector<ChunkIndex::Chunk> chunks(opened.header.count);
+    for (ChunkIndex::Chunk& chunk : chunks) {
+        ChunkRecord record;
+        std::memcpy(&record, at, sizeof record);
+        at += sizeof record;
+        if (record.patches > left || record.begin > record.end) throw Error("read the chunk index " + path.string() + ": damaged");
+        left -= record.patches;
+        chunk.points = {record.begin, record.end};
+        chunk.patches.resize(record.patches);
+        if (record.patches > 0) std::memcpy(chunk.patches.data(), patches_at, record.patches * sizeof(PatchKey));
+        patches_at += record.patches * sizeof(PatchKey);
+    }
+    return ChunkIndex(std::move(chunks));
+}
+
+}  // namespace terravox::store

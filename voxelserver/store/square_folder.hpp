@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/voxelize/chunk_index.hpp"
+#include "voxelserver/voxelize/square.hpp"
+
+namespace terravox::store {
+
+/// Names what a prepared square was made of: a change of the source file or of anything that shapes its points changes the name.
+/// @param recipe everything else that the points depend on (frame, filters, class table), as text
+[[nodiscard]] std::string square_name(const lidar::LasInfo& info, const std::string& recipe);
+
+/// Prepared squares in a folder, so that a restart need not decode again. Files are mapped, versioned and checksummed, appear whole or
+/// not at all, and go when the folder passes its limit: those used longest ago first. Chunk indices are small and stay.
+///
+/// A damaged or foreign file counts as absent, with a warning; the folder never decides what a voxel is. A folder that cannot be
+/// written to is reported once and then left alone. Thread-safe; several processes may share a folder.
+class SquareFolder {
+public:
+    /// @param limit_bytes of all prepared squares together
+    /// @throws Error when the folder cannot be made
+    SquareFolder(std::filesystem::path folder, std::uint64_t limit_bytes);
+
+    /// Whether a square of that name seems to be there; find() may still find it damaged.
+    [[nodiscard]] bool holds(const std::string& name) const;
+    /// @return nullptr when it is not there
+    [[nodiscard]] std::shared_ptr<const voxelize::Square> find(const std::string& name);
+    /// Keeps a square. @return the mapped one, or the one given when it could not be written
+    [[nodiscard]] std::shared_ptr<const voxelize::Square> put(const std::string& name, std::shared_ptr<const voxelize::Square> square);
+
+    [[nodiscard]] std::optional<voxelize::ChunkIndex> find_index(const std::string& name);
+    void put_index(const std::string& name, const voxelize::ChunkIndex& index);
+
+private:
+    [[nodiscard]] std::filesystem::path square_file(const std::string& name) const { return m_folder / (name + ".square"); }
+    [[nodiscard]] std::filesystem::path index_file(const std::string& name) const { return m_folder / (name + ".chunks"); }
+    void evict(const std::filesystem::path& but_not);
+    void complain(const std::string& what);
+
+    std::filesystem::path m_folder;
+    std::uint64_t m_limit_bytes;
+    std::mutex m_mutex;  // guards what follows, and that only one thread evicts
+    bool m_read_only = false;
+};
+
+}  // namespace terravox::store

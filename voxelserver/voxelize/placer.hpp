@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/lidar/spatial_index.hpp"
+#include "voxelserver/voxelize/class_table.hpp"
+#include "voxelserver/voxelize/frame.hpp"
+#include "voxelserver/voxelize/settings.hpp"
+#include "voxelserver/voxelize/square.hpp"
+
+namespace terravox::voxelize {
+
+/// One file of the world and how it is read into voxel space. Immutable once the world is open.
+struct SquareSource {
+    lidar::LasInfo info;
+    double vertical_metres = 1;  ///< metres per unit of the file's heights
+    bool transform = false;      ///< the file's CRS differs from the frame's
+    ColumnRect bounds;           ///< of its header
+    double lowest = 0, highest = 0;  ///< heights beyond are wild, file units; within the header's bounds
+    bool has_colour = false;
+    int colour_shift = 0;        ///< bits to drop for 8-bit colour: the format has 16 bits a channel, but many writers store 8
+    std::shared_ptr<const lidar::SpatialIndex> spatial_index;  ///< of a COPC file or a .lax beside it; may be nullptr
+};
+
+/// Steps "transformation" and "quantization": turns returns as a file stores them into voxel points, and leaves out what is none.
+/// One for each thread.
+class Placer {
+public:
+    Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes, const Settings::Points& filters);
+
+    /// @param wanted only points of these patches; nullopt = all
+    void place(std::span<const lidar::RawPoint> batch, const std::optional<PatchRect>& wanted, PatchedPoints& out, PointCounts& counts);
+
+    [[nodiscard]] double transformation_s() const noexcept { return m_transformation_s; }
+    [[nodiscard]] double quantization_s() const noexcept { return m_quantization_s; }
+
+private:
+    void transform(std::span<const lidar::RawPoint> batch, PointCounts& counts);
+    void quantize(std::span<const lidar::RawPoint> batch, const std::optional<PatchRect>& wanted, PatchedPoints& out, PointCounts& counts);
+
+    const SquareSource& m_source;
+    const Frame& m_frame;
+    const ClassTable& m_classes;
+    const Settings::Points m_filters;
+    std::optional<geo::Transform> m_transform;
+    std::array<std::int64_t, 3> m_min{}, m_max{};  // raw coordinates that are not wild, closed
+    std::vector<std::uint32_t> m_kept;              // indices into the batch
+    std::vector<double> m_x, m_y;                   // of those kept, in the frame's CRS
+    double m_transformation_s = 0, m_quantization_s = 0;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,104 @@
+#include "voxelserver/voxelize/point_load.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "common/thread/parallel.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr std::uint64_t kPointsPerTask = 100'000;  // some milliseconds of decoding, so that threads end together
+
+struct Part {
+    PatchedPoints points;
+    PointCounts counts;
+};
+
+Part load_part(const SquareSource& source, std::span<const lidar::PointRange> ranges, const std::optional<PatchRect>& wanted, const LoadContext& context) {
+    Part part;
+    Placer placer(source, context.frame, context.classes, context.settings.points);
+    const auto start = std::chrono::steady_clock::now();
+    if (!wanted) {
+        std::uint64_t count = 0;
+        for (const auto& r : ranges) count += r.end - r.begin;
+        part.points.points.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(count, 4 * kPointsPerTask)));
+    }
+    lidar::read_point_batches(source.info, ranges, [&](std::span<const lidar::RawPoint> batch) { placer.place(batch, wanted, part.points, part.counts); });
+    const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    context.times.add("point load", whole_s - placer.transformation_s() - placer.quantization_s());
+    context.times.add("transformation", placer.transformation_s());
+    context.times.add("quantization", placer.quantization_s());
+    return part;
+}
+
+std::vector<PatchKey> patches_of(const PatchedPoints& points) {
+    std::vector<PatchKey> out;
+    for (const auto& run : points.runs) out.push_back(run.patch);
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
+std::shared_ptr<const Square> bin(std::vector<Part> parts, const LoadContext& context, int threads) {
+    const util::StageTimes::Scope timed(context.times, "binning");
+    PointCounts counts;
+    std::vector<PatchedPoints> points;
+    points.reserve(parts.size());
+    for (Part& part : parts) counts.add(part.counts), points.push_back(std::move(part.points));
+    return bin_points(std::move(points), counts, threads);
+}
+
+// Long ranges are cut at chunk borders so that all threads have something to do.
+std::vector<lidar::PointRange> cut(const lidar::LasInfo& info, std::span<const lidar::PointRange> ranges) {
+    std::vector<lidar::PointRange> out;
+    const auto tasks = lidar::split_by_chunk(info, kPointsPerTask);
+    for (const lidar::PointRange& range : ranges)
+        for (auto task = std::lower_bound(tasks.begin(), tasks.end(), range.begin, [](const lidar::PointRange& t, std::uint64_t begin) { return t.end <= begin; });
+             task != tasks.end() && task->begin < range.end; ++task)
+            out.push_back({std::max(task->begin, range.begin), std::min(task->end, range.end)});
+    return out;
+}
+
+}  // namespace
+
+LoadedSquare load_square(const SquareSource& source, const LoadContext& context, int threads) {
+    const auto ranges = lidar::split_by_chunk(source.info, kPointsPerTask);
+    std::vector<Part> parts(ranges.size());
+    std::vector<ChunkIndex::Chunk> chunks(ranges.size());
+    thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
+        parts[i] = load_part(source, std::span(&ranges[i], 1), std::nullopt, context);
+        chunks[i] = {ranges[i], patches_of(parts[i].points)};
+    });
+    return {bin(std::move(parts), context, threads), ChunkIndex(std::move(chunks))};
+}
+
+std::shared_ptr<const Square> load_patches(const SquareSource& source, std::span<const lidar::PointRange> ranges, const PatchRect& wanted,
+                                           const LoadContext& context, int threads) {
+    // Each task takes neighbouring ranges: opening a reader costs as much as decoding some thousand points.
+    const auto pieces = cut(source.info, ranges);
+    std::vector<std::pair<std::size_t, std::size_t>> tasks;
+    std::uint64_t points = 0;
+    for (std::size_t i = 0, begin = 0; i < pieces.size(); ++i) {
+        points += pieces[i].end - pieces[i].begin;
+        if (points < kPointsPerTask && i + 1 < pieces.size()) continue;
+        tasks.emplace_back(begin, i + 1);
+        begin = i + 1, points = 0;
+    }
+    std::vector<Part> parts(tasks.size());
+    thread::parallel_for(tasks.size(), threads, [&](std::size_t i) {
+        parts[i] = load_part(source, std::span(pieces).subspan(tasks[i].first, tasks[i].second - tasks[i].first), wanted, context);
+    });
+    return bin(std::move(parts), context, threads);
+}
+
+ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads) {
+    const auto ranges = lidar::split_by_chunk(source.info, kPointsPerTask);
+    std::vector<ChunkIndex::Chunk> chunks(ranges.size());
+    thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
+        chunks[i] = {ranges[i], patches_of(load_part(source, std::span(&ranges[i], 1), std::nullopt, context).points)};
+    });
+    return ChunkIndex(std::move(chunks));
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "common/util/stage_times.hpp"
+#include "voxelserver/voxelize/chunk_index.hpp"
+#include "voxelserver/voxelize/placer.hpp"
+
+namespace terravox::voxelize {
+
+/// What reading needs beside the file.
+struct LoadContext {
+    const Frame& frame;
+    const ClassTable& classes;
+    const Settings& settings;
+    util::StageTimes& times;
+};
+
+/// A file decoded whole.
+struct LoadedSquare {
+    std::shared_ptr<const Square> square;
+    ChunkIndex index;
+};
+
+/// Steps "point load", "transformation", "quantization" and "binning" of a whole file, with several LASzip readers at once.
+/// @throws Error for a damaged file
+[[nodiscard]] LoadedSquare load_square(const SquareSource& source, const LoadContext& context, int threads);
+
+/// The same for the points of some patches. @param ranges hold all of them (from an index)
+[[nodiscard]] std::shared_ptr<const Square> load_patches(const SquareSource& source, std::span<const lidar::PointRange> ranges, const PatchRect& wanted,
+                                                         const LoadContext& context, int threads);
+
+/// Decodes a file only to learn what lies where: for files too large to be kept whole.
+[[nodiscard]] ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,144 @@
+#include "voxelserver/voxelize/sources.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "common/util/files.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& unit) {
+    if (unit) {
+        if (*unit == "m") return 1;
+        if (*unit == "ft") return 0.3048;
+        if (*unit == "us-ft") return 1200.0 / 3937.0;
+        throw UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
+    }
+    // Without a vertical system, surveys in feet are in feet upwards too.
+    return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
+}
+
+std::vector<lidar::LasInfo> read_headers(const LidarWorldOptions& options) {
+    if (options.files.empty()) throw UsageError("open the LiDAR data: no file or folder given");
+    auto files = util::expand_folders(options.files, {".las", ".laz"}, "LiDAR data");
+    std::sort(files.begin(), files.end());
+    std::vector<lidar::LasInfo> infos(files.size());
+    thread::parallel_for(files.size(), options.threads, [&](std::size_t i) { infos[i] = lidar::read_las_info(files[i]); });
+    std::erase_if(infos, [](const lidar::LasInfo& info) {
+        if (info.point_count == 0) spdlog::warn("{}: holds no points; left out", info.path.string());
+        return info.point_count == 0;
+    });
+    if (infos.empty()) throw Error("open the LiDAR data: none of the " + std::to_string(files.size()) + " files holds a point");
+    return infos;
+}
+
+// Each file's CRS: what the person says, else the file, else the source's table.
+void settle_crs(std::vector<lidar::LasInfo>& infos, const LidarWorldOptions& options, const ClassTable& classes) {
+    std::optional<geo::Crs> fixed, fallback;
+    if (options.crs) fixed = geo::Crs::from_text(*options.crs);
+    if (classes.crs) fallback = geo::Crs::from_text(*classes.crs);
+    for (lidar::LasInfo& info : infos) {
+        if (fixed) info.crs = fixed;
+        if (!info.crs) info.crs = fallback;
+        if (!info.crs)
+            throw UsageError("place the point cloud " + info.path.string() + ": the file carries no coordinate reference system and class table '" + classes.id +
+                             "' names none; give one with --crs EPSG:<code>");
+    }
+}
+
+ColumnRect bounds_of(const SquareSource& source, const Frame& frame) {
+    const lidar::LasInfo& info = source.info;
+    std::vector<double> x{info.min[0], info.max[0], info.min[0], info.max[0]}, y{info.min[1], info.min[1], info.max[1], info.max[1]};
+    if (source.transform) geo::Transform(*info.crs, frame.crs()).apply(x, y);
+    const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
+    const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
+    const double west = std::floor(frame.x(*x0)), east = std::floor(frame.x(*x1)) + 1, north = std::floor(frame.z(*y1)), south = std::floor(frame.z(*y0)) + 1;
+    constexpr double kFarthest = 1.0e9;
+    if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest && std::abs(south) < kFarthest))
+        throw Error("place the point cloud " + info.path.string() + ": coordinates beyond 32-bit voxels of " + std::to_string(frame.voxel_m()) + " m");
+    return {static_cast<std::int32_t>(west), static_cast<std::int32_t>(north), static_cast<std::int32_t>(east), static_cast<std::int32_t>(south)};
+}
+
+/// What a few thousand points say of a file before it is decoded.
+struct Sample {
+    double low = 0, high = 0;  ///< heights that nearly all points keep, file units
+    bool water = false;
+};
+
+Sample look_at(SquareSource& source, const ClassTable& classes) {
+    constexpr std::size_t kAbout = 4096;
+    std::vector<std::int32_t> heights;
+    std::uint16_t brightest = 0;
+    bool water = false;
+    for (const lidar::RawPoint& p : lidar::sample_points(source.info, kAbout)) {
+        for (const std::uint16_t c : p.rgb) brightest = std::max(brightest, c);
+        water = water || classes.meaning[p.classification].role == Role::kWater;
+        if (!p.withheld && classes.meaning[p.classification].role != Role::kDrop) heights.push_back(p.z);
+    }
+    source.has_colour = brightest > 0;
+    source.colour_shift = brightest > 255 ? 8 : 0;
+    const lidar::LasInfo& info = source.info;
+    if (heights.empty()) return {info.min[2], info.max[2], water};
+    std::sort(heights.begin(), heights.end());
+    const auto height = [&](std::size_t i) { return heights[i] * info.scale[2] + info.offset[2]; };
+    return {height(heights.size() / 50), height(heights.size() - 1 - heights.size() / 50), water};
+}
+
+}  // namespace
+
+Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes, const Settings& settings) {
+    auto infos = read_headers(options);
+    settle_crs(infos, options, classes);
+    const lidar::LasInfo& first = infos.front();
+    const double mid_x = (first.min[0] + first.max[0]) / 2, mid_y = (first.min[1] + first.max[1]) / 2;
+    Sources out{Frame(voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y), {}, {}, 0, 0, 0, 0, false, 0};
+    out.files.resize(infos.size());
+    std::vector<Sample> samples(infos.size());
+    thread::parallel_for(infos.size(), options.threads, [&](std::size_t i) {
+        SquareSource& source = out.files[i];
+        source.info = std::move(infos[i]);
+        source.transform = !source.info.crs->same_horizontal(out.frame.crs());
+        source.vertical_metres = vertical_metres(*source.info.crs, options.vertical_unit);
+        source.bounds = bounds_of(source, out.frame);
+        samples[i] = look_at(source, classes);
+        // Mountains rise a kilometre within a square; what is farther from nearly all other points is no place on it.
+        constexpr double kWild_m = 1000;
+        const double wild = kWild_m / source.vertical_metres;
+        const double rounding = std::max(0.02, 2 * source.info.scale[2]);  // headers are written with fewer digits than points
+        source.lowest = std::max(source.info.min[2] - rounding, samples[i].low - wild);
+        source.highest = std::min(source.info.max[2] + rounding, samples[i].high + wild);
+        if (!source.transform) source.spatial_index = lidar::read_spatial_index(source.info);
+    });
+
+    double area = 0, lowest = INFINITY, highest = -INFINITY, floor = INFINITY;
+    for (std::size_t i = 0; i < out.files.size(); ++i) {
+        const SquareSource& s = out.files[i];
+        const ColumnRect& b = s.bounds;
+        out.bounds = i == 0 ? b
+                            : ColumnRect{std::min(out.bounds.min_x, b.min_x), std::min(out.bounds.min_z, b.min_z), std::max(out.bounds.max_x, b.max_x),
+                                         std::max(out.bounds.max_z, b.max_z)};
+        const auto voxels = [&](double height) { return out.frame.y(height * s.vertical_metres); };
+        // Single low returns (noise that nobody marked) must not dig the base of the model.
+        constexpr double kBelowMost_m = 50;
+        lowest = std::min(lowest, voxels(s.lowest)), highest = std::max(highest, voxels(s.highest));
+        floor = std::min(floor, voxels(std::max(s.lowest, samples[i].low - kBelowMost_m / s.vertical_metres)));
+        area += static_cast<double>(b.max_x - b.min_x) * static_cast<double>(b.max_z - b.min_z);
+        out.has_water_class = out.has_water_class || samples[i].water;
+        out.point_count += s.info.point_count;
+    }
+    constexpr double kMostY = 500'000;  // fixed point holds 524,287
+    if (!(lowest > -kMostY && highest < kMostY))
+        throw Error("place the LiDAR data: heights from " + std::to_string(lowest) + " to " + std::to_string(highest) + " voxels; allowed: -500,000 to 500,000");
+    out.floor_y = static_cast<std::int32_t>(std::floor(floor - settings.ground.depth_m / out.frame.voxel_m()));
+    out.lowest_y = std::min(static_cast<std::int32_t>(std::floor(lowest)), out.floor_y);
+    out.highest_y = static_cast<std::int32_t>(std::floor(highest)) + 1;
+    out.density = static_cast<double>(out.point_count) / std::max(area, 1.0);
+    return out;
+}
+
+}  // namespace terravox::voxelize

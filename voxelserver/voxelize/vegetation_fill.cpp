@@ -1,0 +1,114 @@
+#include "voxelserver/voxelize/vegetation_fill.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "voxelserver/voxelize/isolated.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+constexpr int kCrownsAround = 5;   // of eight: a gap between points
+constexpr int kMostWindow = 3;     // columns: what the margin allows
+using Canopy = Grid<Crown, GroundHeights::kMargin>;
+using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
+static_assert(Closed::kMargin >= Margined<Crown>::kMargin + kMostWindow);
+
+class CrownFiller {
+public:
+    CrownFiller(const Window& window, const ClassTable& classes, const GroundHeights& ground, const Settings& settings, double voxel_m)
+        : m_window(window), m_classes(classes), m_ground(ground), m_settings(settings.vegetation), m_drop_isolated(settings.points.drop_isolated), m_voxel_m(voxel_m) {
+        Canopy::each([&](int x, int z) { m_canopy.at(x, z) = crown_of(x, z), m_any = m_any || m_canopy.at(x, z).seen(); });
+        if (!m_any) return;
+        Closed::each([&](int x, int z) { m_closed.at(x, z) = closed(x, z); });
+    }
+
+    [[nodiscard]] bool any() const noexcept { return m_any; }
+
+    [[nodiscard]] Crown at(int x, int z) const {
+        Crown out = m_closed.at(x, z);
+        if (!out.seen()) return out;
+        const auto gap = static_cast<std::int32_t>(std::lround(m_settings.canopy_gap_m / m_voxel_m));
+        for (int dz = -1; dz <= 1; ++dz)
+            for (int dx = -1; dx <= 1; ++dx) {
+                const Crown& next = m_closed.at(x + dx, z + dz);
+                // Down to where the lower neighbour's foliage begins: they touch. A much lower one is another plant.
+                if (next.seen() && next.top < out.top && out.top - next.top <= gap) out.bottom = std::min(out.bottom, next.top);
+            }
+        out.trunk = highest_around(x, z, out.top);
+        return out;
+    }
+
+private:
+    [[nodiscard]] Crown crown_of(int x, int z) const {
+        Crown out;
+        const auto objects = m_window.objects(x, z);
+        const float ground = m_ground.at(x, z);
+        if (objects.empty() || ground != ground) return out;
+        for (std::size_t i = objects.size(); i-- > 0;) {
+            const ObjectVoxel& o = objects[i];
+            const Role role = m_classes.meaning[o.source_class].role;
+            if (role != Role::kVegetation && role != Role::kSurface) continue;
+            if ((static_cast<float>(o.y + 1) - ground) * m_voxel_m < m_settings.trunk_from_m) return out;
+            if (m_drop_isolated && isolated(m_window, x, z, o.y)) continue;  // a bird
+            out.top = out.bottom = o.y;
+            out.look = o;
+            return out;
+        }
+        return out;
+    }
+
+    [[nodiscard]] Crown closed(int x, int z) const {
+        const Crown& own = m_canopy.at(x, z);
+        // Where the ground or a roof was seen from above, there is no crown.
+        const Column& column = m_window.column(x, z);
+        if (own.seen() || column.ground.seen() || column.roof.seen() || column.water.seen() || column.deck.seen()) return own;
+        std::array<const Crown*, 8> around{};
+        std::size_t count = 0;
+        for (int dz = -1; dz <= 1; ++dz)
+            for (int dx = -1; dx <= 1; ++dx)
+                if (const Crown& next = m_canopy.at(x + dx, z + dz); next.seen()) around[count++] = &next;
+        if (count < kCrownsAround) return own;
+        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
+        std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count), [](const Crown* a, const Crown* b) { return a->top < b->top; });
+        return **middle;
+    }
+
+    // The lower row or column wins among equals, so that neighbouring columns agree.
+    [[nodiscard]] bool highest_around(int x, int z, std::int32_t top) const {
+        const double height_m = (static_cast<double>(top) - static_cast<double>(m_ground.at(x, z))) * m_voxel_m;
+        const double radius_m = 1.0 + 0.08 * height_m;
+        const int radius = std::clamp(static_cast<int>(std::lround(radius_m / m_voxel_m)), 1, kMostWindow);
+        for (int dz = -radius; dz <= radius; ++dz)
+            for (int dx = -radius; dx <= radius; ++dx) {
+                if ((dx == 0 && dz == 0) || dx * dx + dz * dz > radius * radius) continue;
+                const Crown& other = m_closed.at(x + dx, z + dz);
+                if (!other.seen() || other.top < top) continue;
+                if (other.top > top || dz < 0 || (dz == 0 && dx < 0)) return false;
+            }
+        return true;
+    }
+
+    const Window& m_window;
+    const ClassTable& m_classes;
+    const GroundHeights& m_ground;
+    const Settings::Vegetation& m_settings;
+    bool m_drop_isolated;
+    double m_voxel_m;
+    bool m_any = false;
+    Canopy m_canopy;
+    Closed m_closed;
+};
+
+}  // namespace
+
+Margined<Crown> fill_crowns(const Window& window, const ClassTable& classes, const GroundHeights& ground, const Settings& settings, double voxel_m) {
+    Margined<Crown> out;
+    if (!window.any(&PatchColumns::any_objects)) return out;
+    const CrownFiller filler(window, classes, ground, settings, voxel_m);
+    if (filler.any()) Margined<Crown>::each([&](int x, int z) { out.at(x, z) = filler.at(x, z); });
+    return out;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "voxelserver/voxelize/settings.hpp"
+#include "voxelserver/voxelize/window.hpp"
+#include "voxelserver/water/body_finder.hpp"
+
+namespace terravox::voxelize {
+
+/// How far from a column its shore is looked for, voxels.
+inline constexpr int kShoreReach = 32;
+
+/// Where bodies of water and their cells are found. Both thread-safe.
+struct WaterAccess {
+    water::CellSource& cells;
+    water::WaterBodies& bodies;
+    int cell_voxels = 1;
+};
+
+/// Water of a patch and the margin that later steps need.
+struct WaterColumns {
+    static constexpr int kMargin = 8;
+    Grid<float, kMargin> level{kNoHeight};  ///< surface, voxels; NaN = no water
+    Margined<float> depth_m;                ///< of the bed below the surface
+    [[nodiscard]] bool is_water(int x, int z) const noexcept { return level.at(x, z) == level.at(x, z); }
+};
+
+/// Steps "water equalization" and "water deepening": which columns are water, how high it stands and how deep it is.
+///
+/// A column is water when it has water returns, or lies in a cell of a water body and nothing solid was seen in it; ground that looks
+/// wet in such a cell is water, too.
+/// @param water nullptr = levels as the column's own returns say (the step is switched off)
+[[nodiscard]] WaterColumns fill_water(const Window& window, WaterAccess* water, const Settings& settings, double voxel_m);
+
+}  // namespace terravox::voxelize

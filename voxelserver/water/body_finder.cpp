@@ -1,0 +1,202 @@
+#include "voxelserver/water/body_finder.hpp"
+
+#include <array>
+#include <cmath>
+#include <mutex>
+#include <shared_mutex>
+#include <string>
+
+#include "common/util/error.hpp"
+#include "voxelserver/water/body_levels.hpp"
+#include "voxelserver/water/exploration.hpp"
+
+namespace terravox::water {
+namespace {
+
+constexpr std::size_t kSmallPatches = 9;   // a body around one corner, and its neighbours
+constexpr std::size_t kFewestPatches = 16;
+constexpr std::size_t kRecordBytes = 200;  // of a remembered patch, apart from its cells
+
+const WaterOptions& checked(const WaterOptions& o) {
+    const auto fail = [](const std::string& what) { throw Error("find water: " + what); };
+    if (o.cell_voxels < 1 || 64 % o.cell_voxels != 0) fail("cells of " + std::to_string(o.cell_voxels) + " voxels; allowed: a divisor of 64");
+    if (!(o.voxel_m > 0) || !std::isfinite(o.voxel_m)) fail("voxels of " + std::to_string(o.voxel_m) + " m; allowed: above 0");
+    if (o.max_body_patches < kFewestPatches)
+        fail("bodies of at most " + std::to_string(o.max_body_patches) + " patches; allowed: " + std::to_string(kFewestPatches) + " or more");
+    return o;
+}
+
+// Edge of the squares that very large bodies are cut along, in patches: a square always fits in the bound.
+std::int32_t square_edge(std::size_t patches) {
+    std::int32_t edge = 1;
+    while (static_cast<std::size_t>(edge) * 2 * static_cast<std::size_t>(edge) * 2 <= patches && edge < 1 << 12) edge *= 2;
+    return edge;
+}
+
+}  // namespace
+
+// Two locks. m_known guards what is remembered; it is held for look-ups and to write down a finished exploration. m_exploring is held while a
+// large body is explored, so that two threads do not do the same long work; who holds it may take m_known, never the other way.
+class WaterBodies::Impl {
+public:
+    Impl(CellSource& source, const WaterOptions& options) : m_source(source), m_options(checked(options)), m_side(64 / options.cell_voxels) {}
+
+    float level(std::int32_t cx, std::int32_t cz) {
+        const PatchIndex patch{floor_div(cx, m_side), floor_div(cz, m_side)};
+        const auto i = static_cast<std::size_t>((cz - patch.z * m_side) * m_side + cx - patch.x * m_side);
+        {
+            const std::shared_lock lock(m_known);
+            if (const auto found = m_records.find(patch); found != m_records.end() && found->second.explored[i] != 0)
+                return found->second.levels ? found->second.levels->level[i] : kNoLevel;
+        }
+        const auto cells = checked_cells(m_source, patch, m_side);
+        if (!is_candidate(cells->cells[i], m_options.evidence)) return kNoLevel;
+        Answer answer{patch, CellFlags(cells->cells.size()), std::vector<float>(cells->cells.size(), kNoLevel), false};
+        explore({cx, cz}, i, answer);
+        return answer.level[i];
+    }
+
+    std::shared_ptr<const PatchLevels> levels(PatchIndex patch) {
+        {
+            const std::shared_lock lock(m_known);
+            if (const auto found = m_records.find(patch); found != m_records.end() && found->second.complete) return found->second.levels;
+        }
+        const auto cells = checked_cells(m_source, patch, m_side);
+        const auto candidate = [&](std::size_t i) { return is_candidate(cells->cells[i], m_options.evidence); };
+        std::size_t first = 0;
+        while (first < cells->cells.size() && !candidate(first)) ++first;
+        if (first == cells->cells.size()) return nullptr;
+        Answer answer{patch, CellFlags(cells->cells.size()), std::vector<float>(cells->cells.size(), kNoLevel), false};
+        recall(answer);
+        for (std::size_t i = first; i < cells->cells.size(); ++i)
+            if (answer.explored[i] == 0 && candidate(i))
+                explore({patch.x * m_side + static_cast<int>(i) % m_side, patch.z * m_side + static_cast<int>(i) / m_side}, i, answer);
+        return publish(std::move(answer));
+    }
+
+    std::size_t memory_bytes() const {
+        const std::shared_lock lock(m_known);
+        return m_bytes;
+    }
+
+private:
+    struct Record {
+        CellFlags explored;
+        std::shared_ptr<PatchLevels> levels;  // null while no water was found
+        bool complete = false;
+    };
+
+    // What one question has found out so far about its patch: others may make the records forget it meanwhile.
+    struct Answer {
+        PatchIndex patch;
+        CellFlags explored;
+        std::vector<float> level;
+        bool water = false;
+    };
+
+    void recall(Answer& answer) const {
+        const std::shared_lock lock(m_known);
+        const auto found = m_records.find(answer.patch);
+        if (found == m_records.end()) return;
+        merge(answer.explored, found->second.explored);
+        if (found->second.levels) answer.level = found->second.levels->level, answer.water = true;
+    }
+
+    std::shared_ptr<const PatchLevels> publish(Answer answer) {
+        const std::lock_guard lock(m_known);
+        Record& r = record(answer.patch, answer.explored.size());
+        if (r.complete) return r.levels;
+        merge(r.explored, answer.explored);
+        if (answer.water) {
+            // A new one: another thread may hold the old. From here on it is never written again.
+            if (!r.levels) m_bytes += answer.level.size() * sizeof(float);
+            r.levels = std::make_shared<PatchLevels>(PatchLevels{m_side, std::move(answer.level)});
+        }
+        r.complete = true;
+        return r.levels;
+    }
+
+    Record& record(PatchIndex patch, std::size_t cells) {
+        Record& r = m_records[patch];
+        if (r.explored.empty()) r.explored.assign(cells, 0), m_bytes += kRecordBytes + cells;
+        return r;
+    }
+
+    void explore(CellPlace start, std::size_t i, Answer& answer) {
+        if (Exploration small(m_source, m_side, m_options.evidence); small.run(start, {kSmallPatches, {}, nullptr})) return remember(small, answer);
+        const std::lock_guard exploring(m_exploring);
+        recall(answer);
+        if (answer.explored[i] != 0) return;  // meanwhile, by another thread
+        {
+            Exploration whole(m_source, m_side, m_options.evidence);
+            if (whole.run(start, {m_options.max_body_patches, {}, &m_oversize})) return remember(whole, answer);
+            whole.for_each_patch([&](PatchIndex p, const CellFlags& found) { merge(m_oversize[p], found); });
+        }
+        Exploration cut(m_source, m_side, m_options.evidence);
+        const std::int32_t edge = square_edge(m_options.max_body_patches);
+        if (!cut.run(start, {m_options.max_body_patches, edge, nullptr}))
+            throw Error("find water: a square of " + std::to_string(edge) + " patches exceeds " + std::to_string(m_options.max_body_patches));
+        remember(cut, answer);
+    }
+
+    static void merge(CellFlags& into, const CellFlags& from) {
+        if (into.empty()) into.assign(from.size(), 0);
+        for (std::size_t k = 0; k < from.size(); ++k) into[k] |= from[k];
+    }
+
+    void remember(Exploration& found, Answer& answer) {
+        found.list();
+        const double voxel_m = m_options.voxel_m, cell_m = m_options.cell_voxels * voxel_m;
+        const std::vector<FoundBody> bodies = judge(found, m_options.evidence, cell_m, voxel_m);
+        std::vector<std::vector<float>> levels;
+        for (const FoundBody& b : bodies) levels.push_back(body_levels(b.body, {cell_m, voxel_m, m_options.equalize}));
+        const std::lock_guard lock(m_known);
+        if (m_bytes > m_options.memory_bytes) m_records.clear(), m_bytes = 0;
+        found.for_each_patch([&](PatchIndex p, const CellFlags& flags) {
+            merge(record(p, flags.size()).explored, flags);
+            if (p == answer.patch) merge(answer.explored, flags);
+        });
+        for (std::size_t b = 0; b < bodies.size(); ++b) write(bodies[b].body.places, levels[b], answer);
+    }
+
+    void write(const std::vector<CellPlace>& places, const std::vector<float>& levels, Answer& answer) {
+        PatchIndex patch;
+        Record* r = nullptr;
+        for (std::size_t k = 0; k < places.size(); ++k) {
+            const PatchIndex p{floor_div(places[k].x, m_side), floor_div(places[k].z, m_side)};
+            if (!r || !(p == patch)) patch = p, r = &m_records.find(p)->second;
+            const auto i = static_cast<std::size_t>((places[k].z - p.z * m_side) * m_side + places[k].x - p.x * m_side);
+            if (p == answer.patch) answer.level[i] = levels[k], answer.water = true;
+            if (r->complete) continue;  // a second thread found the same; readers may hold it
+            if (!r->levels) {
+                r->levels = std::make_shared<PatchLevels>(PatchLevels{m_side, std::vector<float>(r->explored.size(), kNoLevel)});
+                m_bytes += r->explored.size() * sizeof(float);
+            }
+            r->levels->level[i] = levels[k];
+        }
+    }
+
+    CellSource& m_source;
+    const WaterOptions m_options;
+    const int m_side;
+    mutable std::shared_mutex m_known;
+    std::unordered_map<PatchIndex, Record, PatchIndexHash> m_records;
+    std::size_t m_bytes = 0;
+    std::mutex m_exploring;
+    FlaggedPatches m_oversize;  // guarded by m_exploring
+};
+
+WaterBodies::WaterBodies(CellSource& source, const WaterOptions& options) : m_impl(std::make_unique<Impl>(source, options)) {}
+WaterBodies::~WaterBodies() = default;
+float WaterBodies::level(std::int32_t cx, std::int32_t cz) { return m_impl->level(cx, cz); }
+std::shared_ptr<const PatchLevels> WaterBodies::levels(std::int32_t px, std::int32_t pz) { return m_impl->levels({px, pz}); }
+std::size_t WaterBodies::memory_bytes() const { return m_impl->memory_bytes(); }
+
+float WaterBodies::level_near(std::int32_t cx, std::int32_t cz) {
+    constexpr std::array<CellPlace, 9> kOrder{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+    for (const CellPlace step : kOrder)
+        if (const float found = level(cx + step.x, cz + step.z); !std::isnan(found)) return found;
+    return kNoLevel;
+}
+
+}  // namespace terravox::water
