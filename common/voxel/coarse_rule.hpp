@@ -93,6 +93,7 @@ inline constexpr std::array<Grain, 256> kGrainOf = [] {
     set(Grain::kTerrain, {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow});
     set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower});
     set(Grain::kWater, {kWater});
+    set(Grain::kObject, {kObject, kUnknown, kTrunk});
     set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kWire});
     return grains;
 }();

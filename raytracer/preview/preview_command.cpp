@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "common/util/cache_dir.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
@@ -88,7 +89,7 @@ ExitCode run(const Arguments& args) {
     scene.camera.inside_rock = true;  // flying through a roof must not end the preview
     Window window(scene.output.size_px[0], scene.output.size_px[1], "Terravox");
     util::StageTimes times;
-    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times);
+    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
     BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20);
     const auto& bounds = world->info().bounds;
     Orbit orbit = Orbit::from(make_camera(scene, world->info(), bounds), (bounds.min[1] + bounds.max[1]) / 2.0);

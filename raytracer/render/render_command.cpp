@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/util/cache_dir.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
@@ -71,7 +72,7 @@ ExitCode run(const Arguments& args) {
     util::StageTimes times;
     Outcome outcome;
     outcome.threads = thread::thread_count(scene.processing.threads);
-    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times);
+    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
     BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20);
     const View view = make_view(scene, blocks);
     {

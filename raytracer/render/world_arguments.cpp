@@ -16,6 +16,7 @@ Scene WorldArguments::scene() const {
 void add_world_arguments(CLI::App& command, WorldArguments& args) {
     command.add_option("inputs", args.inputs, "LAS, LAZ or COPC files, folders of them, or the http:// address of a voxel server")->required();
     command.add_option("--ortho", args.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all();
+    command.add_option("--cache", args.cache, "folder that keeps prepared LiDAR squares for the next run; none: nothing on disk (default: ~/.cache/terravox)");
     command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
     command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
     for (const SceneFlag& flag : scene_flags()) {

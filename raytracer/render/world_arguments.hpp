@@ -17,6 +17,7 @@ namespace terravox {
 struct WorldArguments {
     std::vector<std::string> inputs, orthophotos;
     std::string scene_file, log_level = "info";
+    std::string cache;  ///< util::cache_dir
     std::vector<std::pair<std::string, std::string>> fields;  ///< path and text, in the order given
 
     [[nodiscard]] std::vector<std::filesystem::path> orthophoto_paths() const { return {orthophotos.begin(), orthophotos.end()}; }

@@ -52,7 +52,7 @@ struct Scene {
         int memory_mib = 2048;  ///< boxes in memory
     } processing;
     struct World {
-        std::string crs, classes = "asprs", vertical_unit;
+        std::string crs, classes = "asprs", vertical_unit, settings;
         double voxel_m = 1;
         int memory_mib = 4096;  ///< decoded squares and columns
     } world;

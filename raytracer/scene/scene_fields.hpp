@@ -55,6 +55,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of the LiDAR files, instead of their own", 0, 0, {}, "--crs"});
     visit("world.classes", s.world.classes, FieldRule{"class table of the LiDAR files: an id of config/classes, or a path", 0, 0, {}, "--classes"});
     visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the LiDAR heights; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});
+    visit("world.settings", s.world.settings, FieldRule{"which voxelization steps run and how: a TOML file; default: config/voxelize.toml", 0, 0, {}, "--settings"});
     visit("world.memory_mib", s.world.memory_mib, FieldRule{"limit for decoded LiDAR squares and columns, MiB", 64, 1048576});
     visit("world.voxel_m", s.world.voxel_m, FieldRule{"edge of a voxel, metres", 0.01, 1000, {}, "--voxel"});
 }

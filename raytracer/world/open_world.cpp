@@ -14,7 +14,7 @@ bool is_url(const std::string& text) { return text.rfind("http://", 0) == 0 || t
 }  // namespace
 
 std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& orthophotos, const Scene& scene,
-                                         util::StageTimes& times) {
+                                         util::StageTimes& times, const std::filesystem::path& cache_dir) {
     if (inputs.empty()) throw UsageError("open the world: nothing given; allowed: LiDAR files, folders of them, or the http:// address of a voxel server");
     if (is_url(inputs.front())) {
         if (inputs.size() > 1) throw UsageError("open the world: " + std::to_string(inputs.size()) + " inputs of which one is an address; allowed: one address, or files");
@@ -28,6 +28,8 @@ std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs,
     }
     options.orthophotos = orthophotos;
     options.classes = scene.world.classes;
+    options.settings = scene.world.settings;
+    options.cache_dir = cache_dir;
     if (!scene.world.crs.empty()) options.crs = scene.world.crs;
     if (!scene.world.vertical_unit.empty()) options.vertical_unit = scene.world.vertical_unit;
     options.voxel_m = scene.world.voxel_m;

@@ -12,8 +12,9 @@
 namespace terravox {
 
 /// Opens what the command line names: the address of a voxel server, or LiDAR files and folders.
+/// @param cache_dir keeps prepared LiDAR squares; empty = nothing is kept on disk
 /// @throws UsageError for nothing, or a mixture; Error when it cannot be opened
 [[nodiscard]] std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& orthophotos,
-                                                       const Scene& scene, util::StageTimes& times);
+                                                       const Scene& scene, util::StageTimes& times, const std::filesystem::path& cache_dir = {});
 
 }  // namespace terravox

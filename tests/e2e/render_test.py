@@ -45,12 +45,33 @@ class Render(Case):
 
     def test_the_report_counts(self):
         out = temporary_folder()
-        self.assertDone(render(survey(), *SMALL, "--report", out / "r.json", "-o", out / "a.png"))
+        self.assertDone(render(survey(), *SMALL, "--cache", "none", "--report", out / "r.json", "-o", out / "a.png"))
         report = json.loads((out / "r.json").read_text())
         self.assertEqual(report["holes"], 0)
         self.assertEqual(report["size"], [160, 90])
         self.assertGreater(report["rays"], 160 * 90)
         self.assertTrue(any(s["name"] == "point load" for s in report["stages"]))
+
+    def test_a_second_run_decodes_nothing_and_looks_the_same(self):
+        out = temporary_folder()
+        stages = []
+        for name in "ab":
+            self.assertDone(render(survey(), *SMALL, "--cache", out / "cache", "--report", out / f"{name}.json", "-o", out / f"{name}.png"))
+            stages.append({s["name"] for s in json.loads((out / f"{name}.json").read_text())["stages"]})
+        self.assertIn("point load", stages[0])
+        self.assertNotIn("point load", stages[1])
+        self.assertEqual((out / "a.png").read_bytes(), (out / "b.png").read_bytes())
+
+    def test_settings_switch_steps_off(self):
+        out = temporary_folder()
+        (out / "no.toml").write_text("[steps]\nvegetation_fill = false\nwater_deepening = false\n")
+        self.assertDone(render(survey(), *SMALL, "-o", out / "all.png"))
+        self.assertDone(render(survey(), *SMALL, "--settings", out / "no.toml", "-o", out / "less.png"))
+        self.assertNotEqual((out / "all.png").read_bytes(), (out / "less.png").read_bytes())
+        (out / "bad.toml").write_text("[steps]\nvegetation = false\n")
+        run = render(survey(), *SMALL, "--settings", out / "bad.toml", "-o", out / "bad.png")
+        self.assertEqual(run.code, 2, str(run))
+        self.assertIn("steps.vegetation is unknown", run.err)
 
     def test_without_quiet_the_log_is_clean(self):
         out = temporary_folder()

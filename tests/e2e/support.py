@@ -28,6 +28,10 @@ def temporary_folder():
     return folder
 
 
+# Prepared squares of these tests must not be found by the next ones, nor by the person at this machine.
+os.environ["XDG_CACHE_HOME"] = str(temporary_folder())
+
+
 class Run:
     """A program that has ended."""
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/thread/parallel.hpp"
+#include "common/util/cache_dir.hpp"
 
 namespace terravox::http {
 namespace {
@@ -16,6 +17,8 @@ void add_options(CLI::App& app, Options& o) {
     app.add_option("inputs", o.world.files, "LAS, LAZ or COPC files, or folders of them")->required();
     app.add_option("--ortho", o.world.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all();
     app.add_option("--classes", o.world.classes, "class table: an id (asprs, nl-ahn, ...) or a file")->capture_default_str();
+    app.add_option("--settings", o.world.settings, "which voxelization steps run and how: a TOML file; default: config/voxelize.toml");
+    app.add_option("--cache", o.cache, "folder that keeps prepared LiDAR squares for the next start; none: nothing on disk (default: ~/.cache/terravox)");
     app.add_option("--crs", o.world.crs, "CRS of the files, overriding what they say: EPSG:n or WKT");
     app.add_option("--voxel", o.world.voxel_m, "edge of a voxel, metres")->capture_default_str();
     app.add_option("--vertical-unit", o.world.vertical_unit, "unit of heights: m, ft or us-ft; default: from the CRS");
@@ -36,6 +39,7 @@ void add_options(CLI::App& app, Options& o) {
 }
 
 BoxRepliesOptions finish(Options& o) {
+    o.world.cache_dir = util::cache_dir(o.cache);
     const std::size_t bytes = static_cast<std::size_t>(o.memory_mib) << 20;
     BoxRepliesOptions replies;
     replies.makers = thread::thread_count(o.world.threads);

@@ -19,6 +19,7 @@ struct Options {
     int memory_mib = 2048;    ///< of which three quarters for the world, a quarter for compressed boxes
     int queue = 96;           ///< boxes that may wait to be made
     int request_threads = 0;  ///< 0 = as many as can make or wait, and some for everything else
+    std::string cache;  ///< util::cache_dir
     std::string log_level = "info";
 };
 

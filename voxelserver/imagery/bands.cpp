@@ -57,8 +57,8 @@ BandRoles roles_of(GDALDataset& image, const std::string& file_name) {
     if (infrared_told && roles.red != 0) return roles;
     if (bands >= 3 && has_word(name, {"irc", "cir"})) return {2, 3, 0, 1, false};
     if (bands < 3) return {1, 1, 1, 0, false};
-    if (roles.red == 0 || roles.green == 0 || roles.blue == 0) roles = {1, 2, 3, 0, false};
-    if (bands >= 4 && (has_word(name, {"rgbi", "rgbn", "rgbnir"}) || !says_anything_else(*image.GetRasterBand(4)))) roles.nir = 4;
+    if (roles.red == 0 || roles.green == 0 || roles.blue == 0) roles = {1, 2, 3, roles.nir > 3 ? roles.nir : 0, false};
+    if (roles.nir == 0 && bands >= 4 && (has_word(name, {"rgbi", "rgbn", "rgbnir"}) || !says_anything_else(*image.GetRasterBand(4)))) roles.nir = 4;
     return roles;
 }
 

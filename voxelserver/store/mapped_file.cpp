@@ -14,19 +14,20 @@
 namespace terravox::store {
 
 std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& path) {
-    const auto fail = [&] { return Error("map the file " + path.string() + ": " + std::strerror(errno)); };
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const auto fail = [&](const char* what) { return Error("map the file " + path.string() + ": " + what); };
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // opening a pipe would wait for its writer
     if (file < 0) {
-        if (errno == ENOENT) return nullptr;
-        throw fail();
+        if (errno == ENOENT || errno == ENOTDIR) return nullptr;
+        throw fail(std::strerror(errno));
     }
     struct stat facts {};
     const bool known = ::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode);
     const auto size = static_cast<std::size_t>(known ? facts.st_size : 0);
     void* data = known && size > 0 ? ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0) : nullptr;
-    const Error failed = fail();
+    const int code = errno;
     ::close(file);
-    if (!known || data == MAP_FAILED) throw failed;
+    if (!known) throw fail("not a plain file");
+    if (data == MAP_FAILED) throw fail(std::strerror(code));
     return std::shared_ptr<const MappedFile>(new MappedFile(static_cast<const std::byte*>(data), size));
 }
 

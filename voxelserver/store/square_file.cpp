@@ -64,9 +64,14 @@ struct Opened {
     Header header;
 };
 
-/// @param tables_bytes std::optional<size_t>(Header): of the tables, nullopt when the counts make no sense; the rest is points
-template <class TablesBytes>
-Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic, const TablesBytes& tables_bytes) {
+/// What the counts of a header ask for, bytes.
+struct Layout {
+    std::size_t tables = 0, points = 0;
+};
+
+/// @param layout_of std::optional<Layout>(Header, room behind it): nullopt when the counts do not fit
+template <class LayoutOf>
+Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic, const LayoutOf& layout_of) {
     const auto fail = [&](const std::string& what) { return Error("read the prepared square " + path.string() + ": " + what); };
     Opened out{MappedFile::open(path), {}};
     if (!out.file) return out;
@@ -77,9 +82,10 @@ Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
     if (out.header.version != kSquareFileVersion || out.header.header_bytes != sizeof(Header))
         throw fail("version " + std::to_string(out.header.version) + "; allowed: " + std::to_string(kSquareFileVersion));
     const auto room = bytes.size() - sizeof(Header);
-    const std::optional<std::size_t> tables = tables_bytes(out.header, room);
-    if (!tables || *tables > room) throw fail("cut short");
-    if (checksum(out.header, bytes.subspan(sizeof(Header), *tables)) != out.header.checksum) throw fail("damaged (checksum)");
+    const std::optional<Layout> layout = layout_of(out.header, room);
+    if (!layout || layout->tables + layout->points != room)
+        throw fail("damaged (" + std::to_string(bytes.size()) + " bytes do not fit the counts in its header)");
+    if (checksum(out.header, bytes.subspan(sizeof(Header), layout->tables)) != out.header.checksum) throw fail("damaged (checksum)");
     return out;
 }
 
@@ -91,16 +97,16 @@ void write_square(const std::filesystem::path& file, const Square& square) {
     header.count = square.patches().size(), header.more = square.all().size();
     header.counts = square.counts();
     std::vector<PatchEntry> patches(square.patches().begin(), square.patches().end());
-    for (PatchEntry& p : patches) p.checksum = voxelize::checksum_of(square.all().subspan(p.begin, p.count));
+    for (PatchEntry& p : patches) p.checksum = voxelize::checksum_of(square.points(p.key));  // one that is mapped and damaged stays so
     write(file, header, std::as_bytes(std::span(patches)), std::as_bytes(square.all()));
 }
 
 std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
-    const auto opened = open(path, kSquareMagic, [](const Header& h, std::size_t room) -> std::optional<std::size_t> {
+    const auto opened = open(path, kSquareMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
         if (h.count > room / sizeof(PatchEntry)) return std::nullopt;
         const std::size_t tables = h.count * sizeof(PatchEntry);
         if (h.more > (room - tables) / sizeof(VoxelPoint)) return std::nullopt;
-        return tables;
+        return Layout{tables, h.more * sizeof(VoxelPoint)};
     });
     if (!opened.file) return nullptr;
     const std::byte* tables = opened.file->bytes().data() + sizeof(Header);
@@ -111,6 +117,7 @@ std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
         if (p.begin != at || p.count > points.size() - at) throw Error("read the prepared square " + path.string() + ": damaged (directory)");
         at += p.count;
     }
+    if (at != points.size()) throw Error("read the prepared square " + path.string() + ": damaged (directory)");
     return std::make_shared<Square>(opened.file, patches, points, opened.header.counts, opened.file->bytes().size(), false);
 }
 
@@ -130,11 +137,12 @@ void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {
 }
 
 std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
-    const auto opened = open(path, kChunksMagic, [](const Header& h, std::size_t room) -> std::optional<std::size_t> {
+    const auto opened = open(path, kChunksMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
         if (h.count > room / sizeof(ChunkRecord) || h.more > room / sizeof(PatchKey)) return std::nullopt;
-        return h.count * sizeof(ChunkRecord) + h.more * sizeof(PatchKey);
+        return Layout{h.count * sizeof(ChunkRecord) + h.more * sizeof(PatchKey), 0};
     });
     if (!opened.file) return std::nullopt;
+    const auto damaged = [&] { return Error("read the chunk index " + path.string() + ": damaged"); };
     const std::byte* at = opened.file->bytes().data() + sizeof(Header);
     const std::byte* patches_at = at + opened.header.count * sizeof(ChunkRecord);
     std::uint64_t left = opened.header.more;
@@ -143,13 +151,14 @@ std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
         ChunkRecord record;
         std::memcpy(&record, at, sizeof record);
         at += sizeof record;
-        if (record.patches > left || record.begin > record.end) throw Error("read the chunk index " + path.string() + ": damaged");
+        if (record.patches > left || record.begin > record.end) throw damaged();
         left -= record.patches;
         chunk.points = {record.begin, record.end};
         chunk.patches.resize(record.patches);
         if (record.patches > 0) std::memcpy(chunk.patches.data(), patches_at, record.patches * sizeof(PatchKey));
         patches_at += record.patches * sizeof(PatchKey);
     }
+    if (left != 0) throw damaged();
     return ChunkIndex(std::move(chunks));
 }
 

@@ -15,6 +15,38 @@
 namespace terravox::store {
 
 namespace fs = std::filesystem;
+namespace {
+
+constexpr const char *kSquare = ".square", *kIndex = ".chunks";
+
+/// One file of the folder, as it goes when there is no more room.
+struct Kept {
+    bool index = false;
+    fs::file_time_type used;
+    fs::path file;
+    std::uint64_t bytes = 0;
+    /// Squares first, which are large: an index saves nearly as much for a hundredth of the room. Of each kind what was used longest ago.
+    friend bool operator<(const Kept& a, const Kept& b) { return a.index != b.index ? b.index : a.used != b.used ? a.used < b.used : a.file < b.file; }
+};
+
+// A file that a writer has not finished (AtomicFile names them so), or that a crash has left behind.
+bool unfinished(const fs::path& file) { return file.filename().string().starts_with('.'); }
+
+std::vector<Kept> files_of(const fs::path& folder) {
+    std::vector<Kept> out;
+    std::error_code failed;
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
+        const fs::path& file = entry->path();
+        if (file.extension() != kSquare && file.extension() != kIndex) continue;
+        std::error_code gone;  // another process was faster
+        Kept kept{file.extension() == kIndex, entry->last_write_time(gone), file, 0};
+        if (!gone) kept.bytes = entry->file_size(gone);
+        if (!gone) out.push_back(std::move(kept));
+    }
+    return out;
+}
+
+}  // namespace
 
 std::string square_name(const lidar::LasInfo& info, const std::string& recipe) {
     // The file's size, time, beginning and end: reading all of it would cost as much as what the folder saves.
@@ -33,14 +65,22 @@ std::string square_name(const lidar::LasInfo& info, const std::string& recipe) {
     const XXH128_hash_t hash = XXH3_128bits(facts.data(), facts.size());
     std::array<char, 33> text{};
     std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64), static_cast<unsigned long long>(hash.low64));
-    return info.path.stem().string() + "-" + text.data();
+    // The stem is for people: cut so that no name grows too long, and without the dots that mark unfinished files.
+    constexpr std::size_t kStem = 80;
+    const std::string stem = info.path.stem().string();
+    return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" + text.data();
 }
 
 SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes) : m_folder(std::move(folder)), m_limit_bytes(limit_bytes) {
     std::error_code failed;
     fs::create_directories(m_folder, failed);
-    if (failed || !fs::is_directory(m_folder)) throw Error("make the cache folder " + m_folder.string() + ": " + (failed ? failed.message() : "not a folder"));
+    std::error_code ignored;
+    if (failed || !fs::is_directory(m_folder, ignored))
+        complain("make the cache folder " + m_folder.string() + ": " + (failed ? failed.message() : "not a folder"));
 }
+
+fs::path SquareFolder::square_file(const std::string& name) const { return m_folder / (name + kSquare); }
+fs::path SquareFolder::index_file(const std::string& name) const { return m_folder / (name + kIndex); }
 
 bool SquareFolder::holds(const std::string& name) const {
     std::error_code ignored;
@@ -78,7 +118,10 @@ std::shared_ptr<const voxelize::Square> SquareFolder::put(const std::string& nam
 
 std::optional<voxelize::ChunkIndex> SquareFolder::find_index(const std::string& name) {
     try {
-        return read_chunks(index_file(name));
+        auto index = read_chunks(index_file(name));
+        std::error_code ignored;
+        if (index) fs::last_write_time(index_file(name), fs::file_time_type::clock::now(), ignored);
+        return index;
     } catch (const Error& e) {
         spdlog::warn("{}; it is made again", e.what());
         return std::nullopt;
@@ -90,8 +133,10 @@ void SquareFolder::put_index(const std::string& name, const voxelize::ChunkIndex
         const std::lock_guard lock(m_mutex);
         if (m_read_only) return;
     }
+    const fs::path file = index_file(name);
     try {
-        write_chunks(index_file(name), index);
+        write_chunks(file, index);
+        evict(file);
     } catch (const Error& e) {
         complain(e.what());
     }
@@ -104,28 +149,26 @@ void SquareFolder::complain(const std::string& what) {
 }
 
 void SquareFolder::evict(const fs::path& but_not) {
+    constexpr auto kAbandoned = std::chrono::hours(1);  // no square takes as long to write
     const std::lock_guard lock(m_mutex);
-    struct Kept {
-        fs::file_time_type used;
-        fs::path file;
-        std::uint64_t bytes;
-    };
-    std::vector<Kept> kept;
-    std::uint64_t total = 0;
+    std::vector<Kept> kept = files_of(m_folder);
     std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(m_folder, ignored)) {
-        if (entry.path().extension() != ".square") continue;
-        const std::uint64_t bytes = entry.file_size(ignored);
-        if (ignored) continue;  // another process was faster
-        kept.push_back({entry.last_write_time(ignored), entry.path(), bytes});
-        total += bytes;
-    }
-    std::sort(kept.begin(), kept.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
+    std::erase_if(kept, [&](const Kept& k) {
+        if (!unfinished(k.file)) return false;
+        // Somebody may be writing it this moment: it counts when it is whole.
+        if (fs::file_time_type::clock::now() - k.used > kAbandoned) fs::remove(k.file, ignored);
+        return true;
+    });
+    std::sort(kept.begin(), kept.end());
+    std::uint64_t total = 0;
+    for (const Kept& k : kept) total += k.bytes;
     for (const Kept& k : kept) {
         if (total <= m_limit_bytes) break;
         if (k.file == but_not) continue;
-        if (fs::remove(k.file, ignored)) total -= k.bytes;
+        if (fs::remove(k.file, ignored) || !ignored) total -= k.bytes;
     }
+    // Larger than the limit on its own.
+    if (total > m_limit_bytes) fs::remove(but_not, ignored);
 }
 
 }  // namespace terravox::store

@@ -18,14 +18,14 @@ namespace terravox::store {
 [[nodiscard]] std::string square_name(const lidar::LasInfo& info, const std::string& recipe);
 
 /// Prepared squares in a folder, so that a restart need not decode again. Files are mapped, versioned and checksummed, appear whole or
-/// not at all, and go when the folder passes its limit: those used longest ago first. Chunk indices are small and stay.
+/// not at all, and go when the folder passes its limit: those used longest ago first. Chunk indices are small and go only when no
+/// square is left to go. A file that is mapped stays readable when it goes.
 ///
 /// A damaged or foreign file counts as absent, with a warning; the folder never decides what a voxel is. A folder that cannot be
-/// written to is reported once and then left alone. Thread-safe; several processes may share a folder.
+/// made or written to is reported once and then only read. Thread-safe; several processes may share a folder.
 class SquareFolder {
 public:
-    /// @param limit_bytes of all prepared squares together
-    /// @throws Error when the folder cannot be made
+    /// @param limit_bytes of all finished files together; holds after every put
     SquareFolder(std::filesystem::path folder, std::uint64_t limit_bytes);
 
     /// Whether a square of that name seems to be there; find() may still find it damaged.
@@ -39,8 +39,8 @@ public:
     void put_index(const std::string& name, const voxelize::ChunkIndex& index);
 
 private:
-    [[nodiscard]] std::filesystem::path square_file(const std::string& name) const { return m_folder / (name + ".square"); }
-    [[nodiscard]] std::filesystem::path index_file(const std::string& name) const { return m_folder / (name + ".chunks"); }
+    [[nodiscard]] std::filesystem::path square_file(const std::string& name) const;
+    [[nodiscard]] std::filesystem::path index_file(const std::string& name) const;
     void evict(const std::filesystem::path& but_not);
     void complain(const std::string& what);
 

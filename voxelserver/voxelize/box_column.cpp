@@ -13,7 +13,7 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr double kWidestGap_m = 31;  // half of a void that is still a gap between points
+constexpr std::size_t kLeastWide = std::size_t{1} << 20;  // without it, the surroundings of a gap would be made for every column
 
 water::WaterOptions water_options(const Settings& settings, int cell_voxels, double voxel_m, std::size_t memory_bytes) {
     water::WaterOptions out;
@@ -33,7 +33,7 @@ BoxColumnMaker::BoxColumnMaker(PointSet& points, const imagery::Orthophotos* ima
       m_surface(images, points.classes(), settings, points.sources().has_water_class, m_voxel_m, memory_bytes / 4, times),
       m_cells(points, m_surface, memory_bytes / 4),
       m_bodies(m_cells, water_options(settings, points.cell_voxels(), m_voxel_m, memory_bytes / 4)),
-      m_wide_ground(points, memory_bytes / 4) {}
+      m_wide_ground(points, std::max(memory_bytes / 4, kLeastWide)) {}
 
 BoxColumnMaker::Land BoxColumnMaker::land_of(const Window& window) {
     Land out;
@@ -60,6 +60,12 @@ BoxColumnMaker::Land BoxColumnMaker::land_of(const Window& window) {
     return out;
 }
 
+Margined<Crown> BoxColumnMaker::crowns_of(const Window& window, const GroundHeights& ground) {
+    return timed("vegetation", [&] {
+        return m_settings.steps.vegetation_fill ? fill_crowns(window, m_points.classes(), ground, m_settings, m_voxel_m) : Margined<Crown>{};
+    });
+}
+
 BoxColumn BoxColumnMaker::make(PatchKey patch) {
     const Window window = m_points.window(patch);
     const Land land = land_of(window);
@@ -73,9 +79,7 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
 
     const auto roofs = timed("building fill", [&] { return m_settings.steps.building_fill ? fill_buildings(window, m_settings.buildings, m_voxel_m) : seen_roofs(window); });
     const auto decks = timed("bridges", [&] { return m_settings.steps.bridges ? fill_decks(window) : seen_decks(window); });
-    const auto crowns = timed("vegetation", [&] {
-        return m_settings.steps.vegetation_fill ? fill_crowns(window, m_points.classes(), land.ground, m_settings, m_voxel_m) : Margined<Crown>{};
-    });
+    const auto crowns = crowns_of(window, land.ground);
     const SurfaceLook look = m_surface.look(window);
     const PatchRuns runs = timed("underground fill", [&] {
         return make_runs({window, m_points.classes(), m_settings, land.covered, land.water, land.ground, roofs, decks, crowns, look.material,
@@ -86,6 +90,18 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
     out.by_begin = voxel::floor_div(runs.min_y(), voxel::kBoxSizeY);
     const std::int32_t end = voxel::floor_div(runs.max_y() - 1, voxel::kBoxSizeY) + 1;
     for (std::int32_t by = out.by_begin; by < end; ++by) out.boxes.push_back(serialize({0, patch.px, by, patch.pz}, runs, look));
+    return out;
+}
+
+std::vector<Tree> BoxColumnMaker::trees(PatchKey patch) {
+    const Window window = m_points.window(patch);
+    const Land land = land_of(window);
+    const auto crowns = crowns_of(window, land.ground);
+    std::vector<Tree> out;
+    for (int z = 0; z < kPatchSize; ++z)
+        for (int x = 0; x < kPatchSize; ++x)
+            if (const Crown& crown = crowns.at(x, z); crown.seen() && crown.trunk && land.covered.at(x, z) != 0)
+                out.push_back({patch.x0() + x, patch.z0() + z, crown.height, land.ground.at(x, z)});
     return out;
 }
 

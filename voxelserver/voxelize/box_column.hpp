@@ -7,9 +7,11 @@
 #include "common/voxel/box.hpp"
 #include "voxelserver/voxelize/cell_store.hpp"
 #include "voxelserver/voxelize/coverage.hpp"
+#include "voxelserver/voxelize/lidar_world.hpp"
 #include "voxelserver/voxelize/point_set.hpp"
 #include "voxelserver/voxelize/serialize.hpp"
 #include "voxelserver/voxelize/surface.hpp"
+#include "voxelserver/voxelize/vegetation_fill.hpp"
 #include "voxelserver/voxelize/wide_ground.hpp"
 
 namespace terravox::voxelize {
@@ -28,12 +30,15 @@ struct BoxColumn {
 /// All steps in order, from points to boxes, for one patch at a time. Thread-safe.
 class BoxColumnMaker {
 public:
+    static constexpr double kWidestGap_m = 31;  ///< half of a void that is still a gap between points; at most 31 voxels
+
     /// @param memory_bytes for what looking for water and for the ground of wide gaps remembers
     BoxColumnMaker(PointSet& points, const imagery::Orthophotos* images, const Settings& settings, std::size_t memory_bytes, util::StageTimes& times);
 
     [[nodiscard]] BoxColumn make(PatchKey patch);
     /// Heights of the ground, index z * 64 + x; NaN where there is none.
     [[nodiscard]] std::vector<float> ground_heights(PatchKey patch);
+    [[nodiscard]] std::vector<Tree> trees(PatchKey patch);
     /// Columns inside some file's bounds in which nothing is, of the patches made so far (a patch made twice counts twice).
     [[nodiscard]] std::uint64_t hole_columns() const noexcept { return m_hole_columns; }
 
@@ -45,6 +50,7 @@ private:
         GroundHeights ground;
     };
     [[nodiscard]] Land land_of(const Window& window);
+    [[nodiscard]] Margined<Crown> crowns_of(const Window& window, const GroundHeights& ground);
     template <class Work> auto timed(const char* name, const Work& work) {
         const util::StageTimes::Scope scope(m_times, name);
         return work();

@@ -2,23 +2,27 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace terravox::voxelize {
 namespace {
 
 constexpr std::size_t kRoofsAround = 5;           // of eight: a gap between points
 constexpr std::size_t kRoofsAroundCourtyard = 7;  // of eight, when the ground itself was seen through the gap
-constexpr int kOpenAround = 4;            // of eight: as open as its neighbours
+constexpr int kFarBeneath = 3;            // columns: from one open place to the next, or to a wall
+constexpr float kHigherWall_m = 1.5f;     // of the house that a balcony hangs on
+constexpr float kTallStoreys = 2.5f;      // a higher roof with nothing seen below it is that of a house over a passage
 
 class BuildingFiller {
 public:
     BuildingFiller(const Window& window, const Settings::Buildings& settings, double voxel_m)
-        : m_window(window), m_storey_voxels(static_cast<float>(settings.storey_m / voxel_m)) {
+        : m_window(window), m_storey(static_cast<float>(settings.storey_m / voxel_m)), m_higher(kHigherWall_m / static_cast<float>(voxel_m)) {
         Built::each([&](int x, int z) {
             if (!window.built(x, z)) return;
             const Column& c = window.column(x, z);
             m_built.at(x, z) = 1;
-            m_seen_below.at(x, z) = c.ground.seen() && c.roof_low - c.ground.height > m_storey_voxels ? 1 : 0;
+            m_seen_below.at(x, z) = c.roof_over_ground && c.roof_low - c.ground.height > m_storey ? 1 : 0;
+            m_any_below = m_any_below || m_seen_below.at(x, z) != 0;
         });
     }
 
@@ -26,7 +30,7 @@ public:
         Roof out;
         if (m_built.at(x, z) != 0) {
             out.top = m_window.column(x, z).roof;
-            if (open(x, z)) out.bottom = m_window.column(x, z).roof_low;
+            out.bottom = underside(x, z, m_window.column(x, z).roof_low);
             return out;
         }
         struct Near {
@@ -47,37 +51,53 @@ public:
                          [](const Near& a, const Near& b) { return a.roof->height < b.roof->height; });
         out.top = *middle->roof;
         out.look_dx = middle->dx, out.look_dz = middle->dz;
-        if (open(x, z)) out.bottom = out.top.height;
+        out.bottom = underside(x, z, out.top.height);
         return out;
     }
 
 private:
-    using Built = Grid<char, 5>;
+    using Built = Grid<char, Margined<Roof>::kMargin + kFarBeneath + 1>;
 
-    // Some square of 2 x 2 columns around (x, z) was looked beneath everywhere: no straight edge of a roof cuts through four such columns.
-    [[nodiscard]] bool in_open_square(int x, int z) const {
-        for (int cz = z - 1; cz <= z; ++cz)
-            for (int cx = x - 1; cx <= x; ++cx)
-                if (m_seen_below.at(cx, cz) + m_seen_below.at(cx + 1, cz) + m_seen_below.at(cx, cz + 1) + m_seen_below.at(cx + 1, cz + 1) == 4) return true;
-        return false;
+    /// @param low lowest height that was seen of the roof @return where it ends below; NaN = at the ground
+    [[nodiscard]] float underside(int x, int z, float low) const {
+        if (!m_any_below) return kNoHeight;
+        const float ground = m_seen_below.at(x, z) != 0 ? m_window.column(x, z).ground.height : ground_beneath(x, z);
+        if (ground != ground || low - ground <= m_storey) return kNoHeight;  // NaN: nothing tells that it is open
+        return low - ground > kTallStoreys * m_storey ? ground + m_storey : low;
     }
 
-    [[nodiscard]] bool open(int x, int z) const {
-        if (m_seen_below.at(x, z) != 0) return in_open_square(x, z);
-        // Few pulses reach far under a roof: a column between open ones is open too, unless a wall was seen in it.
+    /// What lies in one direction from a column, under or beside its roof.
+    struct Side {
+        float ground = kNoHeight;  ///< of an open place
+        bool wall = false;         ///< of a much higher building
+    };
+    [[nodiscard]] Side side(int x, int z, int dx, int dz, float top) const {
+        for (int step = 1; step <= kFarBeneath; ++step) {
+            const int sx = x + dx * step, sz = z + dz * step;
+            if (m_built.at(sx, sz) == 0) return {};
+            if (m_seen_below.at(sx, sz) != 0) return {m_window.column(sx, sz).ground.height, false};
+            if (m_window.column(sx, sz).roof.height > top + m_higher) return {kNoHeight, true};
+        }
+        return {};
+    }
+
+    // The ground under a place that no pulse reached, when it lies between open places, or an open place and a wall.
+    [[nodiscard]] float ground_beneath(int x, int z) const {
         const Column& own = m_window.column(x, z);
-        if (own.ground.seen()) return false;
-        float ground = 0;
-        int count = 0;
-        for (int dz = -1; dz <= 1; ++dz)
-            for (int dx = -1; dx <= 1; ++dx)
-                if (m_seen_below.at(x + dx, z + dz) != 0 && in_open_square(x + dx, z + dz)) ground += m_window.column(x + dx, z + dz).ground.height, ++count;
-        if (count < kOpenAround) return false;
-        return !own.roof.seen() || own.roof_low - ground / static_cast<float>(count) > m_storey_voxels;
+        if (!own.roof.seen()) return kNoHeight;
+        for (const auto& [dx, dz] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+            const Side a = side(x, z, dx, dz, own.roof.height), b = side(x, z, -dx, -dz, own.roof.height);
+            const bool open_a = a.ground == a.ground, open_b = b.ground == b.ground;
+            if (open_a && open_b) return (a.ground + b.ground) / 2;
+            if (open_a && b.wall) return a.ground;
+            if (open_b && a.wall) return b.ground;
+        }
+        return kNoHeight;
     }
 
     const Window& m_window;
-    float m_storey_voxels;
+    float m_storey, m_higher;  // voxels
+    bool m_any_below = false;
     Built m_built, m_seen_below;
 };
 

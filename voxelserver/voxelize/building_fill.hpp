@@ -18,8 +18,10 @@ struct Roof {
 /// Step "building fill": roofs without holes, and which of them are open beneath.
 ///
 /// A column is built upon when most of its low returns (ground, water, building) are of buildings, so that footprints are neither
-/// widened nor narrowed. Gaps between points in a roof take the median of the roofs around. A roof is open beneath when returns were
-/// seen below it by more than a storey, over a place at least two columns wide: an eave that only cuts through a column is a wall.
+/// widened nor narrowed. Gaps between points in a roof take the median of the roofs around. A roof is open beneath where ground was seen
+/// below it by more than a storey (not only beside it: an edge that cuts through a column is a wall), and between such places, or between
+/// one and a higher wall: few pulses reach far under a roof. How thick it is, is what was seen of it; a tall building keeps all but its
+/// lowest storey (a passage).
 [[nodiscard]] Margined<Roof> fill_buildings(const Window& window, const Settings::Buildings& settings, double voxel_m);
 
 /// The columns' own building points and nothing else: with the step switched off.

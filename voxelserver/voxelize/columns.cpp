@@ -1,6 +1,7 @@
 #include "voxelserver/voxelize/columns.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace terravox::voxelize {
 namespace {
@@ -20,6 +21,7 @@ Group group_of(Role role) noexcept {
 
 struct Seen {
     std::int32_t y;
+    std::uint16_t x, z;  ///< fixed point within the patch
     std::uint8_t source_class;
     bool has_colour;
     voxel::Rgb8 colour;
@@ -76,6 +78,7 @@ void sum_up_objects(std::span<const Seen> points, std::vector<ObjectVoxel>& out)
         voxel.y = y;
         const auto group = points.subspan(begin, end - begin);
         voxel.source_class = commonest_class(group);
+        voxel.fraction = static_cast<std::uint8_t>(group.back().y >> (VoxelPoint::kHeightBits - 8));
         ColourMean colour;
         for (const Seen& s : group) colour.add(s);
         colour.put(voxel);
@@ -99,7 +102,7 @@ public:
     void clear() noexcept {
         for (auto& g : m_points) g.clear();
     }
-    void add(const VoxelPoint& p, bool has_colour) { m_points[m_group[p.source_class]].push_back({p.y, p.source_class, has_colour, p.colour}); }
+    void add(const VoxelPoint& p, bool has_colour) { m_points[m_group[p.source_class]].push_back({p.y, p.x, p.z, p.source_class, has_colour, p.colour}); }
     // Points of one square come sorted; those of several are merged here. Stable order among equals is of no consequence: only sums see it.
     void sort() {
         for (auto& g : m_points)
@@ -114,6 +117,34 @@ private:
 };
 
 float median(std::span<const Seen> points) noexcept { return points[points.size() / 2].height(); }
+
+/// Of points projected on an axis: the second from one end where there are enough, so that one stray point says nothing.
+float nearly_lowest(std::vector<float>& along) {
+    constexpr std::size_t kEnough = 4;
+    const auto nth = along.begin() + (along.size() >= kEnough ? 1 : 0);
+    std::nth_element(along.begin(), nth, along.end());
+    return *nth;
+}
+
+// Where the edge of a roof cuts through a column, its ground points lie beside the building points: a line parts them. Beneath a canopy
+// none does.
+bool over(std::span<const Seen> roof, std::span<const Seen> ground) {
+    constexpr float kOne = 1 << VoxelPoint::kPlanBits, kBlur = 0.25f;  // voxels: what the points' own places may be off
+    const auto centre = [](std::span<const Seen> points) {
+        std::uint64_t x = 0, z = 0;  // exact, so that order cannot matter
+        for (const Seen& s : points) x += s.x, z += s.z;
+        const auto n = static_cast<float>(points.size());
+        return std::pair{static_cast<float>(x) / n, static_cast<float>(z) / n};
+    };
+    const auto [rx, rz] = centre(roof);
+    const auto [gx, gz] = centre(ground);
+    const float dx = rx - gx, dz = rz - gz, length = std::sqrt(dx * dx + dz * dz);
+    if (length < kBlur * kOne / 2) return roof.size() > 1;  // in the same place
+    std::vector<float> roof_along, ground_along;
+    for (const Seen& s : roof) roof_along.push_back((s.x * dx + s.z * dz) / length);
+    for (const Seen& s : ground) ground_along.push_back(-(s.x * dx + s.z * dz) / length);
+    return -nearly_lowest(ground_along) - nearly_lowest(roof_along) > kBlur * kOne;
+}
 
 void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>& objects, CellSums& cell) {
     if (const auto g = points[kGroundGroup]; !g.empty()) {
@@ -130,6 +161,7 @@ void sum_up(const ColumnSorter& points, Column& column, std::vector<ObjectVoxel>
         column.roof = surface_of(g, g.back().height()), column.roof_points = saturated(g.size());
         column.roof_low = g.front().height();
         cell.other_points += static_cast<std::uint32_t>(g.size());
+        column.roof_over_ground = column.ground.seen() && column.roof_low - column.ground.height > 1 && over(g, points[kGroundGroup]);
     }
     if (const auto g = points[kDeckGroup]; !g.empty()) column.deck = surface_of(g, median(g)), column.deck_points = saturated(g.size());
     if (const auto g = points[kObjectGroup]; !g.empty()) {

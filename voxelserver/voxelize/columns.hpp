@@ -32,6 +32,7 @@ struct ObjectVoxel {
     std::uint8_t source_class = 0;
     bool has_colour = false;
     voxel::Rgb8 colour;
+    std::uint8_t fraction = 0;  ///< of its highest point within the voxel, 1/256 voxel
 };
 
 /// What the points of one column say, before any neighbour is asked.
@@ -42,6 +43,7 @@ struct Column {
     Surface deck;    ///< median of the bridge points
     float roof_low = kNoHeight;  ///< lowest building point
     std::uint16_t ground_points = 0, roof_points = 0, water_points = 0, deck_points = 0;  ///< saturating
+    bool roof_over_ground = false;  ///< ground was seen beneath building points, not only beside them
     /// Whether most of the low returns (ground, water, building) are of a building.
     [[nodiscard]] bool built_upon() const noexcept { return roof.seen() && roof_points >= ground_points + water_points; }
 };

@@ -8,7 +8,7 @@
 namespace terravox::voxelize {
 
 /// Heights of the ground, in voxels, with a margin that crowns and their trunks need. NaN where there is none.
-using GroundHeights = Grid<float, 6>;
+using GroundHeights = Grid<float, 8>;
 
 /// How high the ground is where none was seen within reach, absolute voxels: asked rarely, may be slow.
 using AskWideGround = std::function<float(std::int32_t x, std::int32_t z)>;

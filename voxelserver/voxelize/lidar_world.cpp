@@ -44,6 +44,13 @@ public:
         while (m_info.levels < voxel::kMaxLevel && (voxel::kBoxSizeX << (m_info.levels - 1)) < widest) ++m_info.levels;
     }
 
+    ~LidarWorldImpl() override {
+        if (const auto holes = m_maker.hole_columns(); holes > 0)
+            spdlog::info("{}: {} columns inside the files' bounds are holes: nothing was seen for {:.0f} m around", m_info.title, holes, BoxColumnMaker::kWidestGap_m);
+    }
+    LidarWorldImpl(const LidarWorldImpl&) = delete;
+    LidarWorldImpl& operator=(const LidarWorldImpl&) = delete;
+
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     [[nodiscard]] LidarWorldStats stats() const override {
@@ -53,6 +60,8 @@ public:
     }
 
     [[nodiscard]] std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) override { return m_maker.ground_heights({bx, bz}); }
+
+    [[nodiscard]] std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) override { return m_maker.trees({bx, bz}); }
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         check(key.level);

@@ -37,6 +37,12 @@ struct LidarWorldStats {
     std::uint64_t hole_columns = 0;   ///< inside the files' bounds, but with nothing seen around them
 };
 
+/// A tree as the vegetation step finds it: the highest place of a crown.
+struct Tree {
+    std::int32_t x = 0, z = 0;  ///< its column, absolute voxels
+    float top = 0, ground = 0;  ///< heights, voxels (continuous)
+};
+
 /// A world made of airborne LiDAR. Boxes are made when asked for; squares are decoded once and kept under a byte limit.
 class LidarWorld : public voxel::World {
 public:
@@ -45,6 +51,9 @@ public:
     /// The ground before quantization: 64 x 64 heights in voxels (continuous), index = z * 64 + x, of the columns of box column
     /// (bx, bz); NaN outside the survey and in water. For accuracy reports.
     [[nodiscard]] virtual std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) = 0;
+
+    /// The trees of box column (bx, bz), north to south, then west to east; none with the vegetation step switched off.
+    [[nodiscard]] virtual std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) = 0;
 };
 
 /// Opens the files: reads headers and a few points, and is then ready to make boxes.

@@ -35,8 +35,10 @@ Placer::Placer(const SquareSource& source, const Frame& frame, const ClassTable&
         const double low = axis == 2 ? source.lowest : info.min[axis] - slack, high = axis == 2 ? source.highest : info.max[axis] + slack;
         constexpr double kMost = 4.0e18;
         const auto raw = [&](double v) { return std::clamp((v - info.offset[axis]) / info.scale[axis], -kMost, kMost); };
-        m_min[axis] = bounded && filters.drop_wild ? static_cast<std::int64_t>(std::ceil(raw(low))) : INT64_MIN;
-        m_max[axis] = bounded && filters.drop_wild ? static_cast<std::int64_t>(std::floor(raw(high))) : INT64_MAX;
+        // A header without an extent says nothing about the plan; heights are always held, because the world's bounds are.
+        const bool told = bounded || axis == 2;
+        m_min[axis] = told ? static_cast<std::int64_t>(std::ceil(raw(low))) : INT64_MIN;
+        m_max[axis] = told ? static_cast<std::int64_t>(std::floor(raw(high))) : INT64_MAX;
     }
 }
 

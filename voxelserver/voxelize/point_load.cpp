@@ -8,7 +8,7 @@
 namespace terravox::voxelize {
 namespace {
 
-constexpr std::uint64_t kPointsPerTask = 100'000;  // some milliseconds of decoding, so that threads end together
+constexpr std::uint64_t kPointsPerTask = 50'000;  // a usual chunk: the finest that a part of a file can be had in, and threads end together
 
 struct Part {
     PatchedPoints points;
@@ -92,12 +92,16 @@ std::shared_ptr<const Square> load_patches(const SquareSource& source, std::span
     return bin(std::move(parts), context, threads);
 }
 
-ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads) {
+ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads, PointCounts& counts) {
     const auto ranges = lidar::split_by_chunk(source.info, kPointsPerTask);
     std::vector<ChunkIndex::Chunk> chunks(ranges.size());
+    std::vector<PointCounts> met(ranges.size());
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
-        chunks[i] = {ranges[i], patches_of(load_part(source, std::span(&ranges[i], 1), std::nullopt, context).points)};
+        const Part part = load_part(source, std::span(&ranges[i], 1), std::nullopt, context);
+        chunks[i] = {ranges[i], patches_of(part.points)};
+        met[i] = part.counts;
     });
+    for (const PointCounts& c : met) counts.add(c);
     return ChunkIndex(std::move(chunks));
 }
 

@@ -28,7 +28,7 @@ struct LoadedSquare {
 [[nodiscard]] std::shared_ptr<const Square> load_patches(const SquareSource& source, std::span<const lidar::PointRange> ranges, const PatchRect& wanted,
                                                          const LoadContext& context, int threads);
 
-/// Decodes a file only to learn what lies where: for files too large to be kept whole.
-[[nodiscard]] ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads);
+/// Decodes a file only to learn what lies where: for files too large to be kept whole. @param counts what was met
+[[nodiscard]] ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads, PointCounts& counts);
 
 }  // namespace terravox::voxelize

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -26,11 +27,28 @@ int water_cell_voxels(double voxel_m, double density) {
 /// Everything but the file that the points of a prepared square depend on.
 std::string recipe_of(const SquareSource& source, const Frame& frame, const ClassTable& classes, const Settings& settings) {
     std::string out = "points 1|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
-    for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres, source.lowest, source.highest}) out += std::to_string(v) + "|";
-    for (const bool flag : {settings.points.drop_withheld, settings.points.drop_overlap, settings.points.drop_wild, source.has_colour}) out += flag ? 'y' : 'n';
+    for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres, source.lowest, source.highest}) out += fmt::format("{}|", v);  // every digit
+    for (const bool flag : {settings.points.drop_withheld, settings.points.drop_overlap, source.has_colour}) out += flag ? 'y' : 'n';
     out += std::to_string(source.colour_shift);
     for (const ClassMeaning& m : classes.meaning) out += m.role == Role::kDrop ? 'd' : 'k';
     return out;
+}
+
+std::uint64_t count_of(const std::vector<lidar::PointRange>& ranges) {
+    std::uint64_t out = 0;
+    for (const auto& r : ranges) out += r.end - r.begin;
+    return out;
+}
+
+// Looks at the points of all patches: a square that a crash or a bad disk has damaged is made again, not used for a while.
+bool intact(const Square& square) {
+    try {
+        for (const PatchEntry& patch : square.patches()) static_cast<void>(square.points(patch.key));
+    } catch (const Error& e) {
+        spdlog::warn("{}; it is made again", e.what());
+        return false;
+    }
+    return true;
 }
 
 std::string unknown_classes(const PointCounts& counts, const ClassTable& classes) {
@@ -59,13 +77,20 @@ PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings, u
       m_squares(options.memory_bytes / kSquaresShare),
       m_parts(std::max(options.memory_bytes / kPartsShare, kLeastParts)),
       m_columns(std::max(options.memory_bytes / kColumnsShare, kLeastColumns)) {
+    const auto empty = init_columns({}, m_classes, m_cell_voxels);
+    for (water::WaterCell& cell : empty->cells.cells) cell.covered = true;
+    m_empty = empty;
     if (!options.cache_dir.empty()) m_folder = std::make_unique<store::SquareFolder>(options.cache_dir / "squares", options.cache_bytes);
     for (const SquareSource& source : m_sources.files) {
         auto entry = std::make_unique<Entry>();
         if (m_folder) entry->name = store::square_name(source.info, recipe_of(source, m_sources.frame, m_classes, settings));
         const double bytes = static_cast<double>(source.info.point_count) * sizeof(VoxelPoint);
-        entry->kept_whole = bytes < static_cast<double>(m_squares.limit_bytes());
-        const double area = static_cast<double>(source.bounds.max_x - source.bounds.min_x) * static_cast<double>(source.bounds.max_z - source.bounds.min_z);
+        const double width = static_cast<double>(source.bounds.max_x) - source.bounds.min_x, depth = static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
+        // With its directory and what the cache adds: one that is made but not kept would be made for every patch.
+        constexpr double kAround = 16384;
+        const double directory = (width / kPatchSize + 3) * (depth / kPatchSize + 3) * sizeof(PatchEntry);
+        entry->kept_whole = bytes + directory + kAround < static_cast<double>(m_squares.limit_bytes());
+        const double area = width * depth;
         // A block and the patch around it take a quarter of their share at most, unless a single patch is larger.
         const double patches = static_cast<double>(m_parts.limit_bytes()) / 4 / std::max(bytes / area * kPatchColumns, 1.0);
         if (!entry->kept_whole) entry->block_patches = std::max(1, static_cast<int>(std::sqrt(patches)) - 2);
@@ -82,6 +107,12 @@ Grid<char, Window::kMargin> PointSet::in_bounds(PatchKey middle) const {
         for (int z = z0; z < z1 && x0 < x1; ++z) std::fill_n(&out.at(x0, z), x1 - x0, char{1});
     }
     return out;
+}
+
+bool PointSet::surrounds(const ColumnRect& rect) const noexcept {
+    return std::any_of(m_sources.files.begin(), m_sources.files.end(), [&](const SquareSource& s) {
+        return rect.min_x >= s.bounds.min_x && rect.max_x <= s.bounds.max_x && rect.min_z >= s.bounds.min_z && rect.max_z <= s.bounds.max_z;
+    });
 }
 
 bool PointSet::in_bounds(std::int32_t x, std::int32_t z) const noexcept {
@@ -125,6 +156,8 @@ std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, PatchKey cen
                 if (!inside.empty()) points.push_back({inside, m_sources.files[i].has_colour});
             }
             const util::StageTimes::Scope timed(m_times, "column init");
+            // Wide extents of nothing (a stray header, the sea) share one patch.
+            if (points.empty() && surrounds(columns_of(key))) return m_empty;
             auto out = init_columns(points, m_classes, m_cell_voxels);
             for (int z = 0; z < out->cells.side; ++z)
                 for (int x = 0; x < out->cells.side; ++x)
@@ -132,13 +165,13 @@ std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, PatchKey cen
                         in_bounds(key.x0() + x * m_cell_voxels + m_cell_voxels / 2, key.z0() + z * m_cell_voxels + m_cell_voxels / 2);
             return out;
         },
-        [](const auto& p) { return p->memory_bytes(); });
+        [this](const auto& p) { return p == m_empty ? std::size_t{0} : p->memory_bytes(); });
 }
 
 std::shared_ptr<const Square> PointSet::points_around(std::size_t file, PatchKey centre) {
     if (m_entries[file]->kept_whole) {
         if (auto square = m_squares.find(file)) return square;
-        if (!part_is_enough(file)) return whole(file);
+        if (!part_is_enough(file, centre)) return whole(file);
     }
     return part(file, centre);
 }
@@ -149,7 +182,7 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
         file,
         [&]() -> std::shared_ptr<const Square> {
             if (m_folder)
-                if (auto square = m_folder->find(entry.name)) {
+                if (auto square = m_folder->find(entry.name); square && intact(*square)) {
                     report(file, square->counts());
                     return square;
                 }
@@ -167,25 +200,40 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
         [](const auto& s) { return s->memory_bytes(); });
 }
 
-// Parts are worth it while something tells where the points lie, the whole is not on disk, and little has been decoded so far.
-bool PointSet::part_is_enough(std::size_t file) {
+// Parts are worth it while something tells where the points lie, the whole is not on disk, and with this part less than half will have been
+// decoded.
+bool PointSet::part_is_enough(std::size_t file, PatchKey centre) {
     Entry& entry = *m_entries[file];
-    if (entry.decoded_in_parts.load() > m_sources.files[file].info.point_count / 2) return false;
-    if (m_folder && m_folder->holds(entry.name)) return false;
-    return m_sources.files[file].spatial_index != nullptr || chunk_index(file, false) != nullptr;
+    const std::uint64_t most = m_sources.files[file].info.point_count / 2, before = entry.decoded_in_parts.load();
+    if (before > most || (m_folder && m_folder->holds(entry.name))) return false;
+    if (m_sources.files[file].spatial_index == nullptr && chunk_index(file, false) == nullptr) return false;
+    return m_parts.find(block_of(file, centre)) != nullptr || before + count_of(ranges_over(file, patches_of(file, centre))) <= most;
+}
+
+PointSet::BlockKey PointSet::block_of(std::size_t file, PatchKey centre) const {
+    const int edge = m_entries[file]->block_patches;
+    return {file, {voxel::floor_div(centre.px, edge), voxel::floor_div(centre.pz, edge)}};
+}
+
+// A block and the patches around it.
+PatchRect PointSet::patches_of(std::size_t file, PatchKey centre) const {
+    const int edge = m_entries[file]->block_patches;
+    const PatchKey block = block_of(file, centre).block;
+    return {{block.px * edge - 1, block.pz * edge - 1}, {(block.px + 1) * edge + 1, (block.pz + 1) * edge + 1}};
 }
 
 std::shared_ptr<const Square> PointSet::part(std::size_t file, PatchKey centre) {
     Entry& entry = *m_entries[file];
-    const int edge = entry.block_patches;
-    const PatchKey block{voxel::floor_div(centre.px, edge), voxel::floor_div(centre.pz, edge)};
     return m_parts.get(
-        {file, block},
+        block_of(file, centre),
         [&] {
-            const PatchRect rect{{block.px * edge - 1, block.pz * edge - 1}, {(block.px + 1) * edge + 1, (block.pz + 1) * edge + 1}};
+            const PatchRect rect = patches_of(file, centre);
             const auto ranges = ranges_over(file, rect);
-            for (const auto& r : ranges) entry.decoded_in_parts += r.end - r.begin;
-            return load_patches(m_sources.files[file], ranges, rect, context(), m_threads);
+            entry.decoded_in_parts += count_of(ranges);
+            auto square = load_patches(m_sources.files[file], ranges, rect, context(), m_threads);
+            const PointCounts& counts = square->counts();
+            if (counts.wild > 0 || !unknown_classes(counts, m_classes).empty()) report(file, counts);
+            return square;
         },
         [](const auto& s) { return s->memory_bytes(); });
 }
@@ -206,7 +254,9 @@ std::shared_ptr<const ChunkIndex> PointSet::chunk_index(std::size_t file, bool s
         if (auto found = m_folder->find_index(entry.name)) entry.chunks = std::make_shared<ChunkIndex>(std::move(*found));
     if (entry.chunks == nullptr && scan) {
         spdlog::info("{}: too large to be kept whole; its points are looked through once", m_sources.files[file].info.path.string());
-        entry.chunks = std::make_shared<ChunkIndex>(scan_chunks(m_sources.files[file], context(), m_threads));
+        PointCounts counts;
+        entry.chunks = std::make_shared<ChunkIndex>(scan_chunks(m_sources.files[file], context(), m_threads, counts));
+        report(file, counts);
         if (m_folder) m_folder->put_index(entry.name, *entry.chunks);
     }
     return entry.chunks;

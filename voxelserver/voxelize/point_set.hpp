@@ -68,10 +68,13 @@ private:
     [[nodiscard]] std::shared_ptr<const Square> points_around(std::size_t file, PatchKey centre);
     [[nodiscard]] std::shared_ptr<const Square> whole(std::size_t file);
     [[nodiscard]] std::shared_ptr<const Square> part(std::size_t file, PatchKey centre);
-    [[nodiscard]] bool part_is_enough(std::size_t file);
+    [[nodiscard]] bool part_is_enough(std::size_t file, PatchKey centre);
+    [[nodiscard]] BlockKey block_of(std::size_t file, PatchKey centre) const;
+    [[nodiscard]] PatchRect patches_of(std::size_t file, PatchKey centre) const;
     [[nodiscard]] std::vector<lidar::PointRange> ranges_over(std::size_t file, const PatchRect& rect);
     [[nodiscard]] std::shared_ptr<const ChunkIndex> chunk_index(std::size_t file, bool scan);
     [[nodiscard]] bool in_bounds(std::int32_t x, std::int32_t z) const noexcept;
+    [[nodiscard]] bool surrounds(const ColumnRect& rect) const noexcept;  ///< some file's bounds hold all of it
     void report(std::size_t file, const PointCounts& counts);
     [[nodiscard]] LoadContext context() const { return {m_sources.frame, m_classes, m_settings, m_times}; }
 
@@ -83,6 +86,7 @@ private:
     int m_cell_voxels = 1;
     std::unique_ptr<store::SquareFolder> m_folder;
     std::vector<std::unique_ptr<Entry>> m_entries;
+    std::shared_ptr<const PatchColumns> m_empty;  ///< a patch inside the bounds without a point
     util::Cache<std::size_t, Square> m_squares;
     util::Cache<BlockKey, Square, BlockKeyHash> m_parts;
     util::Cache<PatchKey, PatchColumns, PatchKeyHash> m_columns;

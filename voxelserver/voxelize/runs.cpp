@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "voxelserver/voxelize/isolated.hpp"
 
@@ -113,7 +114,7 @@ private:
         VoxelAttr attr = attr_of(meaning(roof.top.source_class).material, roof.top);
         specialize(attr, x + roof.look_dx, z + roof.look_dz);
         if (roof_y <= ground_top) {  // a roof no higher than the ground: a garage, a terrace
-            m_runs.back().attr = attr;
+            if (m_runs.back().terrain) m_runs.back().attr = attr;
             return;
         }
         VoxelAttr wall = attr;
@@ -142,6 +143,8 @@ private:
     void objects(int x, int z, std::int32_t top, bool roofed) {
         const Crown& crown = m_in.crowns.at(x, z);
         bool crown_done = !crown.seen();
+        m_trunk.reset();
+        if (crown.seen() && crown.trunk && !roofed && !m_runs.empty() && m_runs.back().terrain) m_trunk = crown.look.source_class;
         for (const ObjectVoxel& o : m_in.window.objects(x, z)) {
             if (!crown_done && o.y >= crown.bottom) {  // all foliage from here to the top is one crown
                 put_crown(crown, top);
@@ -157,14 +160,19 @@ private:
         const VoxelAttr attr = attr_of(plant(crown.look, height_m(crown.top, top)), crown.look);
         std::int32_t bottom = std::max(crown.bottom, crown_floor(top));
         const Run& below = m_runs.back();
-        const bool on_plants = is_plant(below.attr.material);
-        if (on_plants && below.y1 + canopy_gap() >= bottom) bottom = below.y1;  // lower returns of the same crown
-        if (crown.trunk && below.y1 < bottom && (below.terrain || on_plants)) {
+        if (is_plant(below.attr.material) && below.y1 + canopy_gap() >= bottom) bottom = below.y1;  // lower returns of the same crown
+        push_plant(bottom, crown.top + 1, attr);
+        m_trunk.reset();  // it ends in the crown
+    }
+
+    // Where a tree stands, its trunk fills what is open below and between its foliage.
+    void push_plant(std::int32_t y0, std::int32_t y1, const VoxelAttr& attr) {
+        if (m_trunk && m_runs.back().y1 < y0) {
             VoxelAttr trunk;
-            trunk.material = Material::kTrunk, trunk.source_class = crown.look.source_class;
-            push(below.y1, bottom, trunk);
+            trunk.material = Material::kTrunk, trunk.source_class = *m_trunk;
+            push(m_runs.back().y1, y0, trunk);
         }
-        push(bottom, crown.top + 1, attr);
+        push(y0, y1, attr);
     }
 
     [[nodiscard]] std::int32_t canopy_gap() const { return static_cast<std::int32_t>(std::lround(m_in.settings.vegetation.canopy_gap_m / m_in.voxel_m)); }
@@ -191,7 +199,10 @@ private:
         const bool plant_like = m.role == Role::kVegetation || m.role == Role::kSurface;
         const bool on_crown = plant_like && !m_runs.empty() && !m_runs.back().terrain && m_runs.back().y1 < o.y && m_runs.back().y1 + canopy_gap() >= o.y &&
                               m_runs.back().attr.source_class == o.source_class && m_runs.back().attr.material != Material::kTrunk;
-        push(on_crown ? m_runs.back().y1 : o.y, o.y + 1, attr_of(m.tiers ? tier(above_m) : m.material, o));
+        const std::int32_t from = on_crown ? m_runs.back().y1 : o.y;
+        const VoxelAttr attr = attr_of(m.tiers ? tier(above_m) : m.material, o);
+        if (plant_like) push_plant(from, o.y + 1, attr);
+        else push(from, o.y + 1, attr);
     }
 
     [[nodiscard]] double height_m(std::int32_t y, std::int32_t top) const noexcept { return top == kNothing ? 0 : (y - top) * m_in.voxel_m; }
@@ -211,6 +222,7 @@ private:
 
     const RunsInput& m_in;
     std::vector<Run> m_runs;
+    std::optional<std::uint8_t> m_trunk;  // its class, while a column of a tree is filled from below
 };
 
 PatchRuns make_runs(const RunsInput& input) { return RunsBuilder(input).build(); }

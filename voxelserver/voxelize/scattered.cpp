@@ -1,5 +1,6 @@
 #include "voxelserver/voxelize/scattered.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -31,14 +32,25 @@ float ScatteredHeights::at(float x, float z, float reach) const {
     for (std::size_t i = 1; i < count; ++i)  // insertion sort: the list is short and nearly sorted
         for (std::size_t k = i; k > 0 && neighbours[k] < neighbours[k - 1]; --k) std::swap(neighbours[k], neighbours[k - 1]);
     const float radius = count == kNearest ? std::sqrt(squared[count - 1]) : reach;
-    float sum = 0, weights = 0, plain = 0;
+    float sum = 0, weights = 0;
     for (std::size_t k = 0; k < count; ++k) {
         const float d = std::sqrt(neighbours[k].squared), h = neighbours[k].sample.height;
         if (d == 0) return h;
         const float w = (radius - d) / (radius * d);
-        sum += w * w * h, weights += w * w, plain += h;
+        sum += w * w * h, weights += w * w;
     }
-    return weights > 0 ? sum / weights : plain / static_cast<float>(count);
+    return weights > 0 ? sum / weights : mean_within(x, z, squared[count - 1]);
+}
+
+// All found are equally far: which of more than these the tree took must not matter, so all at that distance count.
+float ScatteredHeights::mean_within(float x, float z, float squared) const {
+    std::vector<float> heights;  // rare, so looking at all of them will do
+    for (const Sample& s : m_cloud.samples)
+        if ((s.x - x) * (s.x - x) + (s.z - z) * (s.z - z) <= squared) heights.push_back(s.height);
+    std::sort(heights.begin(), heights.end());
+    double sum = 0;
+    for (const float h : heights) sum += static_cast<double>(h);
+    return static_cast<float>(sum / static_cast<double>(heights.size()));
 }
 
 }  // namespace terravox::voxelize

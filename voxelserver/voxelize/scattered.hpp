@@ -24,6 +24,7 @@ public:
     [[nodiscard]] float at(float x, float z, float reach) const;
 
 private:
+    [[nodiscard]] float mean_within(float x, float z, float squared) const;
     // nanoflann's data set interface.
     struct Cloud {
         std::vector<Sample> samples;

@@ -26,7 +26,6 @@ std::vector<Field> fields_of(Settings& s) {
     return {
         flag("points", "drop_withheld", s.points.drop_withheld),
         flag("points", "drop_overlap", s.points.drop_overlap),
-        flag("points", "drop_wild", s.points.drop_wild),
         flag("points", "drop_isolated", s.points.drop_isolated),
         flag("steps", "building_fill", s.steps.building_fill),
         flag("steps", "bridges", s.steps.bridges),

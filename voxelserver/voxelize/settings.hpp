@@ -5,17 +5,17 @@
 
 namespace terravox::voxelize {
 
-/// Which steps run, and how: config/voxelize.toml states units, ranges and reasons. Results depend on every field.
+/// Which steps run, and how: config/voxelize.toml states units and reasons, docs/formats.md the ranges too. Results depend on every field.
 struct Settings {
     struct Points {
-        bool drop_withheld = true, drop_overlap = false, drop_wild = true, drop_isolated = true;
+        bool drop_withheld = true, drop_overlap = false, drop_isolated = true;
     } points;
     struct Steps {
         bool building_fill = true, bridges = true, ground_fill = true, vegetation_fill = true, specialization = true, neighbourhood_filters = true,
              water_equalization = true, water_deepening = true;
     } steps;
     struct Buildings {
-        double storey_m = 3.0;      ///< an open space beneath a roof is at least this high
+        double storey_m = 2.4;      ///< an open space beneath a roof is higher than this
         double steep_roof_m = 3.0;  ///< a greater drop between columns of a roof is a wall
     } buildings;
     struct Bridges {

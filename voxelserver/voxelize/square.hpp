@@ -24,7 +24,7 @@ static_assert(sizeof(PatchEntry) == 32);
 struct PointCounts {
     std::uint64_t kept = 0;
     std::uint64_t wild = 0;      ///< far outside the bounds: errors of the survey
-    std::uint64_t withheld = 0;  ///< marked so by the survey
+    std::uint64_t withheld = 0;  ///< marked so by the survey, or as overlap where that is dropped
     std::uint64_t noise = 0;     ///< of classes that the table drops
     std::array<std::uint64_t, 256> by_class{};  ///< of the points kept
     void add(const PointCounts& other) noexcept;

@@ -108,7 +108,7 @@ void SurfaceStep::filter(const Window& window, SurfaceLook& look) {
     const util::StageTimes::Scope timed(m_times, "neighbourhood filters");
     imagery::Grid grid;
     grid.width = grid.height = kPatchSize + 2 * m_margin;
-    grid.margin = m_margin;
+    grid.margin = m_margin - Margined<Material>::kMargin;  // what is left after the filters
     const auto side = static_cast<std::size_t>(grid.width);
     grid.material.assign(side * side, Material::kAir), grid.flags.assign(side * side, 0);
     // Row by row, in the three stretches that lie in one patch each.

@@ -10,7 +10,9 @@ namespace terravox::voxelize {
 namespace {
 
 constexpr int kCrownsAround = 5;   // of eight: a gap between points
-constexpr int kMostWindow = 3;     // columns: what the margin allows
+constexpr int kMostWindow = 5;     // columns: what the margin allows
+constexpr double kWindowShare = 0.25;  // radius over mean crown width: a wider window would swallow many a neighbour in a wood
+constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
 using Canopy = Grid<Crown, GroundHeights::kMargin>;
 using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
 static_assert(Closed::kMargin >= Margined<Crown>::kMargin + kMostWindow);
@@ -29,14 +31,15 @@ public:
     [[nodiscard]] Crown at(int x, int z) const {
         Crown out = m_closed.at(x, z);
         if (!out.seen()) return out;
-        const auto gap = static_cast<std::int32_t>(std::lround(m_settings.canopy_gap_m / m_voxel_m));
+        const double height_m = height_above_ground_m(x, z, out);
+        const auto gap = static_cast<std::int32_t>(std::lround(std::max(m_settings.canopy_gap_m, kCrownShare * height_m) / m_voxel_m));
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx) {
                 const Crown& next = m_closed.at(x + dx, z + dz);
                 // Down to where the lower neighbour's foliage begins: they touch. A much lower one is another plant.
                 if (next.seen() && next.top < out.top && out.top - next.top <= gap) out.bottom = std::min(out.bottom, next.top);
             }
-        out.trunk = highest_around(x, z, out.top);
+        out.trunk = highest_around(x, z, out, height_m);
         return out;
     }
 
@@ -50,10 +53,12 @@ private:
             const ObjectVoxel& o = objects[i];
             const Role role = m_classes.meaning[o.source_class].role;
             if (role != Role::kVegetation && role != Role::kSurface) continue;
-            if ((static_cast<float>(o.y + 1) - ground) * m_voxel_m < m_settings.trunk_from_m) return out;
+            const float height = static_cast<float>(o.y) + static_cast<float>(o.fraction) / 256;
+            if ((height - ground) * m_voxel_m < m_settings.trunk_from_m) return out;
             if (m_drop_isolated && isolated(m_window, x, z, o.y)) continue;  // a bird
             out.top = out.bottom = o.y;
             out.look = o;
+            out.height = height;
             return out;
         }
         return out;
@@ -61,9 +66,9 @@ private:
 
     [[nodiscard]] Crown closed(int x, int z) const {
         const Crown& own = m_canopy.at(x, z);
-        // Where the ground or a roof was seen from above, there is no crown.
+        // Where the ground or a roof was seen from above, there is no crown; where there is no ground, nothing grows.
         const Column& column = m_window.column(x, z);
-        if (own.seen() || column.ground.seen() || column.roof.seen() || column.water.seen() || column.deck.seen()) return own;
+        if (own.seen() || m_ground.at(x, z) != m_ground.at(x, z) || column.ground.seen() || column.roof.seen() || column.water.seen() || column.deck.seen()) return own;
         std::array<const Crown*, 8> around{};
         std::size_t count = 0;
         for (int dz = -1; dz <= 1; ++dz)
@@ -71,21 +76,28 @@ private:
                 if (const Crown& next = m_canopy.at(x + dx, z + dz); next.seen()) around[count++] = &next;
         if (count < kCrownsAround) return own;
         const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
-        std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count), [](const Crown* a, const Crown* b) { return a->top < b->top; });
+        std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count), [](const Crown* a, const Crown* b) { return a->height < b->height; });
         return **middle;
     }
 
-    // The lower row or column wins among equals, so that neighbouring columns agree.
-    [[nodiscard]] bool highest_around(int x, int z, std::int32_t top) const {
-        const double height_m = (static_cast<double>(top) - static_cast<double>(m_ground.at(x, z))) * m_voxel_m;
-        const double radius_m = 1.0 + 0.08 * height_m;
-        const int radius = std::clamp(static_cast<int>(std::lround(radius_m / m_voxel_m)), 1, kMostWindow);
-        for (int dz = -radius; dz <= radius; ++dz)
-            for (int dx = -radius; dx <= radius; ++dx) {
+    [[nodiscard]] double height_above_ground_m(int x, int z, const Crown& crown) const {
+        return (static_cast<double>(crown.height) - static_cast<double>(m_ground.at(x, z))) * m_voxel_m;
+    }
+
+    // In heights above the ground: on a slope the crown uphill would hide every one below it. The northern or western one wins among equals,
+    // so that neighbouring columns agree.
+    [[nodiscard]] bool highest_around(int x, int z, const Crown& crown, double height_m) const {
+        const double width_m = 2.51503 + 0.00901 * height_m * height_m;  // Popescu & Wynne, all kinds of trees
+        const double radius = std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMostWindow));
+        const int reach = static_cast<int>(radius);
+        const float own = crown.height - m_ground.at(x, z);
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
                 if ((dx == 0 && dz == 0) || dx * dx + dz * dz > radius * radius) continue;
                 const Crown& other = m_closed.at(x + dx, z + dz);
-                if (!other.seen() || other.top < top) continue;
-                if (other.top > top || dz < 0 || (dz == 0 && dx < 0)) return false;
+                if (!other.seen()) continue;
+                const float height = other.height - m_ground.at(x + dx, z + dz);
+                if (height > own || (height == own && (dz < 0 || (dz == 0 && dx < 0)))) return false;
             }
         return true;
     }

@@ -20,17 +20,31 @@ public:
         if (column.roof.seen() && column.roof_points >= column.water_points) return kNoHeight;
         if (m_water == nullptr) return column.water.height;
         const std::int32_t cell = m_water->cell_voxels;
+        if (!column.water.seen() && !has_bodies(x, z)) return kNoHeight;  // most of the land ends here
         const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell), cz = voxel::floor_div(m_window.middle.z0() + z, cell);
         if (column.water.seen()) {
             const float near = m_water->bodies.level_near(cx, cz);
-            return std::isnan(near) ? column.water.height : near;
+            return std::isnan(near) ? like_a_body_around(cx, cz, column.water.height) : near;
         }
-        // Only places without ground, or with ground that looks wet, can be a body's: most of the land ends here.
+        // Only places without ground, or with ground that looks wet, can be a body's.
         if (column.ground.seen() && !cells(x, z).at((x & 63) / cell, (z & 63) / cell).looks_wet) return kNoHeight;
         return levels_at(x, z, cell);
     }
 
 private:
+    // Returns between a lake and reeds or an island's shore: the lake's, when it lies within some cells and stands as high.
+    [[nodiscard]] float like_a_body_around(std::int32_t cx, std::int32_t cz, float own) const {
+        constexpr std::int32_t kFar = 4;
+        constexpr float kSame = 1;  // voxels: rounding alone may part them by one
+        for (std::int32_t r = 2; r <= kFar; ++r)
+            for (std::int32_t dz = -r; dz <= r; ++dz)
+                for (std::int32_t dx = -r; dx <= r; dx += dz == -r || dz == r ? 1 : 2 * r) {
+                    const float level = m_water->bodies.level(cx + dx, cz + dz);
+                    if (std::abs(level - own) < kSame) return level;
+                }
+        return own;
+    }
+
     struct Known {
         std::shared_ptr<const water::CellPatch> cells;
         std::shared_ptr<const water::PatchLevels> levels;
@@ -44,11 +58,13 @@ private:
         return *k.cells;
     }
 
-    [[nodiscard]] float levels_at(int x, int z, int cell) {
+    [[nodiscard]] bool has_bodies(int x, int z) {
         Known& k = known(x, z);
         if (!k.asked) k.levels = m_water->bodies.levels(m_window.middle.px + (x >> 6), m_window.middle.pz + (z >> 6)), k.asked = true;
-        return k.levels ? k.levels->at((x & 63) / cell, (z & 63) / cell) : kNoHeight;
+        return k.levels != nullptr;
     }
+
+    [[nodiscard]] float levels_at(int x, int z, int cell) { return has_bodies(x, z) ? known(x, z).levels->at((x & 63) / cell, (z & 63) / cell) : kNoHeight; }
 
     const Window& m_window;
     WaterAccess* m_water;

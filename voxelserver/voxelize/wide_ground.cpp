@@ -10,8 +10,11 @@ struct WideGround::Around {
     std::optional<ScatteredHeights> ground;  ///< centres of water cells, voxels from the patch's first column
     float reach = 0;
     std::array<float, 9> lowest{};  ///< of the patch and its neighbours, when there is no ground; index (dz + 1) * 3 + dx + 1
-    [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof *this + (ground ? kMostSamples * 40 : 0); }
-    static constexpr std::size_t kMostSamples = 4096;  // about; what one entry is taken to weigh
+    std::size_t samples = 0;
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        constexpr std::size_t kTreeBytes = 16;  // nanoflann's share for each sample, about
+        return sizeof *this + samples * (sizeof(ScatteredHeights::Sample) + kTreeBytes);
+    }
 };
 
 std::shared_ptr<const WideGround::Around> WideGround::make(PatchKey patch) {
@@ -35,6 +38,7 @@ std::shared_ptr<const WideGround::Around> WideGround::make(PatchKey patch) {
         out->reach = static_cast<float>((rings + 1) * kPatchSize) * 1.5f;
         if (samples.size() >= kEnough) break;
     }
+    out->samples = samples.size();
     if (!samples.empty()) {
         out->ground.emplace(std::move(samples));
         return out;

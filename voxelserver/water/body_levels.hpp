@@ -28,8 +28,9 @@ struct LevelOptions {
 
 /// The level of each cell, in voxels, perfectly level in a lake and falling along a river.
 ///
-/// A lake (the middle 80 % of its samples within 0.3 m): one level, the median of the returns. Where returns are few (below 10), water
-/// stands no higher than the lowest tenth of its shore; without any return it stands there.
+/// A lake (the middle 80 % of its returns within 0.3 m, and no stretch of cross-sections off by more than 0.2 m, as a brook that runs into it
+/// would be): one level, the median of the returns. Where returns are few (below 10), water stands no higher than the lowest tenth of its
+/// shore; without any return it stands there.
 /// A river: cells equally far from one end form cross-sections (river_sections.hpp), which are level; their levels are estimated and made to
 /// fall towards the outlets (river_profile.hpp). From every cell a way (over edges and corners)
 /// leads to an outlet that never rises.

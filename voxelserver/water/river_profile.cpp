@@ -14,6 +14,7 @@ constexpr double kSectionNoise_m = 0.02;   // what more returns do not take away
 constexpr double kMostReturns = 100;
 constexpr double kLeastStep_m = 0.02;      // change of level from section to section that costs nothing yet
 constexpr double kStartStep_m = 0.05;
+constexpr double kFarther = 0.875;         // of the fall at a section, what comes from further on: a stretch of some eight sections
 constexpr int kReweightings = 4;
 constexpr double kStray = 2;               // residuals beyond so many deviations lose weight
 constexpr double kRim_m = 0.3;
@@ -27,40 +28,56 @@ double certainty(const SectionSample& s) {
 }
 
 // Least squares of (level - seen)^2 * weight + (level - parent's level)^2 / step^2: exact on a forest, leaves first and back.
-std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& samples, const std::vector<double>& weight, double step_m) {
-    const double stiff = 1 / (step_m * step_m);
+// step_m: of each section to its parent
+std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& samples, const std::vector<double>& weight, const std::vector<double>& step_m) {
     std::vector<double> pull = weight, sum(weight.size()), level(weight.size());
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = weight[i] * samples[i].level_m;
+    const auto stiff = [&](std::int32_t s) { return 1 / (step_m[at(s)] * step_m[at(s)]); };
     for (std::size_t k = d.order.size(); k-- > 0;) {
         const std::int32_t s = d.order[k], p = d.parent[at(s)];
         if (p == kNone || !(pull[at(s)] > 0)) continue;
-        const double share = stiff / (pull[at(s)] + stiff);
+        const double share = stiff(s) / (pull[at(s)] + stiff(s));
         pull[at(p)] += pull[at(s)] * share, sum[at(p)] += sum[at(s)] * share;
     }
     for (const std::int32_t s : d.order) {
         const std::int32_t p = d.parent[at(s)];
         if (p == kNone) level[at(s)] = pull[at(s)] > 0 ? sum[at(s)] / pull[at(s)] : 0;
-        else level[at(s)] = (sum[at(s)] + stiff * level[at(p)]) / (pull[at(s)] + stiff);
+        else level[at(s)] = (sum[at(s)] + stiff(s) * level[at(p)]) / (pull[at(s)] + stiff(s));
     }
     return level;
 }
 
-double mean_step(const Drainage& d, const std::vector<double>& level) {
-    double sum = 0;
-    for (const std::int32_t s : d.order)
-        if (d.parent[at(s)] != kNone) sum += std::abs(level[at(s)] - level[at(d.parent[at(s)])]);
-    return sum / static_cast<double>(level.size());
+// What the level changes by from section to parent thereabouts: the net change over a stretch towards the outlet or away from it, whichever is
+// more. One body may hold a river that hardly falls and a steep brook that runs into it: smoothed with the river's step, the whole brook
+// would count as strays. Net, because a stray goes up and down again.
+std::vector<double> local_steps(const Drainage& d, const std::vector<double>& level) {
+    const std::size_t count = level.size();
+    std::vector<double> change(count), towards(count), away(count), from_above(count), branches(count);
+    for (const std::int32_t s : d.order) {
+        const std::int32_t p = d.parent[at(s)];
+        if (p == kNone) continue;
+        change[at(s)] = towards[at(s)] = level[at(s)] - level[at(p)];
+        if (d.parent[at(p)] != kNone) towards[at(s)] += kFarther * (towards[at(p)] - change[at(s)]);
+    }
+    for (std::size_t k = count; k-- > 0;) {
+        const std::int32_t s = d.order[k], p = d.parent[at(s)];
+        away[at(s)] = change[at(s)];
+        if (branches[at(s)] > 0) away[at(s)] += kFarther * (from_above[at(s)] / branches[at(s)] - change[at(s)]);
+        if (p != kNone) from_above[at(p)] += away[at(s)], branches[at(p)] += 1;
+    }
+    for (std::size_t i = 0; i < count; ++i) change[i] = std::max({kLeastStep_m, std::abs(towards[i]), std::abs(away[i])});
+    return change;
 }
 
 std::vector<double> smooth(const Drainage& d, const std::vector<SectionSample>& samples) {
     std::vector<double> base(samples.size());
     for (std::size_t i = 0; i < base.size(); ++i) base[i] = certainty(samples[i]);
-    std::vector<double> weight = base, level = solve(d, samples, weight, kStartStep_m);
+    std::vector<double> weight = base, level = solve(d, samples, weight, std::vector<double>(samples.size(), kStartStep_m));
     for (int round = 0; round < kReweightings; ++round) {
-        const double step = std::max(kLeastStep_m, mean_step(d, level));
+        const std::vector<double> step = local_steps(d, level);
         for (std::size_t i = 0; i < base.size(); ++i) {
             // A section may also be off its neighbours' line by what a step is.
-            const double deviation2 = base[i] > 0 ? 1 / base[i] + step * step : 1;
+            const double deviation2 = base[i] > 0 ? 1 / base[i] + step[i] * step[i] : 1;
             const double residual = samples[i].level_m - level[i];
             weight[i] = base[i] / (1 + residual * residual / (kStray * kStray * deviation2));
         }

@@ -8,7 +8,8 @@ namespace terravox::water {
 
 /// The level of each section, metres above the samples' reference: close to what was seen, falling towards the outlets and nowhere else.
 ///
-/// 1. Levels are smoothed along the course and bridged where nothing was seen (drainage tree, robust weights).
+/// 1. Levels are smoothed along the course and bridged where nothing was seen (drainage tree, robust weights), each stretch by its own fall: a
+///    steep brook keeps its returns whatever it runs into.
 /// 2. The way the water runs: flooding from the lowest section upwards; a second outlet is an end that lies well below the rim to the first.
 /// 3. The nearest levels that never fall upstream: exact on the tree of ways, then made to hold across islands' two arms.
 /// 4. Stretches nearly without slope take one level, so that noise makes no step in a lake that a river passes through.

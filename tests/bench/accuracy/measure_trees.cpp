@@ -91,7 +91,9 @@ private:
 
 void measure_trees(const TruthPlace& truth, const VoxelField& found, const CrownWidth& width, Readings& readings) {
     const auto real = truth.trees();
-    const auto tops = find_tree_tops(truth.area, canopy_of(found), width, kLeastTree_m);
+    const auto seen = find_tree_tops(truth.area, canopy_of(found), width, kLeastTree_m);
+    if (!found.trees().empty()) readings.add("trees: F1 (detector on the voxels)", "", match_trees(seen, real, kLeastTree_m).f1());
+    const auto& tops = found.trees().empty() ? seen : found.trees();
     const TreeMatch match = match_trees(tops, real, kLeastTree_m);
     Errors heights;
     Share floating;

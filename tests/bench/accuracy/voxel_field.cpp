@@ -50,6 +50,7 @@ VoxelField::VoxelField(voxelize::LidarWorld& world, const Area& area, int thread
     const auto range = voxel::boxes_over(bounds, 0);
     const auto across = static_cast<std::size_t>(range.max.bx - range.min.bx);
     const auto count = across * static_cast<std::size_t>(range.max.bz - range.min.bz);
+    std::vector<std::vector<TreeTop>> trees(count);
     thread::parallel_for(count, threads, [&](std::size_t i) {
         const std::int32_t bx = range.min.bx + static_cast<std::int32_t>(i % across), bz = range.min.bz + static_cast<std::int32_t>(i / across);
         const auto for_each = [&](const auto& visit) {
@@ -61,12 +62,16 @@ VoxelField::VoxelField(voxelize::LidarWorld& world, const Area& area, int thread
         };
         const auto ground = world.ground_heights(bx, bz);
         for_each([&](int x, int z, std::size_t n) { m_ground[n] = ground[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)]; });
+        for (const voxelize::Tree& t : world.trees(bx, bz))
+            if (area.holds(t.x - area.voxel_x(0), t.z - area.voxel_z(0)))
+                trees[i].push_back({t.x - area.voxel_x(0) + 0.5, t.z - area.voxel_z(0) + 0.5, static_cast<double>(t.top) - static_cast<double>(t.ground), 0});
         const auto extent = world.column(0, bx, bz);
         for (std::int32_t by = extent.by_begin; by < extent.by_end; ++by) {
             const auto box = world.box({0, bx, by, bz});
             if (box) for_each([&](int x, int z, std::size_t n) { read_column(*box, x, z, by * voxel::kBoxSizeY, columns[n]); });
         }
     });
+    for (const auto& found : trees) m_trees.insert(m_trees.end(), found.begin(), found.end());
     join(columns);
 }
 

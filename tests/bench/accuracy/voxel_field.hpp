@@ -6,6 +6,7 @@
 
 #include "common/voxel/world.hpp"
 #include "tests/bench/accuracy/area.hpp"
+#include "tests/bench/accuracy/tree_tops.hpp"
 #include "voxelserver/voxelize/lidar_world.hpp"
 
 namespace terravox::bench {
@@ -32,6 +33,9 @@ class VoxelField {
 public:
     /// Reads all boxes and ground heights of the area. @param world with voxels of 1 m on whole metres @throws Error
     VoxelField(voxelize::LidarWorld& world, const Area& area, int threads);
+    /// Trees as the voxelizer's own step says; of a field made by hand, those that the test gives.
+    [[nodiscard]] const std::vector<TreeTop>& trees() const noexcept { return m_trees; }
+    void set_trees(std::vector<TreeTop> trees) { m_trees = std::move(trees); }
     /// For tests. @param runs of each column @param ground_m of each column
     VoxelField(const Area& area, const std::vector<std::vector<FoundRun>>& runs, std::vector<float> ground_m);
 
@@ -67,6 +71,7 @@ private:
     std::vector<std::size_t> m_begin;
     std::vector<FoundRun> m_runs;
     std::vector<float> m_ground;
+    std::vector<TreeTop> m_trees;
 };
 
 }  // namespace terravox::bench

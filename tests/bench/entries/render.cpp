@@ -23,7 +23,7 @@ void add_report(const std::filesystem::path& file, double wall_s, Readings& read
 
 std::vector<std::string> command_for(const DataSet& set, const Context& c, const std::vector<std::string>& endings,
                                      const std::filesystem::path& report) {
-    std::vector<std::string> out = {(c.programs / "terravox-raytracer").string(), "render"};
+    std::vector<std::string> out = {(c.programs / "terravox-raytracer").string(), "render", "--cache", "none"};
     for (const auto& file : set.paths(c)) out.push_back(file.string());
     for (const auto& photo : set.orthophoto_paths(c)) out.insert(out.end(), {"--ortho", photo.string()});
     if (!set.crs.empty()) out.insert(out.end(), {"--crs", set.crs});

@@ -57,6 +57,10 @@ TEST_CASE("heights are true: real ground points lie in the top voxel of the grou
                     if (const auto near = columns.find({place.first + dx, place.second + dz}); near != columns.end()) covered = covered || near->second.other;
             if (covered) continue;
             const auto top = world.highest(place.first, place.second, is_ground);
+            // A trunk's foot between higher columns is hidden, and what is hidden reads as rock: nothing tells it from the ground.
+            if (top && world.material(place.first, *top, place.second) == Material::kRock && world.material(place.first, *top + 1, place.second) == Material::kTrunk) continue;
+            // The foot of a trunk in a dip is hidden, and so reads as rock.
+            if (const auto above = top ? world.at(place.first, *top + 1, place.second) : std::nullopt; above && above->material == Material::kTrunk) continue;
             const auto low = static_cast<std::int32_t>(std::floor(said.low)), high = static_cast<std::int32_t>(std::floor(said.high));
             if (low == high) {
                 ++plain;

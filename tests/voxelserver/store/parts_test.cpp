@@ -1,0 +1,144 @@
+// Files of which only parts are decoded: the voxels must be those of the whole.
+#include "tests/catch.hpp"
+#include "tests/voxelserver/store/strip.hpp"
+#include "voxelserver/lidar/las_file.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path kCopc = fs::path(TERRAVOX_SHARED_DATA) / "copcjs" / "ellipsoid.copc.laz";
+
+/// A cache folder in which only the chunk index of a file is left.
+void leave_index(const fs::path& file, const fs::path& cache) {
+    auto options = OpenWorld::with(file);
+    options.cache_dir = cache;
+    TimedWorld world(options);
+    (void)world->box(all_keys(world->info(), 0).front());
+    for (const auto& square : files_ending(cache / "squares", ".square")) fs::remove(square);
+    REQUIRE(files_ending(cache / "squares", ".chunks").size() == 1);
+}
+
+/// Copies the points of a file in a random order.
+void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
+    std::vector<lidar::LasPoint> points;
+    lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) { points.push_back(p); });
+    std::shuffle(points.begin(), points.end(), std::mt19937(8));
+    lidar::LasWriterOptions options;
+    options.point_format = info.point_format, options.scale = info.scale, options.offset = info.offset;
+    if (info.crs) options.wkt = info.crs->wkt();
+    lidar::LasWriter writer(to, options);
+    for (const lidar::LasPoint& p : points) {
+        REQUIRE_FALSE((p.withheld || p.overlap));
+        lidar::LasWritePoint out;
+        out.x = p.x, out.y = p.y, out.z = p.z, out.classification = p.classification, out.rgb = p.rgb;
+        out.return_number = p.return_number, out.return_count = p.return_count;
+        writer.write(out);
+    }
+    writer.close();
+}
+
+}  // namespace
+
+TEST_CASE("with only the chunk index kept, boxes asked in any order are those of the whole", "[voxelserver][store][parts]") {
+    const Strip& strip = Strip::get();
+    REQUIRE(strip.stretches >= 10);
+    REQUIRE(solid_boxes(strip.boxes) >= 40);
+    const TemporaryFolder cache;
+    leave_index(strip.sorted, cache.path());
+    auto options = OpenWorld::with(strip.sorted);
+    options.cache_dir = cache.path();
+    TimedWorld world(options);
+    const auto keys = all_keys(world->info(), 0);
+    const auto middle = keys[keys.size() / 2];
+    const auto box = world->box(middle);
+    CHECK((box ? box->checksum() : 0) == strip.boxes.at(middle));
+    // A patch and its neighbours are 192 of 1300 m: two or three stretches of ten.
+    CHECK(world.count("point load") >= 1);
+    CHECK(world.count("point load") <= strip.stretches / 2);
+    CHECK(files_ending(cache.path() / "squares", ".square").empty());
+    CHECK((world.boxes(GENERATE(1U, 2U)) == strip.boxes));
+    // By then the whole has been worth it.
+    CHECK(files_ending(cache.path() / "squares", ".square").size() == 1);
+    CHECK(world.count("point load") <= 3 * strip.stretches);
+}
+
+TEST_CASE("a file in which every part lies everywhere gives the same boxes", "[voxelserver][store][parts]") {
+    const Strip& strip = Strip::get();
+    const Checksums whole = TimedWorld(OpenWorld::with(strip.mixed)).boxes();
+    const TemporaryFolder cache;
+    leave_index(strip.mixed, cache.path());
+    auto options = OpenWorld::with(strip.mixed);
+    options.cache_dir = cache.path();
+    TimedWorld world(options);
+    CHECK((world.boxes(5) == whole));
+    CHECK(world.count("point load") <= 3 * strip.stretches);
+}
+
+TEST_CASE("a file larger than its share of memory is read in parts, never kept whole, and is the same", "[voxelserver][store][parts]") {
+    const Strip& strip = Strip::get();
+    struct Case { const char* name; std::size_t memory_bytes; bool cached; };
+    const auto c = GENERATE(values<Case>({{"16 MiB", std::size_t{16} << 20, false}, {"none", 1, false},
+                                          {"16 MiB, with a cache folder", std::size_t{16} << 20, true}}));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder cache;
+        auto options = OpenWorld::with(strip.sorted);
+        options.memory_bytes = c.memory_bytes;
+        if (c.cached) options.cache_dir = cache.path();
+        TimedWorld world(options);
+        CHECK((world.boxes(6) == strip.boxes));
+        if (!c.cached) return;
+        CHECK(files_ending(cache.path() / "squares", ".square").empty());
+        CHECK(files_ending(cache.path() / "squares", ".chunks").size() == 1);
+        // The second time nobody has to look through the file first.
+        TimedWorld second(options);
+        const auto keys = all_keys(second->info(), 0);
+        (void)second->box(keys.front());
+        CHECK(second.count("point load") <= strip.stretches / 2);
+        CHECK((second.boxes(7) == strip.boxes));
+    }
+}
+
+TEST_CASE("a damaged chunk index is made again", "[voxelserver][store][parts][damage]") {
+    const Strip& strip = Strip::get();
+    const TemporaryFolder cache;
+    auto options = OpenWorld::with(strip.sorted);
+    options.cache_dir = cache.path(), options.memory_bytes = std::size_t{16} << 20;
+    TimedWorld(options)->box(strip.boxes.begin()->first);
+    const auto index = files_ending(cache.path() / "squares", ".chunks").at(0);
+    const std::string good = bytes_of(index);
+    std::string bad = good;
+    bad[bad.size() / 2] ^= 4;
+    write_bytes(index, bad);
+    TimedWorld world(options);
+    const auto key = std::next(strip.boxes.begin(), 10)->first;
+    const auto box = world->box(key);
+    CHECK((box ? box->checksum() : 0) == strip.boxes.at(key));
+    CHECK((bytes_of(index) == good));
+}
+
+TEST_CASE("a COPC file makes the same boxes through its hierarchy, in parts and whole, as its points in any order", "[voxelserver][store][parts][data]") {
+    if (!fs::exists(kCopc)) {
+        WARN("skipped: " << kCopc.string() << " is not there");
+        return;
+    }
+    const auto info = lidar::read_las_info(kCopc);
+    const TemporaryFolder folder;
+    write_shuffled(info, folder.path() / "plain.laz");
+    auto plain = OpenWorld::with(folder.path() / "plain.laz");
+    plain.voxel_m = 0.5;  // so that the thing is more than a few boxes
+    if (!info.crs) plain.crs = kCrs;
+    // Ground far from any point is looked for far around, which takes long where no memory is left to remember it.
+    plain.settings = folder.path() / "settings.toml";
+    write_bytes(plain.settings, "[steps]\nground_fill = false\n");
+    auto copc = plain;
+    copc.files = {kCopc};
+    const Checksums wanted = TimedWorld(plain).boxes();
+    INFO(wanted.size() << " boxes, " << info.point_count << " points");
+    CHECK(solid_boxes(wanted) > 4);
+    copc.memory_bytes = GENERATE(std::size_t{4} << 30, std::size_t{1});
+    TimedWorld world(copc);
+    CHECK((world.boxes(3) == wanted));
+}
