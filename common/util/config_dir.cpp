@@ -1,7 +1,9 @@
 #include "common/util/config_dir.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "common/util/error.hpp"
 
@@ -28,6 +30,17 @@ std::filesystem::path config_dir() {
             tried += (tried.empty() ? "" : ", ") + candidate.string();
         }
     throw Error("find the configuration: no materials.toml in " + tried + "; set TERRAVOX_CONFIG");
+}
+
+std::string toml_ids(const std::filesystem::path& folder) {
+    std::vector<std::string> ids;
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+        if (entry.path().extension() == ".toml") ids.push_back(entry.path().stem().string());
+    std::sort(ids.begin(), ids.end());
+    std::string out;
+    for (const auto& id : ids) out += (out.empty() ? "" : ", ") + id;
+    return out;
 }
 
 }  // namespace terravox::util

@@ -11,17 +11,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string known_palettes(const fs::path& folder) {
-    std::vector<std::string> ids;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored))
-        if (entry.path().extension() == ".toml") ids.push_back(entry.path().stem().string());
-    std::sort(ids.begin(), ids.end());
-    std::string out;
-    for (const auto& id : ids) out += (out.empty() ? "" : ", ") + id;
-    return out;
-}
-
 std::string short_number(double v) {
     std::string text = std::to_string(v);
     while (text.find('.') != std::string::npos && (text.back() == '0' || text.back() == '.')) {
@@ -100,7 +89,7 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "palettes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw UsageError("find the palette '" + id_or_path + "': allowed: " + known_palettes(folder) + ", or a path to a .toml file");
+            throw UsageError("find the palette '" + id_or_path + "': allowed: " + util::toml_ids(folder) + ", or a path to a .toml file");
     } else if (!fs::exists(file)) {
         throw UsageError("read the palette " + file.string() + ": no such file");
     }
@@ -114,7 +103,7 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
         if (extends == nullptr) break;
         const auto base = extends->value<std::string>();
         const fs::path parent = file.parent_path() / (base.value_or("") + ".toml");
-        if (!base || !fs::exists(parent)) last.fail("extends = '" + base.value_or("") + "'; allowed: " + known_palettes(file.parent_path()));
+        if (!base || !fs::exists(parent)) last.fail("extends = '" + base.value_or("") + "'; allowed: " + util::toml_ids(file.parent_path()));
         file = parent;
     }
     std::reverse(out.begin(), out.end());

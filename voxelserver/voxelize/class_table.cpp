@@ -22,17 +22,6 @@ constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::
                                                                  {"object", Role::kObject},
                                                                  {"surface", Role::kSurface}}};
 
-std::string known_tables(const fs::path& folder) {
-    std::vector<std::string> ids;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored))
-        if (entry.path().extension() == ".toml") ids.push_back(entry.path().stem().string());
-    std::sort(ids.begin(), ids.end());
-    std::string out;
-    for (const auto& id : ids) out += (out.empty() ? "" : ", ") + id;
-    return out;
-}
-
 void apply(const fs::path& file, ClassTable& table, int depth) {
     const auto fail = [&](const std::string& what) { throw Error("read the class table " + file.string() + ": " + what); };
     constexpr int kMostExtends = 8;
@@ -44,8 +33,11 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
         fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
     }
     if (const auto base = root["extends"].value<std::string>()) {
-        const fs::path parent = file.parent_path() / (*base + ".toml");
-        if (!fs::exists(parent)) fail("extends = '" + *base + "'; allowed: " + known_tables(file.parent_path()));
+        // A person's own table extends one beside it, or one that ships with the program.
+        fs::path parent = file.parent_path() / (*base + ".toml");
+        const fs::path shipped = util::config_dir() / "classes";
+        if (!fs::exists(parent)) parent = shipped / (*base + ".toml");
+        if (!fs::exists(parent)) fail("extends = '" + *base + "'; allowed: a table beside it, or " + util::toml_ids(shipped));
         apply(parent, table, depth + 1);
     }
     if (const auto crs = root["crs"].value<std::string>()) table.crs = *crs;
@@ -84,7 +76,7 @@ ClassTable load_class_table(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "classes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw UsageError("find the class table '" + id_or_path + "': allowed: " + known_tables(folder) + ", or a path to a .toml file");
+            throw UsageError("find the class table '" + id_or_path + "': allowed: " + util::toml_ids(folder) + ", or a path to a .toml file");
     } else if (!fs::exists(file)) {
         throw UsageError("read the class table " + file.string() + ": no such file");
     }

@@ -62,6 +62,15 @@ TEST_CASE("a table of one's own extends one beside it", "[voxelserver][classes]"
     CHECK_FALSE(table.meaning[7].known);
 }
 
+TEST_CASE("a table of one's own extends one that ships with the program", "[voxelserver][classes]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "mine.toml") << "extends = \"nl-ahn\"\n[class]\n26 = { role = \"object\", material = \"tower\" }\n";
+    const ClassTable table = load_class_table((folder.path() / "mine.toml").string());
+    CHECK(table.crs == "EPSG:28992");
+    CHECK(table.meaning[26].material == Material::kTower);
+    CHECK(table.meaning[9].role == Role::kWater);
+}
+
 TEST_CASE("an unknown table is refused with the list of those there are", "[voxelserver][classes]") {
     const std::string id = GENERATE("", "asprs2", "../classes/asprs", "ASPRS", "/etc/passwd");
     INFO("'" << id << "'");
@@ -83,7 +92,7 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
         {"no material", "[class]\n2 = { role = \"ground\" }", "material = 'air'"},
         {"no table", "[class]\n2 = \"ground\"", "[class.2] is not a table"},
         {"no TOML", "[class\n", "line 1"},
-        {"unknown base", "extends = \"nothing\"\n", "extends = 'nothing'; allowed: bad"},
+        {"unknown base", "extends = \"nothing\"\n", "extends = 'nothing'; allowed: a table beside it, or asprs, ch-swisstopo"},
         {"itself", "extends = \"bad\"\n", "circle"},
     }));
     DYNAMIC_SECTION(c.name) {
