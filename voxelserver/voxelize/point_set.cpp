@@ -12,7 +12,8 @@ namespace terravox::voxelize {
 namespace {
 
 // How the world's memory is shared out between squares, parts of squares and columns; the world keeps the rest for boxes.
-constexpr std::size_t kSquaresShare = 2, kPartsShare = 8, kColumnsShare = 6;
+// What they leave, a sixth, is what decoding a square takes beside it.
+constexpr std::size_t kSquaresShare = 3, kPartsShare = 8, kColumnsShare = 6;
 // What one box needs at once: with less, every step would decode again.
 constexpr std::size_t kLeastParts = std::size_t{8} << 20, kLeastColumns = std::size_t{16} << 20;
 
@@ -182,10 +183,13 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
         file,
         [&]() -> std::shared_ptr<const Square> {
             if (m_folder)
-                if (auto square = m_folder->find(entry.name); square && intact(*square)) {
+                if (auto square = m_folder->find(entry.name); square && (entry.looked_through || intact(*square))) {
+                    entry.looked_through = true;
                     report(file, square->counts());
                     return square;
                 }
+            // One at a time: each takes all threads, and as much memory again as the square will.
+            const std::lock_guard loading(m_loading);
             LoadedSquare loaded = load_square(m_sources.files[file], context(), m_threads);
             report(file, loaded.square->counts());
             if (m_folder) {

@@ -51,6 +51,7 @@ private:
         std::mutex index_mutex;       ///< guards chunks, and that only one thread scans
         std::shared_ptr<const ChunkIndex> chunks;
         std::once_flag reported;
+        std::atomic<bool> looked_through{false};  ///< its prepared square on disk was found whole in this run
     };
     struct BlockKey {
         std::size_t file;
@@ -90,6 +91,7 @@ private:
     util::Cache<std::size_t, Square> m_squares;
     util::Cache<BlockKey, Square, BlockKeyHash> m_parts;
     util::Cache<PatchKey, PatchColumns, PatchKeyHash> m_columns;
+    std::mutex m_loading;  ///< held while a whole square is decoded
     mutable std::mutex m_counts_mutex;
     PointCounts m_counts;
 };

@@ -40,7 +40,8 @@ Entry entry_for(int n) {
             const auto output = c.scratch / "stream.txt";
             const ChildOutcome run = c.children.run({(c.programs / "terravox-bench-stream").string(), folder.string(), "--crs", square().crs, "--classes",
                                                      square().classes, "--threads", std::to_string(c.threads), "--memory-mib",
-                                                     std::to_string(static_cast<int>(kLimit_mib - kAllowance_mib))},
+                                                     std::to_string(static_cast<int>(kLimit_mib - kAllowance_mib)), "--cache-dir",
+                                                     (c.scratch / "stream-cache").string()},
                                                     output);
             if (run.exit_code != 0) throw Error("stream the boxes: " + last_line(output));
             const auto said = nlohmann::json::parse(last_line(output));
