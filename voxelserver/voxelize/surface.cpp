@@ -61,7 +61,6 @@ SurfaceStep::SurfaceStep(const imagery::Orthophotos* images, const ClassTable& c
                          std::size_t memory_bytes, util::StageTimes& times)
     : m_images(images),
       m_classes(classes),
-      m_settings(settings),
       m_times(times),
       m_ground(dry ? Group::kDryGround : Group::kGround),
       m_voxel_m(voxel_m),

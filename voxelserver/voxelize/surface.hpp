@@ -57,7 +57,6 @@ private:
 
     const imagery::Orthophotos* m_images;
     const ClassTable& m_classes;
-    const Settings& m_settings;
     util::StageTimes& m_times;
     imagery::Group m_ground;
     double m_voxel_m;

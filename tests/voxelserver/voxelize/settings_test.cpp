@@ -124,7 +124,7 @@ TEST_CASE("what is wrong in a settings file is told word for word", "[voxelserve
 TEST_CASE("a settings file that is missing or no TOML is named", "[voxelserver][voxelize][settings]") {
     CHECK_THROWS_AS(voxelize::load_settings("/nowhere/settings.toml"), UsageError);
     CHECK_THROWS_WITH(voxelize::load_settings("/nowhere/settings.toml"), "read the voxelization settings /nowhere/settings.toml: no such file");
-    const File file("[points]\ndrop_wild = \n");
+    const File file("[points]\ndrop_withheld = \n");
     CHECK_THROWS_AS(voxelize::load_settings(file.path()), UsageError);
     CHECK_THROWS_WITH(voxelize::load_settings(file.path()), contains(file.path().string()) && contains("(line 2)"));
 }
