@@ -20,6 +20,8 @@ public:
     /// @param chunks by rising points
     explicit ChunkIndex(std::vector<Chunk> chunks) : m_chunks(std::move(chunks)) {}
 
+    /// Which chunks hold points of the rectangle's patches, rising.
+    [[nodiscard]] std::vector<std::size_t> over(const PatchRect& rect) const;
     /// Ranges that hold every kept point of the rectangle's patches, sorted and merged; they may hold others.
     [[nodiscard]] std::vector<lidar::PointRange> ranges_over(const PatchRect& rect) const;
     [[nodiscard]] std::span<const Chunk> chunks() const noexcept { return m_chunks; }

@@ -92,6 +92,12 @@ std::shared_ptr<const Square> load_patches(const SquareSource& source, std::span
     return bin(std::move(parts), context, threads);
 }
 
+std::shared_ptr<const Square> load_range(const SquareSource& source, const lidar::PointRange& range, const LoadContext& context) {
+    std::vector<Part> parts;
+    parts.push_back(load_part(source, std::span(&range, 1), std::nullopt, context));
+    return bin(std::move(parts), context, 1);
+}
+
 ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads, PointCounts& counts) {
     const auto ranges = lidar::split_by_chunk(source.info, kPointsPerTask);
     std::vector<ChunkIndex::Chunk> chunks(ranges.size());

@@ -28,6 +28,9 @@ struct LoadedSquare {
 [[nodiscard]] std::shared_ptr<const Square> load_patches(const SquareSource& source, std::span<const lidar::PointRange> ranges, const PatchRect& wanted,
                                                          const LoadContext& context, int threads);
 
+/// One range alone, on the calling thread.
+[[nodiscard]] std::shared_ptr<const Square> load_range(const SquareSource& source, const lidar::PointRange& range, const LoadContext& context);
+
 /// Decodes a file only to learn what lies where: for files too large to be kept whole. @param counts what was met
 [[nodiscard]] ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, int threads, PointCounts& counts);
 

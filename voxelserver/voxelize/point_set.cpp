@@ -17,6 +17,8 @@ constexpr std::size_t kSquaresShare = 3, kPartsShare = 8, kColumnsShare = 6;
 // What one box needs at once: with less, every step would decode again.
 constexpr std::size_t kLeastParts = std::size_t{8} << 20, kLeastColumns = std::size_t{16} << 20;
 
+std::size_t parts_bytes(const LidarWorldOptions& options) { return std::max(options.memory_bytes / kPartsShare, kLeastParts); }
+
 // At least 2 m, and as many points that an empty cell is a void and not bad luck.
 int water_cell_voxels(double voxel_m, double density) {
     constexpr double kSmallest_m = 2, kPointsPerCell = 16;
@@ -32,12 +34,6 @@ std::string recipe_of(const SquareSource& source, const Frame& frame, const Clas
     for (const bool flag : {settings.points.drop_withheld, settings.points.drop_overlap, source.has_colour}) out += flag ? 'y' : 'n';
     out += std::to_string(source.colour_shift);
     for (const ClassMeaning& m : classes.meaning) out += m.role == Role::kDrop ? 'd' : 'k';
-    return out;
-}
-
-std::uint64_t count_of(const std::vector<lidar::PointRange>& ranges) {
-    std::uint64_t out = 0;
-    for (const auto& r : ranges) out += r.end - r.begin;
     return out;
 }
 
@@ -76,25 +72,35 @@ PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings, u
       }()),
       m_cell_voxels(water_cell_voxels(options.voxel_m, m_sources.density)),
       m_squares(options.memory_bytes / kSquaresShare),
-      m_parts(std::max(options.memory_bytes / kPartsShare, kLeastParts)),
       m_columns(std::max(options.memory_bytes / kColumnsShare, kLeastColumns)) {
     const auto empty = init_columns({}, m_classes, m_cell_voxels);
     for (water::WaterCell& cell : empty->cells.cells) cell.covered = true;
     m_empty = empty;
     if (!options.cache_dir.empty()) m_folder = std::make_unique<store::SquareFolder>(options.cache_dir / "squares", options.cache_bytes);
+    plan_files(options);
+    std::vector<PartedFile> files;
+    for (const auto& entry : m_entries) files.push_back(entry->file);
+    m_parts = std::make_unique<PointParts>(std::move(files), context(), m_folder.get(), parts_bytes(options), m_threads,
+                                           [this](std::size_t file, const PointCounts& met, bool whole) {
+                                               if (whole || met.wild > 0 || !unknown_classes(met, m_classes).empty()) report(file, met);
+                                           });
+}
+
+void PointSet::plan_files(const LidarWorldOptions& options) {
     for (const SquareSource& source : m_sources.files) {
         auto entry = std::make_unique<Entry>();
-        if (m_folder) entry->name = store::square_name(source.info, recipe_of(source, m_sources.frame, m_classes, settings));
+        PartedFile& file = entry->file;
+        file.source = &source;
+        if (m_folder) file.name = store::square_name(source.info, recipe_of(source, m_sources.frame, m_classes, m_settings));
         const double bytes = static_cast<double>(source.info.point_count) * sizeof(VoxelPoint);
         const double width = static_cast<double>(source.bounds.max_x) - source.bounds.min_x, depth = static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
         // With its directory and what the cache adds: one that is made but not kept would be made for every patch.
         constexpr double kAround = 16384;
         const double directory = (width / kPatchSize + 3) * (depth / kPatchSize + 3) * sizeof(PatchEntry);
-        entry->kept_whole = bytes + directory + kAround < static_cast<double>(m_squares.limit_bytes());
-        const double area = width * depth;
+        file.kept_whole = bytes + directory + kAround < static_cast<double>(m_squares.limit_bytes());
         // A block and the patch around it take a quarter of their share at most, unless a single patch is larger.
-        const double patches = static_cast<double>(m_parts.limit_bytes()) / 4 / std::max(bytes / area * kPatchColumns, 1.0);
-        if (!entry->kept_whole) entry->block_patches = std::max(1, static_cast<int>(std::sqrt(patches)) - 2);
+        const double patches = static_cast<double>(parts_bytes(options)) / 4 / std::max(bytes / (width * depth) * kPatchColumns, 1.0);
+        if (!file.kept_whole) file.block_patches = std::max(1, static_cast<int>(std::sqrt(patches)) - 2);
         m_entries.push_back(std::move(entry));
     }
 }
@@ -130,19 +136,27 @@ PointCounts PointSet::counts() const {
 Window PointSet::window(PatchKey middle) {
     Window out;
     out.middle = middle;
-    // The middle first: where parts are decoded, its part serves the others.
-    constexpr int kOrder[9] = {4, 0, 1, 2, 3, 5, 6, 7, 8};
+    const auto key_of = [&](std::size_t i) { return PatchKey{middle.px + static_cast<int>(i % 3) - 1, middle.pz + static_cast<int>(i / 3) - 1}; };
+    // Where parts are decoded, one part serves all that are missing.
+    PatchRect missing{{middle.px + 2, middle.pz + 2}, {middle.px - 1, middle.pz - 1}};
+    for (std::size_t i = 0; i < out.patches.size(); ++i) {
+        const PatchKey key = key_of(i);
+        if ((out.patches[i] = m_columns.find(key))) continue;
+        missing.min = {std::min(missing.min.px, key.px), std::min(missing.min.pz, key.pz)};
+        missing.max = {std::max(missing.max.px, key.px + 1), std::max(missing.max.pz, key.pz + 1)};
+    }
     Held held;
-    for (const int i : kOrder) out.patches[static_cast<std::size_t>(i)] = columns({middle.px + i % 3 - 1, middle.pz + i / 3 - 1}, middle, held);
+    for (std::size_t i = 0; i < out.patches.size(); ++i)
+        if (!out.patches[i]) out.patches[i] = columns(key_of(i), missing, held);
     return out;
 }
 
 std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key) {
     Held held;
-    return columns(key, key, held);
+    return columns(key, {key, {key.px + 1, key.pz + 1}}, held);
 }
 
-std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, PatchKey centre, Held& held) {
+std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, const PatchRect& wanted, Held& held) {
     return m_columns.get(
         key,
         [&]() -> std::shared_ptr<const PatchColumns> {
@@ -151,10 +165,10 @@ std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, PatchKey cen
             const ColumnRect rect = columns_of(key).grown(1);
             for (std::size_t i = 0; i < m_sources.files.size(); ++i) {
                 if (!m_sources.files[i].bounds.overlaps(rect)) continue;
-                auto& square = held[i];
-                if (!square) square = points_around(i, centre);
-                const auto inside = square->points(key);
-                if (!inside.empty()) points.push_back({inside, m_sources.files[i].has_colour});
+                Squares& squares = held[i];
+                if (squares.empty()) squares = squares_around(i, wanted);
+                for (const auto& square : squares)
+                    if (const auto inside = square->points(key); !inside.empty()) points.push_back({inside, m_sources.files[i].has_colour});
             }
             const util::StageTimes::Scope timed(m_times, "column init");
             // Wide extents of nothing (a stray header, the sea) share one patch.
@@ -169,12 +183,12 @@ std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, PatchKey cen
         [this](const auto& p) { return p == m_empty ? std::size_t{0} : p->memory_bytes(); });
 }
 
-std::shared_ptr<const Square> PointSet::points_around(std::size_t file, PatchKey centre) {
-    if (m_entries[file]->kept_whole) {
-        if (auto square = m_squares.find(file)) return square;
-        if (!part_is_enough(file, centre)) return whole(file);
-    }
-    return part(file, centre);
+Squares PointSet::squares_around(std::size_t file, const PatchRect& wanted) {
+    const PartedFile& parted = m_entries[file]->file;
+    if (!parted.kept_whole) return m_parts->around(file, wanted);
+    if (auto square = m_squares.find(file)) return {std::move(square)};
+    if ((m_folder && m_folder->holds(parted.name)) || !m_parts->are_enough(file, wanted)) return {whole(file)};
+    return m_parts->around(file, wanted);
 }
 
 std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
@@ -183,7 +197,7 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
         file,
         [&]() -> std::shared_ptr<const Square> {
             if (m_folder)
-                if (auto square = m_folder->find(entry.name); square && (entry.looked_through || intact(*square))) {
+                if (auto square = m_folder->find(entry.file.name); square && (entry.looked_through || intact(*square))) {
                     entry.looked_through = true;
                     report(file, square->counts());
                     return square;
@@ -192,78 +206,12 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
             const std::lock_guard loading(m_loading);
             LoadedSquare loaded = load_square(m_sources.files[file], context(), m_threads);
             report(file, loaded.square->counts());
-            if (m_folder) {
-                const util::StageTimes::Scope timed(m_times, "square store");
-                m_folder->put_index(entry.name, loaded.index);
-                loaded.square = m_folder->put(entry.name, std::move(loaded.square));
-            }
-            const std::lock_guard lock(entry.index_mutex);
-            entry.chunks = std::make_shared<ChunkIndex>(std::move(loaded.index));
+            const util::StageTimes::Scope timed(m_times, "square store");
+            m_parts->learn(file, std::move(loaded.index));
+            if (m_folder) loaded.square = m_folder->put(entry.file.name, std::move(loaded.square));
             return loaded.square;
         },
         [](const auto& s) { return s->memory_bytes(); });
-}
-
-// Parts are worth it while something tells where the points lie, the whole is not on disk, and with this part less than half will have been
-// decoded.
-bool PointSet::part_is_enough(std::size_t file, PatchKey centre) {
-    Entry& entry = *m_entries[file];
-    const std::uint64_t most = m_sources.files[file].info.point_count / 2, before = entry.decoded_in_parts.load();
-    if (before > most || (m_folder && m_folder->holds(entry.name))) return false;
-    if (m_sources.files[file].spatial_index == nullptr && chunk_index(file, false) == nullptr) return false;
-    return m_parts.find(block_of(file, centre)) != nullptr || before + count_of(ranges_over(file, patches_of(file, centre))) <= most;
-}
-
-PointSet::BlockKey PointSet::block_of(std::size_t file, PatchKey centre) const {
-    const int edge = m_entries[file]->block_patches;
-    return {file, {voxel::floor_div(centre.px, edge), voxel::floor_div(centre.pz, edge)}};
-}
-
-// A block and the patches around it.
-PatchRect PointSet::patches_of(std::size_t file, PatchKey centre) const {
-    const int edge = m_entries[file]->block_patches;
-    const PatchKey block = block_of(file, centre).block;
-    return {{block.px * edge - 1, block.pz * edge - 1}, {(block.px + 1) * edge + 1, (block.pz + 1) * edge + 1}};
-}
-
-std::shared_ptr<const Square> PointSet::part(std::size_t file, PatchKey centre) {
-    Entry& entry = *m_entries[file];
-    return m_parts.get(
-        block_of(file, centre),
-        [&] {
-            const PatchRect rect = patches_of(file, centre);
-            const auto ranges = ranges_over(file, rect);
-            entry.decoded_in_parts += count_of(ranges);
-            auto square = load_patches(m_sources.files[file], ranges, rect, context(), m_threads);
-            const PointCounts& counts = square->counts();
-            if (counts.wild > 0 || !unknown_classes(counts, m_classes).empty()) report(file, counts);
-            return square;
-        },
-        [](const auto& s) { return s->memory_bytes(); });
-}
-
-std::vector<lidar::PointRange> PointSet::ranges_over(std::size_t file, const PatchRect& rect) {
-    const SquareSource& source = m_sources.files[file];
-    if (source.spatial_index == nullptr) return chunk_index(file, true)->ranges_over(rect);
-    // One voxel more on every side: fixed point cuts off downwards.
-    const Frame& frame = m_sources.frame;
-    return source.spatial_index->ranges_over(frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1), frame.easting(rect.max.x0() + 1),
-                                             frame.northing(rect.min.z0() - 1));
-}
-
-std::shared_ptr<const ChunkIndex> PointSet::chunk_index(std::size_t file, bool scan) {
-    Entry& entry = *m_entries[file];
-    const std::lock_guard lock(entry.index_mutex);
-    if (entry.chunks == nullptr && m_folder)
-        if (auto found = m_folder->find_index(entry.name)) entry.chunks = std::make_shared<ChunkIndex>(std::move(*found));
-    if (entry.chunks == nullptr && scan) {
-        spdlog::info("{}: too large to be kept whole; its points are looked through once", m_sources.files[file].info.path.string());
-        PointCounts counts;
-        entry.chunks = std::make_shared<ChunkIndex>(scan_chunks(m_sources.files[file], context(), m_threads, counts));
-        report(file, counts);
-        if (m_folder) m_folder->put_index(entry.name, *entry.chunks);
-    }
-    return entry.chunks;
 }
 
 void PointSet::report(std::size_t file, const PointCounts& counts) {

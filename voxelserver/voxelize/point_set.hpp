@@ -8,10 +8,8 @@
 
 #include "common/util/cache.hpp"
 #include "common/util/stage_times.hpp"
-#include "voxelserver/store/square_folder.hpp"
 #include "voxelserver/voxelize/columns.hpp"
-#include "voxelserver/voxelize/point_load.hpp"
-#include "voxelserver/voxelize/sources.hpp"
+#include "voxelserver/voxelize/point_parts.hpp"
 #include "voxelserver/voxelize/window.hpp"
 
 namespace terravox::voxelize {
@@ -44,36 +42,18 @@ public:
 private:
     /// A file with what is known of it so far.
     struct Entry {
-        std::string name;             ///< in the cache folder
-        bool kept_whole = true;       ///< small enough for that
-        int block_patches = 1;        ///< edge of the blocks in which parts are decoded
-        std::atomic<std::uint64_t> decoded_in_parts{0};
-        std::mutex index_mutex;       ///< guards chunks, and that only one thread scans
-        std::shared_ptr<const ChunkIndex> chunks;
+        PartedFile file;
         std::once_flag reported;
         std::atomic<bool> looked_through{false};  ///< its prepared square on disk was found whole in this run
     };
-    struct BlockKey {
-        std::size_t file;
-        PatchKey block;
-        friend bool operator==(const BlockKey&, const BlockKey&) = default;
-    };
-    struct BlockKeyHash {
-        std::size_t operator()(const BlockKey& k) const noexcept { return PatchKeyHash{}(k.block) * 1000003 + k.file; }
-    };
 
     /// Squares in use, by file: a caller that needs several patches keeps them, so that they are there even when no cache can hold them.
-    using Held = std::map<std::size_t, std::shared_ptr<const Square>>;
-    /// @param centre what is to be made: where to decode a part around
-    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key, PatchKey centre, Held& held);
-    [[nodiscard]] std::shared_ptr<const Square> points_around(std::size_t file, PatchKey centre);
+    using Held = std::map<std::size_t, Squares>;
+    /// @param wanted all patches that the caller is about to ask for
+    [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key, const PatchRect& wanted, Held& held);
+    [[nodiscard]] Squares squares_around(std::size_t file, const PatchRect& wanted);
     [[nodiscard]] std::shared_ptr<const Square> whole(std::size_t file);
-    [[nodiscard]] std::shared_ptr<const Square> part(std::size_t file, PatchKey centre);
-    [[nodiscard]] bool part_is_enough(std::size_t file, PatchKey centre);
-    [[nodiscard]] BlockKey block_of(std::size_t file, PatchKey centre) const;
-    [[nodiscard]] PatchRect patches_of(std::size_t file, PatchKey centre) const;
-    [[nodiscard]] std::vector<lidar::PointRange> ranges_over(std::size_t file, const PatchRect& rect);
-    [[nodiscard]] std::shared_ptr<const ChunkIndex> chunk_index(std::size_t file, bool scan);
+    void plan_files(const LidarWorldOptions& options);
     [[nodiscard]] bool in_bounds(std::int32_t x, std::int32_t z) const noexcept;
     [[nodiscard]] bool surrounds(const ColumnRect& rect) const noexcept;  ///< some file's bounds hold all of it
     void report(std::size_t file, const PointCounts& counts);
@@ -89,7 +69,7 @@ private:
     std::vector<std::unique_ptr<Entry>> m_entries;
     std::shared_ptr<const PatchColumns> m_empty;  ///< a patch inside the bounds without a point
     util::Cache<std::size_t, Square> m_squares;
-    util::Cache<BlockKey, Square, BlockKeyHash> m_parts;
+    std::unique_ptr<PointParts> m_parts;
     util::Cache<PatchKey, PatchColumns, PatchKeyHash> m_columns;
     std::mutex m_loading;  ///< held while a whole square is decoded
     mutable std::mutex m_counts_mutex;

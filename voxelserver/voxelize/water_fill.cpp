@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "common/voxel/world.hpp"
 #include "voxelserver/water/deepening.hpp"
@@ -20,15 +21,15 @@ public:
         if (column.roof.seen() && column.roof_points >= column.water_points) return kNoHeight;
         if (m_water == nullptr) return column.water.height;
         const std::int32_t cell = m_water->cell_voxels;
-        if (!column.water.seen() && !has_bodies(x, z)) return kNoHeight;  // most of the land ends here
         const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell), cz = voxel::floor_div(m_window.middle.z0() + z, cell);
         if (column.water.seen()) {
             const float near = m_water->bodies.level_near(cx, cz);
             return std::isnan(near) ? like_a_body_around(cx, cz, column.water.height) : near;
         }
+        const water::WaterCell& own = cells(x, z).at((x & 63) / cell, (z & 63) / cell);
         // Only places without ground, or with ground that looks wet, can be a body's.
-        if (column.ground.seen() && !cells(x, z).at((x & 63) / cell, (z & 63) / cell).looks_wet) return kNoHeight;
-        return levels_at(x, z, cell);
+        if (!m_water->bodies.may_be_water(own) || (column.ground.seen() && !own.looks_wet)) return kNoHeight;
+        return level_of(cx, cz);
     }
 
 private:
@@ -45,30 +46,23 @@ private:
         return own;
     }
 
-    struct Known {
-        std::shared_ptr<const water::CellPatch> cells;
-        std::shared_ptr<const water::PatchLevels> levels;
-        bool asked = false;
-    };
-    [[nodiscard]] Known& known(int x, int z) { return m_known[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (x >> 6) + 1)]; }
-
     [[nodiscard]] const water::CellPatch& cells(int x, int z) {
-        Known& k = known(x, z);
-        if (!k.cells) k.cells = m_water->cells.cells(m_window.middle.px + (x >> 6), m_window.middle.pz + (z >> 6));
-        return *k.cells;
+        auto& known = m_cells[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (x >> 6) + 1)];
+        if (!known) known = m_water->cells.cells(m_window.middle.px + (x >> 6), m_window.middle.pz + (z >> 6));
+        return *known;
     }
 
-    [[nodiscard]] bool has_bodies(int x, int z) {
-        Known& k = known(x, z);
-        if (!k.asked) k.levels = m_water->bodies.levels(m_window.middle.px + (x >> 6), m_window.middle.pz + (z >> 6)), k.asked = true;
-        return k.levels != nullptr;
+    // Columns of a cell follow each other.
+    [[nodiscard]] float level_of(std::int32_t cx, std::int32_t cz) {
+        if (cx != m_last_x || cz != m_last_z) m_last_x = cx, m_last_z = cz, m_last_level = m_water->bodies.level(cx, cz);
+        return m_last_level;
     }
-
-    [[nodiscard]] float levels_at(int x, int z, int cell) { return has_bodies(x, z) ? known(x, z).levels->at((x & 63) / cell, (z & 63) / cell) : kNoHeight; }
 
     const Window& m_window;
     WaterAccess* m_water;
-    std::array<Known, 9> m_known;
+    std::array<std::shared_ptr<const water::CellPatch>, 9> m_cells;
+    std::int32_t m_last_x = std::numeric_limits<std::int32_t>::min(), m_last_z = 0;  // a cell that nobody asks for
+    float m_last_level = kNoHeight;
 };
 
 void deepen(WaterColumns& out, WaterFiller& filler, const Settings& settings, double voxel_m) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
 #include <string>
 
@@ -41,38 +42,14 @@ class WaterBodies::Impl {
 public:
     Impl(CellSource& source, const WaterOptions& options) : m_source(source), m_options(checked(options)), m_side(64 / options.cell_voxels) {}
 
-    float level(std::int32_t cx, std::int32_t cz) {
-        const PatchIndex patch{floor_div(cx, m_side), floor_div(cz, m_side)};
-        const auto i = static_cast<std::size_t>((cz - patch.z * m_side) * m_side + cx - patch.x * m_side);
-        {
-            const std::shared_lock lock(m_known);
-            if (const auto found = m_records.find(patch); found != m_records.end() && found->second.explored[i] != 0)
-                return found->second.levels ? found->second.levels->level[i] : kNoLevel;
-        }
+    float level(CellPlace place) {
+        const PatchIndex patch = patch_of(place);
+        if (const auto known = recall(place)) return *known;
         const auto cells = checked_cells(m_source, patch, m_side);
-        if (!is_candidate(cells->cells[i], m_options.evidence)) return kNoLevel;
-        Answer answer{patch, CellFlags(cells->cells.size()), std::vector<float>(cells->cells.size(), kNoLevel), false};
-        explore({cx, cz}, i, answer);
-        return answer.level[i];
+        return is_candidate(cells->cells[index_in(patch, place)], m_options.evidence) ? explore(place) : kNoLevel;
     }
 
-    std::shared_ptr<const PatchLevels> levels(PatchIndex patch) {
-        {
-            const std::shared_lock lock(m_known);
-            if (const auto found = m_records.find(patch); found != m_records.end() && found->second.complete) return found->second.levels;
-        }
-        const auto cells = checked_cells(m_source, patch, m_side);
-        const auto candidate = [&](std::size_t i) { return is_candidate(cells->cells[i], m_options.evidence); };
-        std::size_t first = 0;
-        while (first < cells->cells.size() && !candidate(first)) ++first;
-        if (first == cells->cells.size()) return nullptr;
-        Answer answer{patch, CellFlags(cells->cells.size()), std::vector<float>(cells->cells.size(), kNoLevel), false};
-        recall(answer);
-        for (std::size_t i = first; i < cells->cells.size(); ++i)
-            if (answer.explored[i] == 0 && candidate(i))
-                explore({patch.x * m_side + static_cast<int>(i) % m_side, patch.z * m_side + static_cast<int>(i) / m_side}, i, answer);
-        return publish(std::move(answer));
-    }
+    [[nodiscard]] bool may_be_water(const WaterCell& cell) const noexcept { return is_candidate(cell, m_options.evidence); }
 
     std::size_t memory_bytes() const {
         const std::shared_lock lock(m_known);
@@ -82,38 +59,21 @@ public:
 private:
     struct Record {
         CellFlags explored;
-        std::shared_ptr<PatchLevels> levels;  // null while no water was found
-        bool complete = false;
+        std::vector<float> level;  // empty while no water was found
     };
 
-    // What one question has found out so far about its patch: others may make the records forget it meanwhile.
-    struct Answer {
-        PatchIndex patch;
-        CellFlags explored;
-        std::vector<float> level;
-        bool water = false;
-    };
-
-    void recall(Answer& answer) const {
-        const std::shared_lock lock(m_known);
-        const auto found = m_records.find(answer.patch);
-        if (found == m_records.end()) return;
-        merge(answer.explored, found->second.explored);
-        if (found->second.levels) answer.level = found->second.levels->level, answer.water = true;
+    [[nodiscard]] PatchIndex patch_of(CellPlace place) const noexcept { return {floor_div(place.x, m_side), floor_div(place.z, m_side)}; }
+    [[nodiscard]] std::size_t index_in(PatchIndex patch, CellPlace place) const noexcept {
+        return static_cast<std::size_t>((place.z - patch.z * m_side) * m_side + place.x - patch.x * m_side);
     }
 
-    std::shared_ptr<const PatchLevels> publish(Answer answer) {
-        const std::lock_guard lock(m_known);
-        Record& r = record(answer.patch, answer.explored.size());
-        if (r.complete) return r.levels;
-        merge(r.explored, answer.explored);
-        if (answer.water) {
-            // A new one: another thread may hold the old. From here on it is never written again.
-            if (!r.levels) m_bytes += answer.level.size() * sizeof(float);
-            r.levels = std::make_shared<PatchLevels>(PatchLevels{m_side, std::move(answer.level)});
-        }
-        r.complete = true;
-        return r.levels;
+    [[nodiscard]] std::optional<float> recall(CellPlace place) const {
+        const PatchIndex patch = patch_of(place);
+        const std::size_t i = index_in(patch, place);
+        const std::shared_lock lock(m_known);
+        const auto found = m_records.find(patch);
+        if (found == m_records.end() || found->second.explored[i] == 0) return std::nullopt;
+        return found->second.level.empty() ? kNoLevel : found->second.level[i];
     }
 
     Record& record(PatchIndex patch, std::size_t cells) {
@@ -122,21 +82,20 @@ private:
         return r;
     }
 
-    void explore(CellPlace start, std::size_t i, Answer& answer) {
-        if (Exploration small(m_source, m_side, m_options.evidence); small.run(start, {kSmallPatches, {}, nullptr})) return remember(small, answer);
+    float explore(CellPlace start) {
+        if (Exploration small(m_source, m_side, m_options.evidence); small.run(start, {kSmallPatches, {}, nullptr})) return remember(small, start);
         const std::lock_guard exploring(m_exploring);
-        recall(answer);
-        if (answer.explored[i] != 0) return;  // meanwhile, by another thread
+        if (const auto known = recall(start)) return *known;  // meanwhile, by another thread
         {
             Exploration whole(m_source, m_side, m_options.evidence);
-            if (whole.run(start, {m_options.max_body_patches, {}, &m_oversize})) return remember(whole, answer);
+            if (whole.run(start, {m_options.max_body_patches, {}, &m_oversize})) return remember(whole, start);
             whole.for_each_patch([&](PatchIndex p, const CellFlags& found) { merge(m_oversize[p], found); });
         }
         Exploration cut(m_source, m_side, m_options.evidence);
         const std::int32_t edge = square_edge(m_options.max_body_patches);
         if (!cut.run(start, {m_options.max_body_patches, edge, nullptr}))
             throw Error("find water: a square of " + std::to_string(edge) + " patches exceeds " + std::to_string(m_options.max_body_patches));
-        remember(cut, answer);
+        return remember(cut, start);
     }
 
     static void merge(CellFlags& into, const CellFlags& from) {
@@ -144,7 +103,8 @@ private:
         for (std::size_t k = 0; k < from.size(); ++k) into[k] |= from[k];
     }
 
-    void remember(Exploration& found, Answer& answer) {
+    // @return the level of one of its cells, from here: others may make the records forget it at once
+    float remember(Exploration& found, CellPlace asked) {
         found.list();
         const double voxel_m = m_options.voxel_m, cell_m = m_options.cell_voxels * voxel_m;
         const std::vector<FoundBody> bodies = judge(found, m_options.evidence, cell_m, voxel_m);
@@ -152,27 +112,22 @@ private:
         for (const FoundBody& b : bodies) levels.push_back(body_levels(b.body, {cell_m, voxel_m, m_options.equalize}));
         const std::lock_guard lock(m_known);
         if (m_bytes > m_options.memory_bytes) m_records.clear(), m_bytes = 0;
-        found.for_each_patch([&](PatchIndex p, const CellFlags& flags) {
-            merge(record(p, flags.size()).explored, flags);
-            if (p == answer.patch) merge(answer.explored, flags);
-        });
-        for (std::size_t b = 0; b < bodies.size(); ++b) write(bodies[b].body.places, levels[b], answer);
+        found.for_each_patch([&](PatchIndex p, const CellFlags& flags) { merge(record(p, flags.size()).explored, flags); });
+        for (std::size_t b = 0; b < bodies.size(); ++b) write(bodies[b].body.places, levels[b]);
+        const Record& r = m_records.find(patch_of(asked))->second;
+        return r.level.empty() ? kNoLevel : r.level[index_in(patch_of(asked), asked)];
     }
 
-    void write(const std::vector<CellPlace>& places, const std::vector<float>& levels, Answer& answer) {
+    void write(const std::vector<CellPlace>& places, const std::vector<float>& levels) {
         PatchIndex patch;
         Record* r = nullptr;
         for (std::size_t k = 0; k < places.size(); ++k) {
-            const PatchIndex p{floor_div(places[k].x, m_side), floor_div(places[k].z, m_side)};
-            if (!r || !(p == patch)) patch = p, r = &m_records.find(p)->second;
-            const auto i = static_cast<std::size_t>((places[k].z - p.z * m_side) * m_side + places[k].x - p.x * m_side);
-            if (p == answer.patch) answer.level[i] = levels[k], answer.water = true;
-            if (r->complete) continue;  // a second thread found the same; readers may hold it
-            if (!r->levels) {
-                r->levels = std::make_shared<PatchLevels>(PatchLevels{m_side, std::vector<float>(r->explored.size(), kNoLevel)});
-                m_bytes += r->explored.size() * sizeof(float);
+            if (const PatchIndex p = patch_of(places[k]); !r || !(p == patch)) patch = p, r = &m_records.find(p)->second;
+            if (r->level.empty()) {
+                r->level.assign(r->explored.size(), kNoLevel);
+                m_bytes += r->level.size() * sizeof(float);
             }
-            r->levels->level[i] = levels[k];
+            r->level[index_in(patch, places[k])] = levels[k];
         }
     }
 
@@ -188,8 +143,8 @@ private:
 
 WaterBodies::WaterBodies(CellSource& source, const WaterOptions& options) : m_impl(std::make_unique<Impl>(source, options)) {}
 WaterBodies::~WaterBodies() = default;
-float WaterBodies::level(std::int32_t cx, std::int32_t cz) { return m_impl->level(cx, cz); }
-std::shared_ptr<const PatchLevels> WaterBodies::levels(std::int32_t px, std::int32_t pz) { return m_impl->levels({px, pz}); }
+float WaterBodies::level(std::int32_t cx, std::int32_t cz) { return m_impl->level({cx, cz}); }
+bool WaterBodies::may_be_water(const WaterCell& cell) const noexcept { return m_impl->may_be_water(cell); }
 std::size_t WaterBodies::memory_bytes() const { return m_impl->memory_bytes(); }
 
 float WaterBodies::level_near(std::int32_t cx, std::int32_t cz) {

@@ -10,13 +10,6 @@
 
 namespace terravox::water {
 
-/// Water levels of one patch, cell by cell. Immutable.
-struct PatchLevels {
-    int side = 0;
-    std::vector<float> level;  ///< voxels, NaN where there is no water; index z * side + x
-    [[nodiscard]] float at(int x, int z) const noexcept { return level[static_cast<std::size_t>(z * side + x)]; }
-};
-
 struct WaterOptions {
     int cell_voxels = 2;   ///< edge of a cell; a divisor of 64
     double voxel_m = 1;    ///< above 0
@@ -32,7 +25,8 @@ struct WaterOptions {
 /// Finds water bodies when a cell of theirs is first asked for, and remembers their levels.
 ///
 /// Results do not depend on what was asked first, nor on threads: a body is collected whole, its cells are sorted, then levels are computed.
-/// Thread-safe. Dry cells (anything that is no candidate, see evidence.hpp) cost one call of the source and load no other patch. Bodies that
+/// Thread-safe. Dry cells (anything that is no candidate, see evidence.hpp) cost one call of the source and load no other patch: ask only for the cells that are
+/// needed, since exploring one body may read many patches. Bodies that
 /// fit in nine patches, which is nearly every void, are explored without a lock; larger ones one after the other, while other threads
 /// go on with what is dry, small or known. The source must not call back.
 /// Memory: 4 bytes a cell in patches with water, 1 byte a cell in patches with any candidate that was explored, about 200 bytes each.
@@ -49,8 +43,8 @@ public:
     [[nodiscard]] float level(std::int32_t cx, std::int32_t cz);
     /// The same; where there is none, that of one of the eight cells around (edges before corners, west, east, north, south).
     [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz);
-    /// A whole patch at once. @return null where it has no water
-    [[nodiscard]] std::shared_ptr<const PatchLevels> levels(std::int32_t px, std::int32_t pz);
+    /// Whether a cell, alone, can be water at all: most of the land need not be asked for.
+    [[nodiscard]] bool may_be_water(const WaterCell& cell) const noexcept;
     /// Bytes remembered now.
     [[nodiscard]] std::size_t memory_bytes() const;
 

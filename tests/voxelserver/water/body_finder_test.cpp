@@ -55,9 +55,15 @@ std::vector<std::pair<int, int>> patches_of(int from, int to) {
     return out;
 }
 
-std::vector<float> patch_levels(WaterBodies& bodies, std::pair<int, int> p) {
-    const auto found = bodies.levels(p.first, p.second);
-    return found ? found->level : std::vector<float>{};
+std::vector<float> patch_levels(WaterBodies& bodies, std::pair<int, int> p, int side = kSide) {
+    std::vector<float> out;
+    for (int z = 0; z < side; ++z)
+        for (int x = 0; x < side; ++x) out.push_back(bodies.level(p.first * side + x, p.second * side + z));
+    return out;
+}
+
+std::size_t wet_cells(const std::vector<float>& levels) {
+    return static_cast<std::size_t>(std::count_if(levels.begin(), levels.end(), [](float l) { return !std::isnan(l); }));
 }
 
 Picture picture(WaterBodies& bodies, std::vector<std::pair<int, int>> order) {
@@ -166,12 +172,12 @@ TEST_CASE("a body too large for the bound is cut the same way whatever was asked
 TEST_CASE("a dry patch loads no neighbour", "[water][finder]") {
     FunctionSource source(kSide, [](auto x, auto z) { return x == 5 && z == 5 ? nothing_seen() : x == 40 && z == 20 ? water_at(3) : ground_at(10); });
     WaterBodies bodies(source, {});
-    CHECK(bodies.levels(0, 0) == nullptr);
+    CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
     CHECK(std::isnan(bodies.level(3, 31)));
     CHECK(std::isnan(bodies.level_near(6, 6)));
     CHECK(source.asked() == std::set<std::pair<std::int32_t, std::int32_t>>{{0, 0}});
-    REQUIRE(bodies.levels(1, 0) != nullptr);
-    CHECK(bodies.levels(1, 0)->at(8, 20) == 3);
+    CHECK(wet_cells(patch_levels(bodies, {1, 0})) == 1);
+    CHECK(bodies.level(40, 20) == 3);
     CHECK(source.asked().size() == 2);
 }
 
@@ -207,9 +213,7 @@ TEST_CASE("a body of a million cells over thousands of patches is found at once 
     CHECK(bottom == Approx(200 - 20 * span * 0.004).margin(0.5));
     CHECK(bodies.memory_bytes() < 3600u * (16 * 16 * 5 + 200) + 1);
     std::size_t cells = 0;
-    for (int p = 0; p < 60 * 60; ++p)
-        if (const auto levels = bodies.levels(p % 60, p / 60))
-            for (const float l : levels->level) cells += std::isnan(l) ? 0 : 1;
+    for (int p = 0; p < 60 * 60; ++p) cells += wet_cells(patch_levels(bodies, {p % 60, p / 60}, side));
     CHECK(cells > 880'000);
 }
 
@@ -231,8 +235,8 @@ TEST_CASE("the finder stands up to hostile cells", "[water][finder]") {
         options.max_body_patches = 64;
         WaterBodies bodies(source, options);
         for (const auto& [x, z] : {std::pair{0, 0}, {1, 0}, {-40, 7}, {1000, -1000}, {16, 16}}) CHECK(std::isnan(bodies.level(x, z)));
-        CHECK(bodies.levels(0, 0) == nullptr);
-        CHECK(bodies.levels(-1, -1) == nullptr);
+        CHECK(wet_cells(patch_levels(bodies, {0, 0})) == 0);
+        CHECK(wet_cells(patch_levels(bodies, {-1, -1})) == 0);
     }
     FunctionSource extreme(kSide, [](auto, auto) { return water_at(3e38f, 65535); });
     WaterOptions options;

@@ -1,0 +1,121 @@
+#include "voxelserver/voxelize/point_parts.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "common/thread/parallel.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+std::uint64_t count_of(const std::vector<lidar::PointRange>& ranges) {
+    std::uint64_t out = 0;
+    for (const auto& r : ranges) out += r.end - r.begin;
+    return out;
+}
+
+}  // namespace
+
+PointParts::PointParts(std::vector<PartedFile> files, const LoadContext& context, store::SquareFolder* folder, std::size_t memory_bytes, int threads, Report report)
+    : m_files(std::move(files)), m_context(context), m_folder(folder), m_threads(threads), m_report(std::move(report)), m_parts(memory_bytes) {
+    for (std::size_t i = 0; i < m_files.size(); ++i) m_states.push_back(std::make_unique<State>());
+}
+
+bool PointParts::are_enough(std::size_t file, const PatchRect& wanted) {
+    if (m_files[file].source->spatial_index == nullptr && chunk_index(file, false) == nullptr) return false;
+    const std::uint64_t most = m_files[file].source->info.point_count / 2, before = m_states[file]->decoded.load();
+    return before <= most && before + points_to_decode(file, wanted) <= most;
+}
+
+Squares PointParts::around(std::size_t file, const PatchRect& wanted) {
+    if (by_chunk(file)) return chunks_over(file, wanted);
+    return {block(block_of(file, wanted))};
+}
+
+std::uint64_t PointParts::points_to_decode(std::size_t file, const PatchRect& wanted) {
+    if (by_chunk(file)) {
+        const auto index = chunk_index(file, true);
+        std::uint64_t out = 0;
+        for (const std::size_t i : index->over(wanted))
+            if (const auto& range = index->chunks()[i].points; m_parts.find(chunk_key(file, i)) == nullptr) out += range.end - range.begin;
+        return out;
+    }
+    const PartKey key = block_of(file, wanted);
+    return m_parts.find(key) != nullptr ? 0 : count_of(ranges_over(file, patches_of(key)));
+}
+
+Squares PointParts::chunks_over(std::size_t file, const PatchRect& wanted) {
+    const auto index = chunk_index(file, true);
+    const std::vector<std::size_t> chunks = index->over(wanted);
+    Squares out(chunks.size());
+    thread::parallel_for(chunks.size(), m_threads, [&](std::size_t i) {
+        out[i] = m_parts.get(
+            chunk_key(file, chunks[i]),
+            [&] {
+                const lidar::PointRange range = index->chunks()[chunks[i]].points;
+                m_states[file]->decoded += range.end - range.begin;
+                auto square = load_range(*m_files[file].source, range, m_context);
+                m_report(file, square->counts(), false);
+                return square;
+            },
+            [](const auto& s) { return s->memory_bytes(); });
+    });
+    return out;
+}
+
+PointParts::PartKey PointParts::block_of(std::size_t file, const PatchRect& wanted) const noexcept {
+    const int edge = m_files[file].block_patches;
+    return {file, {voxel::floor_div((wanted.min.px + wanted.max.px - 1) / 2, edge), voxel::floor_div((wanted.min.pz + wanted.max.pz - 1) / 2, edge)}};
+}
+
+// A block and the patches around it.
+PatchRect PointParts::patches_of(const PartKey& block) const noexcept {
+    const int edge = m_files[block.file].block_patches;
+    return {{block.part.px * edge - 1, block.part.pz * edge - 1}, {(block.part.px + 1) * edge + 1, (block.part.pz + 1) * edge + 1}};
+}
+
+std::shared_ptr<const Square> PointParts::block(const PartKey& key) {
+    return m_parts.get(
+        key,
+        [&] {
+            const PatchRect rect = patches_of(key);
+            const auto ranges = ranges_over(key.file, rect);
+            m_states[key.file]->decoded += count_of(ranges);
+            auto square = load_patches(*m_files[key.file].source, ranges, rect, m_context, m_threads);
+            m_report(key.file, square->counts(), false);
+            return square;
+        },
+        [](const auto& s) { return s->memory_bytes(); });
+}
+
+std::vector<lidar::PointRange> PointParts::ranges_over(std::size_t file, const PatchRect& rect) {
+    const SquareSource& source = *m_files[file].source;
+    if (source.spatial_index == nullptr) return chunk_index(file, true)->ranges_over(rect);
+    // One voxel more on every side: fixed point cuts off downwards.
+    const Frame& frame = m_context.frame;
+    return source.spatial_index->ranges_over(frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1), frame.easting(rect.max.x0() + 1),
+                                             frame.northing(rect.min.z0() - 1));
+}
+
+void PointParts::learn(std::size_t file, ChunkIndex index) {
+    if (m_folder) m_folder->put_index(m_files[file].name, index);
+    const std::lock_guard lock(m_states[file]->index_mutex);
+    m_states[file]->chunks = std::make_shared<ChunkIndex>(std::move(index));
+}
+
+std::shared_ptr<const ChunkIndex> PointParts::chunk_index(std::size_t file, bool scan) {
+    State& state = *m_states[file];
+    const PartedFile& parted = m_files[file];
+    const std::lock_guard lock(state.index_mutex);
+    if (state.chunks == nullptr && m_folder)
+        if (auto found = m_folder->find_index(parted.name)) state.chunks = std::make_shared<ChunkIndex>(std::move(*found));
+    if (state.chunks == nullptr && scan) {
+        spdlog::info("{}: too large to be kept whole; its points are looked through once", parted.source->info.path.string());
+        PointCounts counts;
+        state.chunks = std::make_shared<ChunkIndex>(scan_chunks(*parted.source, m_context, m_threads, counts));
+        m_report(file, counts, true);
+        if (m_folder) m_folder->put_index(parted.name, *state.chunks);
+    }
+    return state.chunks;
+}
+
+}  // namespace terravox::voxelize
