@@ -33,7 +33,6 @@ public:
     float at(int x, int z) {
         const float near = from_rings(x, z);
         if (near == near) return near;
-        if (m_rays.empty()) cast_rays();
         const float across = from_rays(x, z);
         if (across == across) return across;
         if (!m_looked) find_edges();
@@ -82,40 +81,20 @@ private:
         return enough() ? sum / weights : kNoHeight;
     }
 
-    /// The nearest ground column in one of eight directions; steps 0 = none within reach.
-    struct Ray {
-        float height = 0;
-        std::uint8_t steps = 0;
-    };
-    using Rays = Grid<Ray, Seen::kMargin>;
     static constexpr std::array<std::pair<int, int>, 8> kDirections = {{{-1, 0}, {0, -1}, {-1, -1}, {1, -1}, {1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
 
-    // What a column sees in a direction, its neighbour in that direction has seen one step shorter.
-    void cast_rays() {
-        m_rays.resize(kDirections.size());
-        for (std::size_t d = 0; d < kDirections.size(); ++d) {
-            const auto [dx, dz] = kDirections[d];
-            const bool downwards = dz < 0 || (dz == 0 && dx < 0);  // the order in which neighbours come before
-            for (int i = Seen::kFirst + 1; i < Seen::kLast - 1; ++i)
-                for (int k = Seen::kFirst + 1; k < Seen::kLast - 1; ++k) {
-                    const int z = downwards ? i : Seen::kLast - 1 + Seen::kFirst - i, x = downwards ? k : Seen::kLast - 1 + Seen::kFirst - k;
-                    const float next = m_seen.at(x + dx, z + dz);
-                    const Ray& further = m_rays[d].at(x + dx, z + dz);
-                    if (next == next) m_rays[d].at(x, z) = {next, 1};
-                    else if (further.steps > 0 && further.steps < kReach) m_rays[d].at(x, z) = {further.height, static_cast<std::uint8_t>(further.steps + 1)};
-                }
-        }
-    }
-
-    // Ground on opposite sides, weighted by distance: what a floor between walls stands on.
+    // The nearest ground in eight directions, weighted by distance, where it lies on opposite sides: what a floor between walls stands on.
     [[nodiscard]] float from_rays(int x, int z) const {
+        const float* here = &m_seen.at(x, z);
         float sum = 0, weights = 0;
         unsigned hit = 0;
         for (std::size_t d = 0; d < kDirections.size(); ++d) {
-            const Ray& ray = m_rays[d].at(x, z);
-            if (ray.steps == 0) continue;
-            const float steps = static_cast<float>(ray.steps), w = (d % 4 < 2 ? 1.0f : 0.5f) / (steps * steps);  // diagonal steps are longer
-            sum += w * ray.height, weights += w, hit |= 1u << d;
+            const int stride = kDirections[d].second * Seen::kSide + kDirections[d].first;
+            int step = 1;
+            while (step <= kReach && here[step * stride] != here[step * stride]) ++step;
+            if (step > kReach) continue;
+            const float steps = static_cast<float>(step), w = (d % 4 < 2 ? 1.0f : 0.5f) / (steps * steps);  // diagonal steps are longer
+            sum += w * here[step * stride], weights += w, hit |= 1u << d;
         }
         const bool between = (hit & hit >> 4 & 15u) != 0;  // of two opposite directions both
         return between ? sum / weights : kNoHeight;
@@ -139,7 +118,6 @@ private:
     const Window& m_window;
     const AskWideGround& m_wide;
     Seen m_seen;
-    std::vector<Rays> m_rays;
     bool m_looked = false;
     std::unique_ptr<ScatteredHeights> m_edges;  // made when the first wide gap is met
 };
