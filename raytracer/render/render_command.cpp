@@ -76,12 +76,12 @@ ExitCode run(const Arguments& args) {
     BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20);
     const View view = make_view(scene, blocks);
     {
-        const util::StageTimes::Scope timed(times, "boxes (clock)");
+        const util::StageTimes::Clock timed(times, "boxes (clock)");
         blocks.prefetch(scene.quality.level, world->info().bounds, outcome.threads, g_stop);
     }
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     {
-        const util::StageTimes::Scope timed(times, "ray tracing (clock)");
+        const util::StageTimes::Clock timed(times, "ray tracing (clock)");
         ThreadProcessor processor(view, blocks, outcome.threads);
         outcome.counts = render_film({view, processor, outcome.threads * 2, args.quiet, &g_stop}, film);
         processor.close();

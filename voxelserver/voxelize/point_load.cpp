@@ -1,7 +1,6 @@
 #include "voxelserver/voxelize/point_load.hpp"
 
 #include <algorithm>
-#include <chrono>
 
 #include "common/thread/parallel.hpp"
 
@@ -18,17 +17,15 @@ struct Part {
 Part load_part(const SquareSource& source, std::span<const lidar::PointRange> ranges, const std::optional<PatchRect>& wanted, const LoadContext& context) {
     Part part;
     Placer placer(source, context.frame, context.classes, context.settings.points);
-    const auto start = std::chrono::steady_clock::now();
+    util::StageTimes::Scope timed(context.times, "point load");
     if (!wanted) {
         std::uint64_t count = 0;
         for (const auto& r : ranges) count += r.end - r.begin;
         part.points.points.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(count, 4 * kPointsPerTask)));
     }
     lidar::read_point_batches(source.info, ranges, [&](std::span<const lidar::RawPoint> batch) { placer.place(batch, wanted, part.points, part.counts); });
-    const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    context.times.add("point load", whole_s - placer.transformation_s() - placer.quantization_s());
-    context.times.add("transformation", placer.transformation_s());
-    context.times.add("quantization", placer.quantization_s());
+    timed.hand_over("transformation", placer.transformation_s());
+    timed.hand_over("quantization", placer.quantization_s());
     return part;
 }
 

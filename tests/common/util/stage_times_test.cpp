@@ -5,6 +5,7 @@
 #include "tests/catch.hpp"
 
 using terravox::util::StageTimes;
+using terravox::util::Stopwatch;
 
 TEST_CASE("stages add up and keep the order in which they were first seen", "[common][util][stage_times]") {
     StageTimes times;
@@ -36,6 +37,39 @@ TEST_CASE("a scope adds itself once, when it ends, also by an exception", "[comm
     REQUIRE(times.stages().size() == 1);
     CHECK(times.stages()[0].count == 2);
     CHECK(times.stages()[0].seconds >= 0);
+}
+
+TEST_CASE("a scope's time does not hold that of scopes inside it; a clock's does", "[common][util][stage_times]") {
+    constexpr double kLong_s = 0.01, kShort_s = 0.005;
+    const auto pass = [](double seconds) {
+        const Stopwatch watch;
+        while (watch.seconds() < seconds) {}
+    };
+    StageTimes times;
+    const Stopwatch all;
+    {
+        const StageTimes::Clock clock(times, "clock");
+        StageTimes::Scope outer(times, "outer");
+        pass(kShort_s);
+        {
+            const StageTimes::Scope inner(times, "inner");
+            pass(kLong_s);
+        }
+        std::thread([&] { const StageTimes::Scope elsewhere(times, "elsewhere"); }).join();
+        outer.hand_over("part", kShort_s / 2);
+    }
+    const double all_s = all.seconds();
+    const auto seconds = [&](const std::string& name) {
+        for (const auto& stage : times.stages())
+            if (stage.name == name) return stage.seconds;
+        return -1.0;
+    };
+    CHECK(seconds("inner") >= kLong_s);
+    CHECK(seconds("outer") >= kShort_s / 2);
+    CHECK(seconds("part") == kShort_s / 2);
+    CHECK(seconds("elsewhere") >= 0);
+    CHECK(seconds("outer") + seconds("inner") + seconds("part") <= all_s);
+    CHECK(seconds("clock") >= kShort_s + kLong_s);
 }
 
 TEST_CASE("many threads may add at once", "[common][util][stage_times]") {
