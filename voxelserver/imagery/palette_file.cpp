@@ -1,5 +1,7 @@
 #include "voxelserver/imagery/palette_file.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 
 #include "common/util/config_dir.hpp"
@@ -8,20 +10,6 @@
 namespace terravox::imagery {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-std::string short_number(double v) {
-    std::string text = std::to_string(v);
-    while (text.find('.') != std::string::npos && (text.back() == '0' || text.back() == '.')) {
-        const bool point = text.back() == '.';
-        text.pop_back();
-        if (point) break;
-    }
-    return text;
-}
-
-}  // namespace
 
 PaletteFile::PaletteFile(fs::path path) : m_path(std::move(path)) {
     try {
@@ -36,10 +24,10 @@ void PaletteFile::fail(const std::string& what) const { throw Error("read the pa
 double PaletteFile::number(const toml::table& table, const std::string& where, const char* field, double least, double most, double otherwise) const {
     const auto* node = table.get(field);
     if (node == nullptr) return otherwise;
-    const std::string allowed = "; allowed: " + short_number(least) + " to " + short_number(most);
+    const std::string allowed = fmt::format("; allowed: {} to {}", least, most);
     const auto value = node->value<double>();
     if (!value || !node->is_number()) fail(where + field + " is not a number" + allowed);
-    if (!(*value >= least && *value <= most)) fail(where + field + " = " + short_number(*value) + allowed);
+    if (!(*value >= least && *value <= most)) fail(where + field + fmt::format(" = {}", *value) + allowed);
     return *value;
 }
 

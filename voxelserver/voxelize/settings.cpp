@@ -1,5 +1,6 @@
 #include "voxelserver/voxelize/settings.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <toml++/toml.h>
 
 #include <functional>
@@ -56,13 +57,6 @@ std::vector<Field> fields_of(Settings& s) {
     };
 }
 
-std::string number_text(double v) {
-    std::string out = std::to_string(v);
-    out.erase(out.find_last_not_of('0') + 1);
-    if (out.back() == '.') out.pop_back();
-    return out;
-}
-
 }  // namespace
 
 Settings load_settings(const std::filesystem::path& given) {
@@ -96,7 +90,7 @@ Settings load_settings(const std::filesystem::path& given) {
             } else if (field->number != nullptr) {
                 const auto v = value.value<double>();
                 if (!v || !(*v >= field->low && *v <= field->high))
-                    fail(path + (v ? " = " + number_text(*v) : " is no number") + "; allowed: " + number_text(field->low) + " to " + number_text(field->high));
+                    fail(path + (v ? fmt::format(" = {}", *v) : " is no number") + fmt::format("; allowed: {} to {}", field->low, field->high));
                 *field->number = *v;
             } else {
                 if (!value.is_string()) fail(path + " is no text");
@@ -105,7 +99,7 @@ Settings load_settings(const std::filesystem::path& given) {
         }
     }
     if (out.water.min_depth_m > out.water.max_depth_m)
-        fail("water.min_depth_m = " + number_text(out.water.min_depth_m) + " is above water.max_depth_m = " + number_text(out.water.max_depth_m));
+        fail(fmt::format("water.min_depth_m = {} is above water.max_depth_m = {}", out.water.min_depth_m, out.water.max_depth_m));
     return out;
 }
 

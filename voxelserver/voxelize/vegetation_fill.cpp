@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <optional>
 
 #include "voxelserver/voxelize/isolated.hpp"
 
@@ -11,11 +13,99 @@ namespace {
 
 constexpr int kCrownsAround = 5;   // of eight: a gap between points
 constexpr int kMostWindow = 5;     // columns: what the margin allows
+constexpr int kDeepest = 2;        // columns: farther from a plateau's edge all of it counts alike; more would part what lies within sight
 constexpr double kWindowShare = 0.25;  // radius over mean crown width: a wider window would swallow many a neighbour in a wood
 constexpr double kCrownShare = 0.5;  // of a tree's height: crowns are seldom longer
 using Canopy = Grid<Crown, GroundHeights::kMargin>;
 using Closed = Grid<Crown, GroundHeights::kMargin - 1>;
-static_assert(Closed::kMargin >= Margined<Crown>::kMargin + kMostWindow);
+using Heights = Grid<float, Closed::kMargin>;
+static_assert(Heights::kMargin >= Margined<Crown>::kMargin + kMostWindow);
+
+// Which columns are the tops of trees, by heights above the ground: on a slope the crown uphill would hide every one below it.
+//
+// One order ranks all columns, so that no two hide each other: higher first; among equals the one deeper inside its plateau (columns of
+// equal height that touch), then the northern, then the western one. A top ranks before all columns in its window, and before all of its
+// plateau within the widest window: so a flat crown has one trunk, and not at its edge. How deep a far column lies may be known only in
+// part, and then it hides no column that might rank before it.
+class TreeTops {
+public:
+    TreeTops(const Closed& crowns, const GroundHeights& ground, double voxel_m) : m_voxel_m(voxel_m) {
+        Heights::each([&](int x, int z) { m_heights.at(x, z) = crowns.at(x, z).height - ground.at(x, z); });  // NaN without a crown
+    }
+
+    [[nodiscard]] bool is_top(int x, int z, double height_m) const {
+        const double width_m = 2.51503 + 0.00901 * height_m * height_m;  // Popescu & Wynne, all kinds of trees
+        const double radius = std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMostWindow));
+        const int reach = static_cast<int>(radius);
+        const float own = m_heights.at(x, z);
+        bool equal = false;
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                if (dx * dx + dz * dz > radius * radius) continue;
+                const float other = m_heights.at(x + dx, z + dz);
+                if (other > own) return false;
+                equal = equal || (other == own && (dx != 0 || dz != 0));
+            }
+        if (equal && hidden_by_equals(x, z, radius)) return false;
+        return !hidden_by_plateau(x, z);
+    }
+
+private:
+    // Columns around that are of the same plateau as far as `most` tells: the half edge of the largest square of them, less the middle.
+    [[nodiscard]] int depth(int x, int z, int most) const {
+        const float own = m_heights.at(x, z);
+        for (int r = 1; r <= most; ++r)
+            for (int i = -r; i <= r; ++i)
+                if (m_heights.at(x + i, z - r) != own || m_heights.at(x + i, z + r) != own || m_heights.at(x - r, z + i) != own || m_heights.at(x + r, z + i) != own)
+                    return r - 1;
+        return std::max(most, 0);
+    }
+
+    // Whether the equally high column at (dx, dz) from here surely ranks before this one.
+    [[nodiscard]] bool before(int x, int z, int own_depth, int dx, int dz) const {
+        const int least = depth(x + dx, z + dz, std::min(kDeepest, kMostWindow - std::max(std::abs(dx), std::abs(dz))));
+        return least > own_depth || (least == own_depth && (dz < 0 || (dz == 0 && dx < 0)));
+    }
+
+    [[nodiscard]] bool hidden_by_equals(int x, int z, double radius) const {
+        const int reach = static_cast<int>(radius), own_depth = depth(x, z, kDeepest);
+        const float own = m_heights.at(x, z);
+        for (int dz = -reach; dz <= reach; ++dz)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                if ((dx == 0 && dz == 0) || dx * dx + dz * dz > radius * radius) continue;
+                if (m_heights.at(x + dx, z + dz) == own && before(x, z, own_depth, dx, dz)) return true;
+            }
+        return false;
+    }
+
+    // Spreads over the plateau from (x, z), as far as the widest window.
+    [[nodiscard]] bool hidden_by_plateau(int x, int z) const {
+        constexpr int kSide = 2 * kMostWindow + 1;
+        struct Offset { int dx, dz; };
+        std::array<bool, kSide * kSide> met{};
+        std::array<Offset, kSide * kSide> to_visit;
+        std::size_t count = 0;
+        const float own = m_heights.at(x, z);
+        const auto meet = [&](int dx, int dz) {
+            if (std::abs(dx) > kMostWindow || std::abs(dz) > kMostWindow || m_heights.at(x + dx, z + dz) != own) return;
+            bool& known = met[static_cast<std::size_t>((dz + kMostWindow) * kSide + dx + kMostWindow)];
+            if (!known) to_visit[count++] = {dx, dz};
+            known = true;
+        };
+        meet(0, 0);
+        const int own_depth = depth(x, z, kDeepest);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Offset at = to_visit[i];
+            if (i > 0 && before(x, z, own_depth, at.dx, at.dz)) return true;
+            for (int dz = -1; dz <= 1; ++dz)
+                for (int dx = -1; dx <= 1; ++dx) meet(at.dx + dx, at.dz + dz);
+        }
+        return false;
+    }
+
+    double m_voxel_m;
+    Heights m_heights;
+};
 
 class CrownFiller {
 public:
@@ -24,6 +114,7 @@ public:
         Canopy::each([&](int x, int z) { m_canopy.at(x, z) = crown_of(x, z), m_any = m_any || m_canopy.at(x, z).seen(); });
         if (!m_any) return;
         Closed::each([&](int x, int z) { m_closed.at(x, z) = closed(x, z); });
+        m_tops.emplace(m_closed, ground, voxel_m);
     }
 
     [[nodiscard]] bool any() const noexcept { return m_any; }
@@ -39,7 +130,7 @@ public:
                 // Down to where the lower neighbour's foliage begins: they touch. A much lower one is another plant.
                 if (next.seen() && next.top < out.top && out.top - next.top <= gap) out.bottom = std::min(out.bottom, next.top);
             }
-        out.trunk = highest_around(x, z, out, height_m);
+        out.trunk = m_tops->is_top(x, z, height_m);
         return out;
     }
 
@@ -84,24 +175,6 @@ private:
         return (static_cast<double>(crown.height) - static_cast<double>(m_ground.at(x, z))) * m_voxel_m;
     }
 
-    // In heights above the ground: on a slope the crown uphill would hide every one below it. The northern or western one wins among equals,
-    // so that neighbouring columns agree.
-    [[nodiscard]] bool highest_around(int x, int z, const Crown& crown, double height_m) const {
-        const double width_m = 2.51503 + 0.00901 * height_m * height_m;  // Popescu & Wynne, all kinds of trees
-        const double radius = std::clamp(width_m * kWindowShare / m_voxel_m, 1.0, static_cast<double>(kMostWindow));
-        const int reach = static_cast<int>(radius);
-        const float own = crown.height - m_ground.at(x, z);
-        for (int dz = -reach; dz <= reach; ++dz)
-            for (int dx = -reach; dx <= reach; ++dx) {
-                if ((dx == 0 && dz == 0) || dx * dx + dz * dz > radius * radius) continue;
-                const Crown& other = m_closed.at(x + dx, z + dz);
-                if (!other.seen()) continue;
-                const float height = other.height - m_ground.at(x + dx, z + dz);
-                if (height > own || (height == own && (dz < 0 || (dz == 0 && dx < 0)))) return false;
-            }
-        return true;
-    }
-
     const Window& m_window;
     const ClassTable& m_classes;
     const GroundHeights& m_ground;
@@ -111,6 +184,7 @@ private:
     bool m_any = false;
     Canopy m_canopy;
     Closed m_closed;
+    std::optional<TreeTops> m_tops;  // once there are crowns
 };
 
 }  // namespace
