@@ -51,14 +51,14 @@ public:
     }
 
 private:
-    // Columns around that are of the same plateau as far as `most` tells: the half edge of the largest square of them, less the middle.
+    // How deep a column lies inside its plateau: the reach of the largest square around it that is as high; `most` when it is at least that.
     [[nodiscard]] int depth(int x, int z, int most) const {
         const float own = m_heights.at(x, z);
         for (int r = 1; r <= most; ++r)
             for (int i = -r; i <= r; ++i)
                 if (m_heights.at(x + i, z - r) != own || m_heights.at(x + i, z + r) != own || m_heights.at(x - r, z + i) != own || m_heights.at(x + r, z + i) != own)
                     return r - 1;
-        return std::max(most, 0);
+        return most;
     }
 
     // Whether the equally high column at (dx, dz) from here surely ranks before this one.
