@@ -238,7 +238,15 @@ void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
     if (const int margin = longest(filters, radii); grid.margin < margin)
         throw Error("run the neighbourhood filters: the grid's margin is " + std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) + " or more");
     if (columns == 0) return;
+    std::uint32_t present = 0;
+    for (const Material m : grid.material) present |= bit_of(m);
     for (std::size_t i = 0; i < filters.size(); ++i) {
+        // Nothing to change, or nobody who could win: on most of the land some materials are not there at all.
+        const FilterRow& row = filters[i];
+        const bool isolated = row.at_most_permille >= 0;
+        const std::uint32_t winners = row.to ? bit_of(*row.to) : row.by;
+        if ((row.of & present) == 0 || (!isolated && (winners & present) == 0)) continue;
+        present |= row.to ? bit_of(*row.to) : 0;
         std::vector<Material> out = grid.material;
         RowPass(grid, filters[i], radii[i], grid.margin - reaches[i]).run(out);
         grid.material.swap(out);

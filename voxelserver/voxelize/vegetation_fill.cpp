@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <utility>
 
 #include "voxelserver/voxelize/isolated.hpp"
 
@@ -24,9 +25,9 @@ static_assert(Heights::kMargin >= Margined<Crown>::kMargin + kMostWindow);
 // Which columns are the tops of trees, by heights above the ground: on a slope the crown uphill would hide every one below it.
 //
 // One order ranks all columns, so that no two hide each other: higher first; among equals the one deeper inside its plateau (columns of
-// equal height that touch), then the northern, then the western one. A top ranks before all columns in its window, and before all of its
-// plateau within the widest window: so a flat crown has one trunk, and not at its edge. How deep a far column lies may be known only in
-// part, and then it hides no column that might rank before it.
+// equal height that touch), then the northern, then the western one. A top ranks before all columns in its window; and before all of its
+// plateau and what touches that, within the widest window: so a flat crown has one trunk, and not at its edge. How deep a far column lies
+// may be known only in part, and then it hides no column that might rank before it.
 class TreeTops {
 public:
     TreeTops(const Closed& crowns, const GroundHeights& ground, double voxel_m) : m_voxel_m(voxel_m) {
@@ -56,8 +57,8 @@ private:
         const float own = m_heights.at(x, z);
         for (int r = 1; r <= most; ++r)
             for (int i = -r; i <= r; ++i)
-                if (m_heights.at(x + i, z - r) != own || m_heights.at(x + i, z + r) != own || m_heights.at(x - r, z + i) != own || m_heights.at(x + r, z + i) != own)
-                    return r - 1;
+                for (const auto& [dx, dz] : {std::pair{i, -r}, {i, r}, {-r, i}, {r, i}})
+                    if (m_heights.at(x + dx, z + dz) != own) return r - 1;
         return most;
     }
 
@@ -78,27 +79,30 @@ private:
         return false;
     }
 
-    // Spreads over the plateau from (x, z), as far as the widest window.
+    // Spreads over the plateau from (x, z), as far as the widest window: by a column that ranks before, or by a higher one beside the plateau.
     [[nodiscard]] bool hidden_by_plateau(int x, int z) const {
         constexpr int kSide = 2 * kMostWindow + 1;
         struct Offset { int dx, dz; };
         std::array<bool, kSide * kSide> met{};
         std::array<Offset, kSide * kSide> to_visit;
         std::size_t count = 0;
-        const float own = m_heights.at(x, z);
         const auto meet = [&](int dx, int dz) {
-            if (std::abs(dx) > kMostWindow || std::abs(dz) > kMostWindow || m_heights.at(x + dx, z + dz) != own) return;
             bool& known = met[static_cast<std::size_t>((dz + kMostWindow) * kSide + dx + kMostWindow)];
             if (!known) to_visit[count++] = {dx, dz};
             known = true;
         };
         meet(0, 0);
+        const float own = m_heights.at(x, z);
         const int own_depth = depth(x, z, kDeepest);
         for (std::size_t i = 0; i < count; ++i) {
             const Offset at = to_visit[i];
             if (i > 0 && before(x, z, own_depth, at.dx, at.dz)) return true;
-            for (int dz = -1; dz <= 1; ++dz)
-                for (int dx = -1; dx <= 1; ++dx) meet(at.dx + dx, at.dz + dz);
+            for (int dz = std::max(at.dz - 1, -kMostWindow); dz <= std::min(at.dz + 1, kMostWindow); ++dz)
+                for (int dx = std::max(at.dx - 1, -kMostWindow); dx <= std::min(at.dx + 1, kMostWindow); ++dx) {
+                    const float next = m_heights.at(x + dx, z + dz);
+                    if (next > own && i > 0) return true;
+                    if (next == own) meet(dx, dz);
+                }
         }
         return false;
     }
