@@ -6,7 +6,7 @@ LASZIP_SHA256=9ddf91649b519db308f63d772a19e7647458f5d5512e3d927629f0196b9c6216
 
 install_laszip() {
     local target=$ROOT/build/deps/laszip archive part
-    [[ -f /usr/include/laszip/laszip_api.h || -f $target/src/laszip_dll.cpp ]] && return
+    [[ -f $target/src/laszip_dll.cpp ]] && return
     say "Fetching LASzip"
     archive=$(fetch_from_pypi "laszip-$LASZIP_VERSION.tar.gz" "$LASZIP_SHA256" --no-binary laszip "laszip==$LASZIP_VERSION")
     # Unpacked beside its place and renamed: a folder of that name is always whole.

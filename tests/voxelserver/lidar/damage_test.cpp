@@ -8,6 +8,7 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "voxelserver/lidar/las_writer.hpp"
 #include "voxelserver/lidar/spatial_index.hpp"
 
 using namespace terravox;
@@ -120,6 +121,36 @@ TEST_CASE("every kind of file with random bytes changed is read whole or refused
             CHECK(complaint(read_all(changed)) == "");
             CHECK(complaint(read_index(changed)) == "");
         }
+    }
+}
+
+TEST_CASE("stretches of equal bytes in compressed points end in an error or in points, not in a crash", "[voxelserver][lidar][damage]") {
+    const int format = GENERATE(0, 1, 3, 6, 7);
+    const TemporaryFolder folder;
+    const fs::path good = folder.path() / "good.laz", changed = folder.path() / "changed.laz";
+    {
+        lidar::LasWriterOptions options;
+        options.point_format = format, options.scale = {0.01, 0.01, 0.01};
+        lidar::LasWriter writer(good, options);
+        std::mt19937 random(14);
+        for (int i = 0; i < 120'000; ++i) {
+            lidar::LasWritePoint p;
+            p.x = i % 1000, p.y = i / 1000 + 0.01 * static_cast<double>(random() % 100), p.z = 0.01 * static_cast<double>(random() % 3000);
+            p.return_number = p.return_count = 1, p.classification = static_cast<std::uint8_t>(random() % 7), p.gps_time_s = i * 1e-5 + static_cast<double>(random() % 3);
+            writer.write(p);
+        }
+        writer.close();
+    }
+    const std::string whole = file_bytes(good);
+    std::mt19937 random(15);
+    for (int i = 0; i < 12; ++i) {
+        std::string bytes = whole;
+        const std::size_t length = std::size_t{1000} << random() % 6, at = whole.size() / 20 + random() % (whole.size() * 9 / 10);
+        const char value = i % 3 == 0 ? char{0} : static_cast<char>(0xFF);
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), std::min(length, whole.size() - at), value);
+        write_bytes(changed, bytes);
+        INFO("format " << format << ", seed 15, case " << i << ": " << length << " bytes from " << at << " of " << whole.size() << " are " << int{value});
+        CHECK(complaint(read_all(changed)) == "");
     }
 }
 
