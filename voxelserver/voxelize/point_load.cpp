@@ -1,6 +1,7 @@
 #include "voxelserver/voxelize/point_load.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "common/thread/parallel.hpp"
 
@@ -100,9 +101,17 @@ ChunkIndex scan_chunks(const SquareSource& source, const LoadContext& context, i
     std::vector<ChunkIndex::Chunk> chunks(ranges.size());
     std::vector<PointCounts> met(ranges.size());
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
-        const Part part = load_part(source, std::span(&ranges[i], 1), std::nullopt, context);
-        chunks[i] = {ranges[i], patches_of(part.points)};
-        met[i] = part.counts;
+        const util::StageTimes::Scope timed(context.times, "point load");
+        Placer placer(source, context.frame, context.classes, context.settings.points);
+        // A file without chunks is one range: what is kept of it must not grow with its points.
+        std::set<PatchKey> patches;
+        PatchedPoints batch_points;
+        lidar::read_point_batches(source.info, std::span(&ranges[i], 1), [&](std::span<const lidar::RawPoint> batch) {
+            placer.place(batch, std::nullopt, batch_points, met[i]);
+            for (const auto& run : batch_points.runs) patches.insert(run.patch);
+            batch_points.points.clear(), batch_points.runs.clear();
+        });
+        chunks[i] = {ranges[i], {patches.begin(), patches.end()}};
     });
     for (const PointCounts& c : met) counts.add(c);
     return ChunkIndex(std::move(chunks));

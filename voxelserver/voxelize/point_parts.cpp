@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -27,33 +28,46 @@ bool PointParts::are_enough(std::size_t file, const PatchRect& wanted) {
 }
 
 Squares PointParts::around(std::size_t file, const PatchRect& wanted) {
-    if (by_chunk(file)) return chunks_over(file, wanted);
+    if (by_chunk(file)) return load_chunks(file, wanted);
     return {block(block_of(file, wanted))};
+}
+
+// Where many chunks hold a few points of each patch, keeping whole chunks would fill the memory with what nobody asked for.
+bool PointParts::by_chunk(std::size_t file) {
+    State& state = *m_states[file];
+    const PartedFile& parted = m_files[file];
+    std::call_once(state.chosen, [&] {
+        const auto& index = parted.source->spatial_index;
+        state.by_chunk = index == nullptr || index->by_chunk();
+        if (!state.by_chunk || parted.kept_whole) return;
+        const ColumnRect& bounds = parted.source->bounds;
+        const PatchKey middle{voxel::floor_div((bounds.min_x + bounds.max_x) / 2, kPatchSize), voxel::floor_div((bounds.min_z + bounds.max_z) / 2, kPatchSize)};
+        const PatchRect around{{middle.px - 1, middle.pz - 1}, {middle.px + 2, middle.pz + 2}};
+        state.by_chunk = 2 * count_of(chunks_over(file, around)) * sizeof(VoxelPoint) <= m_parts.limit_bytes();
+    });
+    return state.by_chunk;
 }
 
 std::uint64_t PointParts::points_to_decode(std::size_t file, const PatchRect& wanted) {
     if (by_chunk(file)) {
-        const auto index = chunk_index(file, true);
         std::uint64_t out = 0;
-        for (const std::size_t i : index->over(wanted))
-            if (const auto& range = index->chunks()[i].points; m_parts.find(chunk_key(file, i)) == nullptr) out += range.end - range.begin;
+        for (const lidar::PointRange& chunk : chunks_over(file, wanted))
+            if (m_parts.find(chunk_key(file, chunk)) == nullptr) out += chunk.end - chunk.begin;
         return out;
     }
     const PartKey key = block_of(file, wanted);
     return m_parts.find(key) != nullptr ? 0 : count_of(ranges_over(file, patches_of(key)));
 }
 
-Squares PointParts::chunks_over(std::size_t file, const PatchRect& wanted) {
-    const auto index = chunk_index(file, true);
-    const std::vector<std::size_t> chunks = index->over(wanted);
+Squares PointParts::load_chunks(std::size_t file, const PatchRect& wanted) {
+    const auto chunks = chunks_over(file, wanted);
     Squares out(chunks.size());
     thread::parallel_for(chunks.size(), m_threads, [&](std::size_t i) {
         out[i] = m_parts.get(
             chunk_key(file, chunks[i]),
             [&] {
-                const lidar::PointRange range = index->chunks()[chunks[i]].points;
-                m_states[file]->decoded += range.end - range.begin;
-                auto square = load_range(*m_files[file].source, range, m_context);
+                m_states[file]->decoded += chunks[i].end - chunks[i].begin;
+                auto square = load_range(*m_files[file].source, chunks[i], m_context);
                 m_report(file, square->counts(), false);
                 return square;
             },
@@ -87,13 +101,28 @@ std::shared_ptr<const Square> PointParts::block(const PartKey& key) {
         [](const auto& s) { return s->memory_bytes(); });
 }
 
-std::vector<lidar::PointRange> PointParts::ranges_over(std::size_t file, const PatchRect& rect) {
-    const SquareSource& source = *m_files[file].source;
-    if (source.spatial_index == nullptr) return chunk_index(file, true)->ranges_over(rect);
-    // One voxel more on every side: fixed point cuts off downwards.
+std::vector<lidar::PointRange> PointParts::chunks_over(std::size_t file, const PatchRect& wanted) {
+    if (const auto& index = m_files[file].source->spatial_index) {
+        const Extent extent = extent_of(wanted);
+        return index->cells_over(extent.min_x, extent.min_y, extent.max_x, extent.max_y);
+    }
+    const auto index = chunk_index(file, true);
+    std::vector<lidar::PointRange> out;
+    for (const std::size_t i : index->over(wanted)) out.push_back(index->chunks()[i].points);
+    return out;
+}
+
+std::vector<lidar::PointRange> PointParts::ranges_over(std::size_t file, const PatchRect& wanted) {
+    const auto& index = m_files[file].source->spatial_index;
+    if (index == nullptr) return chunk_index(file, true)->ranges_over(wanted);
+    const Extent extent = extent_of(wanted);
+    return index->ranges_over(extent.min_x, extent.min_y, extent.max_x, extent.max_y);
+}
+
+// One voxel more on every side: fixed point cuts off downwards.
+PointParts::Extent PointParts::extent_of(const PatchRect& rect) const noexcept {
     const Frame& frame = m_context.frame;
-    return source.spatial_index->ranges_over(frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1), frame.easting(rect.max.x0() + 1),
-                                             frame.northing(rect.min.z0() - 1));
+    return {frame.easting(rect.min.x0() - 1), frame.northing(rect.max.z0() + 1), frame.easting(rect.max.x0() + 1), frame.northing(rect.min.z0() - 1)};
 }
 
 void PointParts::learn(std::size_t file, ChunkIndex index) {
@@ -109,9 +138,15 @@ std::shared_ptr<const ChunkIndex> PointParts::chunk_index(std::size_t file, bool
     if (state.chunks == nullptr && m_folder)
         if (auto found = m_folder->find_index(parted.name)) state.chunks = std::make_shared<ChunkIndex>(std::move(*found));
     if (state.chunks == nullptr && scan) {
+        if (!state.failed.empty()) throw Error(state.failed);
         spdlog::info("{}: too large to be kept whole; its points are looked through once", parted.source->info.path.string());
         PointCounts counts;
-        state.chunks = std::make_shared<ChunkIndex>(scan_chunks(*parted.source, m_context, m_threads, counts));
+        try {
+            state.chunks = std::make_shared<ChunkIndex>(scan_chunks(*parted.source, m_context, m_threads, counts));
+        } catch (const Error& e) {
+            state.failed = e.what();
+            throw;
+        }
         m_report(file, counts, true);
         if (m_folder) m_folder->put_index(parted.name, *state.chunks);
     }

@@ -27,8 +27,9 @@ struct PartedFile {
 
 /// Parts of files: for the first boxes, which should not wait for the whole, and for files too large to be kept whole. Thread-safe.
 ///
-/// Where only this program's own chunk index tells which points lie where, parts are chunks: each is decoded once while it is kept. Where the
-/// file's index tells more exactly (COPC, .lax), or a whole window of chunks may not fit in memory, they are blocks of patches.
+/// Parts are chunks of the file, each decoded once while it is kept, where a COPC hierarchy or this program's own chunk index tells which points
+/// lie in which. They are blocks of patches where a .lax file tells more exactly, or where the chunks around a patch would fill the memory.
+/// A file that could not be looked through is not tried again.
 class PointParts {
 public:
     using Report = std::function<void(std::size_t file, const PointCounts& met, bool whole)>;
@@ -47,8 +48,11 @@ private:
         std::atomic<std::uint64_t> decoded{0};  ///< points, in parts
         std::mutex index_mutex;                 ///< guards chunks, and that only one thread scans
         std::shared_ptr<const ChunkIndex> chunks;
+        std::string failed;                     ///< why the file could not be looked through
+        std::once_flag chosen;                  ///< guards by_chunk
+        bool by_chunk = false;
     };
-    /// A chunk by its number, or a block by its place.
+    /// A chunk by its first point, or a block by its place.
     struct PartKey {
         std::size_t file;
         PatchKey part;
@@ -57,15 +61,23 @@ private:
     struct PartKeyHash {
         std::size_t operator()(const PartKey& k) const noexcept { return PatchKeyHash{}(k.part) * 1000003 + k.file; }
     };
-    [[nodiscard]] static PartKey chunk_key(std::size_t file, std::size_t chunk) noexcept { return {file, {static_cast<std::int32_t>(chunk), 0}}; }
+    [[nodiscard]] static PartKey chunk_key(std::size_t file, const lidar::PointRange& chunk) noexcept {
+        return {file, {static_cast<std::int32_t>(chunk.begin & 0xFFFFFFFF), static_cast<std::int32_t>(chunk.begin >> 32)}};
+    }
 
-    [[nodiscard]] bool by_chunk(std::size_t file) const noexcept { return m_files[file].kept_whole && m_files[file].source->spatial_index == nullptr; }
+    [[nodiscard]] bool by_chunk(std::size_t file);
     [[nodiscard]] PartKey block_of(std::size_t file, const PatchRect& wanted) const noexcept;
     [[nodiscard]] PatchRect patches_of(const PartKey& block) const noexcept;
     [[nodiscard]] std::uint64_t points_to_decode(std::size_t file, const PatchRect& wanted);
-    [[nodiscard]] Squares chunks_over(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] std::vector<lidar::PointRange> chunks_over(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] Squares load_chunks(std::size_t file, const PatchRect& wanted);
     [[nodiscard]] std::shared_ptr<const Square> block(const PartKey& key);
-    [[nodiscard]] std::vector<lidar::PointRange> ranges_over(std::size_t file, const PatchRect& rect);
+    [[nodiscard]] std::vector<lidar::PointRange> ranges_over(std::size_t file, const PatchRect& wanted);
+    /// In the frame's CRS.
+    struct Extent {
+        double min_x, min_y, max_x, max_y;
+    };
+    [[nodiscard]] Extent extent_of(const PatchRect& rect) const noexcept;
     [[nodiscard]] std::shared_ptr<const ChunkIndex> chunk_index(std::size_t file, bool scan);
 
     const std::vector<PartedFile> m_files;

@@ -17,7 +17,16 @@ constexpr std::size_t kSquaresShare = 3, kPartsShare = 8, kColumnsShare = 6;
 // What one box needs at once: with less, every step would decode again.
 constexpr std::size_t kLeastParts = std::size_t{8} << 20, kLeastColumns = std::size_t{16} << 20;
 
-std::size_t parts_bytes(const LidarWorldOptions& options) { return std::max(options.memory_bytes / kPartsShare, kLeastParts); }
+// Whether a file can be kept whole, and be binned beside that in half as much: small voxels have more patches than points.
+bool fits(const SquareSource& source, std::size_t limit_bytes) {
+    constexpr double kPatchBytes = sizeof(PatchEntry), kBinningBytes = 64, kRunBytes = 32, kAround = 16384;
+    const double points = static_cast<double>(source.info.point_count);
+    const double width = static_cast<double>(source.bounds.max_x) - source.bounds.min_x, depth = static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
+    const double patches = std::min((width / kPatchSize + 3) * (depth / kPatchSize + 3), points);
+    const double spacing = std::sqrt(width * depth / std::max(points, 1.0)), run = std::max(1.0, kPatchSize / (2 * spacing + 1e-3));
+    const double limit = static_cast<double>(limit_bytes);
+    return points * sizeof(VoxelPoint) + patches * kPatchBytes + kAround < limit && patches * kBinningBytes + points / run * kRunBytes < limit / 2;
+}
 
 // At least 2 m, and as many points that an empty cell is a void and not bad luck.
 int water_cell_voxels(double voxel_m, double density) {
@@ -71,36 +80,40 @@ PointSet::PointSet(const LidarWorldOptions& options, const Settings& settings, u
           return open_sources(options, m_classes, settings);
       }()),
       m_cell_voxels(water_cell_voxels(options.voxel_m, m_sources.density)),
-      m_squares(options.memory_bytes / kSquaresShare),
+      m_shares(share_out(options.memory_bytes, m_sources)),
+      m_squares(m_shares.squares),
       m_columns(std::max(options.memory_bytes / kColumnsShare, kLeastColumns)) {
     const auto empty = init_columns({}, m_classes, m_cell_voxels);
     for (water::WaterCell& cell : empty->cells.cells) cell.covered = true;
     m_empty = empty;
     if (!options.cache_dir.empty()) m_folder = std::make_unique<store::SquareFolder>(options.cache_dir / "squares", options.cache_bytes);
-    plan_files(options);
+    plan_files();
     std::vector<PartedFile> files;
     for (const auto& entry : m_entries) files.push_back(entry->file);
-    m_parts = std::make_unique<PointParts>(std::move(files), context(), m_folder.get(), parts_bytes(options), m_threads,
-                                           [this](std::size_t file, const PointCounts& met, bool whole) {
-                                               if (whole || met.wild > 0 || !unknown_classes(met, m_classes).empty()) report(file, met);
-                                           });
+    m_parts = std::make_unique<PointParts>(std::move(files), context(), m_folder.get(), m_shares.parts, m_threads,
+                                           [this](std::size_t file, const PointCounts& met, bool whole) { whole ? report(file, met) : report_part(file, met); });
 }
 
-void PointSet::plan_files(const LidarWorldOptions& options) {
+// What is not needed for whole squares goes to parts.
+PointSet::Shares PointSet::share_out(std::size_t memory_bytes, const Sources& sources) {
+    Shares out{memory_bytes / kSquaresShare, std::max(memory_bytes / kPartsShare, kLeastParts)};
+    const auto fitting = std::count_if(sources.files.begin(), sources.files.end(), [&](const SquareSource& s) { return fits(s, out.squares); });
+    if (fitting == static_cast<std::ptrdiff_t>(sources.files.size())) return out;
+    const std::size_t given = fitting == 0 ? out.squares : out.squares / 2;
+    return {out.squares - given, out.parts + given};
+}
+
+void PointSet::plan_files() {
     for (const SquareSource& source : m_sources.files) {
         auto entry = std::make_unique<Entry>();
         PartedFile& file = entry->file;
         file.source = &source;
         if (m_folder) file.name = store::square_name(source.info, recipe_of(source, m_sources.frame, m_classes, m_settings));
-        const double bytes = static_cast<double>(source.info.point_count) * sizeof(VoxelPoint);
+        file.kept_whole = fits(source, m_shares.squares);
         const double width = static_cast<double>(source.bounds.max_x) - source.bounds.min_x, depth = static_cast<double>(source.bounds.max_z) - source.bounds.min_z;
-        // With its directory and what the cache adds: one that is made but not kept would be made for every patch.
-        constexpr double kAround = 16384;
-        const double directory = (width / kPatchSize + 3) * (depth / kPatchSize + 3) * sizeof(PatchEntry);
-        file.kept_whole = bytes + directory + kAround < static_cast<double>(m_squares.limit_bytes());
+        const double patch_bytes = static_cast<double>(source.info.point_count) * sizeof(VoxelPoint) / std::max(width * depth, 1.0) * kPatchColumns + 2 * sizeof(PatchEntry);
         // A block and the patch around it take a quarter of their share at most, unless a single patch is larger.
-        const double patches = static_cast<double>(parts_bytes(options)) / 4 / std::max(bytes / (width * depth) * kPatchColumns, 1.0);
-        if (!file.kept_whole) file.block_patches = std::max(1, static_cast<int>(std::sqrt(patches)) - 2);
+        if (!file.kept_whole) file.block_patches = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(m_shares.parts) / 4 / patch_bytes)) - 2);
         m_entries.push_back(std::move(entry));
     }
 }
@@ -204,7 +217,15 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
                 }
             // One at a time: each takes all threads, and as much memory again as the square will.
             const std::lock_guard loading(m_loading);
-            LoadedSquare loaded = load_square(m_sources.files[file], context(), m_threads);
+            if (!entry.failed.empty()) throw Error(entry.failed);
+            LoadedSquare loaded = [&] {
+                try {
+                    return load_square(m_sources.files[file], context(), m_threads);
+                } catch (const Error& e) {
+                    entry.failed = e.what();
+                    throw;
+                }
+            }();
             report(file, loaded.square->counts());
             const util::StageTimes::Scope timed(m_times, "square store");
             m_parts->learn(file, std::move(loaded.index));
@@ -223,6 +244,20 @@ void PointSet::report(std::size_t file, const PointCounts& counts) {
         const std::lock_guard lock(m_counts_mutex);
         m_counts.add(counts);
     });
+}
+
+// Parts come in the order of the boxes asked for, and some twice: so each thing is said once, and not how often it was met.
+void PointSet::report_part(std::size_t file, const PointCounts& counts) {
+    const std::lock_guard lock(m_counts_mutex);
+    Entry& entry = *m_entries[file];
+    const std::string path = m_sources.files[file].info.path.string();
+    if (counts.wild > 0 && !std::exchange(entry.told_wild, true))
+        spdlog::warn("{}: points far outside the bounds in its header or far from all others; left out", path);
+    for (std::size_t c = 0; c < counts.by_class.size(); ++c)
+        if (counts.by_class[c] > 0 && !m_classes.meaning[c].known && !entry.told_class[c]) {
+            entry.told_class[c] = true;
+            spdlog::warn("{}: class {}, which the table '{}' does not name; shown as `unknown`", path, c, m_classes.id);
+        }
 }
 
 }  // namespace terravox::voxelize

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <bitset>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -43,7 +44,10 @@ private:
     /// A file with what is known of it so far.
     struct Entry {
         PartedFile file;
+        std::string failed;  ///< why it could not be decoded: a damaged file is not tried again. Guarded by m_loading
         std::once_flag reported;
+        bool told_wild = false;         ///< guarded by m_counts_mutex, as is the next
+        std::bitset<256> told_class;
         std::atomic<bool> looked_through{false};  ///< its prepared square on disk was found whole in this run
     };
 
@@ -53,10 +57,16 @@ private:
     [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key, const PatchRect& wanted, Held& held);
     [[nodiscard]] Squares squares_around(std::size_t file, const PatchRect& wanted);
     [[nodiscard]] std::shared_ptr<const Square> whole(std::size_t file);
-    void plan_files(const LidarWorldOptions& options);
+    /// How memory is dealt out between squares and parts, bytes.
+    struct Shares {
+        std::size_t squares, parts;
+    };
+    [[nodiscard]] static Shares share_out(std::size_t memory_bytes, const Sources& sources);
+    void plan_files();
     [[nodiscard]] bool in_bounds(std::int32_t x, std::int32_t z) const noexcept;
     [[nodiscard]] bool surrounds(const ColumnRect& rect) const noexcept;  ///< some file's bounds hold all of it
     void report(std::size_t file, const PointCounts& counts);
+    void report_part(std::size_t file, const PointCounts& counts);
     [[nodiscard]] LoadContext context() const { return {m_sources.frame, m_classes, m_settings, m_times}; }
 
     const Settings& m_settings;
@@ -65,6 +75,7 @@ private:
     int m_threads;
     Sources m_sources;
     int m_cell_voxels = 1;
+    Shares m_shares;
     std::unique_ptr<store::SquareFolder> m_folder;
     std::vector<std::unique_ptr<Entry>> m_entries;
     std::shared_ptr<const PatchColumns> m_empty;  ///< a patch inside the bounds without a point

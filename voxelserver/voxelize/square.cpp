@@ -69,32 +69,38 @@ std::span<const VoxelPoint> Square::points(PatchKey patch) const {
 
 std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts, const PointCounts& counts, int threads) {
     const auto owned = std::make_shared<Owned>();
-    // Step 1: how many points each patch has, in each part.
-    std::unordered_map<PatchKey, std::size_t, PatchKeyHash> index_of;
+    // Step 1: the patches, and how many points each part has in those that it touches.
     std::vector<PatchKey> keys;
     for (const PatchedPoints& part : parts)
-        for (const auto& run : part.runs)
-            if (index_of.try_emplace(run.patch, 0).second) keys.push_back(run.patch);
+        for (const auto& run : part.runs) keys.push_back(run.patch);
     std::sort(keys.begin(), keys.end());
-    for (std::size_t i = 0; i < keys.size(); ++i) index_of[keys[i]] = i;
-    std::vector<std::vector<std::size_t>> at(parts.size(), std::vector<std::size_t>(keys.size()));
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    std::unordered_map<PatchKey, std::size_t, PatchKeyHash> index_of(keys.size());
+    for (std::size_t k = 0; k < keys.size(); ++k) index_of.emplace(keys[k], k);
     const auto run_end = [](const PatchedPoints& part, std::size_t r) { return r + 1 < part.runs.size() ? part.runs[r + 1].begin : part.points.size(); };
-    for (std::size_t i = 0; i < parts.size(); ++i)
-        for (std::size_t r = 0; r < parts[i].runs.size(); ++r) at[i][index_of[parts[i].runs[r].patch]] += run_end(parts[i], r) - parts[i].runs[r].begin;
+    std::vector<std::size_t> next(keys.size());
+    for (PatchedPoints& part : parts)
+        for (std::size_t r = 0; r < part.runs.size(); ++r) {
+            part.runs[r].place = index_of.at(part.runs[r].patch);
+            next[part.runs[r].place] += run_end(part, r) - part.runs[r].begin;
+        }
     std::size_t total = 0;
     for (std::size_t k = 0; k < keys.size(); ++k) {
-        const std::size_t begin = total;
-        for (auto& part : at) total += std::exchange(part[k], total);
-        owned->patches.push_back({keys[k], begin, total - begin, 0});
+        owned->patches.push_back({keys[k], total, next[k], 0});
+        total += std::exchange(next[k], total);
     }
-    // Step 2: to their places, each part on its own.
+    // Step 2: to their places. Runs are given theirs one after the other, then copied side by side.
+    for (PatchedPoints& part : parts)
+        for (std::size_t r = 0; r < part.runs.size(); ++r) {
+            std::size_t& to = next[part.runs[r].place];
+            part.runs[r].place = std::exchange(to, to + run_end(part, r) - part.runs[r].begin);
+        }
     owned->points.resize(total);
     thread::parallel_for(parts.size(), threads, [&](std::size_t i) {
         for (std::size_t r = 0; r < parts[i].runs.size(); ++r) {
-            std::size_t& to = at[i][index_of.at(parts[i].runs[r].patch)];
-            const std::size_t begin = parts[i].runs[r].begin, count = run_end(parts[i], r) - begin;
-            std::copy_n(parts[i].points.begin() + static_cast<std::ptrdiff_t>(begin), count, owned->points.begin() + static_cast<std::ptrdiff_t>(to));
-            to += count;
+            const auto from = parts[i].points.begin();
+            std::copy(from + static_cast<std::ptrdiff_t>(parts[i].runs[r].begin), from + static_cast<std::ptrdiff_t>(run_end(parts[i], r)),
+                      owned->points.begin() + static_cast<std::ptrdiff_t>(parts[i].runs[r].place));
         }
         parts[i] = {};
     });

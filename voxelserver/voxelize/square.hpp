@@ -62,11 +62,12 @@ struct PatchedPoints {
     struct Run {
         PatchKey patch;
         std::size_t begin = 0;
+        std::size_t place = 0;  ///< for binning: the patch's number, then where the run goes
     };
     std::vector<VoxelPoint> points;
     std::vector<Run> runs;  ///< each until the next one's begin
     void add(PatchKey patch, const VoxelPoint& point) {
-        if (runs.empty() || !(runs.back().patch == patch)) runs.push_back({patch, points.size()});
+        if (runs.empty() || !(runs.back().patch == patch)) runs.push_back({patch, points.size(), 0});
         points.push_back(point);
     }
 };
