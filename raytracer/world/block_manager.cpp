@@ -18,7 +18,9 @@ BlockRef BlockManager::get(const voxel::BoxKey& key) {
                 // One box less must not lose the picture; it stays visible, counted and in the exit code.
                 made.hole = true;
                 const std::lock_guard lock(m_holes_mutex);
-                if (m_holes.insert(key).second) spdlog::error("hole at box {}: {}", voxel::to_string(key), e.what());
+                // A damaged file fails in the same words for each of its boxes: said once, the boxes are counted at the end.
+                if (m_holes.insert(key).second && m_hole_reasons.size() < kMostReasons && m_hole_reasons.insert(e.what()).second)
+                    spdlog::error("hole at box {}: {}", voxel::to_string(key), e.what());
             }
             return std::make_shared<const BlockRef>(std::move(made));
         },

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 
 #include "common/util/cache.hpp"
 #include "common/voxel/world.hpp"
@@ -38,6 +39,8 @@ private:
     util::Cache<voxel::BoxKey, BlockRef, voxel::BoxKeyHash> m_cache;
     mutable std::mutex m_holes_mutex;
     std::set<voxel::BoxKey> m_holes;
+    static constexpr std::size_t kMostReasons = 100;
+    std::set<std::string> m_hole_reasons;
 };
 
 }  // namespace terravox
