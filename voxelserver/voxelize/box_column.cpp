@@ -39,6 +39,12 @@ BoxColumnMaker::Land BoxColumnMaker::land_of(const Window& window) {
     Land out;
     WaterAccess access{m_cells, m_bodies, m_points.cell_voxels()};
     out.water = timed("water", [&] { return fill_water(window, m_settings.steps.water_equalization ? &access : nullptr, m_settings, m_voxel_m); });
+    if (m_settings.steps.bridges)
+        out.decks = timed("bridges", [&] {
+            auto found = find_decks(window, m_points.classes(), m_settings.steps.water_equalization ? &access : nullptr, m_settings.bridges, m_voxel_m);
+            if (found) flow_beneath(*found, m_settings.water.min_depth_m, out.water);
+            return found;
+        });
     const auto bounds = m_points.in_bounds(window.middle);
     out.covered = timed("coverage", [&] {
         const int radius = std::clamp(static_cast<int>(std::lround(kWidestGap_m / m_voxel_m)), 4, 31);
@@ -57,12 +63,16 @@ BoxColumnMaker::Land BoxColumnMaker::land_of(const Window& window) {
         Margined<char>::each([&](int x, int z) { wanted.at(x, z) = static_cast<char>(wanted.at(x, z) & out.covered.at(x, z)); });
         return fill_ground(window, wanted, [&](std::int32_t x, std::int32_t z) { return m_wide_ground.at(x, z); });
     });
+    if (out.decks) lower_ground(*out.decks, out.ground);
     return out;
 }
 
-Margined<Crown> BoxColumnMaker::crowns_of(const Window& window, const GroundHeights& ground) {
+Margined<Crown> BoxColumnMaker::crowns_of(const Window& window, const Land& land) {
     return timed("vegetation", [&] {
-        return m_settings.steps.vegetation_fill ? fill_crowns(window, m_points.classes(), ground, m_settings, m_voxel_m) : Margined<Crown>{};
+        if (!m_settings.steps.vegetation_fill) return Margined<Crown>{};
+        auto crowns = fill_crowns(window, m_points.classes(), land.ground, m_settings, m_voxel_m);
+        if (land.decks) clear_crowns(*land.decks, m_settings.vegetation.trunk_from_m, m_voxel_m, crowns);
+        return crowns;
     });
 }
 
@@ -78,8 +88,8 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
     if (covered == 0) return out;
 
     const auto roofs = timed("building fill", [&] { return m_settings.steps.building_fill ? fill_buildings(window, m_settings.buildings, m_voxel_m) : seen_roofs(window); });
-    const auto decks = timed("bridges", [&] { return m_settings.steps.bridges ? fill_decks(window) : seen_decks(window); });
-    const auto crowns = crowns_of(window, land.ground);
+    const auto decks = timed("bridges", [&] { return m_settings.steps.bridges ? fill_decks(window, land.decks.get()) : seen_decks(window); });
+    const auto crowns = crowns_of(window, land);
     const SurfaceLook look = m_surface.look(window);
     const PatchRuns runs = timed("underground fill", [&] {
         return make_runs({window, m_points.classes(), m_settings, land.covered, land.water, land.ground, roofs, decks, crowns, look.material,
@@ -96,7 +106,7 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
 std::vector<Tree> BoxColumnMaker::trees(PatchKey patch) {
     const Window window = m_points.window(patch);
     const Land land = land_of(window);
-    const auto crowns = crowns_of(window, land.ground);
+    const auto crowns = crowns_of(window, land);
     std::vector<Tree> out;
     for (int z = 0; z < kPatchSize; ++z)
         for (int x = 0; x < kPatchSize; ++x)

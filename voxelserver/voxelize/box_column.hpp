@@ -7,6 +7,7 @@
 #include "common/voxel/box.hpp"
 #include "voxelserver/voxelize/cell_store.hpp"
 #include "voxelserver/voxelize/coverage.hpp"
+#include "voxelserver/voxelize/deck_finder.hpp"
 #include "voxelserver/voxelize/lidar_world.hpp"
 #include "voxelserver/voxelize/point_set.hpp"
 #include "voxelserver/voxelize/serialize.hpp"
@@ -48,9 +49,10 @@ private:
         Margined<char> covered;
         WaterColumns water;
         GroundHeights ground;
+        std::unique_ptr<const FoundDecks> decks;  ///< that no class names; nullptr = none
     };
     [[nodiscard]] Land land_of(const Window& window);
-    [[nodiscard]] Margined<Crown> crowns_of(const Window& window, const GroundHeights& ground);
+    [[nodiscard]] Margined<Crown> crowns_of(const Window& window, const Land& land);
     template <class Work> auto timed(const char* name, const Work& work) {
         const util::StageTimes::Scope scope(m_times, name);
         return work();

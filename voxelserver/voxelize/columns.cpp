@@ -209,6 +209,8 @@ std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
         sorter.sort();
         sum_up(sorter, column, patch->objects, sums[static_cast<std::size_t>(z / cell_voxels * patch->cells.side + x / cell_voxels)]);
         if (column.built_upon()) patch->built[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
+        if (column.ground.seen()) patch->ground[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
+        if (column.water.seen() && column.water_points >= column.ground_points) patch->wet[static_cast<std::size_t>(z)] |= std::uint64_t{1} << x;
         patch->ground_height[static_cast<std::size_t>(i)] = column.ground.height;
         patch->any_roof = patch->any_roof || column.roof.seen(), patch->any_deck = patch->any_deck || column.deck.seen();
     }

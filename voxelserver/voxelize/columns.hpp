@@ -55,6 +55,7 @@ struct PatchColumns {
     std::array<std::uint32_t, kPatchColumns + 1> objects_begin{};  ///< of column i: [objects_begin[i], objects_begin[i + 1]), by rising y
     // What steps ask of many columns around, small enough to stay in the processor's cache:
     std::array<std::uint64_t, kPatchSize> occupied{}, built{};  ///< bit x of row z: the column holds any point; is built_upon()
+    std::array<std::uint64_t, kPatchSize> ground{}, wet{};      ///< ground was seen; water was, and at least as often as ground
     std::array<float, kPatchColumns> ground_height;             ///< of each column's ground
     bool any_roof = false, any_deck = false, any_objects = false;
     water::CellPatch cells;  ///< `covered` and `looks_wet` are for others to say

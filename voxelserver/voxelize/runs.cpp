@@ -57,12 +57,13 @@ private:
     void column(int x, int z) {
         const Column& col = m_in.window.column(x, z);
         const Roof& roof = m_in.roofs.at(x, z);
-        const std::int32_t top = m_in.water.is_water(x, z) ? water(col, x, z) : dry_land(col, roof, x, z);
+        std::int32_t top = m_in.water.is_water(x, z) ? water(col, x, z) : dry_land(col, roof, x, z);
         if (roof.seen()) building(roof, top, x, z);
         if (const Surface& deck = m_in.decks.at(x, z); deck.seen()) {
             const std::int32_t y = floor_y(deck.height);
             const std::int32_t thickness = in_voxels(m_in.settings.bridges.thickness_m, m_in.voxel_m);
-            push(std::max(y + 1 - thickness, top + 1), y + 1, attr_of(meaning(deck.source_class).material, deck));
+            push(std::max(y + 1 - thickness, top + 1), y + 1, attr_of(named(deck) ? meaning(deck.source_class).material : Material::kBridge, deck));
+            top = std::max(top, y);  // what stands on a deck is as high as it is above the deck
         }
         objects(x, z, top, roof.seen());
     }
@@ -82,11 +83,16 @@ private:
         const float ground = m_in.ground.at(x, z);
         if (ground != ground) return kNothing;
         const std::int32_t top = floor_y(ground);
-        VoxelAttr attr = col.ground.seen() ? attr_of(meaning(col.ground.source_class).material, col.ground) : VoxelAttr{Material::kGround, 0, 0, 0, {}, 0};
-        if (!roof.seen() || roof.open_beneath()) specialize(attr, x, z);
+        const bool hidden = m_in.decks.at(x, z).seen() && !named(m_in.decks.at(x, z));  // what was seen and looks like ground is the deck
+        VoxelAttr attr{Material::kGround, 0, 0, 0, {}, 0};
+        if (col.ground.seen() && !hidden) attr = attr_of(meaning(col.ground.source_class).material, col.ground);
+        if (!hidden && (!roof.seen() || roof.open_beneath())) specialize(attr, x, z);
         terrain(top, attr, soil(x, z));
         return top;
     }
+
+    // Whether a deck's class says that it is one.
+    [[nodiscard]] bool named(const Surface& deck) const { return meaning(deck.source_class).role == Role::kBridge; }
 
     void specialize(VoxelAttr& attr, int x, int z) const {
         if (const Material m = m_in.special.at(x, z); m != Material::kAir) attr.material = m;

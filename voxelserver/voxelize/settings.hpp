@@ -20,6 +20,11 @@ struct Settings {
     } buildings;
     struct Bridges {
         double thickness_m = 1.0;
+        bool recognise = true;       ///< decks that no class names (deck_finder.hpp)
+        double widest_m = 15.0;      ///< across such a deck
+        double least_drop_m = 1.2;   ///< at both of its edges
+        double above_water_m = 1.4;  ///< of such a deck, at least
+        double above_land_m = 2.5;   ///< the same, where there is no water near
     } bridges;
     struct Ground {
         double soil_m = 2.5;   ///< above the rock

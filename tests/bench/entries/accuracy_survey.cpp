@@ -1,6 +1,7 @@
 #include "common/util/error.hpp"
 #include "tests/bench/accuracy/measures.hpp"
 #include "tests/bench/accuracy/point_limits.hpp"
+#include "tests/bench/accuracy/reclassed.hpp"
 #include "tests/bench/bench.hpp"
 #include "voxelserver/survey/survey.hpp"
 
@@ -23,9 +24,9 @@ struct Surveyed {
     CrownWidth width;
 };
 
-VoxelField voxels_of(const Surveyed& s, const Context& c, bool photo) {
+VoxelField voxels_of(const Surveyed& s, const std::vector<std::filesystem::path>& files, const Context& c, bool photo) {
     voxelize::LidarWorldOptions options;
-    options.files = s.files;
+    options.files = files;
     if (photo) options.orthophotos = {s.options.folder / "ortho"};
     options.threads = c.threads;
     util::StageTimes times;
@@ -42,7 +43,7 @@ Entry with_photo() {
     out.exact = true;
     out.prepare = [](const Context& c) -> Body {
         return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) {
-            const VoxelField found = voxels_of(*s, c, true);
+            const VoxelField found = voxels_of(*s, s->files, c, true);
             measure_ground(s->truth, found, readings);
             measure_buildings(s->truth, found, readings);
             measure_overhangs(s->truth, found, readings);
@@ -64,12 +65,31 @@ Entry without_photo() {
     out.missing = [](const Context&) { return std::string(); };
     out.exact = true;
     out.prepare = [](const Context& c) -> Body {
-        return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) { measure_materials(s->truth, voxels_of(*s, c, false), readings); };
+        return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) { measure_materials(s->truth, voxels_of(*s, s->files, c, false), readings); };
     };
     return out;
 }
 
-const Registration kRegistered([] { return std::vector{with_photo(), without_photo()}; });
+/// The points of bridges in a class that says nothing of bridges: their decks are to be recognised.
+Entry without_bridge_class(const std::string& name, const std::string& as, std::uint8_t code) {
+    Entry out;
+    out.name = "accuracy/survey/no-bridge-class/" + name;
+    out.measures = "bridges against the truth where their points are " + as;
+    out.work = std::string(kWork) + ", class 17 made class " + std::to_string(code);
+    out.missing = [](const Context&) { return std::string(); };
+    out.exact = true;
+    out.prepare = [name, code](const Context& c) -> Body {
+        constexpr std::uint8_t kBridges = 17;
+        auto s = std::make_shared<Surveyed>(c);
+        const auto files = reclass(s->files, kBridges, code, c.scratch / ("accuracy-survey-" + name));
+        return [s, files, &c](Readings& readings) { measure_bridges(s->truth, voxels_of(*s, files, c, false), readings); };
+    };
+    return out;
+}
+
+const Registration kRegistered([] {
+    return std::vector{with_photo(), without_photo(), without_bridge_class("ground", "ground", 2), without_bridge_class("unclassified", "unclassified", 1)};
+});
 
 }  // namespace
 }  // namespace terravox::bench

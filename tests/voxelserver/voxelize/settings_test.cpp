@@ -28,7 +28,9 @@ std::map<std::string, std::string> fields_of(const Settings& s) {
     flag("steps.neighbourhood_filters", s.steps.neighbourhood_filters), flag("steps.water_equalization", s.steps.water_equalization);
     flag("steps.water_deepening", s.steps.water_deepening);
     number("buildings.storey_m", s.buildings.storey_m), number("buildings.steep_roof_m", s.buildings.steep_roof_m);
-    number("bridges.thickness_m", s.bridges.thickness_m);
+    number("bridges.thickness_m", s.bridges.thickness_m), flag("bridges.recognise", s.bridges.recognise), number("bridges.widest_m", s.bridges.widest_m);
+    number("bridges.least_drop_m", s.bridges.least_drop_m), number("bridges.above_water_m", s.bridges.above_water_m);
+    number("bridges.above_land_m", s.bridges.above_land_m);
     number("ground.soil_m", s.ground.soil_m), number("ground.cliff_m", s.ground.cliff_m), number("ground.depth_m", s.ground.depth_m);
     number("vegetation.low_m", s.vegetation.low_m), number("vegetation.medium_m", s.vegetation.medium_m);
     number("vegetation.canopy_gap_m", s.vegetation.canopy_gap_m), number("vegetation.trunk_from_m", s.vegetation.trunk_from_m);
@@ -96,7 +98,7 @@ TEST_CASE("what is wrong in a settings file is told word for word", "[voxelserve
     const auto c = GENERATE(values<Case>({
         {"an unknown section", "[roads]\nwide = true\n", "roads.wide is unknown; allowed in [roads]: there is no such section"},
         {"an unknown field", "[points]\ndrop_all = true\n", "points.drop_all is unknown; allowed in [points]: drop_withheld, drop_overlap, drop_isolated"},
-        {"a field of another section", "[bridges]\nsoil_m = 1\n", "bridges.soil_m is unknown; allowed in [bridges]: thickness_m"},
+        {"a field of another section", "[bridges]\nsoil_m = 1\n", "bridges.soil_m is unknown; allowed in [bridges]: thickness_m, recognise, widest_m, least_drop_m, above_water_m, above_land_m"},
         {"no section", "soil_m = 1\n", "soil_m is no section; allowed: points, steps, buildings, bridges, ground, vegetation, water, specialization"},
         {"a number for a flag", "[steps]\nbridges = 1\n", "steps.bridges is not true or false"},
         {"a text for a number", "[ground]\nsoil_m = \"2\"\n", "ground.soil_m is no number; allowed: 0 to 100"},

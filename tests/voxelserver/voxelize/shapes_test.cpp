@@ -96,6 +96,33 @@ TEST_CASE("a bridge is open beneath", "[voxelserver][voxelize]") {
     }
 }
 
+TEST_CASE("a bridge that no class names is open beneath", "[voxelserver][voxelize][bridges]") {
+    struct Case { const char* name; int code, below; Material lies; };
+    const auto c = GENERATE(values<Case>({{"ground over water", 2, 9, Material::kWater}, {"unclassified over water", 1, 9, Material::kWater}, {"ground over a road", 2, 2, Material::kGround}}));
+    DYNAMIC_SECTION(c.name) {
+        // From west to east over what lies from south to north.
+        const auto low = [](double e) { return e >= 50 && e < 74; };
+        const auto deck = [](double n) { return n >= 40 && n < 47; };
+        Cloud cloud;
+        cloud.cover(0, 0, 128, 90, 0.5, 2, [&](double e, double) { return low(e) ? kNothing : 110.5; });
+        cloud.cover(50, 0, 74, 90, 0.5, c.below, [&](double, double n) { return deck(n) ? kNothing : 104.5; });
+        cloud.cover(50, 40, 74, 47, 0.5, c.code, [](double, double) { return 110.5; });
+        const TemporaryFolder folder;
+        cloud.write(folder.path() / "bridge.laz");
+        OpenWorld world(folder.path() / "bridge.laz");
+        for (double e = 53.5; e < 71; ++e)
+            for (double n = 41.5; n < 46; ++n) {
+                const std::int32_t x = voxel_x(e), z = voxel_z(n);
+                INFO("east " << e << ", north " << n);
+                REQUIRE(world.material(x, 110, z) == Material::kBridge);
+                for (std::int32_t y = 105; y < 110; ++y) REQUIRE(world.material(x, y, z) == Material::kAir);
+                REQUIRE(world.material(x, 104, z) == c.lies);
+            }
+        for (const double e : {40.5, 85.5}) CHECK(world.material(voxel_x(e), 110, voxel_z(43.5)) != Material::kBridge);
+        CHECK(world.material(voxel_x(60.5), 110, voxel_z(30.5)) == Material::kAir);
+    }
+}
+
 TEST_CASE("a lake is flat, though its level lies at a voxel's border and most pulses are lost in it", "[voxelserver][voxelize]") {
     Cloud cloud;
     std::mt19937 random(12);
