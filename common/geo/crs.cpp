@@ -6,11 +6,13 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <mutex>
+#include <cstring>
 
+#include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
@@ -118,8 +120,7 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
     constexpr std::size_t kHeaderWords = 4, kMostKeys = 4096;
     if (directory.size() < 2 * kHeaderWords || directory.size() > kMostKeys * 4) return std::nullopt;
     const QuietGdal quiet;
-    static std::once_flag once;
-    std::call_once(once, [] { GDALAllRegister(); });
+    start_gdal();
     static std::atomic<unsigned> counter{0};
     const std::string name = "/vsimem/terravox-geokeys-" + std::to_string(counter++) + ".tif";
     auto bytes = tiff_with_keys(directory, doubles, ascii);
@@ -169,6 +170,16 @@ double Crs::metres_per_unit() const { return geographic() ? 1.0 : m_ogr->GetLine
 std::optional<double> Crs::vertical_metres_per_unit() const {
     if (m_ogr->IsVertical() == 0) return std::nullopt;
     return m_ogr->GetTargetLinearUnits("VERT_CS");
+}
+
+std::optional<std::string> Crs::vertical_datum() const {
+    if (m_ogr->IsCompound() == 0 && m_ogr->IsVertical() == 0) return m_ogr->GetAxesCount() == 3 ? std::optional<std::string>("ellipsoid") : std::nullopt;
+    const char* name = m_ogr->GetAttrValue("VERT_DATUM");
+    // A unit alone is kept under such a name: set_vertical_unit, and other programs' files.
+    const auto nothing = {"unknown", "unnamed", "not specified"};
+    const auto begins = [&](const char* words) { return EQUALN(name, words, std::strlen(words)); };
+    if (name == nullptr || *name == '\0' || std::any_of(nothing.begin(), nothing.end(), begins)) return std::nullopt;
+    return name;
 }
 
 bool Crs::same_horizontal(const Crs& other) const {

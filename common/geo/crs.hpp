@@ -42,6 +42,8 @@ public:
     [[nodiscard]] double metres_per_unit() const;  ///< horizontal unit; 1 for geographic systems
     /// Vertical unit in metres, when the system has a vertical part.
     [[nodiscard]] std::optional<double> vertical_metres_per_unit() const;
+    /// What heights are measured from, when the system says: its vertical datum's name, or "ellipsoid" for a system of three dimensions.
+    [[nodiscard]] std::optional<std::string> vertical_datum() const;
     [[nodiscard]] bool same_horizontal(const Crs& other) const;
 
 private:

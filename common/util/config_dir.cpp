@@ -43,4 +43,12 @@ std::string toml_ids(const std::filesystem::path& folder) {
     return out;
 }
 
+std::filesystem::path base_file(const std::filesystem::path& file, const std::string& id, const std::string& kind) {
+    const std::string name = id + ".toml";
+    std::error_code ignored;
+    if (auto beside = file.parent_path() / name; std::filesystem::exists(beside, ignored)) return beside;
+    if (auto shipped = config_dir() / kind / name; std::filesystem::exists(shipped, ignored)) return shipped;
+    return {};
+}
+
 }  // namespace terravox::util

@@ -13,4 +13,8 @@ namespace terravox::util {
 /// The ids that a folder of .toml files offers, in order: "a, b, c", for messages. Empty for a folder that is not there.
 [[nodiscard]] std::string toml_ids(const std::filesystem::path& folder);
 
+/// The file that `extends = "<id>"` in `file` means: <id>.toml beside it, else the one that ships in the folder `kind` of config_dir().
+/// @return an empty path when there is neither
+[[nodiscard]] std::filesystem::path base_file(const std::filesystem::path& file, const std::string& id, const std::string& kind);
+
 }  // namespace terravox::util

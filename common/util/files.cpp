@@ -1,8 +1,11 @@
 #include "common/util/files.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cctype>
 #include <string>
+#include <unordered_map>
 
 #include "common/util/error.hpp"
 
@@ -10,15 +13,38 @@ namespace terravox::util {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// What tells a file from all others, whatever it is called: "./a", a link to it and a second name of it are the same.
+std::string identity_of(const fs::path& file) {
+    struct stat facts {};
+    // Size and time beside the number: there are network file systems whose numbers are not unique, and no file may be lost to that.
+    if (::stat(file.c_str(), &facts) == 0 && facts.st_ino != 0) {
+        std::string out;
+        for (const auto part : {static_cast<long long>(facts.st_dev), static_cast<long long>(facts.st_ino), static_cast<long long>(facts.st_size),
+                                static_cast<long long>(facts.st_mtim.tv_sec), static_cast<long long>(facts.st_mtim.tv_nsec)})
+            out += std::to_string(part) + "|";
+        return out;
+    }
+    std::error_code failed;
+    const fs::path canonical = fs::weakly_canonical(file, failed);
+    return failed ? file.string() : canonical.string();
+}
+
+}  // namespace
+
 std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths, std::initializer_list<std::string_view> endings, std::string_view what) {
     std::vector<fs::path> out;
+    std::unordered_map<std::string, std::size_t> index_of;
     const auto add = [&](const fs::path& file) {
-        if (std::find(out.begin(), out.end(), file) == out.end()) out.push_back(file);
+        const auto [known, fresh] = index_of.try_emplace(identity_of(file), out.size());
+        if (fresh) out.push_back(file);
+        else out[known->second] = std::min(out[known->second], file);
     };
     for (const fs::path& path : paths) {
         std::error_code failed;
         if (!fs::exists(path, failed)) throw UsageError("open the " + std::string(what) + " " + path.string() + ": no such file or folder");
-        if (!fs::is_directory(path)) {
+        if (!fs::is_directory(path, failed)) {
             add(path);
             continue;
         }

@@ -1,8 +1,7 @@
 #include "common/voxel/material.hpp"
 
-#include <toml++/toml.h>
-
 #include "common/util/error.hpp"
+#include "common/util/toml_file.hpp"
 
 namespace terravox::voxel {
 namespace {
@@ -42,12 +41,7 @@ std::optional<Material> material_from_name(std::string_view name) noexcept {
 
 Palette load_palette(const std::filesystem::path& file) {
     const auto fail = [&](const std::string& what) -> void { throw Error("read the materials " + file.string() + ": " + what); };
-    toml::table root;
-    try {
-        root = toml::parse_file(file.string());
-    } catch (const toml::parse_error& e) {
-        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
-    }
+    const toml::table root = util::read_toml(file, fail);
     Palette palette;
     for (std::size_t i = 1; i < kNames.size(); ++i) {
         const auto entry = root[kNames[i]];
@@ -59,6 +53,13 @@ Palette load_palette(const std::filesystem::path& file) {
         if (!variation || !(*variation >= 0 && *variation <= 1))
             fail("[" + std::string(kNames[i]) + "] variation = " + (variation ? std::to_string(*variation) : "not a number") + "; allowed: 0 to 1");
         palette.entries[i] = {*colour, static_cast<float>(*variation)};
+    }
+    for (const auto& [name, node] : root) {
+        const auto known = material_from_name(name.str());
+        if (!known || *known == Material::kAir) fail("[" + std::string(name.str()) + "] is no material");
+        for (const auto& [field, value] : *node.as_table())
+            if (field.str() != "colour" && field.str() != "variation")
+                fail("[" + std::string(name.str()) + "] " + std::string(field.str()) + " is no field; allowed: colour, variation");
     }
     return palette;
 }

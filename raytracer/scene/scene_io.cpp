@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
+#include "common/util/toml_file.hpp"
 #include "raytracer/scene/scene_fields.hpp"
 
 namespace terravox {
@@ -145,19 +146,13 @@ template <class T> constexpr bool kOptional<std::optional<T>> = true;
 
 void read_scene(const std::filesystem::path& file, Scene& scene) {
     const std::string attempt = "read the scene " + file.string();
-    if (!std::filesystem::is_regular_file(file)) throw UsageError(attempt + ": no such file");
-    toml::table root;
-    try {
-        root = toml::parse_file(file.string());
-    } catch (const toml::parse_error& e) {
-        throw UsageError(attempt + ": " + std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
-    }
+    const toml::table root = util::read_toml(file, [&](const std::string& what) { throw UsageError(attempt + ": " + what); });
     const auto version = root["version"].value<int>();
     if (root.contains("version") && version != kSceneVersion)
         throw UsageError(attempt + ": version = " + (version ? std::to_string(*version) : "a value of another kind") + "; allowed: " + std::to_string(kSceneVersion));
-    std::set<std::string> known;
+    std::set<std::string> known, sections;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
-        known.emplace(path);
+        known.emplace(path), sections.emplace(path.substr(0, path.find('.')));
         const auto node = root.at_path(path);
         if (node) put_node(Setter(attempt + ": " + std::string(path), rule), *node.node(), field);
     });
@@ -168,6 +163,8 @@ void read_scene(const std::filesystem::path& file, Scene& scene) {
         for (const auto& [key, value] : *table)
             if (const std::string path = std::string(section.str()) + "." + std::string(key.str()); !known.contains(path))
                 throw UsageError(attempt + ": unknown field '" + path + "'; docs/formats.md lists all fields");
+        if (!sections.contains(std::string(section.str())))
+            throw UsageError(attempt + ": unknown section '" + std::string(section.str()) + "'; docs/formats.md lists all sections");
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "voxelserver/imagery/footprint.hpp"
@@ -88,7 +89,7 @@ int block_side(double pixels_per_voxel) { return static_cast<int>(std::clamp(409
 
 Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame) : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
-    GDALAllRegister();
+    geo::start_gdal();
     for (const fs::path& file : util::expand_folders(paths, {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, "orthophotos")) {
         m_layers.push_back(std::make_unique<Layer>(file, m_frame));
         m_open->use(m_layers.back()->image);
@@ -104,6 +105,27 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Fra
 Orthophotos::~Orthophotos() {
     const std::lock_guard lock(gdal_mutex());
     m_layers.clear();
+}
+
+void Orthophotos::warn_of_outside(const voxelize::ColumnRect& world) const {
+    const Layer* shown = nullptr;
+    std::size_t outside = 0;
+    for (const auto& layer : m_layers) {
+        const PixelMap::Extent& e = layer->map.extent();
+        const bool apart = e.x1 <= world.min_x || e.x0 >= world.max_x || e.z1 <= world.min_z || e.z0 >= world.max_z;
+        if (!apart) continue;
+        ++outside;
+        if (shown == nullptr || (shown->image.crs() && !layer->image.crs())) shown = layer.get();  // one whose CRS is a guess says most
+    }
+    if (shown == nullptr) return;
+    const auto place = [&](double x0, double z0, double x1, double z1) {
+        return fmt::format("E {:.0f} to {:.0f}, N {:.0f} to {:.0f}", m_frame.easting(x0), m_frame.easting(x1), m_frame.northing(z1), m_frame.northing(z0));
+    };
+    const PixelMap::Extent& e = shown->map.extent();
+    const bool suspicious = outside == m_layers.size() || !shown->image.crs();
+    spdlog::log(suspicious ? spdlog::level::warn : spdlog::level::info, "orthophoto {}{} covers nothing of the world: it lies at {} ({}{}), the world at {}",
+                shown->image.path().string(), outside > 1 ? fmt::format(" (one of {} such)", outside) : "", place(e.x0, e.z0, e.x1, e.z1), m_frame.crs().name(),
+                shown->image.crs() ? "" : ", assumed: the file names no CRS", place(world.min_x, world.min_z, world.max_x, world.max_z));
 }
 
 std::size_t Orthophotos::count() const noexcept { return m_layers.size(); }

@@ -6,6 +6,7 @@
 
 #include "voxelserver/imagery/raster.hpp"
 #include "voxelserver/voxelize/frame.hpp"
+#include "voxelserver/voxelize/patch.hpp"
 
 namespace terravox::imagery {
 
@@ -22,6 +23,11 @@ public:
     /// @throws Error naming the file that is missing, no image, without a place on Earth, or has more than 4096 pixels to a voxel's edge
     Orthophotos(const std::vector<std::filesystem::path>& paths, const voxelize::Frame& frame);
     ~Orthophotos();
+
+    /// Warns, in one line for all of them, of images that lie beside the world, naming the first, where it lies, and what was assumed of
+    /// it. No more than a remark when others do cover it, and those beside it say themselves where they lie: folders reach farther.
+    /// @param world the columns in which there may be points
+    void warn_of_outside(const voxelize::ColumnRect& world) const;
 
     [[nodiscard]] std::size_t count() const noexcept;
     /// The images' paths, the one that wins first.

@@ -6,18 +6,13 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/toml_file.hpp"
 
 namespace terravox::imagery {
 
 namespace fs = std::filesystem;
 
-PaletteFile::PaletteFile(fs::path path) : m_path(std::move(path)) {
-    try {
-        m_root = toml::parse_file(m_path.string());
-    } catch (const toml::parse_error& e) {
-        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
-    }
-}
+PaletteFile::PaletteFile(fs::path path) : m_path(std::move(path)), m_root(util::read_toml(m_path, [this](const std::string& what) { fail(what); })) {}
 
 void PaletteFile::fail(const std::string& what) const { throw Error("read the palette " + m_path.string() + ": " + what); }
 
@@ -90,9 +85,9 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
         const auto* extends = last.root().get("extends");
         if (extends == nullptr) break;
         const auto base = extends->value<std::string>();
-        const fs::path parent = file.parent_path() / (base.value_or("") + ".toml");
-        if (!base || !fs::exists(parent)) last.fail("extends = '" + base.value_or("") + "'; allowed: " + util::toml_ids(file.parent_path()));
-        file = parent;
+        if (!base) last.fail("extends is no text");
+        file = util::base_file(file, *base, "palettes");
+        if (file.empty()) last.fail("extends = '" + *base + "'; allowed: a palette beside it, or " + util::toml_ids(util::config_dir() / "palettes"));
     }
     std::reverse(out.begin(), out.end());
     return out;

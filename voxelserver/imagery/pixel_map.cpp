@@ -46,11 +46,10 @@ PixelMap::PixelMap(const voxelize::Frame& frame, const Image& image) : m_frame(&
     }
     const auto [west, east] = std::minmax_element(x.begin(), x.end());
     const auto [south, north] = std::minmax_element(y.begin(), y.end());
-    m_x0 = frame.x(*west), m_x1 = frame.x(*east), m_z0 = frame.z(*north), m_z1 = frame.z(*south);
+    m_extent = {frame.x(*west), frame.z(*north), frame.x(*east), frame.z(*south)};
     // An outline between its points bulges by less than a part in 64 of an edge, whatever the projection.
-    const double room = 2 + std::max(m_x1 - m_x0, m_z1 - m_z0) / 64;
-    m_x0 -= room, m_z0 -= room, m_x1 += room, m_z1 += room;
-    const double cx = std::clamp((m_x0 + m_x1) / 2, -1e9, 1e9), cz = std::clamp((m_z0 + m_z1) / 2, -1e9, 1e9);
+    m_room = 2 + std::max(m_extent.x1 - m_extent.x0, m_extent.z1 - m_extent.z0) / 64;
+    const double cx = std::clamp((m_extent.x0 + m_extent.x1) / 2, -1e9, 1e9), cz = std::clamp((m_extent.z0 + m_extent.z1) / 2, -1e9, 1e9);
     const auto index = [](double v) { return static_cast<std::int32_t>(std::floor(v / kCell)); };
     const Cell middle = cells(index(cx), index(cz), 1, 1).front();
     const double area = (middle.u[1] - middle.u[0]) * (middle.v[2] - middle.v[0]) - (middle.u[2] - middle.u[0]) * (middle.v[1] - middle.v[0]);
@@ -59,8 +58,8 @@ PixelMap::PixelMap(const voxelize::Frame& frame, const Image& image) : m_frame(&
 
 ColumnRect PixelMap::covered(const ColumnRect& rect) const noexcept {
     const auto cut = [](double v, std::int32_t from, int size) { return static_cast<int>(std::clamp(v - from, 0.0, static_cast<double>(size))); };
-    const int x0 = cut(std::floor(m_x0), rect.x, rect.width), x1 = cut(std::ceil(m_x1), rect.x, rect.width);
-    const int z0 = cut(std::floor(m_z0), rect.z, rect.height), z1 = cut(std::ceil(m_z1), rect.z, rect.height);
+    const int x0 = cut(std::floor(m_extent.x0 - m_room), rect.x, rect.width), x1 = cut(std::ceil(m_extent.x1 + m_room), rect.x, rect.width);
+    const int z0 = cut(std::floor(m_extent.z0 - m_room), rect.z, rect.height), z1 = cut(std::ceil(m_extent.z1 + m_room), rect.z, rect.height);
     if (x0 >= x1 || z0 >= z1) return {};
     return {rect.x + x0, rect.z + z0, x1 - x0, z1 - z0};
 }

@@ -33,6 +33,11 @@ public:
     /// The caller holds gdal_mutex(). @throws Error when PROJ knows no way from the frame's CRS to the image's
     PixelMap(const voxelize::Frame& frame, const Image& image);
 
+    /// The image's outline from west to east and from north to south: continuous voxels. Not finite where PROJ knows no way.
+    struct Extent {
+        double x0 = 0, z0 = 0, x1 = 0, z1 = 0;
+    };
+    [[nodiscard]] const Extent& extent() const noexcept { return m_extent; }
     /// Columns that the image may cover, with room to spare; empty (width 0) for none of `rect`.
     [[nodiscard]] ColumnRect covered(const ColumnRect& rect) const noexcept;
     /// Side of a voxel in pixels.
@@ -53,7 +58,8 @@ private:
     const voxelize::Frame* m_frame;
     std::array<double, 6> m_inverse{};  ///< coordinates of the image's CRS to pixels
     std::unique_ptr<geo::Transform> m_to_image;
-    double m_x0 = 0, m_z0 = 0, m_x1 = 0, m_z1 = 0;  ///< bounds in voxels
+    Extent m_extent;
+    double m_room = 0;  ///< around it, in voxels
     double m_pixels_per_voxel = 1;
 };
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -33,6 +34,21 @@ std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& 
 
 MappedFile::~MappedFile() {
     if (m_size > 0) ::munmap(const_cast<std::byte*>(m_data), m_size);
+}
+
+bool readable(std::span<const std::byte> part) noexcept {
+    if (part.empty()) return true;
+#ifdef MADV_POPULATE_READ
+    static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    const auto begin = reinterpret_cast<std::uintptr_t>(part.data()) / page * page, end = reinterpret_cast<std::uintptr_t>(part.data() + part.size());
+    // The map itself tells, so that no file needs to stay open for it. Pages read meanwhile are kept, so a call that was interrupted goes on.
+    int rc = -1;
+    do rc = ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_POPULATE_READ);
+    while (rc != 0 && (errno == EINTR || errno == EAGAIN));
+    return rc == 0 || (errno != EFAULT && errno != EHWPOISON);
+#else
+    return true;
+#endif
 }
 
 }  // namespace terravox::store

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 #include <fstream>
+#include <vector>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
@@ -64,6 +65,12 @@ struct Opened {
     Header header;
 };
 
+/// What a mapped square holds.
+struct Mapped {
+    std::shared_ptr<const MappedFile> file;
+    std::vector<PatchEntry> patches;
+};
+
 /// What the counts of a header ask for, bytes.
 struct Layout {
     std::size_t tables = 0, points = 0;
@@ -85,6 +92,7 @@ Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
     const std::optional<Layout> layout = layout_of(out.header, room);
     if (!layout || layout->tables + layout->points != room)
         throw fail("damaged (" + std::to_string(bytes.size()) + " bytes do not fit the counts in its header)");
+    if (!readable(bytes.first(sizeof(Header) + layout->tables))) throw fail("cut short while it was read");
     if (checksum(out.header, bytes.subspan(sizeof(Header), layout->tables)) != out.header.checksum) throw fail("damaged (checksum)");
     return out;
 }
@@ -110,7 +118,10 @@ std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
     });
     if (!opened.file) return nullptr;
     const std::byte* tables = opened.file->bytes().data() + sizeof(Header);
-    const std::span patches(reinterpret_cast<const PatchEntry*>(tables), opened.header.count);
+    // The directory is looked at for every patch: a copy of it stays whatever becomes of the file.
+    const auto holder = std::make_shared<Mapped>(Mapped{opened.file, std::vector<PatchEntry>(opened.header.count)});
+    const std::span patches(holder->patches);
+    if (!patches.empty()) std::memcpy(patches.data(), tables, patches.size_bytes());
     const std::span points(reinterpret_cast<const VoxelPoint*>(tables + patches.size_bytes()), opened.header.more);
     std::uint64_t at = 0;
     for (const PatchEntry& p : patches) {
@@ -118,7 +129,7 @@ std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
         at += p.count;
     }
     if (at != points.size()) throw Error("read the prepared square " + path.string() + ": damaged (directory)");
-    return std::make_shared<Square>(opened.file, patches, points, opened.header.counts, opened.file->bytes().size(), false);
+    return std::make_shared<Square>(holder, patches, points, opened.header.counts, opened.file->bytes().size() + patches.size_bytes(), false);
 }
 
 void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {

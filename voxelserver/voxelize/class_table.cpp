@@ -1,17 +1,20 @@
 #include "voxelserver/voxelize/class_table.hpp"
 
-#include <toml++/toml.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/toml_file.hpp"
 
 namespace terravox::voxelize {
 namespace {
 
 namespace fs = std::filesystem;
+using Fail = std::function<void(const std::string&)>;
 
 constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::kDrop},
                                                                  {"ground", Role::kGround},
@@ -22,25 +25,29 @@ constexpr std::array<std::pair<const char*, Role>, 8> kRoles = {{{"drop", Role::
                                                                  {"object", Role::kObject},
                                                                  {"surface", Role::kSurface}}};
 
+/// Refuses a field that no one reads: a misspelt one would otherwise do nothing, silently.
+void allow_only(const toml::table& table, const std::string& where, const std::vector<std::string>& fields, const Fail& fail) {
+    for (const auto& [key, node] : table) {
+        if (std::find(fields.begin(), fields.end(), key.str()) != fields.end()) continue;
+        fail(where + std::string(key.str()) + fmt::format(" is no field; allowed: {}", fmt::join(fields, ", ")));
+    }
+}
+
 void apply(const fs::path& file, ClassTable& table, int depth) {
     const auto fail = [&](const std::string& what) { throw Error("read the class table " + file.string() + ": " + what); };
     constexpr int kMostExtends = 8;
     if (depth > kMostExtends) fail("'extends' goes round in a circle");
-    toml::table root;
-    try {
-        root = toml::parse_file(file.string());
-    } catch (const toml::parse_error& e) {
-        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
-    }
+    const toml::table root = util::read_toml(file, fail);
+    allow_only(root, "", {"title", "extends", "crs", "class"}, fail);
+    for (const char* name : {"title", "extends", "crs"})
+        if (root.contains(name) && !root[name].is_string()) fail(std::string(name) + " is no text");
     if (const auto base = root["extends"].value<std::string>()) {
-        // A person's own table extends one beside it, or one that ships with the program.
-        fs::path parent = file.parent_path() / (*base + ".toml");
-        const fs::path shipped = util::config_dir() / "classes";
-        if (!fs::exists(parent)) parent = shipped / (*base + ".toml");
-        if (!fs::exists(parent)) fail("extends = '" + *base + "'; allowed: a table beside it, or " + util::toml_ids(shipped));
+        const fs::path parent = util::base_file(file, *base, "classes");
+        if (parent.empty()) fail("extends = '" + *base + "'; allowed: a table beside it, or " + util::toml_ids(util::config_dir() / "classes"));
         apply(parent, table, depth + 1);
     }
     if (const auto crs = root["crs"].value<std::string>()) table.crs = *crs;
+    if (root.contains("class") && !root["class"].is_table()) fail("class is no table; allowed: [class]");
     const auto* classes = root["class"].as_table();
     if (classes == nullptr) return;
     for (const auto& [key, node] : *classes) {
@@ -50,6 +57,8 @@ void apply(const fs::path& file, ClassTable& table, int depth) {
         if (code < 0 || code > 255) fail("[class." + name + "]; allowed: 0 to 255");
         const auto* entry = node.as_table();
         if (entry == nullptr) fail("[class." + name + "] is not a table");
+        allow_only(*entry, "[class." + name + "] ", {"role", "material", "tiers"}, fail);
+        if (entry->contains("tiers") && !(*entry)["tiers"].is_boolean()) fail("[class." + name + "] tiers is not true or false");
         ClassMeaning meaning;
         meaning.known = true;
         const std::string role = (*entry)["role"].value_or(std::string());

@@ -30,6 +30,7 @@ public:
           m_coarse(options.memory_bytes / kCoarseShare) {
         const Sources& sources = m_points.sources();
         const Frame& frame = sources.frame;
+        if (m_images) m_images->warn_of_outside(sources.bounds);
         m_info.title = options.files.front().stem().string();
         m_info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
         m_info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};

@@ -14,7 +14,11 @@ using voxel::Material;
 using voxel::VoxelAttr;
 
 std::int32_t floor_y(float height) { return static_cast<std::int32_t>(std::floor(height)); }
-std::int32_t in_voxels(double metres, double voxel_m) { return std::max(1, static_cast<std::int32_t>(std::lround(metres / voxel_m))); }
+std::int32_t rounded(double metres, double voxel_m) {
+    constexpr double kMost = 1'000'000;  // no world is as high; more would not fit where it is added to a height
+    return static_cast<std::int32_t>(std::lround(std::min(metres / voxel_m, kMost)));
+}
+std::int32_t in_voxels(double metres, double voxel_m) { return std::max(1, rounded(metres, voxel_m)); }
 
 template <class Look> VoxelAttr attr_of(Material material, const Look& s) {
     VoxelAttr attr;
@@ -111,8 +115,9 @@ private:
         float drop = 0;
         for (const float there : {m_in.ground.at(x - 1, z), m_in.ground.at(x + 1, z), m_in.ground.at(x, z - 1), m_in.ground.at(x, z + 1)})
             if (there == there) drop = std::max(drop, here - there);
-        return drop * m_in.voxel_m > m_in.settings.ground.cliff_m ? std::int16_t{0}
-                                                                   : static_cast<std::int16_t>(in_voxels(m_in.settings.ground.soil_m, m_in.voxel_m));
+        if (drop * m_in.voxel_m > m_in.settings.ground.cliff_m) return 0;
+        constexpr std::int32_t kMost = INT16_MAX;  // 100 m of soil are more in voxels of 3 mm
+        return static_cast<std::int16_t>(std::min(in_voxels(m_in.settings.ground.soil_m, m_in.voxel_m), kMost));
     }
 
     void building(const Roof& roof, std::int32_t ground_top, int x, int z) {
@@ -136,7 +141,7 @@ private:
 
     // A steep roof shows its flank: it is roof down to the next column's roof. A greater drop is a wall between two parts.
     [[nodiscard]] std::int32_t roof_bottom(std::int32_t roof_y, int x, int z) const {
-        const auto steepest = static_cast<std::int32_t>(std::lround(m_in.settings.buildings.steep_roof_m / m_in.voxel_m));
+        const std::int32_t steepest = rounded(m_in.settings.buildings.steep_roof_m, m_in.voxel_m);
         std::int32_t bottom = roof_y;
         for (const Roof* next : {&m_in.roofs.at(x - 1, z), &m_in.roofs.at(x + 1, z), &m_in.roofs.at(x, z - 1), &m_in.roofs.at(x, z + 1)}) {
             if (!next->seen()) continue;
@@ -181,7 +186,7 @@ private:
         push(y0, y1, attr);
     }
 
-    [[nodiscard]] std::int32_t canopy_gap() const { return static_cast<std::int32_t>(std::lround(m_in.settings.vegetation.canopy_gap_m / m_in.voxel_m)); }
+    [[nodiscard]] std::int32_t canopy_gap() const { return rounded(m_in.settings.vegetation.canopy_gap_m, m_in.voxel_m); }
     [[nodiscard]] static bool is_plant(Material m) noexcept {
         return m == Material::kLowVegetation || m == Material::kMediumVegetation || m == Material::kHighVegetation;
     }

@@ -1,13 +1,14 @@
 #include "voxelserver/voxelize/settings.hpp"
 
 #include <spdlog/fmt/fmt.h>
-#include <toml++/toml.h>
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/toml_file.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -67,18 +68,16 @@ std::vector<Field> fields_of(Settings& s) {
 Settings load_settings(const std::filesystem::path& given) {
     const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;
     const auto fail = [&](const std::string& what) { throw UsageError("read the voxelization settings " + file.string() + ": " + what); };
-    if (!std::filesystem::exists(file)) fail("no such file");
-    toml::table root;
-    try {
-        root = toml::parse_file(file.string());
-    } catch (const toml::parse_error& e) {
-        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
-    }
+    const toml::table root = util::read_toml(file, fail);
     Settings out;
     const auto fields = fields_of(out);
+    std::vector<std::string> sections;
+    for (const Field& f : fields)
+        if (sections.empty() || sections.back() != f.section) sections.emplace_back(f.section);
     for (const auto& [section, node] : root) {
         const auto* table = node.as_table();
-        if (table == nullptr) fail(std::string(section.str()) + " is no section; allowed: points, steps, buildings, bridges, ground, vegetation, water, specialization");
+        if (table == nullptr || std::find(sections.begin(), sections.end(), section.str()) == sections.end())
+            fail(std::string(section.str()) + fmt::format(" is no section; allowed: {}", fmt::join(sections, ", ")));
         for (const auto& [name, value] : *table) {
             const std::string path = std::string(section.str()) + "." + std::string(name.str());
             const Field* field = nullptr;
@@ -88,7 +87,7 @@ Settings load_settings(const std::filesystem::path& given) {
                 allowed += (allowed.empty() ? "" : ", ") + std::string(f.name);
                 if (f.name == name.str()) field = &f;
             }
-            if (field == nullptr) fail(path + " is unknown; allowed in [" + std::string(section.str()) + "]: " + (allowed.empty() ? "there is no such section" : allowed));
+            if (field == nullptr) fail(path + " is unknown; allowed in [" + std::string(section.str()) + "]: " + allowed);
             if (field->flag != nullptr) {
                 if (!value.is_boolean()) fail(path + " is not true or false");
                 *field->flag = value.value_or(false);

@@ -8,6 +8,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "voxelserver/voxelize/vertical_datums.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -94,6 +95,7 @@ Sample look_at(SquareSource& source, const ClassTable& classes) {
 Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes, const Settings& settings) {
     auto infos = read_headers(options);
     settle_crs(infos, options, classes);
+    warn_of_mixed_datums(infos);
     const lidar::LasInfo& first = infos.front();
     const double mid_x = (first.min[0] + first.max[0]) / 2, mid_y = (first.min[1] + first.max[1]) / 2;
     Sources out{Frame(voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y), {}, {}, 0, 0, 0, 0, false, 0};

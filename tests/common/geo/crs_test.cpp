@@ -328,3 +328,30 @@ TEST_CASE("threads may share a system when each has its own transform", "[common
     for (auto& thread : threads) thread.join();
     for (const int mine : wrong) CHECK(mine == 0);
 }
+
+TEST_CASE("a system says what its heights are measured from", "[common][geo][crs]") {
+    struct Case { const char *crs, *datum; };
+    const auto c = GENERATE(values<Case>({
+        {"EPSG:2154", ""},
+        {"EPSG:4326", ""},
+        {"EPSG:4979", "ellipsoid"},
+        {"EPSG:2154+5720", "IGN69"},
+        {"EPSG:6339+5703", "North American Vertical Datum 1988"},
+        {"EPSG:6339+6360", "North American Vertical Datum 1988"},  // in feet
+        {"EPSG:3794+8690", "Slovenian Vertical System 2010"},
+    }));
+    DYNAMIC_SECTION(c.crs) {
+        const auto datum = Crs::from_text(c.crs).vertical_datum();
+        CHECK(datum.has_value() == (*c.datum != '\0'));
+        CHECK_THAT(datum.value_or(""), contains(c.datum));
+    }
+    // A file that says no more than the unit says nothing of the datum.
+    const auto feet = GeoKeys().code(kModelType, 1).code(kProjected, 2154).code(kVerticalUnits, kInternationalFoot).read();
+    REQUIRE(feet);
+    CHECK(feet->vertical_metres_per_unit() == kFoot_m);
+    CHECK_FALSE(feet->vertical_datum());
+    for (const std::string name : {"Not specified (based on WGS 84 ellipsoid)", "unknown", "Unnamed"}) {
+        INFO(name);
+        CHECK_FALSE(Crs::from_text("VERTCRS[\"h\",VDATUM[\"" + name + "\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"metre\",1]]").vertical_datum());
+    }
+}

@@ -21,6 +21,34 @@ TEST_CASE("folders become their files, sorted, by ending in any case", "[common]
     CHECK(expand_folders({}, {".laz"}, "LiDAR data").empty());
 }
 
+TEST_CASE("a file named twice is one file, whatever its names", "[common][util][files]") {
+    namespace fs = std::filesystem;
+    const TemporaryFolder folder;
+    const fs::path& at = folder.path();
+    fs::create_directory(at / "inside");
+    std::ofstream(at / "b.laz") << "x";
+    std::ofstream(at / "twin.laz") << "x";  // as long, but another file
+    fs::last_write_time(at / "twin.laz", fs::last_write_time(at / "b.laz"));
+    fs::create_symlink(at / "b.laz", at / "inside" / "soft.laz");
+    fs::create_directory_symlink(at, at / "inside" / "up");
+    fs::create_hard_link(at / "b.laz", at / "inside" / "hard.laz");
+    struct Case { const char *name, *other, *kept; };
+    const auto c = GENERATE(values<Case>({
+        {"itself", "b.laz", "b.laz"},
+        {"a dot in the path", "./b.laz", "./b.laz"},
+        {"up and down", "inside/../b.laz", "b.laz"},
+        {"a link", "inside/soft.laz", "b.laz"},
+        {"a link to the folder", "inside/up/b.laz", "b.laz"},
+        {"a second name", "inside/hard.laz", "b.laz"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        using Paths = std::vector<fs::path>;
+        CHECK(expand_folders({at / "b.laz", at / c.other, at / "twin.laz"}, {".laz"}, "LiDAR data") == Paths{at / c.kept, at / "twin.laz"});
+        CHECK(expand_folders({at / c.other, at / "twin.laz", at / "b.laz"}, {".laz"}, "LiDAR data") == Paths{at / c.kept, at / "twin.laz"});
+    }
+    CHECK(expand_folders({at, at / "inside"}, {".laz"}, "LiDAR data").size() == 2);
+}
+
 TEST_CASE("a path without data is a mistake that is named", "[common][util][files]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "notes.txt") << "x";

@@ -141,6 +141,7 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
     const auto c = GENERATE(values<Case>({
         {"unknown field", "[camera]\nfov = 40", "unknown field 'camera.fov'"},
         {"unknown section", "[lens]\nfov_deg = 40", "unknown field 'lens.fov_deg'"},
+        {"unknown section without a field", "[foo]", "unknown section 'foo'"},
         {"unknown empty section is a field elsewhere", "fov_deg = 40", "unknown field 'fov_deg'"},
         {"a section that is a value", "camera = 40", "unknown field 'camera'"},
         {"a section given as a list of tables", "[[camera]]\nfov_deg = 40", "unknown field 'camera'"},

@@ -183,6 +183,17 @@ TEST_CASE("a palette extends another", "[voxelserver][imagery][colour]") {
     CHECK(ColourMap::load("paper-rgb").entry_count() >= 40);
 }
 
+TEST_CASE("a palette of one's own extends one that ships with the program, but first one beside it", "[voxelserver][imagery][colour]") {
+    const Palette palette("extends = \"paper-rgb\"\n");
+    CHECK(palette.load().entry_count() == ColourMap::load("paper-rgb").entry_count());
+    const auto files = read_palette(palette.path());
+    REQUIRE(files.size() == 3);  // paper-rgb extends default
+    CHECK(files.front().path().stem() == "default");
+    palette.write("default.toml", kSmall);
+    palette.write("test.toml", "extends = \"default\"\n");
+    CHECK(palette.load().entry_count() == 4);
+}
+
 TEST_CASE("a bad palette is refused, naming file, field, value and what is allowed", "[voxelserver][imagery][colour][bad]") {
     struct Case {
         const char* name;
@@ -208,7 +219,8 @@ TEST_CASE("a bad palette is refused, naming file, field, value and what is allow
         {"rule without effect", entries + "[[ndvi]]\nabove = 0.3\n", "needs one of: only, forbids"},
         {"entries no tables", "entry = 3\n", "entry is no list of tables; allowed: [[entry]]"},
         {"circle", "extends = \"test\"\n", "goes round in a circle"},
-        {"base", "extends = \"nothing\"\n", "extends = 'nothing'; allowed: test"},
+        {"base", "extends = \"nothing\"\n", "extends = 'nothing'; allowed: a palette beside it, or default, paper-rgb"},
+        {"base", "extends = 3\n", "extends is no text"},
     }));
     DYNAMIC_SECTION(c.name) {
         const Palette palette(c.text);

@@ -6,6 +6,7 @@
 
 #include "common/util/error.hpp"
 #include "tests/voxelserver/imagery/image_files.hpp"
+#include "tests/voxelserver/store/warnings.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -255,5 +256,50 @@ TEST_CASE("more files than a process may open at once are read all the same", "[
             if (column_text(raster, x, 0) != low + "," + high + "," + high + " -") ++wrong;
         }
         CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver][imagery][ortho]") {
+    const TemporaryFolder folder;
+    const auto f = frame();
+    const voxelize::ColumnRect world{voxel_x(f, 0), voxel_z(f, 60), voxel_x(f, 60), voxel_z(f, 0)};
+    const auto image_at = [&](const char* name, double east, const char* crs) {
+        ImageFile image = plain(1, 10);
+        image.geo[0] += east;
+        image.crs = crs;
+        write_image(folder.path() / name, image);
+    };
+    const auto said = [&] {
+        const Orthophotos photos({folder.path()}, f);
+        const Warnings warnings;
+        photos.warn_of_outside(world);
+        return warnings.text();
+    };
+    SECTION("over the world, even by a metre, with or without a CRS") {
+        image_at("a.tif", 59, kCrs), image_at("b.tif", -59, ""), image_at("c.tif", 0, kCrs);
+        CHECK(said().empty());
+    }
+    SECTION("a metre beside it: where it lies, and where the world") {
+        image_at("a.tif", 61, kCrs);
+        CHECK_THAT(said(), contains((folder.path() / "a.tif").string() + " covers nothing of the world"));
+        CHECK_THAT(said(), contains("it lies at E 770061 to 770121, N 6277000 to 6277060 (EPSG:2154)"));
+        CHECK_THAT(said(), contains("the world at E 770000 to 770060, N 6277000 to 6277060"));
+        CHECK_THAT(said(), !contains("assumed"));
+    }
+    SECTION("far from it, the CRS a guess") {
+        image_at("a.tif", -135'000, "");
+        CHECK_THAT(said(), contains("it lies at E 635000 to 635060, N 6277000 to 6277060 (EPSG:2154, assumed: the file names no CRS)"));
+    }
+    SECTION("several: one line for all") {
+        image_at("a.tif", 100, kCrs), image_at("b.tif", 200, kCrs), image_at("c.tif", 300, "");
+        const std::string text = said();
+        CHECK(std::count(text.begin(), text.end(), '\n') == 1);
+        CHECK_THAT(text, contains("c.tif (one of 3 such)"));
+    }
+    SECTION("some of a folder: a remark when they know where they lie") {
+        image_at("a.tif", 0, kCrs), image_at("b.tif", 100, kCrs);
+        CHECK(said().empty());
+        image_at("c.tif", 300, "");
+        CHECK_THAT(said(), contains("c.tif (one of 2 such)"));
     }
 }

@@ -92,6 +92,13 @@ TEST_CASE("a table that cannot be is refused, naming file, field, value and what
         {"no material", "[class]\n2 = { role = \"ground\" }", "material = 'air'"},
         {"no table", "[class]\n2 = \"ground\"", "[class.2] is not a table"},
         {"no TOML", "[class\n", "line 1"},
+        {"an unknown section", "[clas]\n2 = { role = \"drop\" }", "clas is no field; allowed: title, extends, crs, class"},
+        {"an empty unknown section", "[foo]", "foo is no field; allowed: title, extends, crs, class"},
+        {"an unknown field of a class", "[class]\n2 = { role = \"drop\", height = 1 }", "[class.2] height is no field; allowed: role, material, tiers"},
+        {"classes that are no table", "class = 2", "class is no table"},
+        {"a CRS that is a number", "crs = 3794", "crs is no text"},
+        {"a base that is a number", "extends = 1", "extends is no text"},
+        {"tiers that are no flag", "[class]\n2 = { role = \"surface\", tiers = 1 }", "[class.2] tiers is not true or false"},
         {"unknown base", "extends = \"nothing\"\n", "extends = 'nothing'; allowed: a table beside it, or asprs, ch-swisstopo"},
         {"itself", "extends = \"bad\"\n", "circle"},
     }));

@@ -19,7 +19,7 @@ constexpr Rgb8 kRed{200, 10, 20}, kSeen{1, 2, 3};
 struct Made {
     PatchRuns runs;
     explicit Made(const MadeLand::ReturnsAt& returns, bool has_colour = false, std::int32_t floor_y = 0, const Settings& given = {},
-        Material special = Material::kAir) {
+        Material special = Material::kAir, double voxel_m = 1) {
         MadeLand land(returns, has_colour);
         Settings settings = given;
         settings.water.min_depth_m = 2, settings.steps.water_deepening = false;
@@ -28,7 +28,7 @@ struct Made {
         const auto ground = fill_ground(window, Grid<char, GroundHeights::kMargin>(1), [](auto, auto) { return kNoHeight; });
         const auto crowns = fill_crowns(window, asprs(), ground, settings, 1);
         runs = make_runs({window, asprs(), settings, Margined<char>(1), water, ground, fill_buildings(window, settings.buildings, 1), fill_decks(window),
-            crowns, Margined<Material>(special), floor_y, 1});
+            crowns, Margined<Material>(special), floor_y, voxel_m});
     }
     /// A letter for each voxel of a column from the bottom up: see kLetters.
     [[nodiscard]] std::string column(int x, int z, std::int32_t from, std::int32_t to, const SurfaceLook& look = plain()) const {
@@ -172,4 +172,15 @@ TEST_CASE("boxes are cut from columns at every 256 voxels, and air is no box", "
         for (int y = 0; y < 256; ++y) REQUIRE(box->solid(7, y, 9) == (by * 256 + y >= top - 300 && by * 256 + y <= top));
     }
     CHECK(made.at(7, top, 9)->material == Material::kGround);
+}
+
+TEST_CASE("more soil than a run can count is as much as it can count", "[voxelserver][voxelize][runs]") {
+    const double voxel_m = GENERATE(1.0, 0.01, 0.001, 1e-9);
+    INFO("voxels of " << voxel_m << " m");
+    Settings settings;
+    settings.ground.soil_m = 100;
+    const Made made([](int, int, Returns& out) { out.push_back({40'000.5, kGroundClass}); }, false, 0, settings, Material::kAir, voxel_m);
+    const auto column = made.runs.column(30, 30);
+    REQUIRE(column.size() == 1);
+    CHECK(column[0].soil == std::min(std::lround(100 / voxel_m), 32'767L));
 }

@@ -16,6 +16,8 @@ using voxelize::Settings;
 
 namespace {
 
+const std::string kSections = "points, steps, buildings, bridges, ground, vegetation, water, specialization";
+
 /// Every field by its name in the file, as text.
 std::map<std::string, std::string> fields_of(const Settings& s) {
     std::map<std::string, std::string> out;
@@ -94,12 +96,13 @@ TEST_CASE("a whole number is a number", "[voxelserver][voxelize][settings]") {
 }
 
 TEST_CASE("what is wrong in a settings file is told word for word", "[voxelserver][voxelize][settings]") {
-    struct Case { const char *name, *text, *message; };
+    struct Case { const char *name, *text; std::string message; };
     const auto c = GENERATE(values<Case>({
-        {"an unknown section", "[roads]\nwide = true\n", "roads.wide is unknown; allowed in [roads]: there is no such section"},
+        {"an unknown section", "[roads]\nwide = true\n", "roads is no section; allowed: " + kSections},
+        {"an unknown section without a field", "[foo]\n", "foo is no section; allowed: " + kSections},
         {"an unknown field", "[points]\ndrop_all = true\n", "points.drop_all is unknown; allowed in [points]: drop_withheld, drop_overlap, drop_isolated"},
         {"a field of another section", "[bridges]\nsoil_m = 1\n", "bridges.soil_m is unknown; allowed in [bridges]: thickness_m, recognise, widest_m, least_drop_m, above_water_m, above_land_m"},
-        {"no section", "soil_m = 1\n", "soil_m is no section; allowed: points, steps, buildings, bridges, ground, vegetation, water, specialization"},
+        {"no section", "soil_m = 1\n", "soil_m is no section; allowed: " + kSections},
         {"a number for a flag", "[steps]\nbridges = 1\n", "steps.bridges is not true or false"},
         {"a text for a number", "[ground]\nsoil_m = \"2\"\n", "ground.soil_m is no number; allowed: 0 to 100"},
         {"a flag for a number", "[ground]\nsoil_m = true\n", "ground.soil_m is no number; allowed: 0 to 100"},
@@ -126,6 +129,8 @@ TEST_CASE("what is wrong in a settings file is told word for word", "[voxelserve
 TEST_CASE("a settings file that is missing or no TOML is named", "[voxelserver][voxelize][settings]") {
     CHECK_THROWS_AS(voxelize::load_settings("/nowhere/settings.toml"), UsageError);
     CHECK_THROWS_WITH(voxelize::load_settings("/nowhere/settings.toml"), "read the voxelization settings /nowhere/settings.toml: no such file");
+    CHECK_THROWS_WITH(voxelize::load_settings("/"), "read the voxelization settings /: not a plain file");
+    CHECK_THROWS_AS(voxelize::load_settings("/dev/zero"), UsageError);
     const File file("[points]\ndrop_withheld = \n");
     CHECK_THROWS_AS(voxelize::load_settings(file.path()), UsageError);
     CHECK_THROWS_WITH(voxelize::load_settings(file.path()), contains(file.path().string()) && contains("(line 2)"));

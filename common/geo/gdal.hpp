@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+
+namespace terravox::geo {
+
+/// What GDAL may keep of the blocks of images that it has read, all files together, beside any memory limit of a world. Left to itself
+/// it takes a twentieth of the machine's memory. Enough for a 1 km square in pixels of 0.2 m (75 MB): where a PNG of that size does not
+/// fit, GDAL decodes it from its first row for nearly every box. Tiled TIFFs need next to nothing.
+inline constexpr std::int64_t kGdalCache_bytes = std::int64_t{128} << 20;
+
+/// Makes GDAL ready: its drivers, and the limit of its cache (GDAL_CACHEMAX in the environment goes before it). Thread-safe; all calls
+/// but the first do nothing.
+void start_gdal();
+
+}  // namespace terravox::geo

@@ -1,0 +1,46 @@
+#include "common/util/toml_file.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string_view>
+
+#include "common/util/error.hpp"
+
+namespace terravox::util {
+
+namespace fs = std::filesystem;
+namespace {
+
+std::string text_of(const fs::path& file, const std::function<void(const std::string&)>& fail) {
+    constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
+    std::error_code failed;
+    const auto status = fs::status(file, failed);
+    if (status.type() == fs::file_type::not_found) fail("no such file");
+    else if (failed) fail(failed.message());
+    else if (!fs::is_regular_file(status)) fail("not a plain file");
+    std::ifstream in(file, std::ios::binary);
+    // One byte more than allowed: a file that grows, or says nothing of its size (/proc), is found too long as well.
+    std::string text(kMost_bytes + 1, '\0');
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (in.bad() || !in.is_open()) fail("cannot be read");
+    text.resize(static_cast<std::size_t>(in.gcount()));
+    if (text.size() > kMost_bytes) fail("longer than 1 MiB; allowed: up to 1 MiB");
+    return text;
+}
+
+}  // namespace
+
+toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) {
+    const std::string text = text_of(file, fail);
+    // Each dot of a name (a.b.c) is a table in a table, and tables go by recursion: 100,000 of them overflow a stack of 8 MiB.
+    constexpr std::ptrdiff_t kMostDots = 10'000;
+    if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMostDots) fail(std::to_string(dots) + " dots; allowed: up to 10000");
+    try {
+        return toml::parse(std::string_view(text), file.string());
+    } catch (const toml::parse_error& e) {
+        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
+    }
+    throw Error("read " + file.string() + ": failed");  // only when `fail` has not thrown
+}
+
+}  // namespace terravox::util
