@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 
@@ -37,11 +39,15 @@ void BlockManager::prefetch(int level, const voxel::VoxelBounds& bounds, int thr
     const auto range = voxel::boxes_over(bounds, level);
     const auto width = static_cast<std::size_t>(range.max.bx - range.min.bx), depth = static_cast<std::size_t>(range.max.bz - range.min.bz);
     std::atomic<bool> full{false};
-    thread::parallel_for(width * depth, threads, [&](std::size_t i) {
-        if (stop || full) return;
-        const auto bx = range.min.bx + static_cast<std::int32_t>(i % width), bz = range.min.bz + static_cast<std::int32_t>(i / width);
-        for (std::int32_t by = range.min.by; by < range.max.by; ++by) (void)get({level, bx, by, bz});
-        if (m_cache.stats().bytes > m_cache.limit_bytes() / 4 * 3) full = true;
+    // A world of places far apart has millions of columns: not a task for each, or stopping would take as long as going on.
+    constexpr std::size_t kMostTasks = 65'536;
+    const std::size_t columns = width * depth, tasks = std::min(columns, kMostTasks);
+    thread::parallel_for(tasks, threads, [&](std::size_t task) {
+        for (std::size_t i = columns * task / tasks; i < columns * (task + 1) / tasks && !stop && !full; ++i) {
+            const auto bx = range.min.bx + static_cast<std::int32_t>(i % width), bz = range.min.bz + static_cast<std::int32_t>(i / width);
+            for (std::int32_t by = range.min.by; by < range.max.by; ++by) (void)get({level, bx, by, bz});
+            if (m_cache.stats().bytes > m_cache.limit_bytes() / 4 * 3) full = true;
+        }
     });
 }
 

@@ -84,7 +84,10 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
     std::uint64_t holes = 0, covered = 0;
     for (int z = 0; z < kPatchSize; ++z)
         for (int x = 0; x < kPatchSize; ++x) (land.covered.at(x, z) != 0 ? covered : holes) += bounds.at(x, z) != 0 ? 1 : 0;
-    m_hole_columns += holes;
+    if (holes > 0) {
+        const std::lock_guard lock(m_holes_mutex);
+        if (m_with_holes.insert(patch).second) m_hole_columns += holes;
+    }
     if (covered == 0) return out;
 
     const auto roofs = timed("building fill", [&] { return m_settings.steps.building_fill ? fill_buildings(window, m_settings.buildings, m_voxel_m) : seen_roofs(window); });

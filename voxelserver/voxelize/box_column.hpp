@@ -2,6 +2,8 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
+#include <unordered_set>
 #include <vector>
 
 #include "common/voxel/box.hpp"
@@ -40,7 +42,7 @@ public:
     /// Heights of the ground, index z * 64 + x; NaN where there is none.
     [[nodiscard]] std::vector<float> ground_heights(PatchKey patch);
     [[nodiscard]] std::vector<Tree> trees(PatchKey patch);
-    /// Columns inside some file's bounds in which nothing is, of the patches made so far (a patch made twice counts twice).
+    /// Columns inside some file's bounds in which nothing is, of the patches made so far; each counts once.
     [[nodiscard]] std::uint64_t hole_columns() const noexcept { return m_hole_columns; }
 
 private:
@@ -67,6 +69,8 @@ private:
     water::WaterBodies m_bodies;
     WideGround m_wide_ground;
     std::atomic<std::uint64_t> m_hole_columns{0};
+    std::mutex m_holes_mutex;                                   ///< guards m_with_holes
+    std::unordered_set<PatchKey, PatchKeyHash> m_with_holes;  ///< counted already: a patch is made again when no cache has kept it
 };
 
 }  // namespace terravox::voxelize

@@ -21,7 +21,6 @@ struct Row {
         for (std::size_t i = 0; i < 3; ++i) words[i] |= o.words[i];
         return *this;
     }
-    [[nodiscard]] Row operator~() const noexcept { return {{~words[0], ~words[1], ~words[2]}}; }
 };
 using Rows = std::vector<Row>;
 constexpr std::size_t kRows = 3 * kPatchSize;
@@ -50,25 +49,39 @@ void dilate(Rows& rows, int radius) {
     for (std::size_t i = 0; i < kRows; ++i) rows[i] |= south[i], rows[i] |= north[i];
 }
 
+// How far beyond the outermost return the land still counts as seen: a water cell is so large that an empty one is no bad luck.
+int rim_of(const Window& window, int radius) {
+    constexpr int kLeast = 2;  // a header that ends on whole metres
+    return std::min(std::max(kPatchSize / std::max(window.patches[4]->cells.side, 1), kLeast), radius);
+}
+
 }  // namespace
 
 Margined<char> find_coverage(const Window& window, const Grid<char, Window::kMargin>& in_bounds, int radius) {
-    Rows rows(kRows);
+    Rows seen(kRows), inside(kRows);
     for (int z = -kPatchSize; z < 2 * kPatchSize; ++z) {
-        Row& row = rows[static_cast<std::size_t>(z + kPatchSize)];
+        const auto r = static_cast<std::size_t>(z + kPatchSize);
         for (std::size_t w = 0; w < 3; ++w) {
-            row.words[w] = window.patch_at(static_cast<int>(w) * kPatchSize - kPatchSize, z).occupied[static_cast<std::size_t>(z & 63)];
-            for (int x = 0; x < kPatchSize; ++x)
-                if (in_bounds.at(static_cast<int>(w) * kPatchSize - kPatchSize + x, z) == 0) row.words[w] |= std::uint64_t{1} << x;
+            const int x0 = static_cast<int>(w) * kPatchSize - kPatchSize;
+            for (int x = 0; x < kPatchSize; ++x) inside[r].words[w] |= std::uint64_t{in_bounds.at(x0 + x, z) != 0} << x;
+            seen[r].words[w] = window.patch_at(x0, z).occupied[static_cast<std::size_t>(z & 63)] & inside[r].words[w];
         }
     }
-    dilate(rows, radius);
-    for (Row& row : rows) row = ~row;
-    dilate(rows, radius);
+    // A column is a hole when some empty square holds it. Squares around places outside the bounds must keep the rim's distance from it: they
+    // would open the rim of every survey otherwise, and without them at all a void at the edge would close as if there were returns beyond.
+    dilate(seen, radius);
+    Rows outside(kRows);
+    for (std::size_t i = 0; i < kRows; ++i)
+        for (std::size_t w = 0; w < 3; ++w) {
+            outside[i].words[w] = ~seen[i].words[w] & ~inside[i].words[w];
+            seen[i].words[w] = ~seen[i].words[w] & inside[i].words[w];
+        }
+    dilate(seen, radius);
+    dilate(outside, radius - rim_of(window, radius));
     Margined<char> out(0);
     Margined<char>::each([&](int x, int z) {
-        const auto bit = static_cast<std::size_t>(x + kPatchSize);
-        const bool hole = (rows[static_cast<std::size_t>(z + kPatchSize)].words[bit / 64] >> (bit % 64) & 1) != 0;
+        const auto bit = static_cast<std::size_t>(x + kPatchSize), r = static_cast<std::size_t>(z + kPatchSize);
+        const bool hole = ((seen[r].words[bit / 64] | outside[r].words[bit / 64]) >> (bit % 64) & 1) != 0;
         out.at(x, z) = !hole && in_bounds.at(x, z) != 0 ? 1 : 0;
     });
     return out;

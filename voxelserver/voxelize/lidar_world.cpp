@@ -31,6 +31,7 @@ public:
         const Sources& sources = m_points.sources();
         const Frame& frame = sources.frame;
         if (m_images) m_images->warn_of_outside(sources.bounds);
+        for (const SquareSource& s : sources.files) m_islands.insert(m_islands.end(), s.islands.begin(), s.islands.end());
         m_info.title = options.files.front().stem().string();
         m_info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
         m_info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};
@@ -66,6 +67,7 @@ public:
 
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
         check(key.level);
+        if (!touches_land(key.level, key.bx, key.bz)) return nullptr;
         if (key.level > 0) return coarse_box(key);
         if (!voxel::boxes_over(m_info.bounds, 0).contains(key)) return nullptr;
         const auto column = m_columns.get(
@@ -77,6 +79,7 @@ public:
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         check(level);
+        if (!touches_land(level, bx, bz)) return {};
         const auto range = voxel::boxes_over(m_info.bounds, level);
         if (bx < range.min.bx || bx >= range.max.bx || bz < range.min.bz || bz >= range.max.bz) return {};
         return {range.min.by, range.max.by};
@@ -85,6 +88,15 @@ public:
 private:
     void check(int level) const {
         if (level < 0 || level >= m_info.levels) throw UsageError("make a box: level " + std::to_string(level) + "; allowed: 0 to " + std::to_string(m_info.levels - 1));
+    }
+
+    // Between files far apart is nothing: without this, a coarse box would be looked for down to each of its columns.
+    [[nodiscard]] bool touches_land(int level, std::int32_t bx, std::int32_t bz) const noexcept {
+        const std::int64_t edge_x = std::int64_t{voxel::kBoxSizeX} << level, edge_z = std::int64_t{voxel::kBoxSizeZ} << level;
+        const std::int64_t x = bx * edge_x, z = bz * edge_z;
+        return std::any_of(m_islands.begin(), m_islands.end(), [&](const ColumnRect& r) {
+            return x < r.max_x && r.min_x < x + edge_x && z < r.max_z && r.min_z < z + edge_z;
+        });
     }
 
     std::shared_ptr<const Box> coarse_box(const BoxKey& key) {
@@ -107,6 +119,7 @@ private:
     const std::unique_ptr<imagery::Orthophotos> m_images;
     BoxColumnMaker m_maker;
     voxel::WorldInfo m_info;
+    std::vector<ColumnRect> m_islands;  ///< of all files: elsewhere is nothing
     util::Cache<BoxKey, BoxColumn, voxel::BoxKeyHash> m_columns;
     util::Cache<BoxKey, Box, voxel::BoxKeyHash> m_coarse;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/voxel/box.hpp"
+#include "voxelserver/voxelize/extent.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -27,18 +28,15 @@ std::int64_t floor_to_int(double v) noexcept {
 Placer::Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes, const Settings::Points& filters)
     : m_source(source), m_frame(frame), m_classes(classes), m_filters(filters) {
     if (source.transform) m_transform.emplace(*source.info.crs, frame.crs());
-    // Points a little outside the stated bounds are rounding; far outside they are errors of the survey.
+    // The bounds hold all points of the land (extent.hpp); beyond their rounding are errors of the survey.
     const lidar::LasInfo& info = source.info;
-    const bool bounded = info.max[0] > info.min[0] && info.max[1] > info.min[1];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double slack = std::max(1.0, 0.01 * (info.max[axis] - info.min[axis]));
+        const double slack = rounding_of(info, axis);
         const double low = axis == 2 ? source.lowest : info.min[axis] - slack, high = axis == 2 ? source.highest : info.max[axis] + slack;
         constexpr double kMost = 4.0e18;
         const auto raw = [&](double v) { return std::clamp((v - info.offset[axis]) / info.scale[axis], -kMost, kMost); };
-        // A header without an extent says nothing about the plan; heights are always held, because the world's bounds are.
-        const bool told = bounded || axis == 2;
-        m_min[axis] = told ? static_cast<std::int64_t>(std::ceil(raw(low))) : INT64_MIN;
-        m_max[axis] = told ? static_cast<std::int64_t>(std::floor(raw(high))) : INT64_MAX;
+        m_min[axis] = static_cast<std::int64_t>(std::ceil(raw(low)));
+        m_max[axis] = static_cast<std::int64_t>(std::floor(raw(high)));
     }
 }
 
@@ -87,6 +85,12 @@ void Placer::quantize(std::span<const lidar::RawPoint> batch, const std::optiona
             continue;
         }
         const std::int64_t ix = floor_to_int(x), iz = floor_to_int(z);
+        // Strays between two parts of a file far apart: the box of both holds them.
+        const auto column = [](std::int64_t v) { return static_cast<std::int32_t>(v >> VoxelPoint::kPlanBits); };
+        if (m_source.islands.size() > 1 && !m_source.on_island(column(ix), column(iz))) {
+            ++counts.wild;
+            continue;
+        }
         const PatchKey patch{static_cast<std::int32_t>(ix >> kPatchShift), static_cast<std::int32_t>(iz >> kPatchShift)};
         if (wanted && !wanted->contains(patch)) continue;
         VoxelPoint point;

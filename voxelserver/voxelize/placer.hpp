@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -17,14 +18,19 @@ namespace terravox::voxelize {
 
 /// One file of the world and how it is read into voxel space. Immutable once the world is open.
 struct SquareSource {
-    lidar::LasInfo info;
+    lidar::LasInfo info;         ///< min and max hold all points that are kept, whatever the header says (extent.hpp)
     double vertical_metres = 1;  ///< metres per unit of the file's heights
     bool transform = false;      ///< the file's CRS differs from the frame's
-    ColumnRect bounds;           ///< of its header
-    double lowest = 0, highest = 0;  ///< heights beyond are wild, file units; within the header's bounds
+    ColumnRect bounds;           ///< of info's min and max
+    std::vector<ColumnRect> islands;  ///< parts of the bounds, kilometres apart, outside which there is nothing; mostly one, the bounds
+    double lowest = 0, highest = 0;  ///< heights beyond are wild, file units; within info's min and max
     bool has_colour = false;
     int colour_shift = 0;        ///< bits to drop for 8-bit colour: the format has 16 bits a channel, but many writers store 8
     std::shared_ptr<const lidar::SpatialIndex> spatial_index;  ///< of a COPC file or a .lax beside it; may be nullptr
+
+    [[nodiscard]] bool on_island(std::int32_t x, std::int32_t z) const noexcept {
+        return std::any_of(islands.begin(), islands.end(), [&](const ColumnRect& r) { return x >= r.min_x && x < r.max_x && z >= r.min_z && z < r.max_z; });
+    }
 };
 
 /// Steps "transformation" and "quantization": turns returns as a file stores them into voxel points, and leaves out what is none.

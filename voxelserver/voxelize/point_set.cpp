@@ -38,7 +38,7 @@ int water_cell_voxels(double voxel_m, double density) {
 
 /// Everything but the file that the points of a prepared square depend on.
 std::string recipe_of(const SquareSource& source, const Frame& frame, const ClassTable& classes, const Settings& settings) {
-    std::string out = "points 1|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
+    std::string out = "points 2|" + frame.crs().wkt() + "|" + source.info.crs->wkt() + "|";
     for (const double v : {frame.units_per_voxel(), frame.voxel_m(), source.vertical_metres, source.lowest, source.highest}) out += fmt::format("{}|", v);  // every digit
     for (const bool flag : {settings.points.drop_withheld, settings.points.drop_overlap, source.has_colour}) out += flag ? 'y' : 'n';
     out += std::to_string(source.colour_shift);
@@ -121,24 +121,25 @@ void PointSet::plan_files() {
 Grid<char, Window::kMargin> PointSet::in_bounds(PatchKey middle) const {
     using Area = Grid<char, Window::kMargin>;
     Area out(0);
-    for (const SquareSource& s : m_sources.files) {
-        const int x0 = std::max(s.bounds.min_x - middle.x0(), Area::kFirst), x1 = std::min(s.bounds.max_x - middle.x0(), Area::kLast);
-        const int z0 = std::max(s.bounds.min_z - middle.z0(), Area::kFirst), z1 = std::min(s.bounds.max_z - middle.z0(), Area::kLast);
-        for (int z = z0; z < z1 && x0 < x1; ++z) std::fill_n(&out.at(x0, z), x1 - x0, char{1});
-    }
+    for (const SquareSource& s : m_sources.files)
+        for (const ColumnRect& island : s.islands) {
+            const int x0 = std::max(island.min_x - middle.x0(), Area::kFirst), x1 = std::min(island.max_x - middle.x0(), Area::kLast);
+            const int z0 = std::max(island.min_z - middle.z0(), Area::kFirst), z1 = std::min(island.max_z - middle.z0(), Area::kLast);
+            for (int z = z0; z < z1 && x0 < x1; ++z) std::fill_n(&out.at(x0, z), x1 - x0, char{1});
+        }
     return out;
 }
 
 bool PointSet::surrounds(const ColumnRect& rect) const noexcept {
     return std::any_of(m_sources.files.begin(), m_sources.files.end(), [&](const SquareSource& s) {
-        return rect.min_x >= s.bounds.min_x && rect.max_x <= s.bounds.max_x && rect.min_z >= s.bounds.min_z && rect.max_z <= s.bounds.max_z;
+        return std::any_of(s.islands.begin(), s.islands.end(), [&](const ColumnRect& island) {
+            return rect.min_x >= island.min_x && rect.max_x <= island.max_x && rect.min_z >= island.min_z && rect.max_z <= island.max_z;
+        });
     });
 }
 
 bool PointSet::in_bounds(std::int32_t x, std::int32_t z) const noexcept {
-    return std::any_of(m_sources.files.begin(), m_sources.files.end(), [&](const SquareSource& s) {
-        return x >= s.bounds.min_x && x < s.bounds.max_x && z >= s.bounds.min_z && z < s.bounds.max_z;
-    });
+    return std::any_of(m_sources.files.begin(), m_sources.files.end(), [&](const SquareSource& s) { return s.on_island(x, z); });
 }
 
 PointCounts PointSet::counts() const {
@@ -238,7 +239,7 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
 void PointSet::report(std::size_t file, const PointCounts& counts) {
     std::call_once(m_entries[file]->reported, [&] {
         const std::string path = m_sources.files[file].info.path.string();
-        if (counts.wild > 0) spdlog::warn("{}: {} points far outside the bounds in its header or far from all others; left out", path, counts.wild);
+        if (counts.wild > 0) spdlog::warn("{}: {} stray points, outside the bounds of all others; left out", path, counts.wild);
         const std::string unknown = unknown_classes(counts, m_classes);
         if (!unknown.empty()) spdlog::warn("{}: classes that the table '{}' does not name: {}; shown as `unknown`", path, m_classes.id, unknown);
         const std::lock_guard lock(m_counts_mutex);
@@ -252,7 +253,7 @@ void PointSet::report_part(std::size_t file, const PointCounts& counts) {
     Entry& entry = *m_entries[file];
     const std::string path = m_sources.files[file].info.path.string();
     if (counts.wild > 0 && !std::exchange(entry.told_wild, true))
-        spdlog::warn("{}: points far outside the bounds in its header or far from all others; left out", path);
+        spdlog::warn("{}: stray points, outside the bounds of all others; left out", path);
     for (std::size_t c = 0; c < counts.by_class.size(); ++c)
         if (counts.by_class[c] > 0 && !m_classes.meaning[c].known && !entry.told_class[c]) {
             entry.told_class[c] = true;

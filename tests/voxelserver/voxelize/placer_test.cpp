@@ -24,9 +24,9 @@ SquareSource source_of(const std::string& crs, double scale = 0.25) {
     return out;
 }
 
-/// The same with a header that states no extent in the plan, and any height allowed.
+/// The same with bounds that hold everything.
 SquareSource without_bounds(SquareSource s) {
-    s.info.min = s.info.max = {}, s.lowest = -1e12, s.highest = 1e12;
+    s.info.min = {-1e300, -1e300, -1e300}, s.info.max = {1e300, 1e300, 1e300}, s.lowest = -1e12, s.highest = 1e12;
     return s;
 }
 
@@ -107,7 +107,7 @@ TEST_CASE("feet are feet: of the survey sideways, and whatever the file counts u
 
 TEST_CASE("what is no return of the land is left out and counted", "[voxelserver][voxelize][placer]") {
     SquareSource source = source_of(kMetres);
-    source.info.min = {1000, 2000, 100}, source.info.max = {1500, 2500, 400};  // 1 % of 500 m is 5 m
+    source.info.min = {1000, 2000, 100}, source.info.max = {1500, 2500, 400};  // rounding of quarter metres is half a metre
     source.lowest = 90, source.highest = 410;
     const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
     const auto with = [&](double e, double n, double h, int source_class = 2, bool withheld = false, bool overlap = false) {
@@ -120,9 +120,9 @@ TEST_CASE("what is no return of the land is left out and counted", "[voxelserver
     all.drop_withheld = false, no_overlap.drop_overlap = true;
     const auto c = GENERATE_COPY(values<Case>({
         {"kept", with(1200, 2200, 200), usual, "kept"},
-        {"within the slack of rounding", with(995, 2505, 90), usual, "kept"},
-        {"west of the slack", with(994.75, 2200, 200), usual, "wild"},
-        {"north of the slack", with(1200, 2505.25, 200), usual, "wild"},
+        {"within rounding", with(999.5, 2500.5, 90), usual, "kept"},
+        {"west of it", with(999.25, 2200, 200), usual, "wild"},
+        {"north of it", with(1200, 2500.75, 200), usual, "wild"},
         {"too low", with(1200, 2200, 89.75), usual, "wild"},
         {"too high", with(1200, 2200, 410.25), usual, "wild"},
         {"at the highest", with(1200, 2200, 410), usual, "kept"},
@@ -145,12 +145,21 @@ TEST_CASE("what is no return of the land is left out and counted", "[voxelserver
     }
 }
 
-TEST_CASE("a header without an extent makes no point wild sideways, but heights are held", "[voxelserver][voxelize][placer]") {
-    SquareSource source = without_bounds(source_of(kMetres));
-    source.lowest = 90, source.highest = 410;
+TEST_CASE("bounds of a single place hold what lies there", "[voxelserver][voxelize][placer]") {
+    SquareSource source = source_of(kMetres);
+    source.info.min = {7, 8, 100}, source.info.max = {7, 8, 100}, source.lowest = source.highest = 100;
     const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
-    const Placed placed = place(source, frame, {raw(source, 1e8, -1e8, 100), raw(source, 0, 0, 411)});
-    CHECK((placed.counts.kept == 1 && placed.counts.wild == 1));
+    const Placed placed = place(source, frame, {raw(source, 7, 8, 100), raw(source, 8, 8, 100), raw(source, 7, 8, 100.25)});
+    CHECK((placed.counts.kept == 1 && placed.counts.wild == 2));
+}
+
+TEST_CASE("a return between parts of a file that lie far apart is wild", "[voxelserver][voxelize][placer]") {
+    SquareSource source = source_of(kMetres);
+    source.islands = {{0, 0, 100, 100}, {9000, 0, 9100, 100}};
+    const Frame frame(geo::Crs::from_text(kMetres), 1, 0, 0);
+    const Placed placed = place(source, frame, {raw(source, 0, 0, 1), raw(source, 99.75, -99.75, 1), raw(source, 9000, -50, 1), raw(source, 100, -50, 1),
+        raw(source, 5000, -50, 1), raw(source, 9000, 0.25, 1)});
+    CHECK((placed.counts.kept == 3 && placed.counts.wild == 3));
 }
 
 TEST_CASE("coordinates beyond 32-bit voxels are wild, whatever the bounds", "[voxelserver][voxelize][placer]") {
