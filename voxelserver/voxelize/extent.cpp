@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "common/util/error.hpp"
+#include "voxelserver/lidar/chunk_table.hpp"
 #include "voxelserver/voxelize/point_clusters.hpp"
 
 namespace terravox::voxelize {
@@ -59,15 +60,25 @@ std::size_t parts_met(const lidar::LasInfo& info, std::span<const lidar::RawPoin
     return met.count();
 }
 
+// The sample of a file with chunks of many sizes (COPC) may be of one node, whose points some writers sort by place.
+bool sampled_all_over(const lidar::LasInfo& info) {
+    constexpr std::uint64_t kWellSampled = 64 * 50'000;  // enough chunks
+    if (!info.seekable || info.point_count < kWellSampled) return false;
+    if (!info.chunks) return true;
+    const auto& starts = info.chunks->first_point;
+    for (std::size_t i = 2; i + 1 < starts.size(); ++i)
+        if (starts[i] - starts[i - 1] != starts[1]) return false;
+    return true;
+}
+
 // A survey may be a thin strip, and a small sample may miss much of it: only bounds that are next to empty are worth looking through the file.
 bool looks_empty(const lidar::LasInfo& info, std::span<const lidar::RawPoint> sample) {
     constexpr std::size_t kFewParts = 16, kHardlyAny = 4;  // of 64
     constexpr double kThin = 1;                            // points for a square metre
-    constexpr std::uint64_t kWellSampled = 64 * 50'000;    // enough chunks that the sample comes from all over the file
     const double unit = unit_m(info), area_m2 = (info.max[0] - info.min[0]) * unit * (info.max[1] - info.min[1]) * unit;
     const std::size_t met = parts_met(info, sample);
     const bool thin = static_cast<double>(info.point_count) < kThin * area_m2;
-    return (met <= kFewParts && thin) || (met <= kHardlyAny && info.seekable && info.point_count >= kWellSampled && area_m2 > 0);
+    return (met <= kFewParts && thin) || (met <= kHardlyAny && sampled_all_over(info) && area_m2 > 0);
 }
 
 // Between a river's banks is the river: only what lies far apart is apart.
