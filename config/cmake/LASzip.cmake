@@ -18,30 +18,41 @@ list(APPEND laszip_sources laszip_dll.cpp)
 list(REMOVE_DUPLICATES laszip_sources)
 list(TRANSFORM laszip_sources PREPEND "${TERRAVOX_LASZIP_DIR}/src/")
 
-# GPS times of point formats 1 to 5 are read by a function that calls itself each time the file says "the other sequence". A good file says so
-# once for a point, a damaged one a hundred thousand times: the stack ends. So the calls are counted (laszip_guard.h), in a copy.
-set(laszip_damaged "${TERRAVOX_LASZIP_DIR}/src/lasreaditemcompressed_v2.cpp")
-set(laszip_guarded "${PROJECT_BINARY_DIR}/laszip-guarded/lasreaditemcompressed_v2.cpp")
-file(READ "${laszip_damaged}" laszip_text)
-string(REPLACE "read(item, context);" "{ TERRAVOX_LASZIP_COUNT_CALL; read(item, context); }" laszip_text_guarded "${laszip_text}")
-if(laszip_text STREQUAL laszip_text_guarded)
-  message(FATAL_ERROR "LASzip: ${laszip_damaged} is not the one that config/cmake/LASzip.cmake knows how to guard")
-endif()
-file(CONFIGURE OUTPUT "${laszip_guarded}" CONTENT "${laszip_text_guarded}" @ONLY)
-list(TRANSFORM laszip_sources REPLACE "^${laszip_damaged}$" "${laszip_guarded}")
+# Damaged files crash LASzip in two places, so two of its sources are compiled from copies.
+# - GPS times of point formats 1 to 5 are read by a function that calls itself each time the file says "the other sequence". A good file says
+#   so once for a point, a damaged one a hundred thousand times: the stack ends. The calls are counted (laszip_guard.h).
+# - The arithmetic decoder looks symbols up in tables, and is safe while its value is below its length. It begins with a length of
+#   2^32 - 1 and four bytes of the file as value: only 0xFFFFFFFF is too much, which no encoder writes.
+function(terravox_guard_laszip source from to)
+  set(original "${TERRAVOX_LASZIP_DIR}/src/${source}")
+  set(guarded "${PROJECT_BINARY_DIR}/laszip-guarded/${source}")
+  file(READ "${original}" text)
+  string(REPLACE "${from}" "${to}" guarded_text "${text}")
+  if(text STREQUAL guarded_text)
+    message(FATAL_ERROR "LASzip: ${original} is not the one that config/cmake/LASzip.cmake knows how to guard")
+  endif()
+  file(CONFIGURE OUTPUT "${guarded}" CONTENT "${guarded_text}" @ONLY)
+  set_property(SOURCE "${guarded}" TARGET_DIRECTORY terravox_laszip APPEND PROPERTY COMPILE_OPTIONS "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
+  set(sources "${laszip_sources}")
+  list(TRANSFORM sources REPLACE "^${original}$" "${guarded}")
+  set(laszip_sources "${sources}" PARENT_SCOPE)
+endfunction()
+add_library(terravox_laszip STATIC)
+terravox_guard_laszip(lasreaditemcompressed_v2.cpp "read(item, context);" "{ TERRAVOX_LASZIP_COUNT_CALL; read(item, context); }")
+terravox_guard_laszip(arithmeticdecoder.cpp "value |= (instream->getByte());" "value |= (instream->getByte()); terravox_laszip::check_value(value);")
+target_sources(terravox_laszip PRIVATE ${laszip_sources})
+
 # The API header lives in dll/ but is included as <laszip/laszip_api.h> once installed: lay it out the same way.
 file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 foreach(header dll/laszip_api.h include/laszip/laszip_common.h include/laszip/laszip_api_version.h)
   file(COPY "${TERRAVOX_LASZIP_DIR}/${header}" DESTINATION "${PROJECT_BINARY_DIR}/laszip-include/laszip")
 endforeach()
-add_library(terravox_laszip STATIC ${laszip_sources})
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
 target_compile_options(terravox_laszip PRIVATE -w -O3)
 # The one source that holds the file stream; others say std::getc, which a macro would break.
 set_property(SOURCE "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp" APPEND PROPERTY COMPILE_OPTIONS
              "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_unlocked_getc.h")
-set_property(SOURCE "${laszip_guarded}" APPEND PROPERTY COMPILE_OPTIONS "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_guard.h")
 target_include_directories(terravox_laszip PRIVATE "${TERRAVOX_LASZIP_DIR}/src" "${TERRAVOX_LASZIP_DIR}/dll")
 target_include_directories(terravox_laszip SYSTEM PUBLIC "${PROJECT_BINARY_DIR}/laszip-include"
                            "${PROJECT_BINARY_DIR}/laszip-include/laszip")

@@ -1,12 +1,14 @@
-/* Included before one of LASzip's sources (LASzip.cmake), whose functions call themselves as often as a damaged file says. A number thrown is
-   how LASzip reports a damaged chunk. */
+/* Included before those of LASzip's sources that a damaged file could crash (LASzip.cmake). A number thrown is how LASzip reports a damaged
+   chunk. */
 #ifndef TERRAVOX_LASZIP_GUARD_H
 #define TERRAVOX_LASZIP_GUARD_H
 namespace terravox_laszip {
+constexpr int kDamaged = 4711;
+
 class Call {
 public:
     explicit Call(int& depth) : m_depth(depth) {
-        constexpr int kDeepest = 8, kDamaged = 4711;
+        constexpr int kDeepest = 8;
         if (m_depth >= kDeepest) throw kDamaged;
         ++m_depth;
     }
@@ -17,6 +19,10 @@ public:
 private:
     int& m_depth;
 };
+
+inline void check_value(unsigned value) {
+    if (value == 0xFFFFFFFFU) throw kDamaged;
+}
 }
 #define TERRAVOX_LASZIP_COUNT_CALL thread_local int terravox_depth = 0; const terravox_laszip::Call terravox_call(terravox_depth)
 #endif

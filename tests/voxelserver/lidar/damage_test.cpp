@@ -8,6 +8,7 @@
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/child.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "voxelserver/lidar/chunk_table.hpp"
 #include "voxelserver/lidar/las_writer.hpp"
 #include "voxelserver/lidar/spatial_index.hpp"
 
@@ -143,9 +144,13 @@ TEST_CASE("stretches of equal bytes in compressed points end in an error or in p
     }
     const std::string whole = file_bytes(good);
     std::mt19937 random(15);
+    // Where the packed bytes of a chunk begin: behind its first point and, from format 6 on, its counts.
+    const auto info = lidar::read_las_info(good);
+    const lidar::ChunkTable& chunks = *info.chunks;
+    const std::size_t packed = chunks.first_byte[1] + chunks.record_bytes + (chunks.layers > 0 ? 4 + 4 * std::size_t{chunks.layers} : 0);
     for (int i = 0; i < 12; ++i) {
         std::string bytes = whole;
-        const std::size_t length = std::size_t{1000} << random() % 6, at = whole.size() / 20 + random() % (whole.size() * 9 / 10);
+        const std::size_t length = std::size_t{1000} << random() % 6, at = i == 1 ? packed : whole.size() / 20 + random() % (whole.size() * 9 / 10);
         const char value = i % 3 == 0 ? char{0} : static_cast<char>(0xFF);
         std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), std::min(length, whole.size() - at), value);
         write_bytes(changed, bytes);

@@ -1,4 +1,7 @@
 // Files of which only parts are decoded: the voxels must be those of the whole.
+#include <set>
+
+#include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/store/strip.hpp"
 #include "voxelserver/lidar/las_file.hpp"
@@ -98,6 +101,48 @@ TEST_CASE("a file larger than its share of memory is read in parts, never kept w
         (void)second->box(keys.front());
         CHECK(second.count("point load") <= strip.stretches / 2);
         CHECK((second.boxes(7) == strip.boxes));
+    }
+}
+
+TEST_CASE("a file that turns out to be damaged is decoded once, however many boxes are asked for", "[voxelserver][store][parts][damage]") {
+    const Strip& strip = Strip::get();
+    const TemporaryFolder folder;
+    std::string bytes = bytes_of(strip.sorted);
+    write_bytes(folder.path() / "damaged.laz", bytes);
+    auto options = OpenWorld::with(folder.path() / "damaged.laz");
+    options.memory_bytes = GENERATE(std::size_t{1} << 30, std::size_t{16} << 20);  // whole; in parts
+    TimedWorld world(options);
+    // Once it is open, which looks at a few points. Long enough to hold the beginning of a chunk, where its counts stand.
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.size() / 10, '\xFF');
+    write_bytes(folder.path() / "damaged.laz", bytes);
+    const auto keys = all_keys(world->info(), 0);
+    REQUIRE(keys.size() > 20);
+    std::set<std::string> reasons;
+    for (const auto& key : keys) {
+        try {
+            (void)world->box(key);
+        } catch (const Error& e) {
+            reasons.insert(e.what());
+        }
+    }
+    CHECK(reasons.size() == 1);
+    CHECK(world.count("point load") <= strip.stretches);
+}
+
+TEST_CASE("points of many parts that share no patch are binned", "[voxelserver][store][parts]") {
+    std::vector<voxelize::PatchedPoints> parts(200);
+    // Each part touches patches of its own: a table of all parts by all patches would hold 40 million numbers.
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        for (int k = 0; k < 1000; ++k) {
+            voxelize::VoxelPoint p;
+            p.y = static_cast<std::int32_t>(i);
+            parts[i].add({k, static_cast<std::int32_t>(i)}, p);
+        }
+    const auto square = voxelize::bin_points(std::move(parts), {}, 2);
+    REQUIRE(square->patches().size() == 200'000);
+    for (const auto& patch : square->patches()) {
+        REQUIRE(patch.count == 1);
+        REQUIRE(square->points(patch.key).front().y == patch.key.pz);
     }
 }
 
