@@ -150,12 +150,17 @@ TEST_CASE("stretches of equal bytes in compressed points end in an error or in p
     const std::size_t packed = chunks.first_byte[1] + chunks.record_bytes + (chunks.layers > 0 ? 4 + 4 * std::size_t{chunks.layers} : 0);
     for (int i = 0; i < 12; ++i) {
         std::string bytes = whole;
-        const std::size_t length = std::size_t{1000} << random() % 6, at = i == 1 ? packed : whole.size() / 20 + random() % (whole.size() * 9 / 10);
+        // Some from within a chunk to its end: whole layers of the formats that have them.
+        const bool to_end = i % 3 == 1;
+        const std::size_t chunk_end = chunks.first_byte[2], from = packed + (chunk_end - packed) * static_cast<std::size_t>(i - i % 3) / 12;
+        const std::size_t length = to_end ? chunk_end - from : std::size_t{1000} << random() % 6;
+        const std::size_t at = to_end ? from : whole.size() / 20 + random() % (whole.size() * 9 / 10);
         const char value = i % 3 == 0 ? char{0} : static_cast<char>(0xFF);
         std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), std::min(length, whole.size() - at), value);
         write_bytes(changed, bytes);
         INFO("format " << format << ", seed 15, case " << i << ": " << length << " bytes from " << at << " of " << whole.size() << " are " << int{value});
         CHECK(complaint(read_all(changed)) == "");
+        CHECK(complaint(in_child([&] { (void)lidar::sample_points(lidar::read_las_info(changed), 4096); })) == "");
     }
 }
 
