@@ -111,6 +111,7 @@ private:
         for (int z = m_inset; z < m_grid.height - m_inset; ++z)
             for (int x = m_inset; x < m_grid.width - m_inset; ++x)
                 if (may_change(at(x, z))) m_work[static_cast<std::size_t>(z)] = 1, m_any_work = true;
+        if (!m_any_work) return;
         m_votes_for = m_grid.material;
         for (std::size_t i = 0; i < m_grid.flags.size(); ++i)
             if ((m_grid.flags[i] & Grid::kSilent) != 0) m_votes_for[i] = Material::kAir;
