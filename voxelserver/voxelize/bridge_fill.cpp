@@ -8,17 +8,14 @@ namespace {
 
 constexpr int kDecksAround = 5;  // of eight
 
-// Pulses that pass a railing or an edge hit what is below: a deck's columns may hold as many of those again.
-bool is_deck(const Column& c) noexcept { return c.deck.seen() && 2 * c.deck_points > c.ground_points + c.water_points; }
-
 Surface deck_of(const Window& window, int x, int z) {
     const Column& own = window.column(x, z);
-    if (is_deck(own)) return own.deck;
+    if (own.bridged()) return own.deck;
     std::array<const Surface*, 8> around{};
     std::size_t count = 0;
     for (int dz = -1; dz <= 1; ++dz)
         for (int dx = -1; dx <= 1; ++dx)
-            if (const Column& c = window.column(x + dx, z + dz); (dx != 0 || dz != 0) && is_deck(c)) around[count++] = &c.deck;
+            if (const Column& c = window.column(x + dx, z + dz); (dx != 0 || dz != 0) && c.bridged()) around[count++] = &c.deck;
     if (count < kDecksAround) return {};
     const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
     std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count),

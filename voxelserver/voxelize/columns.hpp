@@ -46,6 +46,8 @@ struct Column {
     bool roof_over_ground = false;  ///< ground was seen beneath building points, not only beside them
     /// Whether most of the low returns (ground, water, building) are of a building.
     [[nodiscard]] bool built_upon() const noexcept { return roof.seen() && roof_points >= ground_points + water_points; }
+    /// Whether a class says that it is a bridge's. Pulses that pass a railing or an edge hit what is below: as many of those again are let pass.
+    [[nodiscard]] bool bridged() const noexcept { return deck.seen() && 2 * deck_points > ground_points + water_points; }
 };
 
 /// The 64 x 64 columns of a patch, index = z * 64 + x (local). Immutable.

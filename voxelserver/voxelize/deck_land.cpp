@@ -7,7 +7,7 @@ namespace terravox::voxelize {
 LandSample DeckLand::look(int x, int z) {
     const Column& c = m_window.column(x, z);
     if (c.built_upon()) return {c.roof.height, LandKind::kBuilt};
-    if (c.deck.seen() && 2 * c.deck_points > c.ground_points + c.water_points) return {c.deck.height, LandKind::kDeck};
+    if (c.bridged()) return {c.deck.height, LandKind::kDeck};
     if (c.water.seen() && c.water_points >= c.ground_points) return {c.water.height, LandKind::kWater};
     if (c.ground.seen()) return {c.ground.height, LandKind::kGround};
     if (const auto objects = m_window.objects(x, z); !objects.empty()) {

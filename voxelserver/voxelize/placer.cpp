@@ -54,12 +54,8 @@ void Placer::transform(std::span<const lidar::RawPoint> batch, PointCounts& coun
     const lidar::LasInfo& info = m_source.info;
     for (std::uint32_t i = 0; i < batch.size(); ++i) {
         const lidar::RawPoint& p = batch[i];
-        if ((p.withheld && m_filters.drop_withheld) || (p.overlap && m_filters.drop_overlap)) {
-            ++counts.withheld;
-            continue;
-        }
-        if (m_classes.meaning[p.classification].role == Role::kDrop) {
-            ++counts.noise;
+        if (const Fate fate = fate_of(p, m_filters, m_classes); fate != Fate::kKept) {
+            ++(fate == Fate::kNoise ? counts.noise : counts.withheld);
             continue;
         }
         if (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] || p.z < m_min[2] || p.z > m_max[2]) {

@@ -33,6 +33,13 @@ struct SquareSource {
     }
 };
 
+/// What the filters and the class table say of a return.
+enum class Fate { kKept, kWithheld, kNoise };
+[[nodiscard]] inline Fate fate_of(const lidar::RawPoint& p, const Settings::Points& filters, const ClassTable& classes) noexcept {
+    if ((p.withheld && filters.drop_withheld) || (p.overlap && filters.drop_overlap)) return Fate::kWithheld;
+    return classes.meaning[p.classification].role == Role::kDrop ? Fate::kNoise : Fate::kKept;
+}
+
 /// Steps "transformation" and "quantization": turns returns as a file stores them into voxel points, and leaves out what is none.
 /// One for each thread.
 class Placer {

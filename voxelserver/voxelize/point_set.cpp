@@ -228,10 +228,13 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
                 }
             }();
             report(file, loaded.square->counts());
+            if (!m_folder) {
+                m_parts->learn(file, std::move(loaded.index));
+                return loaded.square;
+            }
             const util::StageTimes::Scope timed(m_times, "square store");
             m_parts->learn(file, std::move(loaded.index));
-            if (m_folder) loaded.square = m_folder->put(entry.file.name, std::move(loaded.square));
-            return loaded.square;
+            return m_folder->put(entry.file.name, std::move(loaded.square));
         },
         [](const auto& s) { return s->memory_bytes(); });
 }

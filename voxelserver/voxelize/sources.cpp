@@ -114,9 +114,7 @@ struct Sample {
 // Looks at some points, and settles with them where the file lies.
 Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::Points& filters, int threads) {
     constexpr std::size_t kAbout = 4096;
-    const KeepsPoint keeps = [&](const lidar::RawPoint& p) {
-        return !(p.withheld && filters.drop_withheld) && !(p.overlap && filters.drop_overlap) && classes.meaning[p.classification].role != Role::kDrop;
-    };
+    const KeepsPoint keeps = [&](const lidar::RawPoint& p) { return fate_of(p, filters, classes) == Fate::kKept; };
     std::vector<lidar::RawPoint> sample = lidar::sample_points(source.info, kAbout);
     Sample out;
     std::uint16_t brightest = 0;
