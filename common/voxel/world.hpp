@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -56,6 +57,42 @@ public:
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;
+};
+
+/// Where everything lies that shaped a box: box columns of level 0, half-open.
+struct Reach {
+    std::int32_t min_bx = 0, min_bz = 0, max_bx = 0, max_bz = 0;
+    [[nodiscard]] bool empty() const noexcept { return min_bx >= max_bx || min_bz >= max_bz; }
+    /// Grows to hold `other` as well.
+    void add(const Reach& other) noexcept {
+        if (other.empty()) return;
+        if (empty()) {
+            *this = other;
+            return;
+        }
+        min_bx = std::min(min_bx, other.min_bx), min_bz = std::min(min_bz, other.min_bz);
+        max_bx = std::max(max_bx, other.max_bx), max_bz = std::max(max_bz, other.max_bz);
+    }
+    friend bool operator==(const Reach&, const Reach&) = default;
+};
+
+/// Two inputs that are alike have the same fingerprint, in every process and on every machine.
+using Fingerprint = std::array<std::uint64_t, 2>;
+
+/// A box and what it was made of.
+struct TracedBox {
+    std::shared_ptr<const Box> box;  ///< nullptr: air throughout
+    Reach reach;
+};
+
+/// A world that knows what its boxes are made of, so that they may be kept from one process to the next: a box that was kept is still
+/// right when the fingerprint of its reach is what it was.
+class TracedWorld : public World {
+public:
+    /// As box(). @throws Error as box()
+    [[nodiscard]] virtual TracedBox traced_box(const BoxKey& key) = 0;
+    /// Names all inputs that lie in or reach into `reach`, and all that every box depends on (settings, frame, ways of making).
+    [[nodiscard]] virtual Fingerprint fingerprint(const Reach& reach) const = 0;
 };
 
 [[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
