@@ -52,7 +52,12 @@ public:
         if (pending.valid()) return pending.get();
         try {
             Ptr value = make();
-            insert(key, value, bytes_of(value));
+            {
+                std::list<Entry> evicted;  // destroyed after the lock is released
+                const std::lock_guard lock(m_mutex);
+                m_making.erase(key);
+                insert(key, value, bytes_of(value), evicted);
+            }
             promise->set_value(value);
             return value;
         } catch (...) {
@@ -74,6 +79,27 @@ public:
         return found->second->value;
     }
 
+    /// Whether the value is there; it does not become more recently used by that.
+    [[nodiscard]] bool holds(const Key& key) const {
+        const std::lock_guard lock(m_mutex);
+        return m_entries.contains(key);
+    }
+
+    /// Keeps a value that came from elsewhere. One that is there already stays, and so does the making of one.
+    void put(const Key& key, const Ptr& value, std::size_t bytes) {
+        std::list<Entry> evicted;
+        const std::lock_guard lock(m_mutex);
+        if (m_entries.contains(key) || m_making.contains(key)) return;
+        insert(key, value, bytes, evicted);
+    }
+
+    /// Calls back with every key that is kept, most recently used first, under the lock: the callback must be quick and must not ask this cache.
+    template <class Callback>
+    void each_key(const Callback& callback) const {
+        const std::lock_guard lock(m_mutex);
+        for (const Entry& e : m_order) callback(e.key);
+    }
+
     [[nodiscard]] CacheStats stats() const {
         const std::lock_guard lock(m_mutex);
         CacheStats out = m_stats;
@@ -92,10 +118,8 @@ private:
     };
     static constexpr std::size_t kEntryBytes = sizeof(Entry) + 6 * sizeof(void*);  // list node and map node, so that empty values count too
 
-    void insert(const Key& key, const Ptr& value, std::size_t bytes) {
-        std::list<Entry> evicted;  // destroyed after the lock is released
-        const std::lock_guard lock(m_mutex);
-        m_making.erase(key);
+    // Under the lock. What has to go is handed to the caller, to be destroyed outside it.
+    void insert(const Key& key, const Ptr& value, std::size_t bytes, std::list<Entry>& evicted) {
         m_order.push_front({key, value, bytes + kEntryBytes});
         m_entries.emplace(key, m_order.begin());
         m_bytes += bytes + kEntryBytes;

@@ -3,18 +3,51 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 
 #include <array>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
 
 namespace terravox::util {
+namespace {
 
-void set_up_log(const std::string& level) {
+class JsonLines final : public spdlog::formatter {
+public:
+    void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) override {
+        using namespace std::chrono;
+        const auto ms = duration_cast<milliseconds>(message.time.time_since_epoch()).count();
+        const std::time_t seconds = static_cast<std::time_t>(ms / 1000);
+        std::tm utc{};
+        gmtime_r(&seconds, &utc);
+        std::array<char, 32> date{};
+        const std::size_t length = std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+        std::array<char, 8> fraction{};
+        std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(ms % 1000));
+        const auto level = spdlog::level::to_string_view(message.level);
+        const nlohmann::ordered_json line = {{"time", std::string(date.data(), length) + fraction.data()},
+                                             {"level", std::string(level.data(), level.size())},
+                                             {"message", std::string(message.payload.data(), message.payload.size())}};
+        const std::string text = line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+        out.append(text.data(), text.data() + text.size());
+    }
+    [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonLines>(); }
+};
+
+}  // namespace
+
+void set_up_log(const std::string& level, LogFormat format) {
     static constexpr std::array kLevels = {"trace", "debug", "info", "warn", "error", "off"};
     bool known = false;
     for (const char* name : kLevels) known = known || level == name;
     if (!known) throw UsageError("set the log level: '" + level + "'; allowed: trace, debug, info, warn, error, off");
     auto logger = std::make_shared<spdlog::logger>("terravox", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-    logger->set_pattern("[%^%l%$] %v");
+    if (format == LogFormat::kJson)
+        logger->set_formatter(std::make_unique<JsonLines>());
+    else
+        logger->set_pattern("[%^%l%$] %v");
     logger->set_level(spdlog::level::from_str(level == "warn" ? "warning" : level));
     spdlog::set_default_logger(std::move(logger));
 }

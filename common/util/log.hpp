@@ -6,9 +6,14 @@
 
 namespace terravox::util {
 
-/// Sends the log to standard error, one line a message: `[level] message`, coloured only on a terminal.
+enum class LogFormat {
+    kText,  ///< `[level] message`, coloured only on a terminal
+    kJson,  ///< an object: time (UTC, ISO 8601), level, message
+};
+
+/// Sends the log to standard error, one line a message.
 /// @param level trace, debug, info, warn, error or off
 /// @throws UsageError for another level
-void set_up_log(const std::string& level);
+void set_up_log(const std::string& level, LogFormat format = LogFormat::kText);
 
 }  // namespace terravox::util

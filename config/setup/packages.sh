@@ -3,9 +3,10 @@
 
 PACKAGE_LIST=$ROOT/config/setup/debian-packages.txt
 
+# missing_packages LIST
 missing_packages() {
     local wanted
-    mapfile -t wanted < <(grep -Ev '^[[:space:]]*(#|$)' "$PACKAGE_LIST")
+    mapfile -t wanted < <(grep -Ev '^[[:space:]]*(#|$)' "$1")
     { dpkg-query --show --showformat '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true; } |
         awk -v wanted="${wanted[*]}" '$1 == "installed" { have[$2] = 1 }
             END { n = split(wanted, names, " "); for (i = 1; i <= n; i++) if (!(names[i] in have)) print names[i] }'
@@ -17,16 +18,18 @@ apt_install() {
     as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 --yes --quiet --no-install-recommends install "$@"
 }
 
+# install_packages [LIST]: those to build with unless another list is given.
 install_packages() {
+    local list=${1:-$PACKAGE_LIST}
     [[ ${TERRAVOX_SKIP_PACKAGES:-0} == 1 ]] && return
     if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
         say "This system has no apt. Install what these Debian packages hold, then call again with TERRAVOX_SKIP_PACKAGES=1:"
         say
-        cat "$PACKAGE_LIST" >&2
+        cat "$list" >&2
         exit 1
     fi
     local missing
-    mapfile -t missing < <(missing_packages)
+    mapfile -t missing < <(missing_packages "$list")
     ((${#missing[@]} == 0)) && return
     if ((EUID != 0)) && ! command -v sudo >/dev/null; then
         die "install packages: neither root nor sudo. Ask an administrator for: apt-get install ${missing[*]}"

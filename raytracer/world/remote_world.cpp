@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <mutex>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
@@ -29,7 +31,7 @@ constexpr long kLongestWait_s = 30;
 struct Reply {
     long status = 0;
     long retry_after_s = 0;
-    std::string content_type;
+    std::string content_type, content_encoding;
     std::vector<std::byte> body;
 };
 
@@ -39,8 +41,12 @@ public:
     Connections() {
         static std::once_flag once;
         std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
+        // Unpacked here: libcurl may have been built without zstd.
+        add_header("Accept-Encoding: zstd");
+        if (const char* token = std::getenv("TERRAVOX_TOKEN"); token != nullptr && *token != '\0') add_header(std::string("Authorization: Bearer ") + token);
     }
     ~Connections() {
+        curl_slist_free_all(m_headers);
         for (CURL* handle : m_free) curl_easy_cleanup(handle);
     }
     Connections(const Connections&) = delete;
@@ -53,6 +59,7 @@ public:
         curl_easy_reset(handle);
         curl_easy_setopt(handle, CURLOPT_URL, url.c_str());
         curl_easy_setopt(handle, CURLOPT_USERAGENT, (std::string("terravox/") + kVersion).c_str());
+        curl_easy_setopt(handle, CURLOPT_HTTPHEADER, m_headers);
         curl_easy_setopt(handle, CURLOPT_PROTOCOLS_STR, "http,https");
         curl_easy_setopt(handle, CURLOPT_NOSIGNAL, 1L);
         curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT_MS, kConnectTimeout_ms);
@@ -72,12 +79,19 @@ public:
         if (curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &retry_after) == CURLE_OK) reply.retry_after_s = static_cast<long>(retry_after);
         const char* type = nullptr;
         if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr) reply.content_type = type;
+        curl_header* encoding = nullptr;
+        if (curl_easy_header(handle, "Content-Encoding", 0, CURLH_HEADER, -1, &encoding) == CURLHE_OK) reply.content_encoding = encoding->value;
         give_back(handle);
         if (failed != CURLE_OK) throw Error("fetch " + url + ": " + curl_easy_strerror(failed));
         return reply;
     }
 
 private:
+    void add_header(const std::string& line) {
+        curl_slist* longer = curl_slist_append(m_headers, line.c_str());
+        if (longer == nullptr) throw std::bad_alloc();
+        m_headers = longer;
+    }
     CURL* take() {
         {
             const std::lock_guard lock(m_mutex);
@@ -95,6 +109,7 @@ private:
         const std::lock_guard lock(m_mutex);
         m_free.push_back(handle);
     }
+    curl_slist* m_headers = nullptr;  ///< sent with every request
     std::mutex m_mutex;
     std::vector<CURL*> m_free;
 };
@@ -125,7 +140,10 @@ public:
         if (reply.status != 200) throw Error("fetch the box " + url + ": HTTP status " + std::to_string(reply.status) + ", " + problem_of(reply));
         if (reply.content_type != voxel::kBoxMediaType)
             throw Error("fetch the box " + url + ": the reply is of type '" + reply.content_type + "'; allowed: " + voxel::kBoxMediaType);
-        auto box = voxel::decompress_box(reply.body, url);
+        const bool packed = reply.content_encoding == "zstd";
+        if (!packed && !reply.content_encoding.empty() && reply.content_encoding != "identity")
+            throw Error("fetch the box " + url + ": the reply is encoded as '" + reply.content_encoding + "'; allowed: zstd, identity");
+        auto box = packed ? voxel::decompress_box(reply.body, url) : voxel::Box::from_blob(reply.body, url);
         if (box->key() != key) throw Error("fetch the box " + url + ": the server sent box " + voxel::to_string(box->key()));
         return box;
     }

@@ -2,34 +2,15 @@
 """The voxel server and the ray tracer together: a served picture is the direct one; a server that fails is told."""
 
 import json
-import signal
-import subprocess
 import threading
 import unittest
 import urllib.error
 import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from support import Case, binary, entries, render, square, survey, temporary_folder
+from support import Case, Server, entries, render, square, survey, temporary_folder
 
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
-
-
-class Server:
-    """terravox-voxelserver on a port of its own."""
-
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen([binary("VOXELSERVER"), *map(str, arguments), "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        line = self.process.stdout.readline()
-        if not line.startswith("listening on http://"):
-            self.process.kill()
-            raise AssertionError(f"the server said '{line}' and {self.process.communicate()}")
-        self.url = line.split()[-1]
-
-    def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        self.out, self.err = self.process.communicate(timeout=30)
-        return self.process.returncode
 
 
 class Serve(Case):

@@ -1,10 +1,13 @@
 """What the end-to-end tests share: the binaries, a small invented survey, and how a run went."""
 
 import atexit
+import http.client
+import json
 import os
 import pathlib
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -49,6 +52,17 @@ class Run:
         return f"exit code {self.code}\n--- stdout\n{self.out}\n--- stderr\n{self.err}"
 
 
+_flags = None
+
+
+def server_has(flag):
+    """Does this voxel server have that option?"""
+    global _flags
+    if _flags is None:
+        _flags = Run([binary("VOXELSERVER"), "--help"]).out
+    return f"{flag} " in _flags or f"{flag}\n" in _flags or f"{flag}:" in _flags
+
+
 def render(*arguments, **options):
     return Run([binary("RAYTRACER"), "render", *arguments], **options)
 
@@ -74,6 +88,76 @@ def survey():
 
 def square():
     return next(survey().glob("*.laz"))
+
+
+class Server:
+    """terravox-voxelserver on a port of its own; `program` is for tests that wrap it."""
+
+    def __init__(self, *arguments, program=()):
+        self._log = tempfile.TemporaryFile("w+", errors="replace")  # a pipe that nobody reads would stop the server when it is full
+        self.process = subprocess.Popen([*program, binary("VOXELSERVER"), *map(str, arguments), "--port", "0"], stdout=subprocess.PIPE, stderr=self._log, text=True)
+        line = self.process.stdout.readline()
+        if not line.startswith(("listening on http://", "listening on https://")):
+            self.process.kill()
+            raise AssertionError(f"the server said '{line}', then {self._end()}: {self.err}")
+        self.url = line.split()[-1]
+        self.port = int(self.url.rsplit(":", 1)[1])
+
+    def _end(self, timeout_s=30):
+        self.out, _ = self.process.communicate(timeout=timeout_s)
+        self._log.seek(0)
+        self.err = self._log.read()
+        self._log.close()
+        return self.process.returncode
+
+    def stop(self, timeout_s=30):
+        """As a person would: SIGTERM. @return the exit code"""
+        self.process.send_signal(signal.SIGTERM)
+        return self._end(timeout_s)
+
+    def kill(self):
+        self.process.kill()
+        return self._end()
+
+    def get(self, path, headers=None, timeout_s=30):
+        """One request on a connection of its own. @return status, headers, body"""
+        return self._ask("GET", path, None, headers, timeout_s)
+
+    def post(self, path, body, headers=None, timeout_s=30):
+        return self._ask("POST", path, body, headers, timeout_s)
+
+    def _ask(self, method, path, body, headers, timeout_s):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout_s)
+        try:
+            connection.request(method, path, body=body, headers=headers or {})
+            reply = connection.getresponse()
+            return reply.status, reply.headers, reply.read()
+        finally:
+            connection.close()
+
+    def json(self, path):
+        status, _, body = self.get(path)
+        if status != 200:
+            raise AssertionError(f"{path}: {status} {body[:200]}")
+        return json.loads(body)
+
+    def memory_kib(self, what="VmRSS"):
+        """Resident memory now, or its peak: VmHWM."""
+        for line in pathlib.Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
+            if line.startswith(what + ":"):
+                return int(line.split()[1])
+        raise AssertionError(f"no {what} of process {self.process.pid}")
+
+    def box_paths(self, level=0, bounds=None):
+        """The addresses of all boxes of a level that may hold anything."""
+        bounds = bounds or self.json("/v2/world")["bounds"]
+        side = 64 << level
+        out = []
+        for bz in range(bounds["min"][2] // side, (bounds["max"][2] - 1) // side + 1):
+            for bx in range(bounds["min"][0] // side, (bounds["max"][0] - 1) // side + 1):
+                column = self.json(f"/v2/columns/{level}/{bx}/{bz}")
+                out += [f"/v2/boxes/{level}/{bx}/{by}/{bz}" for by in range(column["by_begin"], column["by_end"])]
+        return out
 
 
 def entries(folder):

@@ -1,6 +1,7 @@
 #include "voxelserver/http/message.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 namespace terravox::http {
@@ -19,7 +20,10 @@ bool same_word(std::string_view a, std::string_view b) noexcept {
 std::string Request::header(std::string_view name) const {
     std::string joined;
     for (const Header& h : headers)
-        if (same_word(h.name, name)) joined += (joined.empty() ? "" : ", ") + h.value;
+        if (same_word(h.name, name)) {
+            if (!joined.empty()) joined += ", ";
+            joined += h.value;
+        }
     return joined;
 }
 
@@ -27,9 +31,27 @@ bool Request::has_header(std::string_view name) const noexcept {
     return std::any_of(headers.begin(), headers.end(), [&](const Header& h) { return same_word(h.name, name); });
 }
 
-const std::string* Response::header(std::string_view name) const noexcept {
-    const auto at = std::find_if(headers.begin(), headers.end(), [&](const Header& h) { return same_word(h.name, name); });
-    return at == headers.end() ? nullptr : &at->value;
+Response& Response::add(std::string_view name, std::string_view value) {
+    if (head.capacity() < 256) head.reserve(256);
+    const auto append = [&](std::string_view text) {
+        for (const char c : text)
+            if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) head += c;
+    };
+    append(name);
+    head += ": ";
+    append(value);
+    head += "\r\n";
+    return *this;
+}
+
+std::string Response::header(std::string_view name) const {
+    std::size_t at = 0;
+    while (at < head.size()) {
+        const std::size_t colon = head.find(": ", at), end = head.find("\r\n", at);
+        if (same_word(std::string_view(head).substr(at, colon - at), name)) return head.substr(colon + 2, end - colon - 2);
+        at = end + 2;
+    }
+    return {};
 }
 
 std::string_view reason_phrase(int status) noexcept {
@@ -38,11 +60,14 @@ std::string_view reason_phrase(int status) noexcept {
         case 204: return "No Content";
         case 304: return "Not Modified";
         case 400: return "Bad Request";
+        case 401: return "Unauthorized";
         case 404: return "Not Found";
         case 405: return "Method Not Allowed";
+        case 406: return "Not Acceptable";
         case 408: return "Request Timeout";
         case 411: return "Length Required";
         case 413: return "Content Too Large";
+        case 415: return "Unsupported Media Type";
         case 431: return "Request Header Fields Too Large";
         case 500: return "Internal Server Error";
         case 503: return "Service Unavailable";
@@ -51,10 +76,10 @@ std::string_view reason_phrase(int status) noexcept {
     }
 }
 
-Response reply(int status, std::string content_type, std::string body) {
+Response reply(int status, std::string_view content_type, std::string body) {
     Response out;
     out.status = status;
-    out.headers.push_back({"Content-Type", std::move(content_type)});
+    out.add("Content-Type", content_type);
     out.body = std::make_shared<const std::string>(std::move(body));
     return out;
 }
@@ -62,7 +87,7 @@ Response reply(int status, std::string content_type, std::string body) {
 Response problem(int status, const std::string& detail) {
     const nlohmann::json json = {{"type", "about:blank"}, {"title", std::string(reason_phrase(status))}, {"status", status}, {"detail", detail}};
     Response out = reply(status, "application/problem+json", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    out.headers.push_back({"Cache-Control", "no-store"});
+    out.add("Cache-Control", "no-store");
     return out;
 }
 
@@ -81,14 +106,42 @@ bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcep
     }
 }
 
+Coding choose_coding(std::string_view accept_encoding) noexcept {
+    bool zstd = false, identity = true, named_identity = false;
+    while (!accept_encoding.empty()) {
+        const std::size_t end = std::min(accept_encoding.find(','), accept_encoding.size());
+        std::string_view one = accept_encoding.substr(0, end);
+        accept_encoding.remove_prefix(std::min(end + 1, accept_encoding.size()));
+        const auto trim = [](std::string_view text) {
+            while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+            while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+            return text;
+        };
+        const std::size_t semicolon = std::min(one.find(';'), one.size());
+        const std::string_view name = trim(one.substr(0, semicolon)), weight = trim(one.substr(std::min(semicolon + 1, one.size())));
+        // q=0, q=0.0 ...: not wanted.
+        const bool wanted = !(weight.size() >= 3 && lower(weight[0]) == 'q' && weight[1] == '=' && weight.find_first_not_of("0.", 2) == std::string_view::npos);
+        if (same_word(name, "zstd")) zstd = wanted;
+        if (same_word(name, "identity")) identity = wanted, named_identity = true;
+        if (name == "*" && !wanted && !named_identity) identity = false;
+    }
+    return zstd ? Coding::kZstd : identity ? Coding::kIdentity : Coding::kNone;
+}
+
 BodyClaim body_claim(const Request& request) {
-    if (request.has_header("Transfer-Encoding")) return BodyClaim::kMalformed;
-    BodyClaim claim = BodyClaim::kNone;
+    using Kind = BodyClaim::Kind;
+    BodyClaim claim;
+    bool seen = false;
     for (const Header& h : request.headers) {
+        if (same_word(h.name, "Transfer-Encoding")) return {Kind::kMalformed, 0};
         if (!same_word(h.name, "Content-Length")) continue;
-        const bool number = !h.value.empty() && std::all_of(h.value.begin(), h.value.end(), [](char c) { return c >= '0' && c <= '9'; });
-        if (!number) return BodyClaim::kMalformed;
-        if (h.value.find_first_not_of('0') != std::string::npos) claim = BodyClaim::kSome;
+        std::uint64_t bytes = 0;
+        const auto [end, error] = std::from_chars(h.value.data(), h.value.data() + h.value.size(), bytes);
+        if (error == std::errc::result_out_of_range) bytes = UINT64_MAX;
+        // Two lengths: one of the machines on the way would believe the other one.
+        if (error == std::errc::invalid_argument || end != h.value.data() + h.value.size() || h.value.empty() || seen) return {Kind::kMalformed, 0};
+        seen = true;
+        claim = {bytes > 0 ? Kind::kSome : Kind::kNone, bytes};
     }
     return claim;
 }

@@ -4,125 +4,83 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cstdint>
-#include <cstdio>
 #include <nlohmann/json.hpp>
-#include <optional>
 
-#include "common/util/version.hpp"
-#include "common/voxel/box_codec.hpp"
+#include "common/util/stage_times.hpp"
 #include "common/voxel/world_json.hpp"
-#include "voxelserver/http/index_page.hpp"
+#include "voxelserver/http/batch_route.hpp"
+#include "voxelserver/http/box_routes.hpp"
+#include "voxelserver/http/gkot_routes.hpp"
+#include "voxelserver/http/map_route.hpp"
+#include "voxelserver/http/page_routes.hpp"
+#include "voxelserver/http/state_routes.hpp"
 
 namespace terravox::http {
 namespace {
 
-using nlohmann::json;
-using voxel::kBoxSizeY;
-
-std::string to_text(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace) + "\n"; }
-
-Response json_reply(const json& value) {
-    Response out = reply(200, "application/json", to_text(value));
-    out.headers.push_back({"Cache-Control", "no-store"});
-    return out;
+// The world as the format has it, and where its map is.
+std::string world_text(const voxel::WorldInfo& info) {
+    auto json = nlohmann::json::parse(voxel::world_to_json(info));
+    json["map"] = {{"tile_px", kTileSize_px}, {"zooms", {0, info.levels - 1}}};
+    return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-std::string hash_etag(const std::string& text) {
-    char hex[24];
-    std::snprintf(hex, sizeof hex, "\"%016llx\"", static_cast<unsigned long long>(XXH64(text.data(), text.size(), 0)));
-    return hex;
+// As long for every token: the time must not tell how much of it was right.
+bool same_secret(std::string_view given, std::string_view wanted) noexcept {
+    unsigned difference = given.size() == wanted.size() ? 0 : 1;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        difference |= static_cast<unsigned char>(wanted[i]) ^ static_cast<unsigned char>(given.empty() ? 0 : given[i % given.size()]);
+    return difference == 0;
 }
 
-// Kept by a client, but asked for again with If-None-Match each time: the server may have other data tomorrow.
-void add_validators(Response& out, const std::string& etag) {
-    out.headers.push_back({"ETag", etag});
-    out.headers.push_back({"Cache-Control", "no-cache"});
+// Two machines on the way of a request must not read it differently. Ref: RFC 9112, 3.2 and 5.1.
+std::string fault_of(const Request& request) {
+    const auto is_token = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos; };
+    for (const Header& h : request.headers)
+        if (h.name.empty() || !std::all_of(h.name.begin(), h.name.end(), is_token)) return "a header's name is no token";
+    const auto hosts = std::count_if(request.headers.begin(), request.headers.end(), [](const Header& h) { return same_word(h.name, "Host"); });
+    if (hosts > 1) return std::to_string(hosts) + " headers Host; allowed: one";
+    return {};
 }
 
-Response bare(int status, const std::string& etag) {
-    Response out;
-    out.status = status;
-    add_validators(out, etag);
-    return out;
-}
-
-std::vector<std::string_view> split(std::string_view path) {
-    std::vector<std::string_view> parts;
-    if (path.empty() || path.front() != '/') return parts;
-    path.remove_prefix(1);
-    for (;;) {
-        const std::size_t end = path.find('/');
-        parts.push_back(path.substr(0, end));
-        if (end == std::string_view::npos) return parts;
-        path.remove_prefix(end + 1);
-    }
-}
-
-Route route_of(const std::vector<std::string_view>& parts) {
-    const auto is = [&](std::size_t i, std::string_view word) { return i < parts.size() && parts[i] == word; };
-    if (parts.size() == 1 && is(0, "")) return Route::kIndex;
-    if (parts.size() == 1 && is(0, "healthz")) return Route::kHealth;
-    if (!is(0, "v2")) return Route::kUnknown;
-    if (parts.size() == 2 && is(1, "world")) return Route::kWorld;
-    if (parts.size() == 2 && is(1, "stats")) return Route::kStats;
-    if (parts.size() == 6 && is(1, "boxes")) return Route::kBoxes;
-    if (parts.size() == 5 && is(1, "columns")) return Route::kColumns;
-    return Route::kUnknown;
-}
-
-// Only the one usual way to write a number counts, so that a box has one address (no +1, -0, 007).
-std::optional<std::int32_t> parse_int32(std::string_view text) {
-    std::int32_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || std::to_string(value) != text) return std::nullopt;
-    return value;
-}
-
-template <std::size_t N>
-std::optional<std::array<std::int32_t, N>> parse_numbers(const std::vector<std::string_view>& parts) {
-    std::array<std::int32_t, N> out{};
-    for (std::size_t i = 0; i < N; ++i) {
-        const auto number = parse_int32(parts[i + 2]);
-        if (!number) return std::nullopt;
-        out[i] = *number;
-    }
-    return out;
-}
-
-Response not_numbers(const Request& request) {
-    return problem(400, "read the address " + std::string(request.path) + ": not whole numbers from -2147483648 to 2147483647, such as -12");
+Response not_allowed(const RouteFacts& route, const Request& request) {
+    const std::string allowed = route.post ? "POST" : "GET, HEAD";
+    return problem(405, "method " + std::string(request.method) + "; allowed: " + allowed).add("Allow", allowed);
 }
 
 }  // namespace
 
-Router::Router(voxel::World& world, util::StageTimes& times, const BoxRepliesOptions& options)
-    : m_world(world),
-      m_times(times),
-      m_boxes(world, times, options),
-      m_world_json(voxel::world_to_json(world.info())),
-      m_world_etag(hash_etag(m_world_json)) {}
+Router::Router(Service service, std::string token)
+    : m_service(std::move(service)),
+      m_token(std::move(token)),
+      m_world_json(world_text(m_service.world.info())),
+      m_world_etag(etag_of(XXH64(m_world_json.data(), m_world_json.size(), 0), "w")) {}
+
+std::size_t Router::most_body_bytes(std::string_view method, std::string_view path) noexcept {
+    const auto parts = split_path(path);
+    const RouteFacts& route = facts_of(parts ? route_of(*parts) : Route::kUnknown);
+    return route.post && method == "POST" ? route.most_body_bytes : 0;
+}
 
 Response Router::handle(const Request& request) {
-    const Parts parts = split(request.path);
-    const Route route = route_of(parts);
-    Response out = answer(route, parts, request);
-    // A body that is not read must not be taken for the next request.
-    if (body_claim(request) != BodyClaim::kNone) out.close = true;
+    const util::Stopwatch clock;
+    const auto split = split_path(request.path);
+    const PathParts parts = split.value_or(PathParts{});
+    const RouteFacts& route = facts_of(split ? route_of(parts) : Route::kUnknown);
+    Response out = answer(route, {request, parts});
+    // A body that was not read must not be taken for the next request.
+    if (const BodyClaim claim = body_claim(request); claim.kind == BodyClaim::Kind::kMalformed || claim.bytes != request.body.size()) out.close = true;
     out.head_only = request.method == "HEAD";
-    m_counts.add(route, out.status);
+    m_counts.add(route.route, out.status, clock.seconds());
     return out;
 }
 
-Response Router::answer(Route route, const Parts& parts, const Request& request) {
+Response Router::answer(const RouteFacts& route, const Asked& asked) {
+    const Request& request = asked.request;
     try {
-        return dispatch(route, parts, request);
-    } catch (const Busy& e) {
-        Response out = problem(503, e.what());
-        out.headers.push_back({"Retry-After", "1"});
-        return out;
+        return checked(route, asked);
+    } catch (const boxes::Busy& e) {
+        return problem(503, e.what()).add("Retry-After", "1");
     } catch (const std::bad_alloc&) {
         spdlog::error("{} {}: out of memory", request.method, request.path);
         return problem(500, "out of memory");
@@ -135,88 +93,67 @@ Response Router::answer(Route route, const Parts& parts, const Request& request)
     }
 }
 
-Response Router::dispatch(Route route, const Parts& parts, const Request& request) {
-    const bool readable = request.method == "GET" || request.method == "HEAD";
-    const BodyClaim claim = body_claim(request);
-    if (claim == BodyClaim::kMalformed) return problem(400, "read the request: a Transfer-Encoding or a malformed Content-Length; allowed: no body");
-    if (readable && claim == BodyClaim::kSome) return problem(413, "read the request: it has a body; allowed: none");
-    if (route != Route::kUnknown && !readable) {
-        Response out = problem(405, "method " + std::string(request.method) + "; allowed: GET, HEAD");
-        out.headers.push_back({"Allow", "GET, HEAD"});
+bool Router::may_ask(const Request& request) const {
+    if (m_token.empty()) return true;
+    const std::string given = request.header("Authorization");
+    constexpr std::string_view kScheme = "Bearer ";
+    return given.size() > kScheme.size() && same_word(std::string_view(given).substr(0, kScheme.size()), kScheme) &&
+           same_secret(std::string_view(given).substr(kScheme.size()), m_token);
+}
+
+Response Router::checked(const RouteFacts& route, const Asked& asked) {
+    using Kind = BodyClaim::Kind;
+    const Request& request = asked.request;
+    if (const std::string wrong = fault_of(request); !wrong.empty()) {
+        Response out = problem(400, "read the request: " + wrong);
+        out.close = true;
         return out;
     }
+    const bool readable = request.method == "GET" || request.method == "HEAD";
+    const BodyClaim claim = body_claim(request);
+    if (claim.kind == Kind::kMalformed) return problem(400, "read the request: a Transfer-Encoding, two Content-Lengths, or one that is no number; allowed: none, or one number");
+    const std::size_t most = route.post && request.method == "POST" ? route.most_body_bytes : 0;
+    if (claim.bytes > most) return problem(413, "read the request: a body of " + std::to_string(claim.bytes) + " bytes; allowed: " + (most > 0 ? "up to " + std::to_string(most) : "none"));
+    if (!route.open && !may_ask(request)) return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN").add("WWW-Authenticate", "Bearer");
+    if (route.route == Route::kUnknown) return problem(404, "nothing at " + std::string(request.path) + "; /openapi.json lists what there is");
+    if (route.post ? request.method != "POST" : !readable) return not_allowed(route, request);
+    if (route.post && claim.kind == Kind::kNone) {
+        Response out = problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " + std::to_string(most));
+        out.close = true;  // a body that came nevertheless must not be taken for the next request
+        return out;
+    }
+    return dispatch(route.route, asked);
+}
+
+Response Router::dispatch(Route route, const Asked& asked) {
+    const auto uptime_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count(); };
     switch (route) {
-        case Route::kIndex: {
-            Response out = reply(200, "text/html; charset=utf-8", index_page(m_world.info()));
-            out.headers.push_back({"Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'"});
-            return out;
-        }
-        case Route::kHealth: return reply(200, "text/plain; charset=utf-8", "ok\n");
-        case Route::kWorld: return world(request);
-        case Route::kBoxes: return box(parts, request);
-        case Route::kColumns: return column(parts, request);
-        case Route::kStats: return stats();
+        case Route::kPage:
+        case Route::kPageFile: return answer_page(asked);
+        case Route::kOpenApi: return answer_open_api(asked);
+        case Route::kHealth: return reply(200, "text/plain; charset=utf-8", "ok\n").add("Cache-Control", "no-store");
+        case Route::kWorld: return world(asked.request);
+        case Route::kBox: return answer_box(m_service, asked);
+        case Route::kBatch: return answer_batch(m_service, asked);
+        case Route::kColumn: return answer_column(m_service, asked);
+        case Route::kSquares: return json_reply(squares_json(m_service.squares(), m_service.world.info()), asked.request);
+        case Route::kCached: return answer_cached(m_service, asked);
+        case Route::kStats: return answer_stats(m_service, asked, m_counts, uptime_s());
+        case Route::kMetrics: return answer_metrics(m_service, m_counts, uptime_s());
+        case Route::kMapTile: return answer_map_tile(m_service, asked);
+        case Route::kGkotBox: return answer_gkot_box(m_service, asked);
+        case Route::kGkotOrigin: return answer_gkot_origin(m_service, asked);
         case Route::kUnknown:
         case Route::kRefused: break;
     }
-    return problem(404, "nothing at " + std::string(request.path) + "; / lists what there is");
-}
-
-Response Router::no_such_level(int level) const {
-    return problem(404, "level " + std::to_string(level) + "; allowed: 0 to " + std::to_string(m_world.info().levels - 1));
+    return problem(404, "nothing there");
 }
 
 Response Router::world(const Request& request) const {
-    if (etag_matches(request.header("If-None-Match"), m_world_etag)) return bare(304, m_world_etag);
+    if (etag_matches(request.header("If-None-Match"), m_world_etag)) return not_modified(m_world_etag);
     Response out = reply(200, "application/json", m_world_json);
     add_validators(out, m_world_etag);
     return out;
-}
-
-Response Router::box(const Parts& parts, const Request& request) {
-    const auto numbers = parse_numbers<4>(parts);
-    if (!numbers) return not_numbers(request);
-    const auto [level, bx, by, bz] = *numbers;
-    if (level < 0 || level >= m_world.info().levels) return no_such_level(level);
-    const auto made = m_boxes.get({level, bx, by, bz});
-    if (etag_matches(request.header("If-None-Match"), made->etag)) return bare(304, made->etag);
-    Response out = bare(made->frame ? 200 : 204, made->etag);
-    if (made->frame) out.headers.push_back({"Content-Type", voxel::kBoxMediaType});
-    out.body = made->frame;
-    return out;
-}
-
-Response Router::column(const Parts& parts, const Request& request) {
-    const auto numbers = parse_numbers<3>(parts);
-    if (!numbers) return not_numbers(request);
-    const auto [level, bx, bz] = *numbers;
-    if (level < 0 || level >= m_world.info().levels) return no_such_level(level);
-    const voxel::ColumnExtent extent = m_world.column(level, bx, bz);
-    std::int64_t min_y = 0, max_y = 0;
-    if (!extent.empty()) {
-        const auto& bounds = m_world.info().bounds;
-        const std::int64_t side = std::int64_t{kBoxSizeY} << level;
-        min_y = std::max<std::int64_t>(extent.by_begin * side, bounds.min[1]);
-        max_y = std::min<std::int64_t>(extent.by_end * side, bounds.max[1]);
-    }
-    return json_reply({{"by_begin", extent.by_begin}, {"by_end", extent.by_end}, {"min_y", min_y}, {"max_y", max_y}});
-}
-
-Response Router::stats() const {
-    json stages = json::array();
-    for (const auto& s : m_times.stages()) stages.push_back({{"name", s.name}, {"seconds", s.seconds}, {"count", s.count}});
-    json requests = json::object();
-    const auto counts = m_counts.counts();
-    for (std::size_t route = 0; route < kRouteCount; ++route)
-        for (const auto& [status, count] : counts[route]) requests[route_name(static_cast<Route>(route))][std::to_string(status)] = count;
-    const auto c = m_boxes.stats();
-    const json cache = {{"hits", c.hits},   {"misses", c.misses},   {"waits", c.waits}, {"evictions", c.evictions},
-                        {"bytes", c.bytes}, {"entries", c.entries}, {"limit_bytes", m_boxes.limit_bytes()}};
-    return json_reply({{"version", kVersion},
-                       {"uptime_s", std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count()},
-                       {"stages", stages},
-                       {"cache", cache},
-                       {"requests", requests}});
 }
 
 }  // namespace terravox::http

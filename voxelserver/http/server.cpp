@@ -17,12 +17,14 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "common/util/stage_times.hpp"
 
 namespace terravox::http {
 namespace {
 
 constexpr const char* kMostHeaderBytes = "16384";
 constexpr const char* kConnectionQueue = "128";
+constexpr const char* kTlsOldest = "4";  // CivetWeb's number for TLS 1.2
 constexpr std::string_view kLastResortBody = "{\"type\":\"about:blank\",\"title\":\"Internal Server Error\",\"status\":500}\n";
 constexpr std::string_view kLastResortHead =
     "HTTP/1.1 500 Internal Server Error\r\nContent-Type: application/problem+json\r\nContent-Length: 68\r\nConnection: close\r\n\r\n";
@@ -65,22 +67,31 @@ Address address_of(const ServerOptions& o) {
     throw UsageError("listen on '" + o.bind + "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or 0.0.0.0 (all networks)");
 }
 
-std::string http_date() {
-    const std::time_t now = std::time(nullptr);
-    std::tm utc{};
-    gmtime_r(&now, &utc);
-    std::array<char, 40> text{};
-    const std::size_t length = std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc);
-    return {text.data(), length};
+// Written anew once a second and thread: it took a tenth of a small reply's time.
+const std::string& http_date() {
+    thread_local std::time_t written = 0;
+    thread_local std::string text;
+    if (const std::time_t now = std::time(nullptr); now != written) {
+        std::tm utc{};
+        gmtime_r(&now, &utc);
+        std::array<char, 40> bytes{};
+        text.assign(bytes.data(), std::strftime(bytes.data(), bytes.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc));
+        written = now;
+    }
+    return text;
 }
 
-std::string head_of(const Response& r, bool keep_alive) {
-    std::string out = "HTTP/1.1 " + std::to_string(r.status) + " " + std::string(reason_phrase(r.status)) + "\r\nDate: " + http_date() + "\r\n";
-    for (const Header& h : r.headers) out += h.name + ": " + h.value + "\r\n";
-    if (r.status != 204 && r.status != 304) out += "Content-Length: " + std::to_string(r.content_length()) + "\r\n";
-    out += "X-Content-Type-Options: nosniff\r\n";
-    out += keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n";
-    return out;
+enum class Length { kKnown, kChunked, kUntilClose };
+
+void append_head(std::string& out, const Response& r, Length length, bool keep_alive) {
+    out.append("HTTP/1.1 ").append(std::to_string(r.status)).append(" ").append(reason_phrase(r.status));
+    out.append("\r\nDate: ").append(http_date()).append("\r\n").append(r.head);
+    if (length == Length::kChunked)
+        out.append("Transfer-Encoding: chunked\r\n");
+    else if (length == Length::kKnown && r.status != 204 && r.status != 304)
+        out.append("Content-Length: ").append(std::to_string(r.bytes().size())).append("\r\n");
+    out.append("X-Content-Type-Options: nosniff\r\n");
+    out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
 }
 
 bool has_token(const std::string& list, std::string_view token) {
@@ -107,10 +118,41 @@ bool write_all(mg_connection* connection, const char* data, std::size_t bytes) n
     return bytes == 0 || mg_write(connection, data, bytes) == static_cast<int>(bytes);
 }
 
-void send(mg_connection* connection, const Response& r, bool keep_alive) {
-    const std::string head = head_of(r, keep_alive);
-    bool sent = write_all(connection, head.data(), head.size());
-    if (sent && r.body && !r.head_only) sent = write_all(connection, r.body->data(), r.body->size());
+// One call for head and body: each call is a packet and wakes the client. A large body goes on its own after its first part.
+bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
+    constexpr std::size_t kTogether = std::size_t{128} << 10;
+    thread_local std::string out;
+    out.clear();
+    append_head(out, r, Length::kKnown, keep_alive);
+    const std::string_view body = r.head_only ? std::string_view() : r.bytes();
+    out.append(body.substr(0, kTogether));
+    bool sent = write_all(connection, out.data(), out.size());
+    if (sent && body.size() > kTogether) sent = write_all(connection, body.data() + kTogether, body.size() - kTogether);
+    return sent;
+}
+
+// HTTP/1.0 knows no chunks: there, the end of the connection ends the body.
+bool send_stream(mg_connection* connection, const Response& r, bool chunked, bool keep_alive) {
+    std::string head;
+    append_head(head, r, chunked ? Length::kChunked : Length::kUntilClose, keep_alive);
+    bool alive = write_all(connection, head.data(), head.size());
+    if (r.head_only) return alive;
+    if (alive)
+        r.stream([&](std::string_view part) {
+            if (part.empty()) return alive;
+            if (chunked)
+                alive = alive && mg_send_chunk(connection, part.data(), static_cast<unsigned>(part.size())) > 0;
+            else
+                alive = alive && write_all(connection, part.data(), part.size());
+            return alive;
+        });
+    if (alive && chunked) alive = mg_send_chunk(connection, "", 0) >= 0;
+    return alive;
+}
+
+void send(mg_connection* connection, const Response& r, bool keep_alive, bool http_1_0 = false) {
+    if (r.stream && http_1_0) keep_alive = false;
+    const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive) : send_whole(connection, r, keep_alive);
     // Closing also keeps CivetWeb from reading (and waiting for) a body of any length that the client announced.
     if (!sent || !keep_alive) mg_disable_connection_keep_alive(connection);
 }
@@ -119,8 +161,23 @@ Request request_of(const mg_request_info& info) {
     Request out;
     out.method = info.request_method;
     out.path = info.local_uri_raw;  // not decoded: no address of the interface needs an escape
+    if (info.query_string != nullptr) out.query = info.query_string;
+    out.headers.reserve(static_cast<std::size_t>(info.num_headers));
     for (int i = 0; i < info.num_headers; ++i) out.headers.push_back({info.http_headers[i].name, info.http_headers[i].value});
     return out;
+}
+
+/// Reads a body of a known length. @return false when it did not come in time, or not whole
+bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::milliseconds timeout, std::string& body) {
+    const auto give_up = std::chrono::steady_clock::now() + timeout;
+    body.resize(bytes);
+    std::size_t have = 0;
+    while (have < bytes) {
+        const int n = mg_read(connection, body.data() + have, bytes - have);
+        if (n <= 0 || std::chrono::steady_clock::now() > give_up) return false;
+        have += static_cast<std::size_t>(n);
+    }
+    return true;
 }
 
 // What CivetWeb itself refuses. 1.15 calls a header that is too long, too slow or cut off a malformed message (400); where
@@ -134,6 +191,8 @@ Response refusal(int status, const char* message) {
 }  // namespace
 
 void check_can_listen(const ServerOptions& options) {
+    if (!options.tls_certificate.empty() && access(options.tls_certificate.c_str(), R_OK) != 0)
+        throw UsageError("read the TLS certificate " + options.tls_certificate + ": " + std::strerror(errno) + "; allowed: a PEM file with certificate and private key");
     const Address address = address_of(options);
     const int probe = socket(address.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (probe < 0) fail_to_listen(options, std::strerror(errno));
@@ -153,22 +212,24 @@ public:
     Impl(Router& router, const ServerOptions& options) : m_router(router), m_options(options) {
         check_can_listen(options);
         static std::once_flag once;
-        std::call_once(once, [] { mg_init_library(MG_FEATURES_DEFAULT); });
+        std::call_once(once, [] { mg_init_library(MG_FEATURES_TLS); });
         mg_callbacks callbacks{};
         callbacks.begin_request = on_request;
         callbacks.http_error = on_refusal;
         callbacks.log_message = on_log;
         callbacks.init_connection = on_connection;
         callbacks.connection_close = on_connection_close;
-        const std::string listen = endpoint(options.bind, options.port), threads = std::to_string(std::max(options.request_threads, 1));
+        const std::string listen = endpoint(options.bind, options.port) + (options.tls_certificate.empty() ? "" : "s"), threads = std::to_string(std::max(options.request_threads, 1));
         const std::string request_ms = std::to_string(options.request_timeout.count()), keep_ms = std::to_string(options.keep_alive_timeout.count());
         // No document_root: CivetWeb serves no files. No check of Host against a domain: there is only one world here.
-        const std::array<const char*, 21> settings = {"listening_ports",    listen.c_str(),     "num_threads",              threads.c_str(),
+        std::vector<const char*> settings = {"listening_ports",    listen.c_str(),     "num_threads",              threads.c_str(),
                                                       "connection_queue",   kConnectionQueue,   "max_request_size",         kMostHeaderBytes,
                                                       "request_timeout_ms", request_ms.c_str(), "keep_alive_timeout_ms",    keep_ms.c_str(),
                                                       "enable_keep_alive",  "yes",              "tcp_nodelay",              "1",
-                                                      "decode_url",         "no",               "enable_auth_domain_check", "no",
-                                                      nullptr};
+                                                      "decode_url",         "no",               "enable_auth_domain_check", "no"};
+        if (!options.tls_certificate.empty())
+            settings.insert(settings.end(), {"ssl_certificate", options.tls_certificate.c_str(), "ssl_protocol_version", kTlsOldest});
+        settings.push_back(nullptr);
         m_context = mg_start(&callbacks, this, const_cast<const char**>(settings.data()));
         if (m_context == nullptr) fail_to_listen(options, m_last_message.empty() ? "CivetWeb could not start" : m_last_message);
         {
@@ -182,7 +243,7 @@ public:
     ~Impl() { stop(); }
 
     [[nodiscard]] int port() const noexcept { return m_port; }
-    [[nodiscard]] std::string url() const { return "http://" + endpoint(m_options.bind, m_port); }
+    [[nodiscard]] std::string url() const { return (m_options.tls_certificate.empty() ? "http://" : "https://") + endpoint(m_options.bind, m_port); }
 
     void stop() noexcept {
         if (m_context == nullptr) return;
@@ -205,7 +266,7 @@ private:
     static int on_refusal(mg_connection* connection, int status, const char* message) noexcept {
         try {
             const Response out = refusal(status, message);
-            self(connection).m_router.counts().add(Route::kRefused, out.status);
+            self(connection).m_router.counts().add(Route::kRefused, out.status, 0);
             spdlog::debug("refused: {} {}", out.status, message != nullptr ? message : "");
             send(connection, out, false);
         } catch (...) {
@@ -242,14 +303,20 @@ private:
         const Running running(*this);
         try {
             const mg_request_info& info = *mg_get_request_info(connection);
-            const Request request = request_of(info);
-            const auto start = std::chrono::steady_clock::now();
-            const Response out = running.draining() ? shutting_down() : info.num_headers >= MG_MAX_HEADERS ? too_many_headers() : m_router.handle(request);
+            Request request = request_of(info);
+            const util::Stopwatch clock;
+            std::string body;
+            const bool no_host = !request.has_header("Host") && std::string_view(info.http_version) == "1.1";
+            const Response out = running.draining()                   ? shutting_down()
+                                 : info.num_headers >= MG_MAX_HEADERS ? too_many_headers()
+                                 : no_host                            ? host_missing()
+                                 : !take_body(connection, request, body) ? body_missing()
+                                                                         : m_router.handle(request);
             const bool others_wait = m_connections >= m_options.request_threads;
             const bool keep_alive = !out.close && !others_wait && wants_keep_alive(request, info.http_version);
-            send(connection, out, keep_alive);
-            spdlog::debug("{} {} {} {:.1f} ms", request.method, request.path, out.status,
-                          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+            send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0");
+            if (!out.head_only) m_router.counts().add_bytes(out.bytes().size());
+            if (spdlog::should_log(spdlog::level::debug)) spdlog::debug("{} {} {} {:.1f} ms", request.method, request.path, out.status, clock.seconds() * 1e3);
             return out.status;
         } catch (const std::exception& e) {
             log_failure(e.what());
@@ -267,11 +334,36 @@ private:
         }
     }
 
+    // Only where the route takes one, and no more than it takes: the router refuses the rest unread.
+    bool take_body(mg_connection* connection, Request& request, std::string& body) const {
+        const BodyClaim claim = body_claim(request);
+        if (claim.kind != BodyClaim::Kind::kSome || claim.bytes > Router::most_body_bytes(request.method, request.path)) return true;
+        if (same_word(request.header("Expect"), "100-continue")) mg_printf(connection, "HTTP/1.1 100 Continue\r\n\r\n");
+        if (!read_body(connection, claim.bytes, m_options.request_timeout, body)) return false;
+        request.body = body;
+        return true;
+    }
+
+    Response body_missing() {
+        Response out = problem(408, "read the request: its body did not come, or not in " + std::to_string(m_options.request_timeout.count() / 1000.0) + " s");
+        out.close = true;
+        m_router.counts().add(Route::kRefused, out.status, 0);
+        return out;
+    }
+
+    // Ref: RFC 9112, 3.2.
+    Response host_missing() {
+        Response out = problem(400, "read the request: HTTP/1.1 without the header Host");
+        out.close = true;
+        m_router.counts().add(Route::kRefused, out.status, 0);
+        return out;
+    }
+
     Response shutting_down() {
         Response out = problem(503, "the server is shutting down");
-        out.headers.push_back({"Retry-After", "5"});
+        out.add("Retry-After", "5");
         out.close = true;
-        m_router.counts().add(Route::kRefused, out.status);
+        m_router.counts().add(Route::kRefused, out.status, 0);
         return out;
     }
 
@@ -279,7 +371,7 @@ private:
     Response too_many_headers() {
         Response out = problem(431, "read the request: " + std::to_string(MG_MAX_HEADERS) + " or more headers");
         out.close = true;
-        m_router.counts().add(Route::kRefused, out.status);
+        m_router.counts().add(Route::kRefused, out.status, 0);
         return out;
     }
 

@@ -13,15 +13,16 @@ struct ServerOptions {
     int port = 8888;                 ///< 0 = any free one
     /// Connections served at the same time, each by a thread of its own; at least 1. A waiting thread costs little.
     int request_threads = 128;
-    std::chrono::milliseconds request_timeout{10'000};    ///< for a whole header, and for each bit of progress of a reply
+    std::chrono::milliseconds request_timeout{5'000};     ///< for a whole header, for a whole body, and for each bit of progress of a reply
     std::chrono::milliseconds keep_alive_timeout{2'000};  ///< between two requests of a connection
-    std::chrono::milliseconds drain_timeout{30'000};      ///< for the replies that are under way when stop() is called
+    std::chrono::milliseconds drain_timeout{10'000};      ///< for the replies that are under way when stop() is called
+    std::string tls_certificate;                          ///< PEM file with a certificate, its chain and its private key; "" = no TLS
 };
 
-/// @throws UsageError for a bind that is no address; Error naming the port when it cannot be listened on
+/// @throws UsageError for a bind that is no address, or a certificate that is no file; Error naming the port when it cannot be listened on
 void check_can_listen(const ServerOptions& options);
 
-/// Serves a router over HTTP/1.1 (CivetWeb).
+/// Serves a router over HTTP/1.1, with TLS 1.2 or newer where there is a certificate (CivetWeb).
 ///
 /// When all request threads are taken, up to 128 accepted connections wait for one, then 200 more in the kernel: CivetWeb 1.15
 /// has no reply of its own for that, it stops accepting. Connections are then closed after each reply, so that the waiting
@@ -36,7 +37,7 @@ public:
     Server& operator=(const Server&) = delete;
 
     [[nodiscard]] int port() const noexcept;
-    [[nodiscard]] std::string url() const;  ///< http://address:port
+    [[nodiscard]] std::string url() const;  ///< http://address:port, or https://
 
     /// Answers new requests with 503, lets the running ones finish (drain_timeout at most), then closes everything.
     /// Takes up to two seconds when idle: CivetWeb's threads look up that often. Idempotent; not for several threads at once.

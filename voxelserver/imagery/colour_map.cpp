@@ -5,6 +5,7 @@
 
 #include "voxelserver/imagery/colour_space.hpp"
 #include "voxelserver/imagery/palette_file.hpp"
+#include "voxelserver/store/bytes.hpp"
 
 namespace terravox::imagery {
 
@@ -164,6 +165,15 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
     std::size_t nearest = 0;
     while (distances[nearest] != least) ++nearest;
     return set.material[nearest];
+}
+
+void ColourMap::add_values(store::ByteWriter& out) const {
+    out.add(m_cielab), out.add(m_lightness_weight);
+    for (const std::uint32_t c : m_candidates) out.add(c);
+    out.add(m_rules.size());
+    for (const NdviRule& r : m_rules) out.add(r.above), out.add(r.below), out.add(r.darker_than), out.add(r.only);
+    for (const auto& by_group : m_sets)
+        for (const Set& s : by_group) out.add_all(s.x), out.add_all(s.y), out.add_all(s.z), out.add_all(s.material);
 }
 
 Material ColourMap::by_ndvi(Group group, float index) const noexcept {

@@ -8,6 +8,10 @@
 
 #include "common/voxel/material.hpp"
 
+namespace terravox::store {
+class ByteWriter;
+}
+
 namespace terravox::imagery {
 
 /// What the LiDAR says a column's surface is: it limits what a colour may make of it.
@@ -43,6 +47,9 @@ public:
 
     /// Without a colour: the material where the index of vegetation leaves a single one, else kAir.
     [[nodiscard]] voxel::Material by_ndvi(Group group, float ndvi) const noexcept;
+
+    /// All that answers depend on; not notes, names or the order of a file's sections.
+    void add_values(store::ByteWriter& out) const;
 
     [[nodiscard]] std::size_t entry_count() const noexcept { return m_entry_count; }
     [[nodiscard]] std::uint32_t candidates(Group group) const noexcept { return m_candidates[static_cast<std::size_t>(group)]; }  ///< bit m: material m

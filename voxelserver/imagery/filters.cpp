@@ -6,6 +6,7 @@
 
 #include "common/util/error.hpp"
 #include "voxelserver/imagery/palette_file.hpp"
+#include "voxelserver/store/bytes.hpp"
 
 namespace terravox::imagery {
 
@@ -201,6 +202,14 @@ private:
 };
 
 }  // namespace
+
+void add_values(const Filters& filters, store::ByteWriter& out) {
+    out.add(filters.size());
+    for (const FilterRow& f : filters) {
+        out.add(f.of), out.add(f.by), out.add(f.to ? static_cast<int>(*f.to) : -1), out.add(f.radius_m);
+        out.add(f.at_least_permille), out.add(f.at_most_permille);
+    }
+}
 
 Filters load_filters(const std::string& id_or_path) {
     constexpr std::size_t kMostRows = kMostMargin;  // each looks one voxel far at least

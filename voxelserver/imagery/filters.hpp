@@ -7,6 +7,10 @@
 
 #include "common/voxel/material.hpp"
 
+namespace terravox::store {
+class ByteWriter;
+}
+
 namespace terravox::imagery {
 
 /// The materials of a rectangle of columns with a margin on each side, index = z * width + x. kAir has no vote and never changes.
@@ -38,6 +42,9 @@ using Filters = std::vector<FilterRow>;
 /// Reads the [[filter]] rows of config/palettes/<id>.toml, following `extends` (a file with rows of its own replaces the base's).
 /// @throws UsageError for an unknown id; Error for a bad file, naming field, value and allowed range; at most 24 rows
 [[nodiscard]] Filters load_filters(const std::string& id_or_path);
+
+/// All that results depend on; not names.
+void add_values(const Filters& filters, store::ByteWriter& out);
 
 inline constexpr int kMostMargin = 24;  ///< voxels
 

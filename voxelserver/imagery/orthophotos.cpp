@@ -10,6 +10,7 @@
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
 #include "voxelserver/imagery/footprint.hpp"
+#include "voxelserver/imagery/image_identity.hpp"
 
 namespace terravox::imagery {
 
@@ -19,7 +20,8 @@ struct Orthophotos::Layer {
     Image image;
     PixelMap map;
     long long pixel_mm = 0;
-    Layer(const fs::path& path, const voxelize::Frame& frame) : image(path), map(frame, image) {
+    voxel::Fingerprint identity;
+    Layer(const fs::path& path, const voxelize::Frame& frame) : image(path), map(frame, image), identity(image_identity(path)) {
         constexpr double kMost = 4096;
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
@@ -87,10 +89,14 @@ int block_side(double pixels_per_voxel) { return static_cast<int>(std::clamp(409
 
 }  // namespace
 
+std::vector<fs::path> Orthophotos::files_of(const std::vector<fs::path>& paths) {
+    return util::expand_folders(paths, {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, "orthophotos");
+}
+
 Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame) : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
-    for (const fs::path& file : util::expand_folders(paths, {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, "orthophotos")) {
+    for (const fs::path& file : files_of(paths)) {
         m_layers.push_back(std::make_unique<Layer>(file, m_frame));
         m_open->use(m_layers.back()->image);
     }
@@ -133,6 +139,12 @@ std::size_t Orthophotos::count() const noexcept { return m_layers.size(); }
 std::vector<fs::path> Orthophotos::order() const {
     std::vector<fs::path> out;
     for (const auto& layer : m_layers) out.push_back(layer->image.path());
+    return out;
+}
+
+std::vector<Orthophotos::Input> Orthophotos::inputs() const {
+    std::vector<Input> out;
+    for (const auto& layer : m_layers) out.push_back({layer->map.influence(), layer->identity});
     return out;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "voxelserver/imagery/raster.hpp"
 #include "voxelserver/voxelize/frame.hpp"
 #include "voxelserver/voxelize/patch.hpp"
@@ -19,6 +20,9 @@ namespace terravox::imagery {
 /// Which band is what: bands.hpp. Nodata values, alpha and mask bands are respected.
 class Orthophotos {
 public:
+    /// The images that paths name, and those in the folders that they name. @throws UsageError for a path that is not there
+    [[nodiscard]] static std::vector<std::filesystem::path> files_of(const std::vector<std::filesystem::path>& paths);
+
     /// @param paths image files or folders of them
     /// @throws Error naming the file that is missing, no image, without a place on Earth, or has more than 4096 pixels to a voxel's edge
     Orthophotos(const std::vector<std::filesystem::path>& paths, const voxelize::Frame& frame);
@@ -32,6 +36,13 @@ public:
     [[nodiscard]] std::size_t count() const noexcept;
     /// The images' paths, the one that wins first.
     [[nodiscard]] std::vector<std::filesystem::path> order() const;
+
+    /// What each image is, and the columns outside which nothing depends on it; the one that wins first.
+    struct Input {
+        voxelize::ColumnRect rect;
+        voxel::Fingerprint identity{};  ///< image_identity.hpp
+    };
+    [[nodiscard]] std::vector<Input> inputs() const;
 
     /// Step "orthophoto load": what the images show in each column; the same for a column in whatever rectangle it is asked.
     /// @param x0, z0 absolute voxel of the first column  @param width, height [1, 65536]; the result has width x height columns

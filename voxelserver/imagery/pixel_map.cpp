@@ -56,6 +56,14 @@ PixelMap::PixelMap(const voxelize::Frame& frame, const Image& image) : m_frame(&
     m_pixels_per_voxel = std::sqrt(std::abs(area)) / kCell;
 }
 
+voxelize::ColumnRect PixelMap::influence() const noexcept {
+    // A column counts when its centre lies in the image; only the outline in another CRS is not quite known.
+    const double room = m_to_image ? m_room : 1;
+    const auto cut = [](double v, double otherwise) { return static_cast<std::int32_t>(std::isfinite(v) ? std::clamp(v, -2e9, 2e9) : otherwise); };
+    return {cut(std::floor(m_extent.x0 - room), -2e9), cut(std::floor(m_extent.z0 - room), -2e9), cut(std::ceil(m_extent.x1 + room), 2e9),
+            cut(std::ceil(m_extent.z1 + room), 2e9)};
+}
+
 ColumnRect PixelMap::covered(const ColumnRect& rect) const noexcept {
     const auto cut = [](double v, std::int32_t from, int size) { return static_cast<int>(std::clamp(v - from, 0.0, static_cast<double>(size))); };
     const int x0 = cut(std::floor(m_extent.x0 - m_room), rect.x, rect.width), x1 = cut(std::ceil(m_extent.x1 + m_room), rect.x, rect.width);

@@ -7,6 +7,7 @@
 
 #include "voxelserver/imagery/image.hpp"
 #include "voxelserver/voxelize/frame.hpp"
+#include "voxelserver/voxelize/patch.hpp"
 
 namespace terravox::imagery {
 
@@ -38,6 +39,8 @@ public:
         double x0 = 0, z0 = 0, x1 = 0, z1 = 0;
     };
     [[nodiscard]] const Extent& extent() const noexcept { return m_extent; }
+    /// Columns outside which nothing depends on the image.
+    [[nodiscard]] voxelize::ColumnRect influence() const noexcept;
     /// Columns that the image may cover, with room to spare; empty (width 0) for none of `rect`.
     [[nodiscard]] ColumnRect covered(const ColumnRect& rect) const noexcept;
     /// Side of a voxel in pixels.

@@ -1,15 +1,14 @@
 #include "voxelserver/store/square_folder.hpp"
 
 #include <spdlog/spdlog.h>
-#include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <fstream>
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "voxelserver/store/bytes.hpp"
+#include "voxelserver/store/file_identity.hpp"
 #include "voxelserver/store/square_file.hpp"
 
 namespace terravox::store {
@@ -49,26 +48,12 @@ std::vector<Kept> files_of(const fs::path& folder) {
 }  // namespace
 
 std::string square_name(const lidar::LasInfo& info, const std::string& recipe) {
-    // The file's size, time, beginning and end: reading all of it would cost as much as what the folder saves.
-    constexpr std::size_t kEnds = 65536;
-    std::error_code ignored;
-    const auto time = fs::last_write_time(info.path, ignored).time_since_epoch().count();
-    std::string facts = recipe + "|" + std::to_string(info.file_bytes) + "|" + std::to_string(time) + "|";
-    std::ifstream in(info.path, std::ios::binary);
-    std::vector<char> part(std::min<std::uint64_t>(kEnds, info.file_bytes));
-    in.read(part.data(), static_cast<std::streamsize>(part.size()));
-    facts.append(part.begin(), part.end());
-    in.seekg(-static_cast<std::streamoff>(part.size()), std::ios::end);
-    in.read(part.data(), static_cast<std::streamsize>(part.size()));
-    if (!in) throw Error("read the point cloud " + info.path.string() + ": cannot be read");
-    facts.append(part.begin(), part.end());
-    const XXH128_hash_t hash = XXH3_128bits(facts.data(), facts.size());
-    std::array<char, 33> text{};
-    std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64), static_cast<unsigned long long>(hash.low64));
+    ByteWriter facts;
+    facts.add(recipe), facts.add(file_identity(info.path, "point cloud"));
     // The stem is for people: cut so that no name grows too long, and without the dots that mark unfinished files.
     constexpr std::size_t kStem = 80;
     const std::string stem = info.path.stem().string();
-    return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" + text.data();
+    return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" + hex_of(facts.print());
 }
 
 SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes) : m_folder(std::move(folder)), m_limit_bytes(limit_bytes) {

@@ -6,6 +6,7 @@
 #include "voxelserver/voxelize/bridge_fill.hpp"
 #include "voxelserver/voxelize/building_fill.hpp"
 #include "voxelserver/voxelize/ground_fill.hpp"
+#include "voxelserver/voxelize/input_prints.hpp"
 #include "voxelserver/voxelize/runs.hpp"
 #include "voxelserver/voxelize/vegetation_fill.hpp"
 #include "voxelserver/voxelize/water_fill.hpp"
@@ -37,7 +38,9 @@ BoxColumnMaker::BoxColumnMaker(PointSet& points, const imagery::Orthophotos* ima
 
 BoxColumnMaker::Land BoxColumnMaker::land_of(const Window& window) {
     Land out;
+    // Every later step looks at the window only, and at what these two tell.
     WaterAccess access{m_cells, m_bodies, m_points.cell_voxels()};
+    out.reach = reach_of(window.middle, 1);
     out.water = timed("water", [&] { return fill_water(window, m_settings.steps.water_equalization ? &access : nullptr, m_settings, m_voxel_m); });
     if (m_settings.steps.bridges)
         out.decks = timed("bridges", [&] {
@@ -61,8 +64,9 @@ BoxColumnMaker::Land BoxColumnMaker::land_of(const Window& window) {
         GroundHeights::each([&](int x, int z) { wanted.at(x, z) = bounds.at(x, z) != 0 && !out.water.is_water(x, z) ? 1 : 0; });
         // A hole has no ground, and its edge needs none beyond it.
         Margined<char>::each([&](int x, int z) { wanted.at(x, z) = static_cast<char>(wanted.at(x, z) & out.covered.at(x, z)); });
-        return fill_ground(window, wanted, [&](std::int32_t x, std::int32_t z) { return m_wide_ground.at(x, z); });
+        return fill_ground(window, wanted, [&](std::int32_t x, std::int32_t z) { return m_wide_ground.at(x, z, out.reach); });
     });
+    out.reach.add(access.reach);
     if (out.decks) lower_ground(*out.decks, out.ground);
     return out;
 }
@@ -80,6 +84,7 @@ BoxColumn BoxColumnMaker::make(PatchKey patch) {
     const Window window = m_points.window(patch);
     const Land land = land_of(window);
     BoxColumn out;
+    out.reach = land.reach;
     const auto bounds = m_points.in_bounds(patch);
     std::uint64_t holes = 0, covered = 0;
     for (int z = 0; z < kPatchSize; ++z)

@@ -22,6 +22,7 @@ namespace terravox::voxelize {
 /// The boxes of one column of boxes, bottom first. They share every step but the last.
 struct BoxColumn {
     std::int32_t by_begin = 0;
+    voxel::Reach reach;  ///< of every patch that was looked at
     std::vector<std::shared_ptr<const voxel::Box>> boxes;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
         std::size_t sum = sizeof *this;
@@ -52,6 +53,7 @@ private:
         WaterColumns water;
         GroundHeights ground;
         std::unique_ptr<const FoundDecks> decks;  ///< that no class names; nullptr = none
+        voxel::Reach reach;
     };
     [[nodiscard]] Land land_of(const Window& window);
     [[nodiscard]] Margined<Crown> crowns_of(const Window& window, const Land& land);

@@ -9,6 +9,7 @@
 
 #include "common/util/stage_times.hpp"
 #include "common/voxel/world.hpp"
+#include "voxelserver/voxelize/patch.hpp"
 
 namespace terravox::voxelize {
 
@@ -43,10 +44,38 @@ struct Tree {
     float top = 0, ground = 0;  ///< heights, voxels (continuous)
 };
 
+enum class SquareState : std::uint8_t {
+    kFetched,   ///< its points will be decoded when they are needed
+    kPrepared,  ///< they are in memory or in the cache folder; of a file too large for that: it is known where in it they lie
+    kFailed,    ///< it could not be decoded
+};
+
+/// A file of a world.
+struct SquareInfo {
+    std::string name;            ///< the file's, without folder and ending
+    std::filesystem::path file;
+    ColumnRect bounds;           ///< voxels
+    std::uint64_t points = 0;    ///< as the header says
+    std::uint64_t bytes = 0;
+    SquareState state = SquareState::kFetched;
+    std::string error;           ///< one line; empty unless kFailed
+};
+
+struct WorldFacts;
+
 /// A world made of airborne LiDAR. Boxes are made when asked for; squares are decoded once and kept under a byte limit.
-class LidarWorld : public voxel::World {
+///
+/// A box's reach holds every patch that was looked at for it: its own and the eight around; those of the bodies of water that were asked for
+/// (a body so large that it is cut reaches everywhere), and the surroundings of wide gaps. It does not depend on what was asked before.
+class LidarWorld : public voxel::TracedWorld {
 public:
     [[nodiscard]] virtual LidarWorldStats stats() const = 0;
+
+    /// All files, by path. Cheap: looks at what is in memory, and whether files are in the cache folder.
+    [[nodiscard]] virtual std::vector<SquareInfo> squares() const = 0;
+
+    /// What is known without making a box (world_facts.hpp). Lives as long as the world.
+    [[nodiscard]] virtual const WorldFacts& facts() const noexcept = 0;
 
     /// The ground before quantization: 64 x 64 heights in voxels (continuous), index = z * 64 + x, of the columns of box column
     /// (bx, bz); NaN outside the survey and in water. For accuracy reports.

@@ -18,6 +18,7 @@ namespace terravox::voxelize {
 
 /// One file of the world and how it is read into voxel space. Immutable once the world is open.
 struct SquareSource {
+    voxel::Fingerprint identity{};  ///< store/file_identity.hpp
     lidar::LasInfo info;         ///< min and max hold all points that are kept, whatever the header says (extent.hpp)
     double vertical_metres = 1;  ///< metres per unit of the file's heights
     bool transform = false;      ///< the file's CRS differs from the frame's

@@ -129,6 +129,7 @@ void PointParts::learn(std::size_t file, ChunkIndex index) {
     if (m_folder) m_folder->put_index(m_files[file].name, index);
     const std::lock_guard lock(m_states[file]->index_mutex);
     m_states[file]->chunks = std::make_shared<ChunkIndex>(std::move(index));
+    m_states[file]->learnt = true;
 }
 
 std::shared_ptr<const ChunkIndex> PointParts::chunk_index(std::size_t file, bool scan) {
@@ -150,6 +151,7 @@ std::shared_ptr<const ChunkIndex> PointParts::chunk_index(std::size_t file, bool
         m_report(file, counts, true);
         if (m_folder) m_folder->put_index(parted.name, *state.chunks);
     }
+    if (state.chunks != nullptr) state.learnt = true;
     return state.chunks;
 }
 

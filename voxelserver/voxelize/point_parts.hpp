@@ -40,6 +40,8 @@ public:
     [[nodiscard]] bool are_enough(std::size_t file, const PatchRect& wanted);
     /// @throws Error for a damaged file
     [[nodiscard]] Squares around(std::size_t file, const PatchRect& wanted);
+    /// Whether it is known which parts of the file hold what, without looking through it first. Never waits.
+    [[nodiscard]] bool knows(std::size_t file) const noexcept { return m_files[file].source->spatial_index != nullptr || m_states[file]->learnt; }
     /// What was learnt by decoding the whole.
     void learn(std::size_t file, ChunkIndex index);
 
@@ -48,6 +50,7 @@ private:
         std::atomic<std::uint64_t> decoded{0};  ///< points, in parts
         std::mutex index_mutex;                 ///< guards chunks, and that only one thread scans
         std::shared_ptr<const ChunkIndex> chunks;
+        std::atomic<bool> learnt{false};        ///< chunks are there
         std::string failed;                     ///< why the file could not be looked through
         std::once_flag chosen;                  ///< guards by_chunk
         bool by_chunk = false;

@@ -197,7 +197,30 @@ std::shared_ptr<const PatchColumns> PointSet::columns(PatchKey key, const PatchR
         [this](const auto& p) { return p == m_empty ? std::size_t{0} : p->memory_bytes(); });
 }
 
+std::pair<SquareState, std::string> PointSet::state_of(std::size_t file) const {
+    const Entry& entry = *m_entries[file];
+    std::string error;
+    bool in_memory = false;
+    {
+        const std::lock_guard lock(m_counts_mutex);
+        error = entry.last_error, in_memory = !entry.in_memory.expired();
+    }
+    if (in_memory || (m_folder && m_folder->holds(entry.file.name))) return {SquareState::kPrepared, {}};
+    if (!error.empty()) return {SquareState::kFailed, std::move(error)};
+    return {!entry.file.kept_whole && m_parts->knows(file) ? SquareState::kPrepared : SquareState::kFetched, {}};
+}
+
 Squares PointSet::squares_around(std::size_t file, const PatchRect& wanted) {
+    try {
+        return read_around(file, wanted);
+    } catch (const Error& e) {
+        const std::lock_guard lock(m_counts_mutex);
+        m_entries[file]->last_error = e.what();
+        throw;
+    }
+}
+
+Squares PointSet::read_around(std::size_t file, const PatchRect& wanted) {
     const PartedFile& parted = m_entries[file]->file;
     if (!parted.kept_whole) return m_parts->around(file, wanted);
     if (auto square = m_squares.find(file)) return {std::move(square)};
@@ -207,7 +230,7 @@ Squares PointSet::squares_around(std::size_t file, const PatchRect& wanted) {
 
 std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
     Entry& entry = *m_entries[file];
-    return m_squares.get(
+    auto found = m_squares.get(
         file,
         [&]() -> std::shared_ptr<const Square> {
             if (m_folder)
@@ -237,6 +260,9 @@ std::shared_ptr<const Square> PointSet::whole(std::size_t file) {
             return m_folder->put(entry.file.name, std::move(loaded.square));
         },
         [](const auto& s) { return s->memory_bytes(); });
+    const std::lock_guard lock(m_counts_mutex);
+    entry.in_memory = found;
+    return found;
 }
 
 void PointSet::report(std::size_t file, const PointCounts& counts) {

@@ -37,6 +37,9 @@ public:
     /// Which columns of a patch's window lie inside the stated bounds of some file: elsewhere there is nothing, not even rock.
     [[nodiscard]] Grid<char, Window::kMargin> in_bounds(PatchKey middle) const;
 
+    /// How far a file has come, and why it failed.
+    [[nodiscard]] std::pair<SquareState, std::string> state_of(std::size_t file) const;
+
     /// Of all squares that have been decoded whole so far.
     [[nodiscard]] PointCounts counts() const;
 
@@ -48,6 +51,8 @@ private:
         std::once_flag reported;
         bool told_wild = false;         ///< guarded by m_counts_mutex, as is the next
         std::bitset<256> told_class;
+        std::weak_ptr<const Square> in_memory;  ///< guarded by m_counts_mutex, as is the next
+        std::string last_error;         ///< of reading it whole or in parts
         std::atomic<bool> looked_through{false};  ///< its prepared square on disk was found whole in this run
     };
 
@@ -56,6 +61,7 @@ private:
     /// @param wanted all patches that the caller is about to ask for
     [[nodiscard]] std::shared_ptr<const PatchColumns> columns(PatchKey key, const PatchRect& wanted, Held& held);
     [[nodiscard]] Squares squares_around(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] Squares read_around(std::size_t file, const PatchRect& wanted);
     [[nodiscard]] std::shared_ptr<const Square> whole(std::size_t file);
     /// How memory is dealt out between squares and parts, bytes.
     struct Shares {

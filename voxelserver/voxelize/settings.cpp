@@ -9,6 +9,7 @@
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
 #include "common/util/toml_file.hpp"
+#include "voxelserver/store/bytes.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -64,6 +65,18 @@ std::vector<Field> fields_of(Settings& s) {
 }
 
 }  // namespace
+
+voxel::Fingerprint print_of(const Settings& settings) {
+    Settings copy = settings;  // fields are found to be set
+    store::ByteWriter out;
+    for (const Field& f : fields_of(copy)) {
+        if (f.text != nullptr) continue;
+        out.add(std::string(f.section)), out.add(std::string(f.name));
+        if (f.flag != nullptr) out.add(*f.flag);
+        else out.add(*f.number);
+    }
+    return out.print();
+}
 
 Settings load_settings(const std::filesystem::path& given) {
     const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;

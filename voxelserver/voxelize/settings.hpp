@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "common/voxel/world.hpp"
+
 namespace terravox::voxelize {
 
 /// Which steps run, and how: config/voxelize.toml states units and reasons, docs/formats.md the ranges too. Results depend on every field.
@@ -44,6 +46,9 @@ struct Settings {
     } water;
     std::string palette = "default";  ///< id in config/palettes, or a file
 };
+
+/// The values of all fields but the palette, whose own values count (input_prints.hpp).
+[[nodiscard]] voxel::Fingerprint print_of(const Settings& settings);
 
 /// Reads a settings file over the defaults. @param file empty = config/voxelize.toml
 /// @throws UsageError for a missing file or an unknown or impossible value, naming field, value and allowed range

@@ -9,6 +9,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/util/files.hpp"
+#include "voxelserver/store/file_identity.hpp"
 #include "voxelserver/voxelize/extent.hpp"
 #include "voxelserver/voxelize/vertical_datums.hpp"
 
@@ -27,9 +28,7 @@ double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& un
 }
 
 std::vector<lidar::LasInfo> read_headers(const LidarWorldOptions& options) {
-    if (options.files.empty()) throw UsageError("open the LiDAR data: no file or folder given");
-    auto files = util::expand_folders(options.files, {".las", ".laz"}, "LiDAR data");
-    std::sort(files.begin(), files.end());
+    const auto files = lidar_files(options);
     std::vector<lidar::LasInfo> infos(files.size());
     thread::parallel_for(files.size(), options.threads, [&](std::size_t i) { infos[i] = lidar::read_las_info(files[i]); });
     std::erase_if(infos, [](const lidar::LasInfo& info) {
@@ -139,6 +138,13 @@ Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::
 
 }  // namespace
 
+std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options) {
+    if (options.files.empty()) throw UsageError("open the LiDAR data: no file or folder given");
+    auto files = util::expand_folders(options.files, {".las", ".laz"}, "LiDAR data");
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
 Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes, const Settings& settings) {
     auto infos = read_headers(options);
     settle_crs(infos, options, classes);
@@ -147,6 +153,7 @@ Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes
     std::vector<Sample> samples(infos.size());
     thread::parallel_for(infos.size(), options.threads, [&](std::size_t i) {
         files[i].info = std::move(infos[i]);
+        files[i].identity = store::file_identity(files[i].info.path, "point cloud");
         samples[i] = look_at(files[i], classes, settings.points, options.threads);
     });
     const lidar::LasInfo& first = files.front().info;

@@ -23,7 +23,7 @@ public:
         const std::int32_t cell = m_water->cell_voxels;
         const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell), cz = voxel::floor_div(m_window.middle.z0() + z, cell);
         if (column.water.seen()) {
-            const float near = m_water->bodies.level_near(cx, cz);
+            const float near = m_water->level_near(cx, cz);
             return std::isnan(near) ? like_a_body_around(cx, cz, column.water.height) : near;
         }
         const water::WaterCell& own = cells(x, z).at((x & 63) / cell, (z & 63) / cell);
@@ -40,7 +40,7 @@ private:
         for (std::int32_t r = 2; r <= kFar; ++r)
             for (std::int32_t dz = -r; dz <= r; ++dz)
                 for (std::int32_t dx = -r; dx <= r; dx += dz == -r || dz == r ? 1 : 2 * r) {
-                    const float level = m_water->bodies.level(cx + dx, cz + dz);
+                    const float level = m_water->level(cx + dx, cz + dz);
                     if (std::abs(level - own) < kSame) return level;
                 }
         return own;
@@ -54,7 +54,7 @@ private:
 
     // Columns of a cell follow each other.
     [[nodiscard]] float level_of(std::int32_t cx, std::int32_t cz) {
-        if (cx != m_last_x || cz != m_last_z) m_last_x = cx, m_last_z = cz, m_last_level = m_water->bodies.level(cx, cz);
+        if (cx != m_last_x || cz != m_last_z) m_last_x = cx, m_last_z = cz, m_last_level = m_water->level(cx, cz);
         return m_last_level;
     }
 

@@ -9,11 +9,15 @@ namespace terravox::voxelize {
 /// How far from a column its shore is looked for, voxels.
 inline constexpr int kShoreReach = 32;
 
-/// Where bodies of water and their cells are found. Both thread-safe.
+/// Where bodies of water and their cells are found, for one patch on one thread; what is behind it is thread-safe.
 struct WaterAccess {
     water::CellSource& cells;
     water::WaterBodies& bodies;
     int cell_voxels = 1;
+    voxel::Reach reach{};  ///< of all that was asked for here; cells of the window not counted
+
+    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz) { return bodies.level(cx, cz, &reach); }
+    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz) { return bodies.level_near(cx, cz, &reach); }
 };
 
 /// Water of a patch and the margin that later steps need.

@@ -3,12 +3,15 @@
 #include <cmath>
 #include <optional>
 
+#include "voxelserver/voxelize/input_prints.hpp"
+
 namespace terravox::voxelize {
 
 /// What is known around one patch.
 struct WideGround::Around {
     std::optional<ScatteredHeights> ground;  ///< centres of water cells, voxels from the patch's first column
-    float reach = 0;
+    float reach = 0;  ///< of the interpolation, voxels
+    int rings = 0;    ///< of patches that were looked at
     std::array<float, 9> lowest{};  ///< of the patch and its neighbours, when there is no ground; index (dz + 1) * 3 + dx + 1
     std::size_t samples = 0;
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
@@ -35,7 +38,7 @@ std::shared_ptr<const WideGround::Around> WideGround::make(PatchKey patch) {
                             samples.push_back({static_cast<float>(dx * kPatchSize + x * cell) + static_cast<float>(cell) / 2,
                                                static_cast<float>(dz * kPatchSize + z * cell) + static_cast<float>(cell) / 2, h});
             }
-        out->reach = static_cast<float>((rings + 1) * kPatchSize) * 1.5f;
+        out->reach = static_cast<float>((rings + 1) * kPatchSize) * 1.5f, out->rings = rings;
         if (samples.size() >= kEnough) break;
     }
     out->samples = samples.size();
@@ -59,9 +62,10 @@ float WideGround::lowest_near(PatchKey patch) {
     return lowest;
 }
 
-float WideGround::at(std::int32_t x, std::int32_t z) {
+float WideGround::at(std::int32_t x, std::int32_t z, voxel::Reach& reach) {
     const PatchKey patch{voxel::floor_div(x, kPatchSize), voxel::floor_div(z, kPatchSize)};
     const auto around = m_around.get(patch, [&] { return make(patch); }, [](const auto& a) { return a->memory_bytes(); });
+    reach.add(reach_of(patch, around->rings));
     const float local_x = static_cast<float>(x - patch.x0()) + 0.5f, local_z = static_cast<float>(z - patch.z0()) + 0.5f;
     if (around->ground) return around->ground->at(local_x, local_z, around->reach);
     // Bilinear between the patches' centres, of those that hold anything.

@@ -12,9 +12,9 @@ class WideGround {
 public:
     WideGround(PointSet& points, std::size_t memory_bytes) : m_points(points), m_around(memory_bytes) {}
 
-    /// @param x, z absolute voxels
+    /// @param x, z absolute voxels @param reach grows by the patches that were looked at
     /// @return height in voxels; where there is no ground for half a kilometre, the lowest returns around; NaN where there are none
-    [[nodiscard]] float at(std::int32_t x, std::int32_t z);
+    [[nodiscard]] float at(std::int32_t x, std::int32_t z, voxel::Reach& reach);
 
 private:
     struct Around;

@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t kSmallPatches = 9;   // a body around one corner, and its neighbours
 constexpr std::size_t kFewestPatches = 16;
 constexpr std::size_t kRecordBytes = 200;  // of a remembered patch, apart from its cells
+constexpr std::uint16_t kUnexplored = 0;
+static_assert(64 * 64 / 2 < UINT16_MAX, "parts of a patch that touch nowhere must have numbers");
 
 const WaterOptions& checked(const WaterOptions& o) {
     const auto fail = [](const std::string& what) { throw Error("find water: " + what); };
@@ -42,11 +44,10 @@ class WaterBodies::Impl {
 public:
     Impl(CellSource& source, const WaterOptions& options) : m_source(source), m_options(checked(options)), m_side(64 / options.cell_voxels) {}
 
-    float level(CellPlace place) {
-        const PatchIndex patch = patch_of(place);
-        if (const auto known = recall(place)) return *known;
-        const auto cells = checked_cells(m_source, patch, m_side);
-        return is_candidate(cells->cells[index_in(patch, place)], m_options.evidence) ? explore(place) : kNoLevel;
+    float level(CellPlace place, voxel::Reach* reach) {
+        const Answer answer = answer_for(place);
+        if (reach) reach->add(answer.reach);
+        return answer.level;
     }
 
     [[nodiscard]] bool may_be_water(const WaterCell& cell) const noexcept { return is_candidate(cell, m_options.evidence); }
@@ -57,45 +58,70 @@ public:
     }
 
 private:
-    struct Record {
-        CellFlags explored;
-        std::vector<float> level;  // empty while no water was found
+    struct Answer {
+        float level = kNoLevel;
+        voxel::Reach reach;
     };
+    struct Record {
+        std::vector<std::uint16_t> found_by;  // of each cell: which of the explorations below, from 1; kUnexplored
+        std::vector<voxel::Reach> explorations;
+        std::vector<float> level;  // empty while no water was found
+        [[nodiscard]] Answer answer(std::size_t cell) const { return {level.empty() ? kNoLevel : level[cell], explorations[found_by[cell] - 1u]}; }
+    };
+
+    Answer answer_for(CellPlace place) {
+        const PatchIndex patch = patch_of(place);
+        if (const auto known = recall(place)) return *known;
+        const auto cells = checked_cells(m_source, patch, m_side);
+        if (is_candidate(cells->cells[index_in(patch, place)], m_options.evidence)) return explore(place);
+        return {kNoLevel, {patch.x, patch.z, patch.x + 1, patch.z + 1}};
+    }
 
     [[nodiscard]] PatchIndex patch_of(CellPlace place) const noexcept { return {floor_div(place.x, m_side), floor_div(place.z, m_side)}; }
     [[nodiscard]] std::size_t index_in(PatchIndex patch, CellPlace place) const noexcept {
         return static_cast<std::size_t>((place.z - patch.z * m_side) * m_side + place.x - patch.x * m_side);
     }
 
-    [[nodiscard]] std::optional<float> recall(CellPlace place) const {
+    [[nodiscard]] std::optional<Answer> recall(CellPlace place) const {
         const PatchIndex patch = patch_of(place);
         const std::size_t i = index_in(patch, place);
         const std::shared_lock lock(m_known);
         const auto found = m_records.find(patch);
-        if (found == m_records.end() || found->second.explored[i] == 0) return std::nullopt;
-        return found->second.level.empty() ? kNoLevel : found->second.level[i];
+        if (found == m_records.end() || found->second.found_by[i] == kUnexplored) return std::nullopt;
+        return found->second.answer(i);
     }
 
     Record& record(PatchIndex patch, std::size_t cells) {
         Record& r = m_records[patch];
-        if (r.explored.empty()) r.explored.assign(cells, 0), m_bytes += kRecordBytes + cells;
+        if (r.found_by.empty()) r.found_by.assign(cells, kUnexplored), m_bytes += kRecordBytes + cells * sizeof(std::uint16_t);
         return r;
     }
 
-    float explore(CellPlace start) {
-        if (Exploration small(m_source, m_side, m_options.evidence); small.run(start, {kSmallPatches, {}, nullptr})) return remember(small, start);
+    // Found again by another thread it is the same exploration with the same reach.
+    void note(PatchIndex patch, const CellFlags& cells, const voxel::Reach& reach) {
+        Record& r = record(patch, cells.size());
+        std::uint16_t number = kUnexplored;
+        for (std::size_t k = 0; k < cells.size(); ++k) {
+            if (cells[k] == 0 || r.found_by[k] != kUnexplored) continue;
+            if (number == kUnexplored) r.explorations.push_back(reach), m_bytes += sizeof reach, number = static_cast<std::uint16_t>(r.explorations.size());
+            r.found_by[k] = number;
+        }
+    }
+
+    Answer explore(CellPlace start) {
+        if (Exploration small(m_source, m_side, m_options.evidence); small.run(start, {kSmallPatches, {}, nullptr})) return remember(small, small.reach(), start);
         const std::lock_guard exploring(m_exploring);
         if (const auto known = recall(start)) return *known;  // meanwhile, by another thread
         {
             Exploration whole(m_source, m_side, m_options.evidence);
-            if (whole.run(start, {m_options.max_body_patches, {}, &m_oversize})) return remember(whole, start);
+            if (whole.run(start, {m_options.max_body_patches, {}, &m_oversize})) return remember(whole, whole.reach(), start);
             whole.for_each_patch([&](PatchIndex p, const CellFlags& found) { merge(m_oversize[p], found); });
         }
         Exploration cut(m_source, m_side, m_options.evidence);
         const std::int32_t edge = square_edge(m_options.max_body_patches);
         if (!cut.run(start, {m_options.max_body_patches, edge, nullptr}))
             throw Error("find water: a square of " + std::to_string(edge) + " patches exceeds " + std::to_string(m_options.max_body_patches));
-        return remember(cut, start);
+        return remember(cut, kAnywhere, start);
     }
 
     static void merge(CellFlags& into, const CellFlags& from) {
@@ -104,7 +130,7 @@ private:
     }
 
     // @return the level of one of its cells, from here: others may make the records forget it at once
-    float remember(Exploration& found, CellPlace asked) {
+    Answer remember(Exploration& found, const voxel::Reach& reach, CellPlace asked) {
         found.list();
         const double voxel_m = m_options.voxel_m, cell_m = m_options.cell_voxels * voxel_m;
         const std::vector<FoundBody> bodies = judge(found, m_options.evidence, cell_m, voxel_m);
@@ -112,10 +138,9 @@ private:
         for (const FoundBody& b : bodies) levels.push_back(body_levels(b.body, {cell_m, voxel_m, m_options.equalize}));
         const std::lock_guard lock(m_known);
         if (m_bytes > m_options.memory_bytes) m_records.clear(), m_bytes = 0;
-        found.for_each_patch([&](PatchIndex p, const CellFlags& flags) { merge(record(p, flags.size()).explored, flags); });
+        found.for_each_patch([&](PatchIndex p, const CellFlags& flags) { note(p, flags, reach); });
         for (std::size_t b = 0; b < bodies.size(); ++b) write(bodies[b].body.places, levels[b]);
-        const Record& r = m_records.find(patch_of(asked))->second;
-        return r.level.empty() ? kNoLevel : r.level[index_in(patch_of(asked), asked)];
+        return m_records.find(patch_of(asked))->second.answer(index_in(patch_of(asked), asked));
     }
 
     void write(const std::vector<CellPlace>& places, const std::vector<float>& levels) {
@@ -124,7 +149,7 @@ private:
         for (std::size_t k = 0; k < places.size(); ++k) {
             if (const PatchIndex p = patch_of(places[k]); !r || !(p == patch)) patch = p, r = &m_records.find(p)->second;
             if (r->level.empty()) {
-                r->level.assign(r->explored.size(), kNoLevel);
+                r->level.assign(r->found_by.size(), kNoLevel);
                 m_bytes += r->level.size() * sizeof(float);
             }
             r->level[index_in(patch, places[k])] = levels[k];
@@ -143,14 +168,14 @@ private:
 
 WaterBodies::WaterBodies(CellSource& source, const WaterOptions& options) : m_impl(std::make_unique<Impl>(source, options)) {}
 WaterBodies::~WaterBodies() = default;
-float WaterBodies::level(std::int32_t cx, std::int32_t cz) { return m_impl->level({cx, cz}); }
+float WaterBodies::level(std::int32_t cx, std::int32_t cz, voxel::Reach* reach) { return m_impl->level({cx, cz}, reach); }
 bool WaterBodies::may_be_water(const WaterCell& cell) const noexcept { return m_impl->may_be_water(cell); }
 std::size_t WaterBodies::memory_bytes() const { return m_impl->memory_bytes(); }
 
-float WaterBodies::level_near(std::int32_t cx, std::int32_t cz) {
+float WaterBodies::level_near(std::int32_t cx, std::int32_t cz, voxel::Reach* reach) {
     constexpr std::array<CellPlace, 9> kOrder{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
     for (const CellPlace step : kOrder)
-        if (const float found = level(cx + step.x, cz + step.z); !std::isnan(found)) return found;
+        if (const float found = level(cx + step.x, cz + step.z, reach); !std::isnan(found)) return found;
     return kNoLevel;
 }
 

@@ -5,10 +5,14 @@
 #include <memory>
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "voxelserver/water/evidence.hpp"
 #include "voxelserver/water/water_cells.hpp"
 
 namespace terravox::water {
+
+/// Farther than any world goes.
+inline constexpr voxel::Reach kAnywhere{-(1 << 26), -(1 << 26), 1 << 26, 1 << 26};
 
 struct WaterOptions {
     int cell_voxels = 2;   ///< edge of a cell; a divisor of 64
@@ -29,7 +33,7 @@ struct WaterOptions {
 /// needed, since exploring one body may read many patches. Bodies that
 /// fit in nine patches, which is nearly every void, are explored without a lock; larger ones one after the other, while other threads
 /// go on with what is dry, small or known. The source must not call back.
-/// Memory: 4 bytes a cell in patches with water, 1 byte a cell in patches with any candidate that was explored, about 200 bytes each.
+/// Memory: 4 bytes a cell in patches with water, 2 bytes a cell in patches with any candidate that was explored, about 200 bytes each.
 /// Whatever the source throws passes through; nothing is remembered of that exploration.
 class WaterBodies {
 public:
@@ -39,10 +43,13 @@ public:
     WaterBodies(const WaterBodies&) = delete;
     WaterBodies& operator=(const WaterBodies&) = delete;
 
-    /// @param cx, cz cell index: columns [cx, cx + 1) * cell_voxels, and so on @return voxels; NaN where there is no water
-    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz);
+    /// @param cx, cz cell index: columns [cx, cx + 1) * cell_voxels, and so on
+    /// @param reach grows by the patches that the answer was made from, whoever asked first: those of all candidates connected with the cell,
+    ///        and those beside them. Whether a body is so large that it is cut depends on all of it: then it becomes kAnywhere. May be null
+    /// @return voxels; NaN where there is no water
+    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz, voxel::Reach* reach = nullptr);
     /// The same; where there is none, that of one of the eight cells around (edges before corners, west, east, north, south).
-    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz);
+    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz, voxel::Reach* reach = nullptr);
     /// Whether a cell, alone, can be water at all: most of the land need not be asked for.
     [[nodiscard]] bool may_be_water(const WaterCell& cell) const noexcept;
     /// Bytes remembered now.

@@ -89,6 +89,12 @@ void Exploration::list() {
     }
 }
 
+voxel::Reach Exploration::reach() const noexcept {
+    voxel::Reach out;
+    for (const auto& [patch, v] : m_visits) out.add({patch.x, patch.z, patch.x + 1, patch.z + 1});
+    return out;
+}
+
 const WaterCell* Exploration::find(CellPlace place) const {
     const PatchIndex patch{floor_div(place.x, m_side), floor_div(place.z, m_side)};
     const auto found = m_visits.find(patch);

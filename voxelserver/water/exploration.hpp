@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "voxelserver/water/evidence.hpp"
 #include "voxelserver/water/water_cells.hpp"
 
@@ -55,6 +56,8 @@ public:
 
     [[nodiscard]] const std::vector<CellPlace>& places() const override { return m_places; }
     [[nodiscard]] const WaterCell* find(CellPlace place) const override;
+    /// Holds every patch that was looked at; of a finished exploration the same whatever it started from.
+    [[nodiscard]] voxel::Reach reach() const noexcept;
     /// Calls visit(patch, flags of the cells found in it) for each patch with such cells, in no promised order.
     template <class Visit> void for_each_patch(const Visit& visit) const {
         for (const auto& [patch, v] : m_visits)

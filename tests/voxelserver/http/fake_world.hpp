@@ -1,19 +1,23 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
+#include "common/voxel/downsample.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox::test {
 
 /// 2 x 3 x 2 boxes of which the topmost are air, with three levels. Counts what it makes, can fail, and can be held up.
-class FakeWorld final : public voxel::World {
+class FakeWorld final : public voxel::TracedWorld {
 public:
     FakeWorld() {
         m_info.title = "a <fake> \"world\"";
@@ -27,6 +31,14 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
+        if (key.level > 0) {
+            std::array<std::shared_ptr<const voxel::Box>, 8> children;
+            for (int i = 0; i < 8; ++i) {
+                const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
+                if (voxel::boxes_over(m_info.bounds, child.level).contains(child)) children[static_cast<std::size_t>(i)] = box(child);
+            }
+            return voxel::downsample(key, children);
+        }
         ++asked;
         {
             std::unique_lock lock(m_mutex);
@@ -51,12 +63,23 @@ public:
         return {range.min.by, range.max.by};
     }
 
+    /// A box depends on its own box column and the one to the east.
+    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override { return {box(key), {key.bx, key.bz, key.bx + 2, key.bz + 1}}; }
+    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const override {
+        voxel::Fingerprint out{1, 2};
+        for (const auto& [column, version] : versions)
+            if (column.first >= reach.min_bx && column.first < reach.max_bx && column.second >= reach.min_bz && column.second < reach.max_bz)
+                out[0] = out[0] * 1000003 + static_cast<std::uint64_t>(version), out[1] ^= out[0];
+        return out;
+    }
+
     void hold() { set_held(true); }      ///< box() waits from now on
     void release() { set_held(false); }
 
     std::atomic<int> asked{0};         ///< calls of box()
     std::set<voxel::BoxKey> failing;   ///< set before anyone asks
     bool columns_fail = false;
+    std::map<std::pair<int, int>, int> versions;  ///< of box columns that are not as they were; set before anyone asks
 
 private:
     void set_held(bool held) {

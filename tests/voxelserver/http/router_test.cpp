@@ -1,6 +1,8 @@
 #include "voxelserver/http/router.hpp"
 
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 #include <thread>
 
 #include "common/voxel/box_codec.hpp"
@@ -18,7 +20,8 @@ namespace {
 struct Fixture {
     test::FakeWorld world;
     util::StageTimes times;
-    http::Router router{world, times, {}};
+    boxes::BoxCache boxes{world, times, {.ahead = false}};
+    http::Router router{http::Service{world, times, boxes}};
 
     Response get(std::string_view path, std::vector<Header> headers = {}) { return router.handle(Request{"GET", path, std::move(headers)}); }
     Response ask(std::string_view method, std::string_view path, std::vector<Header> headers = {}) {
@@ -36,7 +39,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
         int status;
     };
     const auto c = GENERATE(values<Case>({
-        {"/", 200}, {"/healthz", 200}, {"/v2/world", 200}, {"/v2/stats", 200},
+        {"/healthz", 200}, {"/v2/world", 200}, {"/v2/stats", 200},
         {"/v2/boxes/0/0/0/0", 200}, {"/v2/boxes/0/1/-1/-1", 200}, {"/v2/boxes/2/0/-1/0", 200},
         {"/v2/boxes/0/0/1/0", 204}, {"/v2/boxes/0/2147483647/-2147483648/0", 204},
         {"/v2/boxes/3/0/0/0", 404}, {"/v2/boxes/-1/0/0/0", 404}, {"/v2/boxes/2147483647/0/0/0", 404},
@@ -44,7 +47,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
         {"/v2/boxes/0/x/0/0", 400}, {"/v2/boxes/0/1x/0/0", 400}, {"/v2/boxes/0/ 1/0/0", 400}, {"/v2/boxes/0/+1/0/0", 400},
         {"/v2/boxes/0/-0/0/0", 400}, {"/v2/boxes/0/007/0/0", 400}, {"/v2/boxes/0/1.0/0/0", 400}, {"/v2/boxes/0/1e1/0/0", 400},
         {"/v2/boxes/0/0x1/0/0", 400}, {"/v2/boxes/0/-/0/0", 400}, {"/v2/boxes/0//0/0", 400}, {"/v2/boxes/0/%31/0/0", 400},
-        {"/v2/boxes/0/0/0/", 400}, {"/v2/boxes/0/0/0", 404}, {"/v2/boxes/0/0/0/0/", 404}, {"/v2/boxes", 404},
+        {"/v2/boxes/0/0/0/", 400}, {"/v2/boxes/0/0/0", 404}, {"/v2/boxes/0/0/0/0/", 404}, {"/v2/boxes", 405},
         {"/v2/columns/0/0/0", 200}, {"/v2/columns/0/99/0", 200}, {"/v2/columns/3/0/0", 404}, {"/v2/columns/0/a/0", 400}, {"/v2/columns/0/0", 404},
         {"/v2/world/", 404}, {"/V2/world", 404}, {"//v2/world", 404}, {"/v2//world", 404}, {"/v2", 404}, {"/v1/world", 404},
         {"/../etc/passwd", 404}, {"/v2/../v2/world", 404}, {"/%2e%2e/world", 404}, {"", 404}, {"*", 404}, {"v2/world", 404}, {"/index.html", 404},
@@ -55,7 +58,7 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
         CHECK(r.status == c.status);
         CHECK_FALSE(r.close);
         if (c.status >= 400) {
-            CHECK(*r.header("Content-Type") == "application/problem+json");
+            CHECK(r.header("Content-Type") == "application/problem+json");
             CHECK(json_of(r)["status"] == c.status);
         }
     }
@@ -64,11 +67,10 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
 TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][http][router]") {
     const std::string method = GENERATE("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "get");
     Fixture f;
-    for (const char* path : {"/", "/v2/world", "/v2/boxes/0/0/0/0", "/healthz"}) {
+    for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/healthz"}) {
         const Response r = f.ask(method, path);
         CHECK(r.status == 405);
-        REQUIRE(r.header("Allow"));
-        CHECK(*r.header("Allow") == "GET, HEAD");
+        CHECK(r.header("Allow") == "GET, HEAD");
     }
     CHECK(f.ask(method, "/nothing").status == 404);
     CHECK(f.world.asked == 0);
@@ -79,46 +81,55 @@ TEST_CASE("a request with a body is refused and its connection closed", "[voxels
     const Response large = f.get("/v2/world", {{"Content-Length", "1000000000000"}});
     CHECK(large.status == 413);
     CHECK(large.close);
+    CHECK(f.get("/v2/world", {{"Content-Length", "1"}, {"Content-Length", "1"}}).status == 400);
     const Response chunked = f.get("/v2/boxes/0/0/0/0", {{"Transfer-Encoding", "chunked"}});
     CHECK(chunked.status == 400);
     CHECK(chunked.close);
     const Response post = f.ask("POST", "/v2/world", {{"Content-Length", "2"}});
-    CHECK(post.status == 405);
+    CHECK(post.status == 413);
     CHECK(post.close);
     CHECK_FALSE(f.get("/v2/world", {{"Content-Length", "0"}}).close);
     CHECK(f.world.asked == 0);
 }
 
 TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][router]") {
-    const std::string path = GENERATE("/", "/healthz", "/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
+    const std::string path = GENERATE("/healthz", "/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
     Fixture f;
     const Response head = f.ask("HEAD", path), get = f.get(path);
     CHECK(head.head_only);
     CHECK_FALSE(get.head_only);
     CHECK(head.status == get.status);
-    CHECK(head.content_length() == get.content_length());
-    CHECK((head.header("ETag") ? *head.header("ETag") : "") == (get.header("ETag") ? *get.header("ETag") : ""));
+    CHECK(head.bytes().size() == get.bytes().size());
+    CHECK(head.header("ETag") == get.header("ETag"));
 }
 
 TEST_CASE("an entity tag that is still right is answered 304 without a body", "[voxelserver][http][router]") {
     const std::string path = GENERATE("/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/boxes/0/1000/0/0");
     Fixture f;
     const Response first = f.get(path);
-    REQUIRE(first.header("ETag"));
-    const std::string etag = *first.header("ETag");
+    const std::string etag = first.header("ETag");
     const Response again = f.get(path, {{"if-none-match", "\"other\", " + etag}});
     CHECK(again.status == 304);
     CHECK_FALSE(again.body);
-    CHECK(*again.header("ETag") == etag);
+    CHECK(again.header("ETag") == etag);
     CHECK(f.get(path, {{"If-None-Match", "\"other\""}}).status == first.status);
 }
 
-TEST_CASE("a box is sent as a zstd frame under its media type", "[voxelserver][http][router]") {
+TEST_CASE("a box is sent as a zstd frame to who takes that, and as it is to others", "[voxelserver][http][router]") {
     Fixture f;
-    const Response r = f.get("/v2/boxes/0/1/-1/-1");
-    CHECK(*r.header("Content-Type") == voxel::kBoxMediaType);
-    const auto box = voxel::decompress_box(std::as_bytes(std::span(*r.body)), "the reply");
+    const Response packed = f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "gzip, zstd"}}), plain = f.get("/v2/boxes/0/1/-1/-1");
+    for (const Response* r : {&packed, &plain}) {
+        CHECK(r->header("Content-Type") == voxel::kBoxMediaType);
+        CHECK(r->header("Vary") == "Accept-Encoding");
+    }
+    CHECK(packed.header("Content-Encoding") == "zstd");
+    CHECK(plain.header("Content-Encoding").empty());
+    CHECK(packed.header("ETag") != plain.header("ETag"));
+    const auto box = voxel::decompress_box(std::as_bytes(std::span(*packed.body)), "the reply");
     CHECK(box->key() == voxel::BoxKey{0, 1, -1, -1});
+    const bool same = std::string_view(reinterpret_cast<const char*>(box->blob().data()), box->blob().size()) == *plain.body;
+    CHECK(same);
+    CHECK(f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "identity;q=0"}}).status == 406);
 }
 
 TEST_CASE("air is 204 without body and type", "[voxelserver][http][router]") {
@@ -126,8 +137,8 @@ TEST_CASE("air is 204 without body and type", "[voxelserver][http][router]") {
     const Response r = f.get("/v2/boxes/0/0/1/0");
     CHECK(r.status == 204);
     CHECK_FALSE(r.body);
-    CHECK_FALSE(r.header("Content-Type"));
-    CHECK(r.header("ETag"));
+    CHECK(r.header("Content-Type").empty());
+    CHECK(r.header("ETag") == "\"air\"");
 }
 
 TEST_CASE("a box that cannot be made is a problem that says why, not air", "[voxelserver][http][router]") {
@@ -135,9 +146,9 @@ TEST_CASE("a box that cannot be made is a problem that says why, not air", "[vox
     f.world.failing.insert({0, 0, 0, 0});
     const Response r = f.get("/v2/boxes/0/0/0/0");
     CHECK(r.status == 500);
-    CHECK(*r.header("Content-Type") == "application/problem+json");
+    CHECK(r.header("Content-Type") == "application/problem+json");
     CHECK_THAT(json_of(r)["detail"].get<std::string>(), test::contains("decode the square 'a\"b': damaged"));
-    CHECK_FALSE(r.header("ETag"));
+    CHECK(r.header("ETag").empty());
     CHECK(f.get("/v2/boxes/0/1/0/0").status == 200);
     f.world.columns_fail = true;
     CHECK(f.get("/v2/columns/0/0/0").status == 500);
@@ -165,8 +176,8 @@ TEST_CASE("statistics count requests by route and status", "[voxelserver][http][
     (void)f.get("/v2/boxes/0/0/1/0");
     (void)f.get("/nothing");
     const auto json = json_of(f.get("/v2/stats"));
-    CHECK(json["requests"]["/v2/boxes"]["200"] == 2);
-    CHECK(json["requests"]["/v2/boxes"]["204"] == 1);
+    CHECK(json["requests"]["/v2/boxes/{level}/{bx}/{by}/{bz}"]["200"] == 2);
+    CHECK(json["requests"]["/v2/boxes/{level}/{bx}/{by}/{bz}"]["204"] == 1);
     CHECK(json["requests"]["unknown"]["404"] == 1);
     CHECK(json["cache"]["hits"] == 1);
     CHECK(json["cache"]["misses"] == 2);
@@ -176,17 +187,89 @@ TEST_CASE("statistics count requests by route and status", "[voxelserver][http][
 TEST_CASE("when the line is full, further boxes are refused with 503 and a time to ask again", "[voxelserver][http][router]") {
     test::FakeWorld world;
     util::StageTimes times;
-    http::Router router(world, times, {.makers = 1, .queue = 0});
+    boxes::BoxCache boxes(world, times, {.makers = 1, .queue = 0, .ahead = false});
+    http::Router router(http::Service{world, times, boxes});
     world.hold();
     Response first;
     std::thread slow([&] { first = router.handle(Request{"GET", "/v2/boxes/0/0/0/0", {}}); });
     while (world.asked == 0) std::this_thread::yield();
     const Response refused = router.handle(Request{"GET", "/v2/boxes/0/1/0/0", {}});
     CHECK(refused.status == 503);
-    REQUIRE(refused.header("Retry-After"));
+    CHECK(refused.header("Retry-After") == "1");
     CHECK(router.handle(Request{"GET", "/healthz", {}}).status == 200);
     world.release();
     slow.join();
     CHECK(first.status == 200);
     CHECK(router.handle(Request{"GET", "/v2/boxes/0/1/0/0", {}}).status == 200);
+}
+
+TEST_CASE("with a token, only open routes answer without it", "[voxelserver][http][router]") {
+    Fixture f;
+    http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
+    const auto status = [&](const char* path, std::vector<Header> headers = {}) { return router.handle(Request{"GET", path, std::move(headers)}).status; };
+    CHECK(status("/healthz") == 200);
+    for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/v2/stats", "/nothing"}) {
+        INFO(path);
+        CHECK(status(path) == 401);
+    }
+    for (const char* wrong : {"Bearer s3cre", "Bearer s3crets", "Bearer S3cret", "Bearer ", "Bearer", "Basic s3cret", "s3cret", "", "Bearer s3cret, Bearer s3cret"}) {
+        INFO(wrong);
+        CHECK(status("/v2/world", {{"Authorization", wrong}}) == 401);
+    }
+    CHECK(status("/v2/world", {{"authorization", "bearer s3cret"}}) == 200);
+    CHECK(router.handle(Request{"GET", "/v2/world", {}}).header("WWW-Authenticate") == "Bearer");
+    CHECK(f.world.asked == 0);
+}
+
+TEST_CASE("metrics are in the text format of Prometheus, each family once", "[voxelserver][http][router]") {
+    Fixture f;
+    (void)f.get("/v2/boxes/0/0/0/0");
+    const Response r = f.get("/metrics");
+    CHECK(r.header("Content-Type") == "text/plain; version=0.0.4; charset=utf-8");
+    std::istringstream lines(*r.body);
+    std::set<std::string> families;
+    std::string line, family;
+    while (std::getline(lines, line)) {
+        INFO(line);
+        std::istringstream words(line);
+        std::string hash, what, name;
+        if (line.front() == '#') {
+            words >> hash >> what >> name;
+            if (what == "HELP") CHECK(families.insert(name).second);
+            family = name;
+            continue;
+        }
+        CHECK(line.substr(0, family.size()) == family);
+        CHECK_NOTHROW(std::stod(line.substr(line.rfind(' '))));
+    }
+    CHECK(r.body->find("terravox_boxes_made_total 1\n") != std::string::npos);
+    CHECK(r.body->find("terravox_http_replies_total{route=\"/v2/boxes/{level}/{bx}/{by}/{bz}\",status=\"200\"} 1\n") != std::string::npos);
+}
+
+TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][http][router]") {
+    Fixture f;
+    http::Service service{f.world, f.times, f.boxes};
+    service.squares = [] {
+        http::SquareEntry s;
+        s.name = "462_101", s.state = "failed", s.error = "cut \"short\" <b>", s.points = 400, s.min_x = 10, s.max_x = 30, s.min_z = -8, s.max_z = 2;
+        return std::vector{s};
+    };
+    http::Router router(service);
+    const auto json = json_of(router.handle(Request{"GET", "/v2/squares", {}}));
+    const auto& square = json["features"].at(0);
+    CHECK(square["geometry"]["coordinates"][0][0] == nlohmann::json{10, -2});
+    CHECK(square["geometry"]["coordinates"][0][2] == nlohmann::json{30, 8});
+    CHECK(square["properties"]["state"] == "failed");
+    CHECK(square["properties"]["file"].is_null());
+    CHECK(square["properties"]["density_per_m2"] == 400 / (20 * 10 * 0.25));
+}
+
+TEST_CASE("what is kept is listed by level", "[voxelserver][http][router]") {
+    Fixture f;
+    (void)f.get("/v2/boxes/0/1/0/0");
+    (void)f.get("/v2/boxes/0/0/-1/0");
+    CHECK(json_of(f.get("/v2/cached/0"))["memory"] == nlohmann::json{{0, -1, 0}, {1, 0, 0}});
+    CHECK(json_of(f.get("/v2/cached/1"))["memory"].empty());
+    CHECK(f.get("/v2/cached/3").status == 404);
+    CHECK(f.get("/v2/cached/x").status == 400);
 }

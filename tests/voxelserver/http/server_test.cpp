@@ -27,7 +27,8 @@ struct Fixture {
     explicit Fixture(const http::ServerOptions& options = quick()) : server(router, options) {}
     test::FakeWorld world;
     util::StageTimes times;
-    http::Router router{world, times, {.makers = 4, .queue = 64}};
+    boxes::BoxCache boxes{world, times, {.makers = 4, .queue = 64, .ahead = false}};
+    http::Router router{http::Service{world, times, boxes}};
     http::Server server;
 
     std::uint64_t cache_waits() {
@@ -88,9 +89,9 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
     CHECK(header(head, "content-length") == std::to_string(box.body.size()));
     CHECK(client.get("/nothing").status == 404);
 
-    client.send("GET /healthz HTTP/1.1\r\n\r\nGET /v2/boxes/0/0/0/0 HTTP/1.1\r\n\r\n");
+    client.send("GET /healthz HTTP/1.1\r\nHost: x\r\n\r\nGET /v2/boxes/0/0/0/0 HTTP/1.1\r\nHost: x\r\n\r\n");
     CHECK(client.read_reply()->body == "ok\n");
-    CHECK(client.read_reply()->body == box.body);
+    CHECK((client.read_reply()->body == box.body));
 
     CHECK(header(client.get("/healthz", "Connection: close\r\n"), "connection") == "close");
     CHECK(client.read_to_end().empty());
@@ -114,7 +115,7 @@ TEST_CASE("many who ask for one cold box at once get it from one making", "[voxe
     for (int i = 1; i < kClients; ++i) {
         const HttpReply r = replies[static_cast<std::size_t>(i)].get();
         CHECK(r.status == 200);
-        CHECK(r.body == first.body);
+        CHECK((r.body == first.body));
     }
     CHECK(f.world.asked == 1);
 }
@@ -137,10 +138,14 @@ TEST_CASE("what is no proper request is refused with a problem, and the connecti
         {"a long address", "GET /" + std::string(20000, 'a') + " HTTP/1.1\r\n\r\n", 400},
         {"a long header", "GET / HTTP/1.1\r\nX: " + std::string(20000, 'a') + "\r\n\r\n", 400},
         {"many headers", many_headers + "\r\n", 431},
-        {"a length of 10^12", "GET /v2/world HTTP/1.1\r\nContent-Length: 1000000000000\r\n\r\n", 413},
-        {"chunks", "GET /v2/world HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
-        {"length and chunks", "GET /v2/world HTTP/1.1\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
-        {"a body that looks like a request", "POST /v2/world HTTP/1.1\r\nContent-Length: 33\r\n\r\nGET /v2/boxes/0/0/0/0 HTTP/1.1\r\n\r\n", 405},
+        {"a length of 10^12", "GET /v2/world HTTP/1.1\r\nHost: x\r\nContent-Length: 1000000000000\r\n\r\n", 413},
+        {"no Host", "GET /v2/world HTTP/1.1\r\n\r\n", 400},
+        {"two Hosts", "GET /v2/world HTTP/1.1\r\nHost: x\r\nHost: x\r\n\r\n", 400},
+        {"a header without a name", "GET /v2/world HTTP/1.1\r\nHost: x\r\nX(Y): 1\r\n\r\n", 400},
+        {"a batch without a length", "POST /v2/boxes HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n\r\n{}", 411},
+        {"chunks", "GET /v2/world HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
+        {"length and chunks", "GET /v2/world HTTP/1.1\r\nHost: x\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
+        {"a body that looks like a request", "POST /v2/world HTTP/1.1\r\nHost: x\r\nContent-Length: 33\r\n\r\nGET /v2/boxes/0/0/0/0 HTTP/1.1\r\n\r\n", 413},
     }));
     static Fixture f;  // one server for all cases: each must leave it as it was
     DYNAMIC_SECTION(c.name) {

@@ -211,7 +211,7 @@ TEST_CASE("a body of a million cells over thousands of patches is found at once 
     const float top = bodies.level(0, 20), bottom = bodies.level(20, span - 5);
     CHECK(top == Approx(200).margin(0.5));
     CHECK(bottom == Approx(200 - 20 * span * 0.004).margin(0.5));
-    CHECK(bodies.memory_bytes() < 3600u * (16 * 16 * 5 + 200) + 1);
+    CHECK(bodies.memory_bytes() < 3600u * (16 * 16 * 6 + 216) + 1);
     std::size_t cells = 0;
     for (int p = 0; p < 60 * 60; ++p) cells += wet_cells(patch_levels(bodies, {p % 60, p / 60}, side));
     CHECK(cells > 880'000);

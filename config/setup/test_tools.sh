@@ -1,0 +1,27 @@
+# What only the tests need. Sourced by ./terravox.
+# shellcheck shell=bash
+
+TEST_PACKAGE_LIST=$ROOT/config/setup/debian-test-packages.txt
+NGINX_DIR=$ROOT/build/deps/nginx
+
+# nginx is unpacked, not installed: a package of it would start a web server on this machine. Without it, its tests say that they are skipped.
+fetch_nginx() {
+    if command -v nginx >/dev/null || [[ -x /usr/sbin/nginx || -x $NGINX_DIR/usr/sbin/nginx ]]; then return; fi
+    [[ ${TERRAVOX_SKIP_PACKAGES:-0} == 1 ]] && return
+    local part
+    part=$(mktemp -d "$ROOT/build/deps/nginx.XXXXXX")
+    say "Fetching nginx (for tests)"
+    if (cd "$part" && quietly "$LOGS/nginx.log" apt-get download nginx-light && dpkg-deb --extract nginx-light_*.deb .); then
+        rm -rf "$NGINX_DIR"
+        mv "$part" "$NGINX_DIR"
+    else
+        rm -rf "$part"
+        say "nginx cannot be fetched: its tests are skipped"
+    fi
+}
+
+set_up_tests() {
+    install_packages "$TEST_PACKAGE_LIST"
+    fetch_nginx
+    PATH=$PATH:/usr/sbin:$NGINX_DIR/usr/sbin
+}

@@ -1,0 +1,62 @@
+#include "tests/bench/serve_script.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "common/util/error.hpp"
+
+namespace terravox::bench {
+namespace {
+
+// Debian has nginx where a person's PATH does not look.
+std::string search_path() {
+    const char* path = std::getenv("PATH");
+    return std::string(path != nullptr ? path : "/usr/bin:/bin") + ":/usr/sbin:/usr/local/sbin";
+}
+
+bool installed(const std::string& program) {
+    std::istringstream folders(search_path());
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        std::error_code ignored;
+        if (std::filesystem::is_regular_file(std::filesystem::path(folder) / program, ignored)) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+std::string missing_for_serving(const Context& context, const std::vector<std::string>& others) {
+    for (const char* program : {"terravox-voxelserver", "terravox-survey"}) {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(context.programs / program, ignored))
+            return std::string("no ") + program + " in " + context.programs.string() + " (--programs)";
+    }
+    if (!installed("python3")) return "python3 is not installed";
+    for (const std::string& program : others)
+        if (!installed(program)) return program + " is not installed";
+    return {};
+}
+
+nlohmann::json run_serve_script(const Context& context, const std::string& name, const std::vector<std::string>& arguments) {
+    const auto program = [&](const char* file) { return (context.programs / file).string(); };
+    std::vector<std::string> command = {"env",
+                                        "PATH=" + search_path(),
+                                        "TERRAVOX_VOXELSERVER=" + program("terravox-voxelserver"),
+                                        "TERRAVOX_SURVEY=" + program("terravox-survey"),
+                                        "TERRAVOX_BENCH_DATA=" + context.data.string(),
+                                        "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
+                                        "python3",
+                                        "-B",
+                                        std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/serve/" + name + ".py"};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const auto output = context.scratch / ("serve-" + name + ".txt");
+    const ChildOutcome outcome = context.children.run(command, output);
+    const std::string said = last_line(output);
+    if (outcome.exit_code != 0) throw Error("run tests/bench/serve/" + name + ".py: exit code " + std::to_string(outcome.exit_code) + ": " + said);
+    nlohmann::json figures = nlohmann::json::parse(said, nullptr, false);
+    if (!figures.is_object()) throw Error("run tests/bench/serve/" + name + ".py: no figures: " + said);
+    return figures;
+}
+
+}  // namespace terravox::bench

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""config/nginx before the voxel server: slow clients cost nothing, and what the server says passes unharmed."""
+
+import os
+import re
+import select
+import shutil
+import socket
+import ssl
+import subprocess
+import time
+import unittest
+import urllib.request
+
+from crowd import Crowd, half_header, nothing, slow_body, slow_header
+from support import ROOT, Case, Server, survey, temporary_folder
+from wire import connect, get, talk
+
+NGINX = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin")
+BAD_CLIENTS = 1000
+GOOD_REQUESTS = 200
+P99_LIMIT_S = 0.1
+ROUNDS = 3  # the machine may be busy with something else in one of them
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Front:
+    """nginx with config/nginx, its ports replaced, in a folder of its own."""
+
+    def __init__(self, server_port):
+        self.port, self.folder = free_port(), temporary_folder()
+        self.folder.chmod(0o755)  # started by root, nginx works as another user
+        for file in (ROOT / "config" / "nginx").glob("*.conf"):
+            text = file.read_text()
+            if file.name == "terravox.conf":
+                text, listens = re.subn(r"listen 127\.0\.0\.1:8080", f"listen 127.0.0.1:{self.port}", text)
+                text, servers = re.subn(r"server 127\.0\.0\.1:8888", f"server 127.0.0.1:{server_port}", text)
+                assert (listens, servers) == (1, 1), "terravox.conf has other ports than this test replaces"
+            (self.folder / file.name).write_text(text)
+        self.command = [NGINX, "-p", self.folder, "-e", "error.log", "-c", self.folder / "nginx.conf"]
+        self.process = None
+
+    def __enter__(self):
+        self.process = subprocess.Popen([*self.command, "-g", "daemon off;"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        until = time.monotonic() + 10
+        while time.monotonic() < until:
+            try:
+                connect(self.port, 1).close()
+                return self
+            except OSError:
+                time.sleep(0.02)
+        self.__exit__()
+        raise AssertionError("nginx did not start: " + self.log())
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(10)
+
+    def log(self):
+        file = self.folder / "error.log"
+        return file.read_text() if file.exists() else ""
+
+
+@unittest.skipIf(NGINX is None, "nginx is not installed (Debian package nginx-light)")
+class FrontTest(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server(survey(), "--cache", "none", "--request-threads", "16")
+        cls.front = Front(cls.server.port)
+        cls.front.__enter__()
+        cls.paths = [p for p in cls.server.box_paths() if cls.server.get(p)[0] == 200]
+        cls.box = max(cls.paths, key=lambda p: len(cls.server.get(p)[2]))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.front.__exit__()
+        assert cls.server.stop() == 0, cls.server.err
+        assert "[alert]" not in cls.front.log() and "[emerg]" not in cls.front.log(), cls.front.log()
+
+    def through(self, path, *headers, method="GET", body=b""):
+        said = talk(self.front.port, get(path, *headers, "Connection: close", method=method) + body, quiet_s=2, heads=[method == "HEAD"])
+        self.assertEqual(len(said.replies), 1, str(said))
+        return said.replies[0]
+
+    def test_the_shipped_configuration_is_valid(self):
+        prefix = temporary_folder()
+        config = ROOT / "config" / "nginx" / "nginx.conf"
+        done = subprocess.run([NGINX, "-t", "-p", prefix, "-e", "error.log", "-c", config], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("[warn]", done.stderr)
+
+    def test_tls_as_the_example_has_it(self):
+        openssl = shutil.which("openssl")
+        if openssl is None:
+            self.skipTest("openssl is not installed")
+        front = Front(self.server.port)
+        port = free_port()
+        subprocess.run([openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost", "-keyout", front.folder / "key.pem",
+                        "-out", front.folder / "certificate.pem"], check=True, capture_output=True)
+        text = (ROOT / "config" / "nginx" / "terravox-tls.conf.example").read_text()
+        text = text.replace("8443", f"127.0.0.1:{port}").replace("/etc/terravox", str(front.folder))
+        (front.folder / "terravox-tls.conf").write_text(text)
+        with front:
+            context = ssl.create_default_context(cafile=front.folder / "certificate.pem")
+            context.check_hostname = False
+            with urllib.request.urlopen(f"https://127.0.0.1:{port}{self.box}", context=context, timeout=10) as reply:
+                self.assertEqual(reply.read(), self.server.get(self.box)[2])
+            said = talk(port, get("/healthz"))
+            self.assertEqual(said.statuses()[:1], [400], "plain HTTP on the port with TLS: " + str(said))
+
+    def test_boxes_tags_and_heads_pass_unharmed(self):
+        for path in self.paths[:10]:
+            status, headers, body = self.server.get(path, {"Accept-Encoding": "zstd, gzip"})
+            reply = self.through(path, "Accept-Encoding: zstd, gzip")
+            self.assertEqual((reply.status, reply.body), (status, body))
+            for name in ("ETag", "Content-Type", "Content-Length", "Cache-Control", "X-Content-Type-Options", "Content-Encoding"):
+                self.assertEqual(reply.headers.get(name.lower()), headers.get(name), name)
+            tag = headers["ETag"]
+            again = self.through(path, "Accept-Encoding: zstd, gzip", "If-None-Match: " + tag)
+            self.assertEqual((again.status, again.headers.get("etag"), again.body), (304, tag, b""))
+            head = self.through(path, "Accept-Encoding: zstd, gzip", method="HEAD")
+            self.assertEqual((head.status, head.headers.get("etag"), head.headers.get("content-length")), (200, tag, str(len(body))))
+        ranged = self.through(self.box, "Range: bytes=0-9")
+        self.assertEqual((ranged.status, ranged.body), (200, self.server.get(self.box)[2]))
+        air = self.through("/v2/boxes/0/2147483647/0/0")
+        self.assertEqual((air.status, air.body), (204, b""))
+
+    def test_refusals_of_both_are_problems(self):
+        cases = {
+            "the server: no numbers": (get("/v2/boxes/a/b/c/d"), 400), "the server: nothing there": (get("/nothing"), 404),
+            "the server: a method": (get("/v2/world", method="DELETE"), 405),
+            "a malformed line": (b"GET /\x01 HTTP/1.1\r\nHost: x\r\n\r\n", 400), "no Host": (b"GET / HTTP/1.1\r\n\r\n", 400),
+            "two lengths": (get("/healthz", "Content-Length: 0", "Content-Length: 5") + b"abcde", 400),
+            "a length and chunks": (get("/healthz", "Content-Length: 5", "Transfer-Encoding: chunked") + b"0\r\n\r\n", 400),
+            "TRACE": (get("/healthz", method="TRACE"), 405), "a body too long": (get("/v2/boxes", "Content-Length: 300000", method="POST"), 413),
+            "an address too long": (get("/" + "a" * 8000), 414), "a header line too long": (get("/healthz", "A: " + "a" * 8000), 431),
+            "headers too long": (get("/healthz", *(f"A{i}: " + "a" * 3000 for i in range(9))), 431),
+            "another encoding": (get("/healthz", "Transfer-Encoding: xchunked"), 501), "another version": (b"GET / HTTP/3.0\r\nHost: x\r\n\r\n", 505),
+        }
+        for name, (data, status) in cases.items():
+            with self.subTest(name):
+                said = talk(self.front.port, data)
+                self.assertEqual(said.statuses(), [status], str(said))
+                self.assertEqual(said.replies[0].problem(), "", str(said))
+
+    def test_too_many_of_one_address_are_told_to_come_again(self):
+        path = "/v2/world"
+        said = talk(self.front.port, b"".join(get(path) for _ in range(4000)), quiet_s=2)
+        refused = [r for r in said.replies if r.status == 429]
+        self.assertEqual(set(said.statuses()), {200, 429})
+        self.assertEqual([r for r in refused if r.problem() or r.headers.get("retry-after") != "1"], [])
+
+    def test_a_server_that_is_gone(self):
+        with Front(free_port()) as front:
+            for path in ("/v2/world", "/healthz"):
+                said = talk(front.port, get(path))
+                self.assertEqual(said.statuses(), [502], str(said))
+                self.assertEqual(said.replies[0].problem(), "")
+                self.assertEqual(said.replies[0].headers.get("retry-after"), "5")
+
+    def slowest_of_good_client(self):
+        """@return the 99th percentile of a good client's requests, seconds"""
+        body, times = self.server.get(self.box)[2], []
+        for _ in range(GOOD_REQUESTS):
+            start = time.monotonic()
+            reply = self.through(self.box)
+            times.append(time.monotonic() - start)
+            self.assertEqual((reply.status, reply.body), (200, body))
+        return sorted(times)[len(times) * 99 // 100]
+
+    def test_a_good_client_among_a_thousand_bad_ones(self):
+        for behaviour in (nothing, half_header, slow_header, slow_body):
+            with self.subTest(behaviour.__name__), Crowd(self.front.port, BAD_CLIENTS, behaviour):
+                time.sleep(0.5)
+                p99 = min(self.slowest_of_good_client() for _ in range(ROUNDS))
+                self.assertLessEqual(p99, P99_LIMIT_S)
+
+    def test_a_good_client_among_slow_readers(self):
+        # 300 KB of replies asked for by each, and never read: far more than the server's threads.
+        size = len(self.server.get(self.box)[2])
+        asked = get(self.box) * (300_000 // size + 1)
+
+        def slow_reader(connection, step):
+            if step == 0:
+                connection.sendall(asked)
+            elif select.select([connection], [], [], 0)[0] and not connection.recv(64):
+                raise ConnectionError
+
+        with Crowd(self.front.port, BAD_CLIENTS, slow_reader):
+            time.sleep(1)
+            p99 = min(self.slowest_of_good_client() for _ in range(ROUNDS))
+            self.assertLessEqual(p99, P99_LIMIT_S)
+
+
+if __name__ == "__main__":
+    unittest.main()

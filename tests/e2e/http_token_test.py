@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""The voxel server with a token: nothing is told to those who do not have it."""
+
+import unittest
+
+from support import Case, Server, server_has, survey, temporary_folder
+from wire import get, talk
+
+
+@unittest.skipUnless(server_has("--token-file"), "this server has no --token-file")
+class Token(Case):
+    """Nothing but the page and /healthz without the token, however it is asked for."""
+
+    TOKEN = "correct-horse-battery-staple"
+
+    def test_only_the_token_opens(self):
+        file = temporary_folder() / "token"
+        file.write_text(self.TOKEN + "\n")
+        file.chmod(0o600)
+        server = Server(survey(), "--cache", "none", "--token-file", file)
+        try:
+            self.assertEqual([server.get(p)[0] for p in ("/healthz", "/")], [200, 200])
+            right = "Authorization: Bearer " + self.TOKEN
+            wrong = [[], ["Authorization:"], ["Authorization: Bearer"], ["Authorization: Bearer "], [right[:-1]], [right + "x"], [right.upper()],
+                     ["Authorization: Basic " + self.TOKEN], ["Authorization: " + self.TOKEN], ["Authorization: Bearer x", right],
+                     ["Authorization: Bearer \xff\xfe"], ["X-" + right], ["Cookie: token=" + self.TOKEN]]
+            paths = ["/v2/world", "/v2/stats", "/metrics", "/v2/boxes/0/0/0/0", "/healthz/../v2/world", "//v2/world", "/page/../v2/world",
+                     "/v2/world?token=" + self.TOKEN]
+            for headers in wrong:
+                for path in paths:
+                    with self.subTest(f"{path} {headers}"):
+                        said = talk(server.port, get(path, *headers, "Connection: close"))
+                        self.assertIn(said.statuses(), ([401], [400], [404]), str(said))
+                        self.assertEqual(said.replies[0].problem(), "")
+                        self.assertNotIn(self.TOKEN.encode(), said.replies[0].body.replace(path.encode(), b""))
+                        if said.statuses() == [401]:
+                            self.assertTrue(said.replies[0].headers.get("www-authenticate", "").startswith("Bearer"))
+            said = talk(server.port, get("/v2/world", "Connection: close"))
+            self.assertEqual(said.statuses(), [401])
+            self.assertEqual(server.get("/v2/world", {"Authorization": "Bearer " + self.TOKEN})[0], 200)
+        finally:
+            self.assertEqual(server.stop(), 0)
+        self.assertNotIn(self.TOKEN, server.err)
+
+
+if __name__ == "__main__":
+    unittest.main()

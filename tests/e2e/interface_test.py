@@ -1,0 +1,239 @@
+#!/usr/bin/env python3
+"""The voxel server's interface as its clients see it: what docs/openapi.json promises, batches, the map, the first system's protocol,
+boxes that outlive the server, preparing."""
+
+import json
+import pathlib
+import shutil
+import struct
+import unittest
+import zlib
+
+from support import ROOT, Case, Run, Server, binary, square, survey, temporary_folder
+
+
+def png_size_and_colours(data):
+    """Width, height and the number of different pixels' bytes of an 8-bit RGBA PNG; checks every chunk."""
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, idat, size = 8, b"", None
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + length]
+        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + length:at + 12 + length])[0]
+        if kind == b"IHDR":
+            size = struct.unpack(">II", body[:8])
+        if kind == b"IDAT":
+            idat += body
+        at += 12 + length
+    return (*size, len(set(zlib.decompress(idat))))
+
+
+def middle(world):
+    low, high = world["bounds"]["min"], world["bounds"]["max"]
+    return (low[0] + high[0]) // 2, (low[2] + high[2]) // 2
+
+
+class Interface(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server(survey(), "--ortho", survey() / "ortho", "--cache", temporary_folder())
+        cls.world = cls.server.json("/v2/world")
+        x, z = middle(cls.world)
+        column = cls.server.json(f"/v2/columns/0/{x // 64}/{z // 64}")
+        cls.keys = [[0, x // 64, by, z // 64] for by in range(column["by_begin"], column["by_end"])]
+
+    @classmethod
+    def tearDownClass(cls):
+        assert cls.server.stop() == 0, cls.server.err
+
+    def test_every_path_of_the_document_is_answered_as_it_says(self):
+        document = json.loads((ROOT / "docs" / "openapi.json").read_text())
+        self.assertEqual(self.server.json("/openapi.json"), document)
+        level, bx, by, bz = next(key for key in self.keys if self.server.get("/v2/boxes/" + "/".join(map(str, key)))[0] == 200)
+        zoom = self.world["map"]["zooms"][1]
+        x, z = middle(self.world)
+        values = {"level": level, "bx": bx, "by": by, "bz": bz, "name": "app.js"}
+        queries = {"/gkot/box": f"?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=16&sy=16&sz=16", "/gkot/origin.json": f"?tmx={x}&tmy={-z}"}
+        for path, methods in document["paths"].items():
+            if path.startswith("/map"):
+                values.update(z=zoom, x=x // 256, y=z // 256)
+            address = path.format(**values) + queries.get(path, "")
+            for method, facts in methods.items():
+                if method != "get":
+                    continue
+                status, headers, body = self.server.get(address)
+                with self.subTest(address):
+                    self.assertEqual(status, 200, body[:300])
+                    self.assertIn(str(status), facts["responses"])
+                    kind = headers["Content-Type"].split(";")[0]
+                    self.assertIn(kind, facts["responses"]["200"].get("content", {kind: {}}))
+        # Nothing is served that the document does not know.
+        asked = set(self.server.json("/v2/stats")["requests"]) - {"unknown", "refused"}
+        self.assertLessEqual(asked, set(document["paths"]))
+
+    def test_a_batch_is_the_single_boxes(self):
+        body = json.dumps({"boxes": self.keys + [[0, 0, 0, 0]]})
+        status, headers, data = self.server.post("/v2/boxes", body, {"Content-Type": "application/json"})
+        self.assertEqual((status, headers["Content-Type"]), (200, "application/vnd.terravox.boxes"))
+        records, at = {}, 0
+        while at < len(data):
+            level, bx, by, bz, code, length = struct.unpack_from("<iiiiII", data, at)
+            records[(level, bx, by, bz)] = (code, data[at + 24:at + 24 + length])
+            at += 24 + length
+        self.assertEqual(records.pop((-1, len(self.keys) + 1, 0, 0)), (0, b""))
+        self.assertEqual(records.pop((0, 0, 0, 0)), (204, b""))
+        for key in self.keys:
+            status, _, box = self.server.get("/v2/boxes/" + "/".join(map(str, key)), {"Accept-Encoding": "zstd"})
+            self.assertEqual(records.pop(tuple(key)), (status, box))
+        self.assertEqual(records, {})
+
+    def test_the_map_shows_the_place_and_has_tags(self):
+        x, z = middle(self.world)
+        zoom = self.world["map"]["zooms"][1]
+        path = f"/map/{zoom}/{x // 256}/{z // 256}.png"
+        status, headers, png = self.server.get(path)
+        self.assertEqual((status, headers["Terravox-Complete"]), (200, "yes"))
+        width, height, colours = png_size_and_colours(png)
+        self.assertEqual((width, height), (256, 256))
+        self.assertGreater(colours, 50)
+        self.assertEqual(self.server.get(path, {"If-None-Match": headers["ETag"]})[0], 304)
+        self.assertEqual(self.server.get("/map/0/1000000/1000000.png")[0], 200)
+        for bad, code in {"/map/99/0/0.png": 404, "/map/-1/0/0.png": 404, "/map/0/a/0.png": 400, "/map/0/0/0.jpg": 404, "/map/0/0/.png": 400}.items():
+            self.assertEqual(self.server.get(bad)[0], code, bad)
+
+    def test_an_old_client_reads_the_same_ground(self):
+        x, z = middle(self.world)
+        origin = self.server.json(f"/gkot/origin.json?tmx={x}&tmy={-z}")
+        self.assertEqual(origin["zrange"], origin["zmax"] - origin["zmin"])
+        status, _, data = self.server.get(f"/gkot/box?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=64&sy=256&sz=64")
+        self.assertEqual(status, 200)
+        words = struct.unpack(f">{len(data) // 4}i", data)
+        cx, cy, cz, highest, blocks = words[:5]
+        self.assertEqual((cx, cy, cz, blocks), (0, 0, 0, 64 * 256 * 64))
+        ids = {word & 0xFF for word in words[5:5 + blocks]}
+        tops = words[6 + blocks:]
+        self.assertEqual((words[5 + blocks], len(tops)), (64 * 64, 64 * 64))
+        self.assertEqual(max(tops), highest)
+        self.assertTrue(ids & {2, 3, 9, 18}, ids)
+        for column in (0, 1000, 4095):  # the top is the highest block that is not air
+            solid = [by for by in range(256) if words[5 + column + by * 64 * 64] != 0]
+            self.assertEqual(tops[column], solid[-1] if solid else -1)
+
+
+class Kept(Case):
+    def test_boxes_outlive_the_server_until_their_inputs_change(self):
+        place, cache = temporary_folder(), temporary_folder()
+        file = place / "square.laz"
+        shutil.copy(square(), file)
+
+        def all_boxes(*arguments):
+            server = Server(file, "--cache", cache, "--no-ahead", *arguments)
+            try:
+                world = server.json("/v2/world")
+                x, z = middle(world)
+                level = world["levels"] - 1
+                column = server.json(f"/v2/columns/{level}/{x >> 6 + level}/{z >> 6 + level}")
+                key = f"{level}/{x >> 6 + level}/{{}}/{z >> 6 + level}"
+                tags = [server.get("/v2/boxes/" + key.format(by))[1]["ETag"] for by in range(column["by_begin"], column["by_end"])]
+                return tags, server.json("/v2/stats")["making"]["made"]
+            finally:
+                self.assertEqual(server.stop(), 0, server.err)
+
+        first, made = all_boxes()
+        self.assertGreater(made, 1)
+        self.assertEqual(all_boxes(), (first, 0))
+        # Another class table makes other boxes; going back finds the first ones again.
+        classes = place / "classes.toml"
+        classes.write_text('title = "no trees"\nextends = "asprs"\n[class]\n3 = { role = "drop", material = "air" }\n4 = { role = "drop", material = "air" }\n5 = { role = "drop", material = "air" }\n')
+        other, made = all_boxes("--classes", classes)
+        self.assertGreater(made, 1)
+        self.assertNotEqual(other, first)
+        classes.write_text("# only a remark\n" + classes.read_text())
+        self.assertEqual(all_boxes("--classes", classes), (other, 0))
+        self.assertEqual(all_boxes(), (first, 0))
+
+    def test_preparing_makes_everything_and_says_how_it_went(self):
+        cache = temporary_folder()
+        run = Run([binary("VOXELSERVER"), survey(), "--cache", cache, "--prepare-only"])
+        self.assertDone(run)
+        self.assertIn("prepared:", run.err)
+        server = Server(survey(), "--cache", cache, "--prepare")
+        try:
+            world = server.json("/v2/world")
+            x, z = middle(world)
+            column = server.json(f"/v2/columns/0/{x // 64}/{z // 64}")
+            for by in range(column["by_begin"], column["by_end"]):
+                self.assertIn(server.get(f"/v2/boxes/0/{x // 64}/{by}/{z // 64}")[0], (200, 204))
+            stats = server.json("/v2/stats")
+            self.assertEqual(stats["making"]["made"], 0)
+            self.assertGreater(stats["prepare"]["total"], 10)
+        finally:
+            server.stop()
+        self.assertRefused(Run([binary("VOXELSERVER"), survey(), "--cache", "none", "--prepare-only"]), 2, "--cache")
+
+    def test_a_damaged_square_is_told_and_counted(self):
+        place = temporary_folder()
+        data = bytearray(square().read_bytes())
+        data[len(data) // 2:len(data) // 2 + 2000] = bytes(2000)
+        (place / "damaged.laz").write_bytes(data)
+        run = Run([binary("VOXELSERVER"), place, "--cache", temporary_folder(), "--prepare-only"])
+        self.assertEqual(run.code, 3, str(run))
+        self.assertIn("cannot be made", run.err)
+        server = Server(place, "--cache", temporary_folder())
+        try:
+            x, z = middle(server.json("/v2/world"))
+            column = server.json(f"/v2/columns/0/{x // 64}/{z // 64}")
+            status, headers, _ = server.get(f"/v2/boxes/0/{x // 64}/{column['by_begin']}/{z // 64}")
+            self.assertEqual((status, headers["Content-Type"]), (500, "application/problem+json"))
+            states = [f["properties"] for f in server.json("/v2/squares")["features"]]
+            self.assertEqual([s["state"] for s in states], ["failed"])
+            self.assertIn("damaged.laz", states[0]["error"])
+        finally:
+            server.stop()
+
+
+class Stores(Case):
+    def test_a_store_is_served_with_its_licence_and_what_it_lacks(self):
+        store = temporary_folder()
+        folder = store / "lidar" / "si-lss"
+        folder.mkdir(parents=True)
+        name = square().name
+        shutil.copy(square(), folder / name)
+
+        def record(square_name, state, file, error):
+            return {"source": "si-lss", "square": square_name, "url": "https://example.org/" + square_name, "state": state, "crs": "EPSG:3794", "class_table": None,
+                    "licence": "CC BY 4.0", "attribution": "Somebody <b>", "file": file, "warnings": [], "last_error": error}
+
+        file = {"path": f"lidar/si-lss/{name}", "bytes": (folder / name).stat().st_size, "sha256": "0" * 64, "point_count": 5, "las_version": "1.4", "point_format": 6,
+                "bounds": {"min": [0, 0, 0], "max": [1, 1, 1]}, "fetched_at": "2026-01-01T00:00:00Z"}
+        failed = {"code": "HTTP", "message": "status 500", "at": "2026-01-01T00:00:00Z"}
+        (store / "manifest.json").write_text(json.dumps({"version": 1, "squares": [record("462_101", "verified", file, None), record("463_101", "failed", None, failed)]}))
+        server = Server("--store", store, "--cache", "none")
+        try:
+            world = server.json("/v2/world")
+            self.assertEqual((world["licence"], world["attribution"]), ("CC BY 4.0", "Somebody <b>"))
+            states = {f["properties"]["name"]: f["properties"] for f in server.json("/v2/squares")["features"]}
+            self.assertEqual(states["463_101"]["state"], "failed")
+            self.assertIn("500", states["463_101"]["error"])
+            self.assertEqual(states[pathlib.Path(name).stem]["licence"], "CC BY 4.0")
+        finally:
+            server.stop()
+        self.assertRefused(Run([binary("VOXELSERVER"), "--store", temporary_folder()]), 1, "manifest.json")
+        shutil.rmtree(store / "lidar")
+        self.assertRefused(Run([binary("VOXELSERVER"), "--store", store]), 2, "no square")
+        self.assertRefused(Run([binary("VOXELSERVER")]), 2, "--store")
+        self.assertRefused(Run([binary("VOXELSERVER"), square(), "--store", store]), 2, "one of them")
+
+
+class Logs(Case):
+    def test_log_lines_are_json_where_that_is_wanted(self):
+        server = Server(square(), "--log-json", "--cache", "none")
+        server.stop()
+        lines = [json.loads(line) for line in server.err.splitlines()]
+        self.assertTrue(any("stopping" in line["message"] for line in lines), server.err)
+        for line in lines:
+            self.assertEqual(list(line), ["time", "level", "message"])
+
+
+if __name__ == "__main__":
+    unittest.main()

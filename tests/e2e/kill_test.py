@@ -1,0 +1,27 @@
+#!/usr/bin/env python3
+"""kill -9 in the middle of making and writing boxes: what is served afterwards is the truth. `terravox bench serve/kill` does it 200 times."""
+
+import pathlib
+import sys
+import unittest
+
+from support import Case, survey
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "bench" / "serve"))
+from kill import kill_often  # noqa: E402
+
+KILLS = 20
+
+
+class Kill(Case):
+    def test_no_box_is_corrupt_after_kills(self):
+        figures = kill_often(KILLS, seed=9, world=[survey()])
+        self.assertGreaterEqual(figures["kills"], KILLS)
+        self.assertGreater(figures["compared"], KILLS * figures["boxes"] // 2, str(figures))
+        self.assertEqual(figures["paths"], [])
+        if figures["keeps_boxes"]:
+            self.assertGreater(figures["from_disk"], 0, "nothing was kept on disk, so nothing was tried: " + str(figures))
+
+
+if __name__ == "__main__":
+    unittest.main()

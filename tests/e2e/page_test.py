@@ -1,0 +1,27 @@
+#!/usr/bin/env python3
+"""The web page of the real voxel server, in a browser: the page's own tests, with the server in place of a made-up one."""
+
+import os
+import subprocess
+import sys
+import unittest
+
+from support import ROOT, Case, Server, survey, temporary_folder
+
+
+class Page(Case):
+    def test_the_page_works_with_the_server(self):
+        server = Server(survey(), "--ortho", survey() / "ortho", "--cache", temporary_folder())
+        try:
+            run = subprocess.run([os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"], env={**os.environ, "TERRAVOX_URL": server.url},
+                                 capture_output=True, text=True, timeout=500, check=False)
+        finally:
+            code = server.stop()
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        self.assertEqual(code, 0, server.err)
+        for line in server.err.splitlines():
+            self.assertFalse(line.startswith(("[warn", "[error")), server.err)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main())

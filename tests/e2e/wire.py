@@ -1,0 +1,128 @@
+"""HTTP by hand: bytes as they are on the wire, for requests that no client library would send."""
+
+import json
+import select
+import socket
+import time
+
+
+class Reply:
+    """One reply: status, headers (names in lower case, the last of each name), body."""
+
+    def __init__(self, status, headers, body):
+        self.status, self.headers, self.body = status, headers, body
+
+    def problem(self):
+        """What an error must be. @return why it is not, or an empty string"""
+        kind = self.headers.get("content-type", "")
+        if kind != "application/problem+json":
+            return f"content type '{kind}'"
+        try:
+            said = json.loads(self.body)
+        except ValueError:
+            return f"no JSON: {self.body[:100]}"
+        if said.get("status") != self.status or not said.get("title") or not said.get("detail"):
+            return f"status, title or detail: {self.body[:200]}"
+        return ""
+
+    def __repr__(self):
+        return f"{self.status} {self.body[:80]}"
+
+
+class Talk:
+    """What came back for some bytes: the replies, what is left of the stream behind them, and whether the server closed."""
+
+    def __init__(self, data, closed, heads=()):
+        self.replies, self.closed, rest = [], closed, data
+        heads = list(heads)
+        while rest:
+            reply, rest = _first_reply(rest, heads.pop(0) if heads else False)
+            if reply is None:
+                break
+            self.replies.append(reply)
+        self.rest = rest
+
+    def statuses(self):
+        return [r.status for r in self.replies]
+
+    def __repr__(self):
+        return f"{self.replies} {'closed' if self.closed else 'open'} rest {self.rest[:80]}"
+
+
+def _first_reply(data, to_head):
+    end = data.find(b"\r\n\r\n")
+    if not data.startswith(b"HTTP/1.1 ") or end < 0:
+        return None, data
+    lines = data[:end].decode("latin-1").split("\r\n")
+    headers = {name.strip().lower(): value.strip() for name, _, value in (line.partition(":") for line in lines[1:])}
+    status = int(lines[0][9:12])
+    if headers.get("transfer-encoding") == "chunked" and not to_head:
+        body, rest = _chunks(data[end + 4:])
+        return (None, data) if body is None else (Reply(status, headers, body), rest)
+    length = 0 if to_head or status in (204, 304) else int(headers.get("content-length", "0"))
+    if len(data) < end + 4 + length:
+        return None, data
+    return Reply(status, headers, data[end + 4:end + 4 + length]), data[end + 4 + length:]
+
+
+def _chunks(data):
+    """@return the body that comes in chunks, and what is left; None when it is not whole"""
+    body = b""
+    while True:
+        size, found, rest = data.partition(b"\r\n")
+        if not found:
+            return None, data
+        n = int(size.split(b";")[0], 16)
+        if len(rest) < n + 2:
+            return None, data
+        body, data = body + rest[:n], rest[n + 2:]
+        if n == 0:
+            return body, data
+
+
+def connect(port, timeout_s=10):
+    return socket.create_connection(("127.0.0.1", port), timeout=timeout_s)
+
+
+def talk(port, data, quiet_s=0.3, most_s=20, pause_s=0, piece=0, half_close=False, heads=()):
+    """Sends bytes and takes what comes.
+
+    @param quiet_s  after the first reply: how long to wait for more   @param most_s  in all
+    @param piece    bytes sent at a time, with pause_s between them; 0: all at once
+    @param heads    for each reply: was it to HEAD
+    """
+    until = time.monotonic() + most_s
+    with connect(port) as connection:
+        closed = _send(connection, data, piece, pause_s)
+        if half_close and not closed:
+            connection.shutdown(socket.SHUT_WR)
+        got = b""
+        while time.monotonic() < until:
+            if not select.select([connection], [], [], quiet_s if got else max(0, until - time.monotonic()))[0]:
+                break
+            try:
+                more = connection.recv(1 << 16)
+            except ConnectionError:
+                more = b""
+            if not more:
+                return Talk(got, True, heads)
+            got += more
+        return Talk(got, closed, heads)
+
+
+def _send(connection, data, piece, pause_s):
+    """@return True when the server closed while it was sent: what it said before may still be read"""
+    try:
+        for at in range(0, len(data), piece or max(len(data), 1)):
+            connection.sendall(data[at:at + piece] if piece else data)
+            if pause_s:
+                time.sleep(pause_s)
+    except ConnectionError:
+        return True
+    return False
+
+
+def get(path, *headers, method="GET", host="127.0.0.1"):
+    """The bytes of a well-formed request."""
+    lines = [f"{method} {path} HTTP/1.1", f"Host: {host}", *headers, "", ""]
+    return "\r\n".join(lines).encode("latin-1")

@@ -1,0 +1,255 @@
+// What a person does with the page, in a real browser. TERRAVOX_URL: against that server, else against a small invented one.
+import assert from 'node:assert/strict';
+import { after, before, describe, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { coloursOnMap, noBrowser, openBrowser, openPage, screenshot, textOf, until, untilText, type WatchedPage } from './support/browser.js';
+import { FakeServer } from './support/fake-server.js';
+
+const kRealUrl = process.env['TERRAVOX_URL'];
+
+/** Ref: W3C, Web Content Accessibility Guidelines 2.2, "relative luminance" and "contrast ratio". */
+function contrastOf(a: string, b: string): number {
+  const luminance = (hex: string): number => {
+    assert.match(hex, /^#[0-9a-f]{6}$/i);
+    const [r, g, bl] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r! + 0.7152 * g! + 0.0722 * bl!;
+  };
+  const [dark, light] = [luminance(a), luminance(b)].sort((x, y) => x - y);
+  return (light! + 0.05) / (dark! + 0.05);
+}
+
+describe('the page of the voxel server', { skip: noBrowser }, () => {
+  const fake = new FakeServer();
+  let browser: Browser;
+  let url: string;
+  before(async () => {
+    browser = await openBrowser();
+    url = kRealUrl === undefined ? (await fake.open()).url : new URL('.', kRealUrl).href;
+  });
+  after(async () => {
+    await browser?.close();
+    await fake.close();
+  });
+
+  async function openMap(options = {}): Promise<WatchedPage> {
+    const watched = await openPage(browser, url, options);
+    await untilText(watched.page, '#status', /^The server is up/);
+    await until('the map is drawn', async () => (await coloursOnMap(watched.page)) > 5);
+    return watched;
+  }
+  async function closeClean({ page, errors, strangers }: WatchedPage): Promise<void> {
+    assert.deepEqual(errors, [], 'errors in the console');
+    assert.deepEqual(strangers, [], 'requests to other hosts');
+    await page.context().close();
+  }
+  const position = (page: Page): Promise<string> => textOf(page, '#position');
+  const untilMoved = (page: Page, from: string): Promise<void> => until(`the map left ${from}`, async () => (await position(page)) !== from);
+
+  test('it shows the world, its tiles, squares and statistics', async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    assert.ok(watched.paths.some((path) => /^map\/\d+\/-?\d+\/-?\d+\.png$/.test(path)));
+    assert.notEqual(await textOf(page, '#title'), '');
+    await untilText(page, '#squares', /in all/);
+    await untilText(page, '#server', /Running for.*Memory/);
+    await untilText(page, '#rate', /\d requests a second/);
+    assert.match(await position(page), /^Middle: -?\d+\.?\d*, -?\d+\.?\d*/);
+    assert.match(await textOf(page, '.ol-scale-line'), /\d+ (m|km)/);
+    await until('the line has points', async () => ((await page.locator('#rate polyline').getAttribute('points')) ?? '').includes(' '));
+    await screenshot(page, 'light-1280');
+    await closeClean(watched);
+  });
+
+  test('keys and mouse move and zoom the map', async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    await page.locator('#map').focus();
+    const scale = (): Promise<string> => textOf(page, '.ol-scale-line');
+    for (const key of ['ArrowRight', 'ArrowUp']) {
+      const before = await position(page);
+      await page.keyboard.press(key);
+      await untilMoved(page, before);
+    }
+    const before = await scale();
+    await page.keyboard.press('+');
+    await page.keyboard.press('+');
+    await until('plus zooms', async () => (await scale()) !== before);
+    const box = (await page.locator('#map').boundingBox())!;
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await page.mouse.move(x, y);
+    assert.doesNotMatch(await position(page), /^Middle/);
+    const zoomed = await scale();
+    await page.mouse.wheel(0, 600);
+    await until('the wheel zooms', async () => (await scale()) !== zoomed);
+    const tiles = watched.paths.length;
+    await page.mouse.down();
+    await page.mouse.move(x - 150, y - 100, { steps: 5 });
+    await page.mouse.up();
+    await until('dragging asks for more', () => watched.paths.length > tiles);
+    await page.locator('.ol-zoom-in').click();
+    await closeClean(watched);
+  });
+
+  test('Enter tells what is in the middle, with a command that renders it', async () => {
+    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] });
+    const { page } = watched;
+    await untilText(page, '#squares', /in all/);
+    await page.locator('#map').focus();
+    await page.keyboard.press('Enter');
+    await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
+    const command = await page.locator('#command').inputValue();
+    const number = '-?\\d+\\.?\\d*';
+    const place = `${number},${number},${number}`;
+    assert.match(command, new RegExp(`^\\./terravox render ${url.replace(/\/$/, '')} --camera-target=${place} --camera-position=${place} -o [\\w.-]+\\.png$`));
+    assert.match(await textOf(page, '#place dl'), /On top.*m/);
+    if (kRealUrl === undefined) {
+      assert.match(await textOf(page, '#place dl'), /EPSG:3794.*Latitude, longitude46\.\d+, 14\.\d+.*grass, \d+\.00 m, #50783c.*LicenceCC BY 4\.0/);
+      assert.match(await textOf(page, '#place-summary'), /^\d+\.\d,\d+\.\d: square TM_46/);
+    }
+    await page.getByRole('button', { name: 'Copy command' }).click();
+    await untilText(page, '.command', /Copied/);
+    assert.equal(await page.evaluate(() => navigator.clipboard.readText()), command);
+    await closeClean(watched);
+  });
+
+  test('a click shows the square beneath, and one outside the world says so', { skip: kRealUrl !== undefined }, async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    await untilText(page, '#squares', /4 in all: 1 wanted, 1 fetched, 1 prepared, 1 failed/);
+    const box = (await page.locator('#map').boundingBox())!;
+    await page.mouse.click(box.x + box.width / 2 + 120, box.y + box.height / 2 + 120);
+    await untilText(page, '#place', /SquareTM_463_100Statefailed.*the file ends in the header/);
+    await page.mouse.click(box.x + 3, box.y + box.height / 2);
+    await untilText(page, '#place-summary', /in no LiDAR square/);
+    await untilText(page, '#place', /only air here/);
+    await page.getByRole('button', { name: 'TM_462_101' }).click();
+    await untilText(page, '#place', /SquareTM_462_101Stateprepared/);
+    await untilText(page, '.command .note', /south-west/);
+    await screenshot(page, 'light-1280-place');
+    await closeClean(watched);
+  });
+
+  test('layers are switched by keyboard, and boxes shown by level', async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    await page.getByLabel('Kept boxes').focus();
+    await page.keyboard.press('Space');
+    await untilText(page, '#layers', /\d+ in memory, \d+ on disk/);
+    await screenshot(page, 'light-1280-boxes');
+    const text = await textOf(page, '#layers');
+    await page.getByLabel('Level of the boxes').selectOption('1');
+    await until('level 1 is asked for', () => watched.paths.includes('v2/cached/1'));
+    if (kRealUrl === undefined) await until('other numbers', async () => (await textOf(page, '#layers')) !== text);
+    for (const name of ['Top view', 'LiDAR squares', 'Kept boxes']) await page.getByLabel(name).uncheck();
+    await until('nothing is drawn any more', async () => (await coloursOnMap(page)) <= 5);
+    await page.getByLabel('Top view').check();
+    await until('the top view is back', async () => (await coloursOnMap(page)) > 5);
+    await closeClean(watched);
+  });
+
+  test('coordinates are found, and wrong ones explained', async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    const [e, n] = /(-?\d+\.?\d*), (-?\d+\.?\d*)/.exec(await position(page))!.slice(1).map(Number);
+    await page.getByLabel('Go to').fill(`${e! + 30}, ${n! - 20}`);
+    await page.keyboard.press('Enter');
+    await untilText(page, '#position', new RegExp(`Middle: ${Math.floor(e! + 30)}`));
+    await page.getByLabel('Go to').fill('somewhere');
+    await page.keyboard.press('Enter');
+    await untilText(page, '#search-error', /no number/);
+    assert.equal(await page.getByLabel('Go to').getAttribute('aria-invalid'), 'true');
+    await closeClean(watched);
+  });
+
+  test('a link leads to its place', async () => {
+    const first = await openMap();
+    const [e, n] = /(-?\d+\.?\d*), (-?\d+\.?\d*)/.exec(await position(first.page))!.slice(1).map(Number);
+    await closeClean(first);
+    const watched = await openPage(browser, `${url}#e=${e! + 40}&n=${n! - 30}&r=0.25`);
+    await untilText(watched.page, '#place-summary', new RegExp(`^${Math.floor(e! + 40)}`));
+    await untilText(watched.page, '#position', new RegExp(`^Middle: ${Math.floor(e! + 40)}`));
+    await closeClean(watched);
+  });
+
+  test('steps can be sorted', { skip: kRealUrl !== undefined }, async () => {
+    const watched = await openMap();
+    const { page } = watched;
+    const first = (): Promise<string> => textOf(page, '#steps tbody tr:first-child th');
+    await untilText(page, '#steps', /point load578 ms4/);
+    assert.equal(await first(), 'point load');
+    await page.getByRole('button', { name: 'Runs' }).click();
+    assert.equal(await first(), 'serialization');
+    assert.equal(await page.locator('#steps th[aria-sort=descending]').textContent(), 'Runs');
+    await page.getByRole('button', { name: 'Runs' }).click();
+    assert.equal(await first(), 'point load');
+    await closeClean(watched);
+  });
+
+  test('it works behind a proxy that adds a path', { skip: kRealUrl !== undefined }, async () => {
+    const behind = new FakeServer();
+    behind.prefix = '/some/where/';
+    await behind.open();
+    const watched = await openPage(browser, behind.url);
+    await until('the map is drawn', async () => (await coloursOnMap(watched.page)) > 5);
+    await untilText(watched.page, '#squares', /4 in all/);
+    assert.ok(behind.asked.every((path) => path.startsWith(behind.prefix)), behind.asked.join(' '));
+    await closeClean(watched);
+    await behind.close();
+  });
+
+  for (const colorScheme of ['light', 'dark'] as const)
+    test(`colours can be told from what is behind them: ${colorScheme}`, async () => {
+      const watched = await openMap({ colorScheme });
+      const value = (name: string): Promise<string> =>
+        watched.page.evaluate((n) => getComputedStyle(document.documentElement).getPropertyValue(n).trim(), name);
+      const contrast = async (a: string, b: string): Promise<number> => contrastOf(await value(a), await value(b));
+      // WCAG 2.2: 4.5 for text, 3 for lines and signs.
+      for (const back of ['--back', '--panel']) {
+        const inks = ['--text', '--faint', '--accent', '--error'];
+        const signs = ['--wanted', '--fetched', '--prepared', '--failed', '--memory', '--disk'];
+        for (const ink of inks) assert.ok((await contrast(ink, back)) >= 4.5, `${ink} on ${back}`);
+        for (const sign of signs) assert.ok((await contrast(sign, back)) >= 3, `${sign} on ${back}`);
+      }
+      await closeClean(watched);
+    });
+
+  test('unfinished tiles are asked for again when boxes were made', { skip: kRealUrl !== undefined }, async () => {
+    fake.made = 3;
+    const watched = await openMap();
+    const { page } = watched;
+    await page.locator('#map').focus();
+    for (let i = 0; i < 3; ++i) {
+      const scale = await textOf(page, '.ol-scale-line');
+      await page.keyboard.press('-');
+      await until('minus zooms', async () => (await textOf(page, '.ol-scale-line')) !== scale);
+    }
+    await untilText(page, '#layers', /not made yet/);
+    await screenshot(page, 'light-1280-unfinished');
+    fake.made = 11;
+    await until('the hint is gone', async () => !/not made yet/.test(await textOf(page, '#layers')));
+    await closeClean(watched);
+    fake.made = 3;
+  });
+
+  for (const [name, options] of [
+    ['dark-1280', { colorScheme: 'dark' }],
+    ['light-390', { viewport: { width: 390, height: 800 } }],
+    ['dark-390', { colorScheme: 'dark', viewport: { width: 390, height: 800 } }],
+  ] as const)
+    test(`nothing is cut off at the side: ${name}`, async () => {
+      const watched = await openMap(options);
+      const { page } = watched;
+      await page.locator('#map').focus();
+      await page.keyboard.press('Enter');
+      await until('there is a command', async () => (await page.locator('#command').inputValue()) !== '');
+      const [inner, wanted] = await page.evaluate(() => [document.documentElement.clientWidth, document.documentElement.scrollWidth]);
+      assert.ok(wanted! <= inner!, `${wanted} pixels wide in a window of ${inner}`);
+      const [height, all] = await page.evaluate(() => [document.documentElement.clientHeight, document.documentElement.scrollHeight]);
+      if (inner! > 800) assert.ok(all! <= height!, `${all} pixels high in a window of ${height}: only the panel should scroll`);
+      await page.evaluate(() => window.scrollTo(0, 0));
+      await screenshot(page, name);
+      await page.locator('#place-title').evaluate((title) => title.scrollIntoView());
+      await screenshot(page, `${name}-facts`);
+      await closeClean(watched);
+    });
+});

@@ -1,0 +1,78 @@
+import { existsSync, mkdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { chromium, type Browser, type BrowserContextOptions, type Page } from 'playwright-core';
+
+const kChromium = process.env['TERRAVOX_CHROMIUM'] ?? '/usr/bin/chromium';
+const kScreenshots = process.env['TERRAVOX_SCREENSHOTS'] ?? '';
+
+/** Why there is no browser to test with, or false. */
+export const noBrowser = existsSync(kChromium) ? false : `no ${kChromium}: install chromium, or name one with TERRAVOX_CHROMIUM`;
+
+export const openBrowser = (): Promise<Browser> =>
+  chromium.launch({ executablePath: kChromium, headless: true, args: process.getuid?.() === 0 ? ['--no-sandbox'] : [] });
+
+/** A page that keeps what must not happen: errors, and requests to anyone but the server. */
+export type WatchedPage = { readonly page: Page; readonly errors: string[]; readonly strangers: string[]; readonly paths: string[] };
+
+export async function openPage(browser: Browser, url: string, options: BrowserContextOptions = {}): Promise<WatchedPage> {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
+  context.setDefaultTimeout(20_000);
+  const page = await context.newPage();
+  const watched: WatchedPage = { page, errors: [], strangers: [], paths: [] };
+  page.on('console', (message) => {
+    if (message.type() === 'error' || message.type() === 'warning') watched.errors.push(message.text());
+  });
+  page.on('pageerror', (error) => watched.errors.push(String(error)));
+  page.on('dialog', (dialog) => {
+    watched.errors.push(`a dialog: ${dialog.message()}`);
+    void dialog.dismiss();
+  });
+  page.on('request', (request) => {
+    const asked = new URL(request.url());
+    if (['data:', 'blob:'].includes(asked.protocol)) return;
+    if (asked.origin === new URL(url).origin) watched.paths.push(asked.pathname.slice(new URL(url).pathname.length));
+    else watched.strangers.push(request.url());
+  });
+  await page.goto(url);
+  return watched;
+}
+
+export async function screenshot(page: Page, name: string): Promise<void> {
+  if (kScreenshots === '') return;
+  mkdirSync(kScreenshots, { recursive: true });
+  await page.screenshot({ path: join(kScreenshots, `${name}.png`) });
+}
+
+export const textOf = async (page: Page, selector: string): Promise<string> => (await page.locator(selector).textContent()) ?? '';
+
+/** Waits until an element's text matches. @throws Error of the browser driver after its time limit, with both */
+export async function untilText(page: Page, selector: string, pattern: RegExp): Promise<string> {
+  await page
+    .waitForFunction(([s, p]) => new RegExp(p!, 's').test(document.querySelector(s!)?.textContent ?? ''), [selector, pattern.source])
+    .catch(async () => {
+      throw new Error(`${selector} says "${await textOf(page, selector)}"; expected ${String(pattern)}`);
+    });
+  return textOf(page, selector);
+}
+
+/** How many colours the map shows, up to a thousand: 1 is an empty map. */
+export const coloursOnMap = (page: Page): Promise<number> =>
+  page.evaluate(() => {
+    const seen = new Set<number>();
+    for (const canvas of document.querySelectorAll('#map canvas')) {
+      if (!(canvas instanceof HTMLCanvasElement) || canvas.width === 0) continue;
+      // Read from a copy: reading the map's own canvas often makes the browser warn, and slow it down.
+      const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+      copy?.drawImage(canvas, 0, 0);
+      const pixels = copy?.getImageData(0, 0, canvas.width, canvas.height).data;
+      if (!pixels) continue;
+      for (let i = 0; i < pixels.length && seen.size < 1000; i += 4)
+        if (pixels[i + 3] === 255) seen.add((pixels[i]! << 16) | (pixels[i + 1]! << 8) | pixels[i + 2]!);
+    }
+    return seen.size;
+  });
+
+export async function until(what: string, holds: () => boolean | Promise<boolean>): Promise<void> {
+  for (const end = Date.now() + 20_000; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 100))) if (await holds()) return;
+  throw new Error(`waited in vain: ${what}`);
+}

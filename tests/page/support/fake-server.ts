@@ -1,0 +1,144 @@
+import { readFileSync } from 'node:fs';
+import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
+import type { AddressInfo } from 'node:net';
+import { join } from 'node:path';
+import { boxFrame, kLevels, kMax, kMin, squaresJson, tilePng, worldJson, type SquareRow } from './fake-world.js';
+
+declare const TERRAVOX_PAGE_DIST: string;
+
+const kTypes: Readonly<Record<string, string>> = {
+  'index.html': 'text/html; charset=utf-8',
+  'app.js': 'text/javascript; charset=utf-8',
+  'app.css': 'text/css; charset=utf-8',
+  'licences.txt': 'text/plain; charset=utf-8',
+};
+
+/** A voxel server in small: the routes that the page uses, and switches for what may go wrong. */
+export class FakeServer {
+  token = '';
+  /** Where a proxy would put it. */
+  prefix = '/';
+  title = 'Invented hills';
+  busy = false;
+  squares: SquareRow[] = [
+    { name: 'TM_462_101', state: 'prepared' },
+    { name: 'TM_463_101', state: 'fetched' },
+    { name: 'TM_462_100', state: 'wanted' },
+    { name: 'TM_463_100', state: 'failed', error: 'read TM_463_100.laz: the file ends in the header' },
+  ];
+  stepName = 'point load';
+  /** Boxes made so far: tiles of the coarse zooms are whole once it is above 10. */
+  made = 3;
+  readonly asked: string[] = [];
+  #requests = 0;
+  #started = Date.now();
+  #server: Server | undefined;
+  #port = 0;
+
+  get url(): string {
+    return `http://127.0.0.1:${this.#port}${this.prefix}`;
+  }
+
+  async open(): Promise<this> {
+    this.#started = Date.now();
+    const server = (this.#server = createServer((request, reply) => this.#answer(request, reply)));
+    await new Promise<void>((resolve) => server.listen(this.#port, '127.0.0.1', resolve));
+    this.#port = (server.address() as AddressInfo).port;
+    return this;
+  }
+
+  async close(): Promise<void> {
+    const server = this.#server;
+    this.#server = undefined;
+    server?.closeAllConnections();
+    await new Promise<void>((resolve) => (server ? server.close(() => resolve()) : resolve()));
+  }
+
+  #answer(request: IncomingMessage, reply: ServerResponse): void {
+    this.asked.push(request.url ?? '');
+    if (request.url?.startsWith(this.prefix) !== true) return problem(reply, 404, 'not below the prefix');
+    const path = request.url.slice(this.prefix.length);
+    ++this.#requests;
+    const asset = path === '' ? 'index.html' : path.startsWith('page/') ? path.slice(5) : undefined;
+    if (asset !== undefined && asset in kTypes) {
+      reply.setHeader('Content-Security-Policy', "default-src 'self'; img-src 'self' blob: data:");
+      return void reply.setHeader('Content-Type', kTypes[asset]!).end(readFileSync(join(TERRAVOX_PAGE_DIST, asset)));
+    }
+    if (this.token !== '' && request.headers.authorization !== `Bearer ${this.token}`) {
+      reply.setHeader('WWW-Authenticate', 'Bearer');
+      return problem(reply, 401, 'no or another token');
+    }
+    if (this.busy) return problem(reply, 503, 'many boxes are being made');
+    const tile = /^map\/(\d+)\/(-?\d+)\/(-?\d+)\.png$/.exec(path);
+    if (tile) return this.#tile(reply, Number(tile[1]), Number(tile[2]), Number(tile[3]));
+    const box = /^v2\/boxes\/0\/(-?\d+)\/(-?\d+)\/(-?\d+)$/.exec(path);
+    if (box) return sendBox(reply, boxFrame(Number(box[1]), Number(box[2]), Number(box[3])));
+    const cached = /^v2\/cached\/(\d+)$/.exec(path);
+    const json = cached ? this.#cached(Number(cached[1])) : this.#json(path);
+    if (json === undefined) return problem(reply, 404, `nothing at ${path}`);
+    reply.setHeader('Content-Type', 'application/json').setHeader('Cache-Control', 'no-store').end(JSON.stringify(json));
+  }
+
+  #tile(reply: ServerResponse, zoom: number, x: number, y: number): void {
+    if (zoom >= kLevels) return problem(reply, 404, `zoom ${zoom}`);
+    const whole = zoom >= kLevels - 3 || this.made > 10;
+    if (!whole) reply.setHeader('Terravox-Complete', 'no').setHeader('Cache-Control', 'no-store');
+    reply.setHeader('Content-Type', 'image/png').end(tilePng(zoom, x, y, whole));
+  }
+
+  #cached(level: number): unknown {
+    const side = 64 * 2 ** level;
+    const keys = (from: number, to: number): number[][] => {
+      const out: number[][] = [];
+      for (let bz = Math.floor(kMin[2] / side); bz < kMax[2] / side; ++bz)
+        for (let bx = Math.floor(kMin[0] / side); bx < kMax[0] / side; ++bx) {
+          const turn = (((bx + 2 * bz) % 5) + 5) % 5;
+          if (turn >= from && turn < to) out.push([bx, 1, bz]);
+        }
+      return out;
+    };
+    return { level, changes: this.made, memory: keys(0, 2), disk: keys(1, 4), truncated: false };
+  }
+
+  #json(path: string): unknown {
+    if (path === 'v2/world') return worldJson(this.title);
+    if (path === 'v2/squares') return squaresJson(this.squares);
+    if (/^v2\/columns\/0\//.test(path)) return { by_begin: 0, by_end: 3, min_y: kMin[1], max_y: kMax[1] };
+    if (path === 'v2/stats') return this.#stats();
+    return undefined;
+  }
+
+  #stats(): unknown {
+    const cache = { hits: 812, misses: 64, waits: 2, evictions: 1, bytes: 48_123_456, entries: 64, limit_bytes: 2 ** 30 };
+    const steps = [
+      [this.stepName, 2.31, 4],
+      ['k-d trees (all)', 0.42, 4],
+      ['building fill', 0.0634, 12],
+      ['ground fill', 0.183, 12],
+      ['serialization', 0.000912, 24],
+    ] as const;
+    return {
+      version: '0.1.0',
+      uptime_s: (Date.now() - this.#started) / 1000,
+      stages: steps.map(([name, seconds, count]) => ({ name, seconds, count })),
+      requests: { boxes: { 200: this.#requests, 503: 2 }, map: { 200: 31 } },
+      replies: { count: this.#requests, bytes: 9_876_543 },
+      cache,
+      disk: { ...cache, writes: 12, folder: '/var/cache/terravox', limit_bytes: 20 * 2 ** 30 },
+      making: { running: 2, waiting: 5, ahead_waiting: 17, made: this.made, made_ahead: 4, failed: 1 },
+      memory: { rss_bytes: 512 * 2 ** 20, limit_bytes: 4 * 2 ** 30 },
+      prepare: { done: 1, total: 4, failed: 1 },
+    };
+  }
+}
+
+function sendBox(reply: ServerResponse, box: Uint8Array | undefined): void {
+  reply.statusCode = box === undefined ? 204 : 200;
+  if (box !== undefined) reply.setHeader('Content-Type', 'application/vnd.terravox.box');
+  reply.end(box);
+}
+
+function problem(reply: ServerResponse, status: number, detail: string): void {
+  reply.statusCode = status;
+  reply.setHeader('Content-Type', 'application/problem+json').end(JSON.stringify({ title: 'Trouble', status, detail }));
+}

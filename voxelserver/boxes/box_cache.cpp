@@ -1,0 +1,205 @@
+#include "voxelserver/boxes/box_cache.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+
+#include "common/util/error.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "common/voxel/downsample.hpp"
+
+namespace terravox::boxes {
+namespace {
+
+constexpr std::size_t kMostAhead = 256;  // boxes wanted ahead: older wishes are forgotten
+
+Item item_of(const KeptBox& kept) { return {kept.checksum, kept.frame, kept.reach}; }
+
+}  // namespace
+
+BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times, const BoxCacheOptions& options)
+    : m_world(world),
+      m_times(times),
+      m_gate(std::max(options.makers, 1), std::max(options.queue, 0)),
+      m_ahead_on(options.ahead),
+      m_memory(options.memory_bytes),
+      m_disk(options.file.empty() ? nullptr
+                                  : std::make_unique<DiskCache>(options.file, options.disk_bytes, [&world](const voxel::Reach& r) { return world.fingerprint(r); })) {
+    // Half of the places: what is asked for meanwhile still finds a core.
+    if (options.ahead)
+        for (int i = 0; i < std::max(options.makers / 2, 1); ++i) m_threads.emplace_back([this] { work_ahead(); });
+}
+
+BoxCache::~BoxCache() { close(); }
+
+void BoxCache::close() {
+    m_gate.close();
+    {
+        const std::lock_guard lock(m_wanting);
+        m_closed = true;
+    }
+    m_wanted.notify_all();
+    const std::lock_guard lock(m_joining);
+    for (std::thread& t : m_threads)
+        if (t.joinable()) t.join();
+}
+
+KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
+    // Nothing solid is out there. Answered without the cache, or whoever asks for all of space would empty it.
+    const voxel::VoxelBounds& bounds = m_world.info().bounds;
+    if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key)) return nullptr;
+    return std::make_shared<const KeptBox>(KeptBox{0, nullptr, footprint(key)});
+}
+
+KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) { return get(key, Way::kAsked); }
+
+KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
+    if (auto kept = find(key)) return kept;
+    // Its children first, each when the machine is idle.
+    if (key.level > 0)
+        for (int i = 0; i < 8; ++i)
+            if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)})) return nullptr;
+    const Gate::AheadPass pass(m_gate);
+    return pass ? get(key, Way::kAhead) : nullptr;
+}
+
+KeptBoxPtr BoxCache::find(const voxel::BoxKey& key) {
+    if (auto air = known_air(key)) return air;
+    if (auto kept = m_memory.find(key)) return kept;
+    auto kept = from_disk(key);
+    if (kept) m_memory.put(key, kept, kept->memory_bytes());
+    return kept;
+}
+
+KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Way way) {
+    if (auto air = known_air(key)) return air;
+    bool fresh = false;
+    auto out = m_memory.get(
+        key,
+        [&] {
+            fresh = true;
+            if (auto kept = from_disk(key)) return kept;
+            return make(key, way);
+        },
+        [](const KeptBoxPtr& k) { return k->memory_bytes(); });
+    if (fresh && m_listener) m_listener(key);
+    return out;
+}
+
+KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
+    if (!m_disk) return nullptr;
+    const util::StageTimes::Scope timed(m_times, "box cache");
+    const auto item = m_disk->find(Kind::kBox, key);
+    return item ? std::make_shared<const KeptBox>(KeptBox{item->tag, item->bytes, item->reach}) : nullptr;
+}
+
+voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
+    if (key.level == 0) return m_world.traced_box(key);
+    voxel::TracedBox out;
+    out.reach = footprint(key);
+    if (m_world.column(key.level, key.bx, key.bz).empty()) return out;
+    std::array<std::shared_ptr<const voxel::Box>, 8> children;
+    for (int i = 0; i < 8; ++i) {
+        const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
+        const auto kept = get(child, way == Way::kAhead ? way : Way::kChild);
+        out.reach.add(kept->reach);
+        children[static_cast<std::size_t>(i)] = unpacked(*kept, child);
+    }
+    std::optional<Gate::Pass> pass;
+    if (way != Way::kAhead) pass.emplace(m_gate);
+    const util::StageTimes::Scope timed(m_times, "downsample");
+    out.box = voxel::downsample(key, children);
+    return out;
+}
+
+KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
+    std::optional<Gate::Pass> pass;
+    if (way != Way::kAhead && key.level == 0) pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
+    KeptBox kept;
+    try {
+        const voxel::TracedBox made = build(key, way);
+        kept.reach = made.reach;
+        kept.reach.add(footprint(key));
+        if (made.box) {
+            const util::StageTimes::Scope timed(m_times, "compression");
+            const auto frame = voxel::compress(*made.box);
+            kept.checksum = made.box->checksum();
+            kept.frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(frame.data()), frame.size());
+        }
+    } catch (const Busy&) {
+        throw;
+    } catch (...) {
+        ++m_failed;
+        throw;
+    }
+    ++m_made;
+    if (way == Way::kAhead) ++m_made_ahead;
+    if (m_disk) m_disk->put(Kind::kBox, key, item_of(kept), way == Way::kAhead ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
+    if (way == Way::kAsked) want_ahead(key);
+    return std::make_shared<const KeptBox>(std::move(kept));
+}
+
+std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept, const voxel::BoxKey& key) {
+    return kept.air() ? nullptr : voxel::decompress_box(std::as_bytes(std::span(*kept.frame)), "box " + voxel::to_string(key));
+}
+
+// The boxes above and below it, which share nearly all of its work, and its neighbours.
+void BoxCache::want_ahead(const voxel::BoxKey& key) {
+    if (!m_ahead_on) return;
+    std::vector<voxel::BoxKey> wanted;
+    for (int dz = -1; dz <= 1; ++dz)
+        // No world reaches so far that this overflows: known_air() has answered before.
+        for (int dx = -1; dx <= 1; ++dx) wanted.push_back({key.level, key.bx + dx, key.by, key.bz + dz});
+    const voxel::ColumnExtent column = m_world.column(key.level, key.bx, key.bz);
+    for (std::int32_t by = column.by_begin; by < column.by_end; ++by) wanted.push_back({key.level, key.bx, by, key.bz});
+    const std::lock_guard lock(m_wanting);
+    if (m_closed) return;
+    for (const voxel::BoxKey& next : wanted)
+        if (next != key && !known_air(next) && !m_memory.holds(next) && m_ahead_set.insert(next).second) m_ahead.push_front(next);
+    while (m_ahead.size() > kMostAhead) {
+        m_ahead_set.erase(m_ahead.back());
+        m_ahead.pop_back();
+    }
+    m_wanted.notify_all();
+}
+
+void BoxCache::work_ahead() {
+    for (;;) {
+        voxel::BoxKey key;
+        {
+            std::unique_lock lock(m_wanting);
+            m_wanted.wait(lock, [&] { return m_closed || !m_ahead.empty(); });
+            if (m_closed) return;
+            key = m_ahead.front();
+            m_ahead.pop_front();
+            m_ahead_set.erase(key);
+        }
+        try {
+            (void)get_ahead(key);
+        } catch (const std::exception& e) {
+            spdlog::debug("make box {} ahead: {}", voxel::to_string(key), e.what());  // who asks for it is told
+        }
+    }
+}
+
+BoxCache::Stats BoxCache::stats() const {
+    Stats out;
+    out.memory = m_memory.stats();
+    out.gate = m_gate.counts();
+    out.made = m_made, out.made_ahead = m_made_ahead, out.failed = m_failed;
+    const std::lock_guard lock(m_wanting);
+    out.ahead_waiting = m_ahead.size();
+    return out;
+}
+
+std::vector<voxel::BoxKey> BoxCache::in_memory(int level, std::size_t most) const {
+    std::vector<voxel::BoxKey> out;
+    m_memory.each_key([&](const voxel::BoxKey& key) {
+        if (key.level == level && out.size() < most) out.push_back(key);
+    });
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+}  // namespace terravox::boxes

@@ -1,0 +1,57 @@
+#include "voxelserver/boxes/gate.hpp"
+
+#include <string>
+
+namespace terravox::boxes {
+
+Gate::Counts Gate::counts() const {
+    const std::lock_guard lock(m_mutex);
+    return {m_inside, m_waiting, m_ahead};
+}
+
+void Gate::enter() {
+    std::unique_lock lock(m_mutex);
+    if (m_inside >= m_most_inside) {
+        if (m_waiting >= m_most_waiting)
+            throw Busy("make a box: " + std::to_string(m_inside) + " are being made and " + std::to_string(m_waiting) + " wait; ask again later");
+        ++m_waiting;
+        m_left.wait(lock, [&] { return m_inside < m_most_inside; });
+        --m_waiting;
+    }
+    ++m_inside;
+}
+
+void Gate::leave() noexcept {
+    {
+        const std::lock_guard lock(m_mutex);
+        --m_inside;
+    }
+    m_left.notify_one();
+    m_idle.notify_all();
+}
+
+bool Gate::enter_ahead() {
+    std::unique_lock lock(m_mutex);
+    m_idle.wait(lock, [&] { return m_closed || (m_inside == 0 && m_waiting == 0 && m_ahead < m_most_inside); });
+    if (m_closed) return false;
+    ++m_ahead;
+    return true;
+}
+
+void Gate::leave_ahead() noexcept {
+    {
+        const std::lock_guard lock(m_mutex);
+        --m_ahead;
+    }
+    m_idle.notify_one();
+}
+
+void Gate::close() {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_closed = true;
+    }
+    m_idle.notify_all();
+}
+
+}  // namespace terravox::boxes

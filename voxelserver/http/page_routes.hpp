@@ -1,0 +1,13 @@
+#pragma once
+
+#include "voxelserver/http/service.hpp"
+
+namespace terravox::http {
+
+/// GET / and /page/{name}: the page and its files, which are part of the program; 404 for another name.
+[[nodiscard]] Response answer_page(const Asked& asked);
+
+/// GET /openapi.json: docs/openapi.json, which is part of the program.
+[[nodiscard]] Response answer_open_api(const Asked& asked);
+
+}  // namespace terravox::http

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace terravox::http {
+
+/// What a request was for. kUnknown: no such path; kRefused: not even a request (malformed, too large, too late).
+enum class Route {
+    kPage,
+    kPageFile,
+    kHealth,
+    kWorld,
+    kBox,
+    kBatch,
+    kColumn,
+    kSquares,
+    kCached,
+    kStats,
+    kMetrics,
+    kOpenApi,
+    kMapTile,
+    kGkotBox,
+    kGkotOrigin,
+    kUnknown,
+    kRefused
+};
+inline constexpr std::size_t kRouteCount = static_cast<std::size_t>(Route::kRefused) + 1;
+
+/// One line of the interface.
+struct RouteFacts {
+    Route route = Route::kUnknown;
+    std::string_view path;                ///< with {names} for what varies: also its name in statistics and in docs/openapi.json
+    bool post = false;                    ///< POST; otherwise GET and HEAD
+    bool open = false;                    ///< needs no token
+    std::size_t most_body_bytes = 0;
+};
+[[nodiscard]] std::span<const RouteFacts> routes() noexcept;
+[[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;
+
+/// Parts of a path between its slashes. @return nothing for a path that does not begin with one, or of more parts than any route
+struct PathParts {
+    std::array<std::string_view, 6> part;
+    std::size_t count = 0;
+};
+[[nodiscard]] std::optional<PathParts> split_path(std::string_view path) noexcept;
+[[nodiscard]] Route route_of(const PathParts& parts) noexcept;
+
+}  // namespace terravox::http

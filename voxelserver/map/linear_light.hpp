@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+
+namespace terravox::map {
+
+/// Linear light as whole numbers, 65535 = the brightest of sRGB: sums and means of them are the same on every machine.
+inline constexpr std::uint32_t kBrightest = 65535;
+
+/// Ref: IEC 61966-2-1 (sRGB).
+[[nodiscard]] std::uint32_t to_linear(std::uint8_t srgb) noexcept;
+
+/// The nearest sRGB value, so that to_srgb(to_linear(v)) == v. More than kBrightest is cut to it.
+[[nodiscard]] std::uint8_t to_srgb(std::uint32_t linear) noexcept;
+
+}  // namespace terravox::map

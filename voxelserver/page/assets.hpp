@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace terravox::page {
+
+/// A file of the web page, as it is part of the program. All texts live as long as the program.
+struct Asset {
+    std::string_view path;          ///< its name: "index.html", "app.js", "app.css" or "licences.txt"
+    std::string_view content_type;  ///< for the header of that name
+    std::string_view bytes;
+};
+
+/// All files of the page. "index.html" is meant for `/` and refers to the others as `page/NAME`, relative to itself, so that the page also
+/// works behind a proxy that adds a path. It needs no more than `Content-Security-Policy: default-src 'self'; img-src 'self' blob: data:`.
+/// Thread-safe.
+[[nodiscard]] std::span<const Asset> assets() noexcept;
+
+/// @return the file of that name, or nullptr. Thread-safe.
+[[nodiscard]] const Asset* find(std::string_view path) noexcept;
+
+/// docs/openapi.json: the interface, for programs.
+[[nodiscard]] std::string_view open_api() noexcept;
+
+}  // namespace terravox::page

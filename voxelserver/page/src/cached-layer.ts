@@ -1,0 +1,58 @@
+import Feature from 'ol/Feature.js';
+import MultiPolygon from 'ol/geom/MultiPolygon.js';
+import VectorLayer from 'ol/layer/Vector.js';
+import VectorSource from 'ol/source/Vector.js';
+import Fill from 'ol/style/Fill.js';
+import Stroke from 'ol/style/Stroke.js';
+import Style from 'ol/style/Style.js';
+import { cssValue } from './dom.js';
+import { hatchPattern, kDiskSign, kMemorySign, type Sign } from './patterns.js';
+import type { CachedBoxes } from './squares.js';
+import type { WorldProjection } from './world-projection.js';
+
+/**
+ * The boxes of one level that the server keeps, seen from above: those in memory hatched, those on disk dotted, both where both.
+ * One feature a kind: with ten thousand boxes, as many features would be slow.
+ */
+export class CachedLayer {
+  readonly layer = new VectorLayer({ source: new VectorSource<Feature<MultiPolygon>>({ wrapX: false }), zIndex: 2 });
+  readonly #projection: WorldProjection;
+  readonly #memory = new Feature<MultiPolygon>();
+  readonly #disk = new Feature<MultiPolygon>();
+
+  constructor(projection: WorldProjection) {
+    this.#projection = projection;
+    this.layer.getSource()?.addFeatures([this.#disk, this.#memory]);
+    this.recolour();
+  }
+
+  show(boxes: CachedBoxes): void {
+    this.#memory.setGeometry(this.#shape(boxes.level, boxes.memory));
+    this.#disk.setGeometry(this.#shape(boxes.level, boxes.disk));
+  }
+
+  clear(): void {
+    this.#memory.setGeometry(undefined);
+    this.#disk.setGeometry(undefined);
+  }
+
+  recolour(): void {
+    this.#memory.setStyle(styleOf(kMemorySign));
+    this.#disk.setStyle(styleOf(kDiskSign));
+  }
+
+  #shape(level: number, boxes: CachedBoxes['memory']): MultiPolygon {
+    const footprints = new Map(boxes.map(([bx, , bz]) => [`${bx} ${bz}`, [bx, bz] as const]));
+    return new MultiPolygon(
+      [...footprints.values()].map(([bx, bz]) => {
+        const [west, south, east, north] = this.#projection.boxExtent(level, bx, bz);
+        return [[[west, south], [east, south], [east, north], [west, north], [west, south]]];
+      }),
+    );
+  }
+}
+
+function styleOf(sign: Sign): Style {
+  const colour = cssValue(sign.colour);
+  return new Style({ fill: new Fill({ color: hatchPattern(sign.hatch, colour) }), stroke: new Stroke({ color: colour, width: 1.5 }) });
+}

@@ -1,0 +1,83 @@
+import { cssValue } from './dom.js';
+import type { SquareState } from './squares.js';
+
+/** Hatches, so that no state is told by colour alone. Colours come from app.css. */
+
+export type Hatch = 'dots' | 'rising' | 'falling' | 'cross';
+export type Sign = { readonly letter: string; readonly hatch: Hatch; readonly colour: string; readonly label: string };
+
+export const kStateSigns: Readonly<Record<SquareState, Sign>> = {
+  wanted: { letter: 'W', hatch: 'dots', colour: '--wanted', label: 'wanted: not fetched yet' },
+  fetched: { letter: 'F', hatch: 'falling', colour: '--fetched', label: 'fetched: on disk' },
+  prepared: { letter: 'P', hatch: 'rising', colour: '--prepared', label: 'prepared: decoded' },
+  failed: { letter: '!', hatch: 'cross', colour: '--failed', label: 'failed' },
+};
+export const kMemorySign: Sign = { letter: 'M', hatch: 'rising', colour: '--memory', label: 'in memory' };
+export const kDiskSign: Sign = { letter: 'D', hatch: 'dots', colour: '--disk', label: 'on disk' };
+
+const kTilePx = 12;
+
+/** @return a repeating fill, half of it transparent */
+export function hatchPattern(hatch: Hatch, colour: string): CanvasPattern | string {
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = kTilePx;
+  const context = canvas.getContext('2d');
+  if (context === null) return colour;
+  context.strokeStyle = context.fillStyle = colour;
+  context.lineWidth = 1.3;
+  context.globalAlpha = 0.1;
+  context.fillRect(0, 0, kTilePx, kTilePx);
+  context.globalAlpha = 0.65;
+  drawHatch(context, hatch);
+  return context.createPattern(canvas, 'repeat') ?? colour;
+}
+
+// Each stroke is drawn beyond the corners, so that the repeated tile has no gaps.
+function drawHatch(context: CanvasRenderingContext2D, hatch: Hatch): void {
+  context.beginPath();
+  if (hatch === 'dots') {
+    context.arc(kTilePx / 2, kTilePx / 2, 1.4, 0, 2 * Math.PI);
+    context.fill();
+    return;
+  }
+  for (const shift of [-kTilePx, 0, kTilePx]) {
+    if (hatch !== 'falling') {
+      context.moveTo(shift - 1, kTilePx + 1);
+      context.lineTo(shift + kTilePx + 1, -1);
+    }
+    if (hatch !== 'rising') {
+      context.moveTo(shift - 1, -1);
+      context.lineTo(shift + kTilePx + 1, kTilePx + 1);
+    }
+  }
+  context.stroke();
+}
+
+/** A swatch for a legend: hatch, frame and letter. */
+export function swatch(sign: Sign): HTMLCanvasElement {
+  const canvas = document.createElement('canvas');
+  canvas.className = 'swatch';
+  canvas.setAttribute('aria-hidden', 'true');
+  const ratio = Math.max(1, window.devicePixelRatio);
+  const [width, height] = [30, 20];
+  canvas.width = width * ratio;
+  canvas.height = height * ratio;
+  const context = canvas.getContext('2d');
+  if (context === null) return canvas;
+  const colour = cssValue(sign.colour);
+  context.scale(ratio, ratio);
+  context.fillStyle = hatchPattern(sign.hatch, colour);
+  context.fillRect(0, 0, width, height);
+  context.strokeStyle = colour;
+  context.lineWidth = 2;
+  context.strokeRect(1, 1, width - 2, height - 2);
+  context.font = 'bold 13px system-ui, sans-serif';
+  context.textAlign = 'center';
+  context.textBaseline = 'middle';
+  context.lineWidth = 4;
+  context.strokeStyle = cssValue('--back');
+  context.strokeText(sign.letter, width / 2, height / 2 + 1);
+  context.fillStyle = cssValue('--text');
+  context.fillText(sign.letter, width / 2, height / 2 + 1);
+  return canvas;
+}

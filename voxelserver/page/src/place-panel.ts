@@ -1,0 +1,131 @@
+import { messageOf, type Api } from './api.js';
+import { decimalsFor, formatLatLon, placeToHash } from './coordinates.js';
+import { byId, copyButton, element, setFacts, setText } from './dom.js';
+import { formatBytes, formatCount } from './number-format.js';
+import { cameraHeight, cameraPlace, renderCommand } from './render-command.js';
+import type { Square } from './squares.js';
+import { TopFinder, type Top } from './top-finder.js';
+import type { WorldProjection } from './world-projection.js';
+
+/** What is at a place: coordinates, what is on top, the LiDAR square, and the command that renders it. */
+export class PlacePanel {
+  readonly #api: Api;
+  readonly #projection: WorldProjection;
+  readonly #tops: TopFinder;
+  readonly #summary = byId('place-summary', HTMLElement);
+  readonly #facts = element('dl');
+  readonly #command = element('textarea', { id: 'command', readonly: '', rows: '5', spellcheck: 'false' });
+  readonly #note = element('p', { class: 'note' });
+  readonly #latLonButton: HTMLButtonElement;
+  readonly #geo = element('a', {}, 'Open in a map program');
+  #place: readonly [number, number] = [0, 0];
+  #height: number | undefined;
+  #resolution = 1;
+  #shown = 0;
+
+  constructor(api: Api, projection: WorldProjection) {
+    this.#api = api;
+    this.#projection = projection;
+    this.#tops = new TopFinder(api, projection);
+    this.#latLonButton = copyButton('Copy lat, lon', () => this.#latLonText());
+    const buttons = element(
+      'p',
+      { class: 'buttons' },
+      copyButton('Copy E,N', () => this.#placeText()),
+      this.#latLonButton,
+      copyButton('Copy link', () => this.#link()),
+      this.#geo,
+    );
+    const label = element('label', { for: 'command' }, 'Render it');
+    const command = element('div', { class: 'command' }, label, this.#command, copyButton('Copy command', () => this.#command.value), this.#note);
+    byId('place', HTMLElement).append(this.#facts, buttons, command);
+    byId('place', HTMLElement).hidden = true;
+  }
+
+  /** Shows a place: at once what is known, then, when the server has told, what is on top of it. */
+  async show(easting: number, northing: number, resolution: number, square: Square | undefined): Promise<void> {
+    const mine = ++this.#shown;
+    this.#place = [easting, northing];
+    this.#height = undefined;
+    this.#resolution = resolution;
+    byId('place', HTMLElement).hidden = false;
+    setText(this.#summary, `${this.#placeText()}: ${square ? `square ${square.name}, ${square.state}` : 'in no LiDAR square'}`);
+    this.#draw(square, 'looking …');
+    setText(this.#note, 'The height is being looked up …');
+    this.#command.value = '';
+    const camera = cameraPlace({ easting, northing }, this.#projection);
+    try {
+      const top = await this.#tops.find(easting, northing);
+      // Only the camera's safety depends on this one: without it the command is still of use.
+      const ground = await this.#tops.find(...camera).catch(() => undefined);
+      if (mine !== this.#shown) return;
+      this.#height = top?.heightM;
+      this.#draw(square, top ? describe(top, this.#projection.world.materials) : 'nothing: only air here');
+      this.#propose(camera, top, ground, square);
+    } catch (error) {
+      if (mine !== this.#shown) return;
+      this.#draw(square, 'unknown');
+      setText(this.#note, `What is on top could not be learnt. ${messageOf(error)} Choose the place again to retry.`);
+    }
+  }
+
+  #propose(camera: readonly [number, number], top: Top | undefined, ground: Top | undefined, square: Square | undefined): void {
+    if (top === undefined) return setText(this.#note, 'Nothing to render here.');
+    const [easting, northing] = this.#place;
+    const target = { easting, northing, heightM: top.heightM };
+    const from = { easting: camera[0], northing: camera[1], heightM: cameraHeight(top.heightM, ground?.heightM) };
+    this.#command.value = renderCommand(this.#api.base.replace(/\/$/, ''), target, from, square?.name ?? 'picture', this.#projection);
+    setText(this.#note, 'Seen from the south-west, 400 m away.');
+  }
+
+  #draw(square: Square | undefined, top: string): void {
+    const { crs } = this.#projection.world;
+    const latLon = this.#latLonText();
+    this.#latLonButton.hidden = this.#geo.hidden = latLon === '';
+    this.#geo.setAttribute('href', `geo:${latLon.replace(' ', '')}`);
+    setFacts(this.#facts, [
+      [crs === '' ? 'Easting, northing' : `${crs}`, this.#placeText()],
+      ['Latitude, longitude', latLon],
+      ['On top', top],
+      ...factsOf(square),
+    ]);
+  }
+
+  #placeText(): string {
+    const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);
+    return [...this.#place.map((value) => value.toFixed(decimals)), ...(this.#height === undefined ? [] : [this.#height.toFixed(2)])].join(',');
+  }
+
+  #latLonText(): string {
+    const place = this.#projection.toLatLon(...this.#place);
+    return place ? formatLatLon(place.latDeg, place.lonDeg) : '';
+  }
+
+  #link(): string {
+    const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);
+    return new URL(placeToHash(...this.#place, this.#resolution, decimals), this.#api.base).href;
+  }
+}
+
+function describe(top: Top, materials: readonly string[]): string {
+  const height = `${top.heightM.toFixed(2)} m`;
+  if (top.look === undefined) return height;
+  const material = (materials[top.look.material] ?? `material ${top.look.material}`).replace(/_/g, ' ');
+  return `${material}, ${height}${top.look.colour ? `, ${top.look.colour}` : ''}`;
+}
+
+/** Rows about a square; empty texts are left out by who shows them. */
+export function factsOf(square: Square | undefined): [string, string][] {
+  if (square === undefined) return [];
+  return [
+    ['Square', square.name],
+    ['State', square.state],
+    ['Error', square.error],
+    ['File', [square.file, square.bytes === undefined ? '' : formatBytes(square.bytes)].filter((text) => text !== '').join(', ')],
+    ['Points', square.points === undefined ? '' : formatCount(square.points)],
+    ['Density', square.densityPerM2 === undefined ? '' : `${square.densityPerM2.toFixed(1)} points a square metre`],
+    ['Source', square.source],
+    ['Licence', square.licence],
+    ['Attribution', square.attribution],
+  ];
+}

@@ -1,0 +1,36 @@
+import { element, setText } from './dom.js';
+import { Rates } from './rates.js';
+
+const kSvg = 'http://www.w3.org/2000/svg';
+const [kWidth, kHeight] = [240, 44];
+
+/** Requests a second over the last two minutes: a line, and the same in words. */
+export class RateChart {
+  readonly #rates = new Rates();
+  readonly #line = document.createElementNS(kSvg, 'polyline');
+  readonly #text = element('p', { class: 'rate-text' });
+
+  constructor(target: HTMLElement) {
+    const svg = document.createElementNS(kSvg, 'svg');
+    svg.setAttribute('viewBox', `0 0 ${kWidth} ${kHeight}`);
+    svg.setAttribute('preserveAspectRatio', 'none');
+    svg.setAttribute('aria-hidden', 'true');
+    this.#line.setAttribute('transform', 'translate(0 2)');
+    svg.append(this.#line);
+    target.append(this.#text, svg);
+    this.#draw();
+  }
+
+  add(atS: number, requests: number): void {
+    this.#rates.add(atS, requests);
+    this.#draw();
+  }
+
+  #draw(): void {
+    this.#line.setAttribute('points', this.#rates.line(kWidth, kHeight - 4));
+    const rate = (value: number): string => value.toFixed(value < 10 ? 1 : 0);
+    const isKnown = this.#rates.samples.length > 0;
+    const known = `${rate(this.#rates.current)} requests a second, at most ${rate(this.#rates.highest)} in 2 minutes`;
+    setText(this.#text, isKnown ? known : 'Counting requests a second …');
+  }
+}

@@ -1,0 +1,154 @@
+/** What the server answers, checked and brought into types. Readers take anything and throw an Error that names the field. */
+
+export type Vec3 = readonly [number, number, number];
+
+export type World = {
+  readonly title: string;
+  readonly software: string;
+  /** Half-open, voxels of level 0; x east, y up, z south. */
+  readonly min: Vec3;
+  readonly max: Vec3;
+  readonly voxelM: number;
+  readonly levels: number;
+  readonly crs: string;
+  readonly crsWkt: string;
+  readonly crsProj4: string;
+  readonly unitsPerVoxel: number;
+  readonly centre: { readonly latDeg: number; readonly lonDeg: number } | undefined;
+  readonly licence: string;
+  readonly attribution: string;
+  readonly materials: readonly string[];
+  readonly tilePx: number;
+  /** Finest zoom of the top view; -1 when the server draws none. */
+  readonly finestZoom: number;
+};
+
+export type Stage = { readonly name: string; readonly seconds: number; readonly count: number };
+export type CacheStats = {
+  readonly hits: number;
+  readonly misses: number;
+  readonly evictions: number;
+  readonly bytes: number;
+  readonly entries: number;
+  readonly limitBytes: number;
+  readonly folder: string;
+};
+export type Stats = {
+  readonly version: string;
+  readonly uptimeS: number;
+  readonly stages: readonly Stage[];
+  /** All requests answered so far. */
+  readonly requests: number;
+  readonly replyBytes: number | undefined;
+  readonly cache: CacheStats | undefined;
+  readonly disk: CacheStats | undefined;
+  readonly making:
+    | {
+        readonly running: number;
+        readonly waiting: number;
+        readonly aheadWaiting: number;
+        readonly made: number;
+        readonly madeAhead: number;
+        readonly failed: number;
+      }
+    | undefined;
+  readonly memory: { readonly rssBytes: number; readonly limitBytes: number } | undefined;
+  readonly prepare: { readonly done: number; readonly total: number; readonly failed: number } | undefined;
+};
+
+type Fields = Readonly<Record<string, unknown>>;
+
+export const isFields = (value: unknown): value is Fields => typeof value === 'object' && value !== null && !Array.isArray(value);
+
+function fields(value: unknown, what: string): Fields {
+  if (!isFields(value)) throw new Error(`read ${what}: not a JSON object`);
+  return value;
+}
+
+export const textOf = (value: unknown): string => (typeof value === 'string' ? value : '');
+const count = (value: unknown): number => (typeof value === 'number' && Number.isFinite(value) ? value : 0);
+const texts = (value: unknown): string[] => (Array.isArray(value) ? value.map(textOf) : []);
+
+function number(value: unknown, what: string, min: number, max: number): number {
+  if (typeof value === 'number' && value >= min && value <= max) return value;
+  throw new Error(`read the world: ${what} = ${String(value)}; allowed: ${min} to ${max}`);
+}
+
+function vec3(value: unknown, what: string): Vec3 {
+  const [x, y, z] = Array.isArray(value) ? (value as unknown[]) : [];
+  const far = 2 ** 31;
+  return [number(x, what, -far, far), number(y, what, -far, far), number(z, what, -far, far)];
+}
+
+export function readWorld(json: unknown): World {
+  const all = fields(json, 'the world');
+  const bounds = fields(all['bounds'], 'the bounds of the world');
+  const map = isFields(all['map']) ? all['map'] : undefined;
+  const zooms = map && Array.isArray(map['zooms']) ? (map['zooms'] as unknown[]) : [];
+  const centre = isFields(all['centre']) ? all['centre'] : undefined;
+  return {
+    title: textOf(all['title']),
+    software: textOf(all['software']),
+    min: vec3(bounds['min'], 'bounds.min'),
+    max: vec3(bounds['max'], 'bounds.max'),
+    voxelM: number(all['voxel_m'], 'voxel_m', 1e-6, 1e6),
+    levels: number(all['levels'], 'levels', 1, 32),
+    crs: textOf(all['crs']),
+    crsWkt: textOf(all['crs_wkt']),
+    crsProj4: textOf(all['crs_proj4']),
+    unitsPerVoxel: number(all['crs_units_per_voxel'], 'crs_units_per_voxel', 1e-9, 1e9),
+    centre: centre && { latDeg: number(centre['lat_deg'], 'centre.lat_deg', -90, 90), lonDeg: number(centre['lon_deg'], 'centre.lon_deg', -360, 360) },
+    licence: textOf(all['licence']),
+    attribution: textOf(all['attribution']),
+    materials: texts(all['materials']),
+    tilePx: map ? number(map['tile_px'], 'map.tile_px', 1, 4096) : 256,
+    finestZoom: map ? number(zooms[1], 'map.zooms', 0, 32) : -1,
+  };
+}
+
+function cacheStats(value: unknown): CacheStats | undefined {
+  if (!isFields(value)) return undefined;
+  return {
+    hits: count(value['hits']),
+    misses: count(value['misses']),
+    evictions: count(value['evictions']),
+    bytes: count(value['bytes']),
+    entries: count(value['entries']),
+    limitBytes: count(value['limit_bytes']),
+    folder: textOf(value['folder']),
+  };
+}
+
+function sumOfRequests(value: unknown): number {
+  if (!isFields(value)) return 0;
+  let sum = 0;
+  for (const byStatus of Object.values(value)) if (isFields(byStatus)) for (const times of Object.values(byStatus)) sum += count(times);
+  return sum;
+}
+
+export function readStats(json: unknown): Stats {
+  const all = fields(json, 'the statistics');
+  const stages = Array.isArray(all['stages']) ? (all['stages'] as unknown[]).filter(isFields) : [];
+  const { making, memory, prepare, replies } = all;
+  return {
+    version: textOf(all['version']),
+    uptimeS: count(all['uptime_s']),
+    stages: stages.map((s) => ({ name: textOf(s['name']), seconds: count(s['seconds']), count: count(s['count']) })),
+    requests: sumOfRequests(all['requests']),
+    replyBytes: isFields(replies) ? count(replies['bytes']) : undefined,
+    cache: cacheStats(all['cache']),
+    disk: cacheStats(all['disk']),
+    making: isFields(making)
+      ? {
+          running: count(making['running']),
+          waiting: count(making['waiting']),
+          aheadWaiting: count(making['ahead_waiting']),
+          made: count(making['made']),
+          madeAhead: count(making['made_ahead']),
+          failed: count(making['failed']),
+        }
+      : undefined,
+    memory: isFields(memory) ? { rssBytes: count(memory['rss_bytes']), limitBytes: count(memory['limit_bytes']) } : undefined,
+    prepare: isFields(prepare) ? { done: count(prepare['done']), total: count(prepare['total']), failed: count(prepare['failed']) } : undefined,
+  };
+}

@@ -1,0 +1,55 @@
+import { byId, element, setText } from './dom.js';
+import { formatCount } from './number-format.js';
+import { kStateSigns } from './patterns.js';
+import { kSquareStates, type Square } from './squares.js';
+
+const kMostRows = 500;
+
+/** The squares as text: the map for who cannot see it. A name leads to its place. */
+export class SquaresTable {
+  readonly #count = element('p');
+  readonly #body = element('tbody');
+  readonly #table: HTMLTableElement;
+  readonly #onChosen: (square: Square) => void;
+  #drawn = '';
+
+  constructor(onChosen: (square: Square) => void) {
+    this.#onChosen = onChosen;
+    const head = element('tr', {}, ...['Square', 'State', 'Points'].map((title) => element('th', { scope: 'col' }, title)));
+    const caption = element('caption', { class: 'hidden-text' }, 'LiDAR squares and their state');
+    this.#table = element('table', {}, caption, element('thead', {}, head), this.#body);
+    this.#table.hidden = true;
+    byId('squares', HTMLElement).append(this.#count, this.#table);
+  }
+
+  set squares(squares: readonly Square[]) {
+    setText(this.#count, summaryOf(squares));
+    const shown = squares.slice(0, kMostRows);
+    // Redrawn only when it differs: a focused name must not be lost every ten seconds.
+    const key = JSON.stringify(shown.map((s) => [s.name, s.state, s.points, s.error]));
+    if (key === this.#drawn) return;
+    this.#drawn = key;
+    this.#table.hidden = shown.length === 0;
+    const focused = [...this.#body.rows].findIndex((row) => row.contains(document.activeElement));
+    this.#body.replaceChildren(...shown.map((square) => this.#row(square)));
+    if (focused >= 0) this.#body.rows[focused]?.querySelector('button')?.focus();
+  }
+
+  #row(square: Square): HTMLTableRowElement {
+    const button = element('button', { type: 'button', class: 'link' }, square.name === '' ? '(no name)' : square.name);
+    button.addEventListener('click', () => this.#onChosen(square));
+    const state = `${kStateSigns[square.state].letter} ${square.state}${square.error === '' ? '' : `: ${square.error}`}`;
+    const points = square.points === undefined ? '' : formatCount(square.points);
+    return element('tr', {}, element('th', { scope: 'row' }, button), element('td', {}, state), element('td', {}, points));
+  }
+}
+
+export function summaryOf(squares: readonly Square[]): string {
+  if (squares.length === 0) return 'The server knows of no squares.';
+  const parts = kSquareStates.flatMap((state) => {
+    const times = squares.filter((square) => square.state === state).length;
+    return times === 0 ? [] : [`${formatCount(times)} ${state}`];
+  });
+  const rest = squares.length > kMostRows ? ` The first ${kMostRows} are listed.` : '';
+  return `${formatCount(squares.length)} in all: ${parts.join(', ')}.${rest}`;
+}

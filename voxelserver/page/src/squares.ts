@@ -1,0 +1,111 @@
+import { isFields, textOf } from './replies.js';
+
+/** LiDAR squares and kept boxes, as the server lists them. */
+
+export type SquareState = 'wanted' | 'fetched' | 'prepared' | 'failed';
+export const kSquareStates: readonly SquareState[] = ['wanted', 'fetched', 'prepared', 'failed'];
+
+/** Easting and northing in units of the CRS. */
+export type Position = readonly [number, number];
+export type Square = {
+  readonly name: string;
+  readonly state: SquareState;
+  readonly file: string;
+  readonly points: number | undefined;
+  readonly densityPerM2: number | undefined;
+  readonly bytes: number | undefined;
+  readonly source: string;
+  readonly licence: string;
+  readonly attribution: string;
+  readonly error: string;
+  /** Outer ring first. */
+  readonly rings: readonly (readonly Position[])[];
+};
+
+/** Boxes (bx, by, bz) of one level. */
+export type CachedBoxes = {
+  readonly level: number;
+  readonly changes: number;
+  readonly memory: readonly (readonly [number, number, number])[];
+  readonly disk: readonly (readonly [number, number, number])[];
+  readonly truncated: boolean;
+};
+
+const isNumber = (value: unknown): value is number => typeof value === 'number' && Number.isFinite(value);
+const numberOrNot = (value: unknown): number | undefined => (isNumber(value) ? value : undefined);
+const items = (value: unknown): unknown[] => (Array.isArray(value) ? (value as unknown[]) : []);
+
+function readRing(value: unknown): Position[] {
+  return items(value).flatMap((corner) => {
+    const [e, n] = items(corner);
+    return isNumber(e) && isNumber(n) ? [[e, n] as const] : [];
+  });
+}
+
+/** Leaves out what is no polygon: one bad square must not hide the others. */
+export function readSquares(json: unknown): Square[] {
+  if (!isFields(json) || !Array.isArray(json['features'])) throw new Error('read the squares: no GeoJSON FeatureCollection');
+  return items(json['features']).flatMap((feature): Square[] => {
+    if (!isFields(feature) || !isFields(feature['geometry']) || !isFields(feature['properties'])) return [];
+    const rings = items(feature['geometry']['coordinates'])
+      .map(readRing)
+      .filter((ring) => ring.length >= 3);
+    if (feature['geometry']['type'] !== 'Polygon' || rings.length === 0) return [];
+    const p = feature['properties'];
+    return [
+      {
+        name: textOf(p['name']),
+        state: kSquareStates.find((state) => state === p['state']) ?? 'wanted',
+        file: textOf(p['file']),
+        points: numberOrNot(p['points']),
+        densityPerM2: numberOrNot(p['density_per_m2']),
+        bytes: numberOrNot(p['bytes']),
+        source: textOf(p['source']),
+        licence: textOf(p['licence']),
+        attribution: textOf(p['attribution']),
+        error: textOf(p['error']),
+        rings,
+      },
+    ];
+  });
+}
+
+function readKeys(value: unknown): (readonly [number, number, number])[] {
+  return items(value).flatMap((key) => {
+    const [x, y, z] = items(key);
+    return isNumber(x) && isNumber(y) && isNumber(z) ? [[x, y, z] as const] : [];
+  });
+}
+
+export function readCachedBoxes(json: unknown): CachedBoxes {
+  if (!isFields(json) || !isNumber(json['level'])) throw new Error('read the kept boxes: no level');
+  return {
+    level: json['level'],
+    changes: numberOrNot(json['changes']) ?? 0,
+    memory: readKeys(json['memory']),
+    disk: readKeys(json['disk']),
+    truncated: json['truncated'] === true,
+  };
+}
+
+/** The even-odd rule over all rings. */
+export function squareContains(square: Square, [e, n]: Position): boolean {
+  let inside = false;
+  for (const ring of square.rings)
+    for (let i = 0, j = ring.length - 1; i < ring.length; j = i++) {
+      const [ax, ay] = ring[i]!;
+      const [bx, by] = ring[j]!;
+      if (ay > n !== by > n && e < ((bx - ax) * (n - ay)) / (by - ay) + ax) inside = !inside;
+    }
+  return inside;
+}
+
+export type Extent = [number, number, number, number];
+
+/** @return west, south, east, north */
+export function extentOf(square: Square): Extent {
+  const all = square.rings.flat();
+  const es = all.map((p) => p[0]);
+  const ns = all.map((p) => p[1]);
+  return [Math.min(...es), Math.min(...ns), Math.max(...es), Math.max(...ns)];
+}

@@ -1,0 +1,47 @@
+import { ApiError, type Api } from './api.js';
+import { readBox, type Look } from './box-reader.js';
+import { isFields } from './replies.js';
+import { isInside } from './coordinates.js';
+import type { WorldProjection } from './world-projection.js';
+
+/** What is on top of a column of voxels. */
+export type Top = { readonly heightM: number; readonly look: Look | undefined };
+
+const kBoxSide = 64;
+const kBoxHeight = 256;
+const kMostBoxes = 64;
+
+/** Looks into the boxes above a place, highest first, until something is solid. */
+export class TopFinder {
+  readonly #api: Api;
+  readonly #projection: WorldProjection;
+
+  constructor(api: Api, projection: WorldProjection) {
+    this.#api = api;
+    this.#projection = projection;
+  }
+
+  /** @return undefined where there is only air. @throws ApiError */
+  async find(easting: number, northing: number): Promise<Top | undefined> {
+    if (!isInside(easting, northing, this.#projection)) return undefined;
+    const [x, z] = this.#projection.toVoxel(easting, northing);
+    const [bx, bz] = [Math.floor(x / kBoxSide), Math.floor(z / kBoxSide)];
+    const extent = await this.#api.getJson(`v2/columns/0/${bx}/${bz}`);
+    const [begin, end] = isFields(extent) ? [Number(extent['by_begin']), Number(extent['by_end'])] : [0, 0];
+    for (let by = end - 1; by >= begin && end - by <= kMostBoxes; --by) {
+      const reply = await this.#api.get(`v2/boxes/0/${bx}/${by}/${bz}`, { timeoutMs: 120_000 });
+      if (reply.status === 204) continue;
+      const top = topOf(new Uint8Array(await reply.arrayBuffer()), x - bx * kBoxSide, z - bz * kBoxSide);
+      if (top !== undefined) return { heightM: (by * kBoxHeight + top.y + 1) * this.#projection.world.voxelM, look: top.look };
+    }
+    return undefined;
+  }
+}
+
+function topOf(bytes: Uint8Array, x: number, z: number): ReturnType<ReturnType<typeof readBox>['top']> {
+  try {
+    return readBox(bytes).top(x, z);
+  } catch (error) {
+    throw new ApiError('refused', 'The box above this place could not be read.', error);
+  }
+}

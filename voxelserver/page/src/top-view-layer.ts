@@ -1,0 +1,107 @@
+import type ImageTile from 'ol/ImageTile.js';
+import TileLayer from 'ol/layer/Tile.js';
+import type Projection from 'ol/proj/Projection.js';
+import TileImage from 'ol/source/TileImage.js';
+import type Tile from 'ol/Tile.js';
+import TileState from 'ol/TileState.js';
+import TileGrid from 'ol/tilegrid/TileGrid.js';
+import type { Api } from './api.js';
+import type { WorldProjection } from './world-projection.js';
+
+const kMostUnfinished = 512;
+const kRetriesAtOnce = 6;
+
+/**
+ * The top view. Tiles come by fetch, so that they can carry a token and tell whether they are whole. One that is not whole, or that could not
+ * be had, is remembered and asked for again by retry(), and replaced where it stands: no flicker.
+ */
+export class TopViewLayer {
+  readonly layer: TileLayer<TileImage>;
+  readonly #api: Api;
+  readonly #source: TileImage;
+  readonly #grid: TileGrid;
+  readonly #unfinished = new Map<string, ImageTile>();
+  #retrying = false;
+
+  constructor(api: Api, projection: WorldProjection, mapProjection: Projection) {
+    const { finestZoom, tilePx } = projection.world;
+    this.#api = api;
+    this.#grid = new TileGrid({
+      origin: [0, 0],
+      extent: projection.extent,
+      resolutions: Array.from({ length: finestZoom + 1 }, (_, zoom) => projection.resolution(zoom)),
+      tileSize: tilePx,
+    });
+    this.#source = new TileImage({
+      projection: mapProjection,
+      tileGrid: this.#grid,
+      interpolate: false,
+      wrapX: false,
+      transition: 0,
+      tileUrlFunction: ([z, x, y]) => `map/${z}/${x}/${y}.png`,
+      tileLoadFunction: (tile, path) => void this.#load(tile as ImageTile, path),
+    });
+    this.layer = new TileLayer({ source: this.#source, zIndex: 1 });
+  }
+
+  /** Tiles of the current zoom that lie in view and are not whole, by path. */
+  unfinishedIn(extent: number[], resolution: number): [string, ImageTile][] {
+    const zoom = this.#grid.getZForResolution(resolution, this.#source.zDirection);
+    const range = this.#grid.getTileRangeForExtentAndZ(extent, zoom);
+    return [...this.#unfinished].filter(([, tile]) => tile.tileCoord[0] === zoom && range.containsXY(tile.tileCoord[1]!, tile.tileCoord[2]!));
+  }
+
+  /** Forgets all tiles: the server is another, or now answers. */
+  refresh(): void {
+    this.#unfinished.clear();
+    this.#source.refresh();
+  }
+
+  /** Asks again for what unfinishedIn() yields. Calls while one runs do nothing. */
+  async retry(extent: number[], resolution: number): Promise<void> {
+    if (this.#retrying) return;
+    this.#retrying = true;
+    try {
+      const due = this.unfinishedIn(extent, resolution);
+      for (let i = 0; i < due.length; i += kRetriesAtOnce)
+        await Promise.all(due.slice(i, i + kRetriesAtOnce).map(([path, tile]) => this.#load(tile, path)));
+    } finally {
+      this.#retrying = false;
+    }
+  }
+
+  async #load(tile: ImageTile, path: string): Promise<void> {
+    try {
+      const reply = await this.#api.get(path);
+      const image = await decode(await reply.blob());
+      if (reply.headers.get('Terravox-Complete') === 'no') this.#remember(path, tile);
+      else this.#unfinished.delete(path);
+      tile.setImage(image);
+    } catch {
+      // The status line tells what is wrong with the server. What is drawn already stays.
+      this.#remember(path, tile);
+      if (tile.getState() === TileState.LOADING) (tile as Tile).setState(TileState.ERROR);
+    }
+    this.layer.changed();
+  }
+
+  // The oldest go first: they are far from view, or they would have been retried.
+  #remember(path: string, tile: ImageTile): void {
+    this.#unfinished.delete(path);
+    this.#unfinished.set(path, tile);
+    const oldest = this.#unfinished.keys().next().value;
+    if (this.#unfinished.size > kMostUnfinished && oldest !== undefined) this.#unfinished.delete(oldest);
+  }
+}
+
+async function decode(blob: Blob): Promise<HTMLImageElement> {
+  const url = URL.createObjectURL(blob);
+  try {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    return image;
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}

@@ -1,0 +1,168 @@
+import type { Api } from './api.js';
+import { CachedLayer } from './cached-layer.js';
+import { decimalsFor, formatLatLon, placeFromHash } from './coordinates.js';
+import { byId, setFacts, setText } from './dom.js';
+import { LayersPanel, type LayerName } from './layers-panel.js';
+import { MapView } from './map-view.js';
+import { PlacePanel } from './place-panel.js';
+import type { Stats, World } from './replies.js';
+import { setUpSearch } from './search-form.js';
+import { SquaresLayer } from './squares-layer.js';
+import { SquaresTable } from './squares-table.js';
+import { extentOf, readCachedBoxes, type CachedBoxes, type Square } from './squares.js';
+import { TopViewLayer } from './top-view-layer.js';
+import { WorldProjection } from './world-projection.js';
+
+const kPlaceVoxels = 400;  // shown across 512 pixels when a place is gone to
+
+/** The map with its layers and panels: all that there is once the world is known. */
+export class WorldView {
+  readonly #api: Api;
+  readonly #projection: WorldProjection;
+  readonly #map: MapView;
+  readonly #topView: TopViewLayer | undefined;
+  readonly #squares = new SquaresLayer();
+  readonly #cached: CachedLayer;
+  readonly #layers: LayersPanel;
+  readonly #table: SquaresTable;
+  readonly #place: PlacePanel;
+  #level = 0;
+  #showsBoxes = false;
+  #boxes: CachedBoxes | undefined;
+
+  constructor(api: Api, world: World) {
+    this.#api = api;
+    const projection = (this.#projection = new WorldProjection(world));
+    document.body.classList.remove('waiting');
+    showWorld(world);
+    this.#place = new PlacePanel(api, projection);
+    this.#map = new MapView(byId('map', HTMLElement), projection, {
+      onPick: (e, n) => void this.#pick(e, n),
+      onPointer: (place) => this.#showPosition(place),
+      onMoved: () => this.#showPosition(undefined),
+    });
+    this.#topView = world.finestZoom >= 0 ? new TopViewLayer(api, projection, this.#map.mapProjection) : undefined;
+    this.#cached = new CachedLayer(projection);
+    this.#cached.layer.setVisible(false);
+    if (this.#topView) this.#map.add(this.#topView.layer);
+    this.#map.add(this.#squares.layer);
+    this.#map.add(this.#cached.layer);
+    this.#layers = new LayersPanel(world.levels, this.#topView !== undefined, {
+      onSwitch: (name, shown) => this.#switch(name, shown),
+      onLevel: (level) => {
+        this.#level = level;
+        void this.updateBoxes(true);
+      },
+    });
+    this.#table = new SquaresTable((square) => this.#goToSquare(square));
+    setUpSearch(projection, ({ easting, northing }) => this.#goTo(easting, northing));
+    this.#map.fit();
+    this.#openHash();
+    window.addEventListener('hashchange', () => this.#openHash());
+  }
+
+  set squares(squares: readonly Square[]) {
+    this.#squares.squares = squares;
+    this.#table.squares = squares;
+  }
+
+  /** Asks for the kept boxes if they are shown. @param always also when they need not have changed */
+  async updateBoxes(always: boolean): Promise<void> {
+    if (!this.#showsBoxes) return;
+    const level = this.#level;
+    try {
+      const boxes = readCachedBoxes(await this.#api.getJson(`v2/cached/${level}`));
+      if (level !== this.#level || !this.#showsBoxes) return;
+      if (!always && boxes.level === this.#boxes?.level && boxes.changes === this.#boxes.changes) return;
+      this.#boxes = boxes;
+      this.#cached.show(boxes);
+      this.#layers.boxes = boxes;
+    } catch {
+      if (level === this.#level) this.#layers.boxesTrouble = 'The kept boxes could not be learnt.';
+    }
+  }
+
+  /** Changes when the map shows something else. */
+  get shown(): string {
+    return this.#map.shownExtent.join();
+  }
+
+  /** Asks again for what of the top view is not whole. */
+  async retryTiles(): Promise<void> {
+    await this.#topView?.retry(this.#map.shownExtent, this.#map.resolution);
+  }
+
+  update(stats: Stats): void {
+    this.#layers.unfinishedTiles = this.#topView?.unfinishedIn(this.#map.shownExtent, this.#map.resolution).length ?? 0;
+    setText(byId('software', HTMLElement), `Terravox ${stats.version}`);
+  }
+
+  /** The server came back, or another was started in its place. */
+  refresh(): void {
+    this.#topView?.refresh();
+    void this.updateBoxes(true);
+  }
+
+  recolour(): void {
+    this.#squares.recolour();
+    this.#cached.recolour();
+    this.#layers.recolour();
+  }
+
+  #switch(name: LayerName, shown: boolean): void {
+    if (name === 'top view') this.#topView?.layer.setVisible(shown);
+    if (name === 'squares') this.#squares.layer.setVisible(shown);
+    if (name !== 'boxes') return;
+    this.#showsBoxes = shown;
+    this.#cached.layer.setVisible(shown);
+    if (!shown) this.#layers.boxes = this.#boxes = undefined;
+    void this.updateBoxes(true);
+  }
+
+  async #pick(easting: number, northing: number): Promise<void> {
+    this.#map.mark(easting, northing);
+    await this.#place.show(easting, northing, this.#map.resolution, this.#squares.at([easting, northing]));
+  }
+
+  #goTo(easting: number, northing: number, resolution?: number): void {
+    const near = (kPlaceVoxels * this.#projection.world.unitsPerVoxel) / 512;
+    this.#map.goTo(easting, northing, resolution ?? Math.min(this.#map.resolution, near));
+    void this.#pick(easting, northing);
+  }
+
+  #goToSquare(square: Square): void {
+    const [west, south, east, north] = extentOf(square);
+    this.#map.fit([west, south, east, north]);
+    void this.#pick((west + east) / 2, (south + north) / 2);
+  }
+
+  #openHash(): void {
+    const place = placeFromHash(location.hash);
+    if (place) this.#goTo(place.easting, place.northing, place.resolution);
+  }
+
+  // Without a pointer (keyboard, touch) it is the middle of the map that counts.
+  #showPosition(place: readonly [number, number] | undefined): void {
+    const [e, n] = place ?? this.#map.centre;
+    const decimals = decimalsFor(this.#projection.world.unitsPerVoxel);
+    const latLon = this.#projection.toLatLon(e, n);
+    const texts = [`${e.toFixed(decimals)}, ${n.toFixed(decimals)}`, ...(latLon ? [formatLatLon(latLon.latDeg, latLon.lonDeg)] : [])];
+    setText(byId('position', HTMLElement), `${place ? '' : 'Middle: '}${texts.join('  ·  ')}`);
+  }
+}
+
+function showWorld(world: World): void {
+  const title = world.title === '' ? 'A world' : world.title;
+  setText(byId('title', HTMLElement), title);
+  document.title = `${title} – Terravox voxel server`;
+  setText(byId('attribution', HTMLElement), world.attribution);
+  const size = (axis: 0 | 1 | 2): string => String(world.max[axis] - world.min[axis]);
+  setFacts(byId('world', HTMLDListElement), [
+    ['CRS', world.crs],
+    ['Voxel', `${world.voxelM} m`],
+    ['Size', `${size(0)} × ${size(2)} voxels, ${size(1)} high`],
+    ['Levels', `0 to ${world.levels - 1}`],
+    ['Licence', world.licence],
+    ['Attribution', world.attribution],
+  ]);
+}

@@ -1,0 +1,106 @@
+#include "voxelserver/serve/serve.hpp"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "common/util/config_dir.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/material.hpp"
+#include "voxelserver/http/map_view.hpp"
+#include "voxelserver/http/router.hpp"
+#include "voxelserver/serve/announce.hpp"
+#include "voxelserver/serve/opening_world.hpp"
+#include "voxelserver/serve/progress.hpp"
+#include "voxelserver/serve/signals.hpp"
+#include "voxelserver/serve/store_world.hpp"
+
+namespace terravox::serve {
+namespace {
+
+constexpr std::chrono::milliseconds kLook{200};  // at the progress
+
+std::unique_ptr<boxes::Preparer> start_preparing(boxes::BoxCache& cache, int lanes) {
+    return std::make_unique<boxes::Preparer>(cache, lanes, [](const std::string& why) { spdlog::warn("prepare: {}", why); });
+}
+
+/// Tells the progress until all is prepared or the person wants to stop. @return whether the person wants to stop
+bool watch(const boxes::Preparer& preparer, bool bar) {
+    PrepareProgress progress(bar);
+    bool stop = false;
+    while (!stop && !preparer.finished()) {
+        progress.show(preparer.progress());
+        stop = wait_for_stop(kLook);
+    }
+    progress.end(preparer.progress());
+    return stop;
+}
+
+ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
+    install_stop_handlers();
+    const auto preparer = start_preparing(cache, plan.boxes.makers);
+    const bool stopped = watch(*preparer, bar);
+    const auto end = preparer->progress();
+    cache.disk()->flush();
+    if (stopped) throw Error("prepare the world: stopped after " + std::to_string(end.done) + " of " + std::to_string(end.total) + " boxes; the next start goes on from there");
+    if (const auto d = cache.disk()->stats(); d.evictions > 0) spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room", d.evictions);
+    return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
+}
+
+}  // namespace
+
+ExitCode serve(Options& options) {
+    util::set_up_log(options.log_level, options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
+    std::signal(SIGPIPE, SIG_IGN);
+    const Plan plan = finish(options);
+    if (!options.prepare_only) http::check_can_listen(options.server);  // before minutes of decoding
+    std::optional<store::GrabberStore> store;
+    if (!options.store.empty()) {
+        store = store::read_grabber_store(options.store);
+        take_from_store(*store, options.world);
+    }
+    if (options.world.classes.empty()) options.world.classes = "asprs";
+
+    // Threads that are started from here on leave SIGINT and SIGTERM to this one.
+    std::optional<SignalsHeld> held(std::in_place);
+    util::StageTimes times;
+    OpeningWorld world(options.world, times, plan.facts);
+    if (store) {
+        const Terms terms = terms_of(*store);
+        world.set_licence(terms.licence, terms.attribution);
+    }
+    boxes::BoxCache cache(world, times, plan.boxes);
+    const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";
+    if (options.prepare_only) {
+        held.reset();
+        return prepare_only(cache, plan, bar);
+    }
+
+    http::MapView map(cache, {voxel::load_palette(util::config_dir() / "materials.toml")}, plan.map_bytes);
+    std::unique_ptr<boxes::Preparer> preparer;
+    if (options.prepare) preparer = start_preparing(cache, plan.boxes.makers);
+    http::Service service{world, times, cache};
+    service.squares = [&] { return squares_of(world, store); };
+    service.map = &map;
+    service.preparer = preparer.get();
+    service.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
+    http::Router router(service, plan.token);
+    http::Server server(router, options.server);
+    install_stop_handlers();
+    held.reset();
+    std::cout << "listening on " << server.url() << std::endl;
+    announce(world, options, plan, server.url());
+    bool stop = preparer && watch(*preparer, bar);
+    while (!stop) stop = wait_for_stop(std::chrono::hours(1));
+    spdlog::info("stopping: running requests are finished first");
+    if (preparer) preparer->stop();
+    cache.close();
+    server.stop();
+    return ExitCode::kDone;
+}
+
+}  // namespace terravox::serve

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "common/voxel/world.hpp"
+
+namespace terravox::store {
+
+/// XXH3, 128 bits.
+[[nodiscard]] voxel::Fingerprint print_of(std::string_view bytes) noexcept;
+
+/// Values one after the other as bytes (little-endian, as on every machine this is built for), to be kept or to be hashed: texts and lists
+/// are preceded by their length, so that no two sequences of values look alike.
+class ByteWriter {
+public:
+    template <class T> void add(const T& value) {
+        static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>, "structures have padding: member by member");
+        m_bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    void add(std::string_view text) {
+        add(static_cast<std::uint64_t>(text.size()));
+        m_bytes.append(text);
+    }
+    void add(const std::string& text) { add(std::string_view(text)); }
+    void add(const voxel::Fingerprint& print) { add(print[0]), add(print[1]); }
+    template <class T> void add_all(const std::vector<T>& values) {
+        add(static_cast<std::uint64_t>(values.size()));
+        for (const T& v : values) add(v);
+    }
+    [[nodiscard]] const std::string& bytes() const noexcept { return m_bytes; }
+    /// Of what was added.
+    [[nodiscard]] voxel::Fingerprint print() const noexcept { return print_of(m_bytes); }
+
+private:
+    std::string m_bytes;
+};
+
+/// Reads such values from bytes that may be anything: once something is missing, all that follows is 0 or empty, and ok() tells.
+class ByteReader {
+public:
+    explicit ByteReader(std::string_view bytes) : m_left(bytes) {}
+    template <class T> [[nodiscard]] T get() {
+        static_assert(std::is_arithmetic_v<T>);
+        T out{};
+        if (const auto part = take(sizeof out); !part.empty()) std::memcpy(&out, part.data(), sizeof out);
+        return out;
+    }
+    [[nodiscard]] std::string text() { return std::string(take(get<std::uint64_t>())); }
+    [[nodiscard]] voxel::Fingerprint print() {
+        const auto a = get<std::uint64_t>(), b = get<std::uint64_t>();
+        return {a, b};
+    }
+    /// Length of a list. @param least bytes that each of its values takes: a list longer than what is left is no list
+    [[nodiscard]] std::size_t count(std::size_t least) {
+        const auto n = get<std::uint64_t>();
+        if (n > m_left.size() / least) m_ok = false;
+        return m_ok ? static_cast<std::size_t>(n) : 0;
+    }
+    /// Nothing was missing so far.
+    [[nodiscard]] bool ok() const noexcept { return m_ok; }
+    /// Nothing was missing, and nothing is left.
+    [[nodiscard]] bool finished() const noexcept { return m_ok && m_left.empty(); }
+
+private:
+    [[nodiscard]] std::string_view take(std::uint64_t size) {
+        if (!m_ok || size > m_left.size()) {
+            m_ok = false;
+            return {};
+        }
+        const auto out = m_left.substr(0, static_cast<std::size_t>(size));
+        m_left.remove_prefix(out.size());
+        return out;
+    }
+    std::string_view m_left;
+    bool m_ok = true;
+};
+
+}  // namespace terravox::store
