@@ -54,7 +54,7 @@ def ask_at_once(connections, path, most_s):
 
 def made(server):
     stats = server.json("/v2/stats")
-    return stats["making"]["made"] if "making" in stats else stats["cache"]["misses"]
+    return stats["making"]["made"]
 
 
 def main():
@@ -63,7 +63,7 @@ def main():
     arguments.add_argument("--most-s", type=float, default=60)
     a = arguments.parse_args()
     many_files()
-    server = Server(invented_survey("1x1", 512, 6), "--cache", "none", "--request-threads", str(a.clients + 50))
+    server = Server(invented_survey("1x1", 512, 6), "--cache", "none", "--no-ahead", "--request-threads", str(a.clients + 50))
     try:
         bounds = server.json("/v2/world")["bounds"]
         middle = [(low + high) // 2 for low, high in zip(bounds["min"], bounds["max"])]
