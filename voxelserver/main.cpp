@@ -26,6 +26,8 @@ int main(int argc, char** argv) {
 #ifdef __GLIBC__
     // Boxes are made on many request threads. With an arena for each of them, what one has freed is of no use to the others: twice the memory.
     mallopt(M_ARENA_MAX, 2);
+    // Large buffers go back to the system; left alone, the first of them would raise this threshold.
+    mallopt(M_MMAP_THRESHOLD, 8 << 20);
 #endif
     return util::run_program([&] { return run(argc, argv); });
 }

@@ -6,13 +6,25 @@
 #include <mutex>
 
 namespace terravox::geo {
+namespace {
+
+void limit(std::int64_t bytes) {
+    if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(bytes);
+}
+
+}  // namespace
 
 void start_gdal() {
     static std::once_flag once;
     std::call_once(once, [] {
         GDALAllRegister();
-        if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kGdalCache_bytes);
+        limit(kGdalCache_bytes);
     });
+}
+
+void limit_gdal_cache(std::int64_t bytes) {
+    start_gdal();
+    limit(bytes);
 }
 
 }  // namespace terravox::geo

@@ -13,4 +13,7 @@ inline constexpr std::int64_t kGdalCache_bytes = std::int64_t{128} << 20;
 /// but the first do nothing.
 void start_gdal();
 
+/// Another limit than kGdalCache_bytes, for programs that promise to stay within some memory. GDAL_CACHEMAX goes before this, too. Thread-safe.
+void limit_gdal_cache(std::int64_t bytes);
+
 }  // namespace terravox::geo

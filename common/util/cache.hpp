@@ -73,10 +73,15 @@ public:
     /// The value if it is there: nothing is made, nobody waits, and no statistics count it.
     [[nodiscard]] Ptr find(const Key& key) {
         const std::lock_guard lock(m_mutex);
-        const auto found = m_entries.find(key);
-        if (found == m_entries.end()) return nullptr;
-        m_order.splice(m_order.begin(), m_order, found->second);
-        return found->second->value;
+        return look(key);
+    }
+
+    /// The same, counted as a hit when it is there, and not at all when it is not: for callers who ask get() next.
+    [[nodiscard]] Ptr hit(const Key& key) {
+        const std::lock_guard lock(m_mutex);
+        Ptr out = look(key);
+        if (out) ++m_stats.hits;
+        return out;
     }
 
     /// Whether the value is there; it does not become more recently used by that.
@@ -117,6 +122,14 @@ private:
         std::size_t bytes;
     };
     static constexpr std::size_t kEntryBytes = sizeof(Entry) + 6 * sizeof(void*);  // list node and map node, so that empty values count too
+
+    // Under the lock.
+    Ptr look(const Key& key) {
+        const auto found = m_entries.find(key);
+        if (found == m_entries.end()) return nullptr;
+        m_order.splice(m_order.begin(), m_order, found->second);
+        return found->second->value;
+    }
 
     // Under the lock. What has to go is handed to the caller, to be destroyed outside it.
     void insert(const Key& key, const Ptr& value, std::size_t bytes, std::list<Entry>& evicted) {

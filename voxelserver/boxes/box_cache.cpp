@@ -22,6 +22,7 @@ BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times, const Box
     : m_world(world),
       m_times(times),
       m_gate(std::max(options.makers, 1), std::max(options.queue, 0)),
+      m_places(std::max(options.asking, 1)),
       m_ahead_on(options.ahead),
       m_memory(options.memory_bytes),
       m_disk(options.file.empty() ? nullptr
@@ -52,7 +53,11 @@ KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
     return std::make_shared<const KeptBox>(KeptBox{0, nullptr, footprint(key)});
 }
 
-KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) { return get(key, Way::kAsked); }
+KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
+    if (auto kept = m_memory.hit(key)) return kept;
+    const Places::Place place(m_places);
+    return get(key, Way::kAsked);
+}
 
 KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
     if (auto kept = find(key)) return kept;

@@ -25,6 +25,7 @@ struct BoxCacheOptions {
     std::size_t memory_bytes = std::size_t{256} << 20;  ///< of compressed boxes
     int makers = 1;                                     ///< boxes made at the same time, at least 1
     int queue = 64;                                     ///< boxes that may wait to be made, at least 0
+    int asking = 1024;                                  ///< callers of get() that may make or wait at the same time, at least 1
     bool ahead = true;                                  ///< neighbours of what was asked for are made while the machine is idle
     std::filesystem::path file = {};                    ///< of the disk cache; empty: nothing on disk
     std::uint64_t disk_bytes = std::uint64_t{20} << 30;
@@ -55,6 +56,12 @@ public:
     /// Called with every box that has come to hand (made, or found on disk), once find() finds it. From any thread; to be set before anyone asks.
     void set_listener(std::function<void(const voxel::BoxKey&)> listener) { m_listener = std::move(listener); }
 
+    /// For those who may wait for boxes in other ways than get().
+    [[nodiscard]] Places& places() noexcept { return m_places; }
+    /// Whoever asks for what is not kept gets Busy from now on, and so does whoever waits in line.
+    void refuse() { m_gate.refuse(); }
+    [[nodiscard]] bool refusing() const { return m_gate.refusing(); }
+
     /// Nothing is made ahead from now on; returns when what was under way is done. Idempotent.
     void close();
 
@@ -84,6 +91,7 @@ private:
     voxel::TracedWorld& m_world;
     util::StageTimes& m_times;
     Gate m_gate;
+    Places m_places;
     const bool m_ahead_on;
     util::Cache<voxel::BoxKey, KeptBox, voxel::BoxKeyHash> m_memory;
     const std::unique_ptr<DiskCache> m_disk;

@@ -96,7 +96,7 @@ DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fin
     try {
         open();
     } catch (const SqliteError& e) {
-        complain(e);
+        give_up(e);
         if (e.why() == SqliteError::Why::kDamaged) begin_anew();
     }
     if (m_broken) return;
@@ -298,6 +298,10 @@ void DiskCache::complain(const SqliteError& e) {
         spdlog::debug("{}", e.what());
         return;
     }
+    give_up(e);
+}
+
+void DiskCache::give_up(const SqliteError& e) {
     if (m_broken.exchange(true)) return;
     if (e.why() == SqliteError::Why::kDamaged) remove_files(m_file);
     spdlog::warn("{}; {}", e.what(), e.why() == SqliteError::Why::kDamaged ? "the cache file is removed" : "finished boxes are kept in memory only");

@@ -63,6 +63,8 @@ public:
 
     void flush();  ///< returns when all that was put is on disk
 
+    /// The file could not be opened, read or written to: nothing is kept any more.
+    [[nodiscard]] bool broken() const noexcept { return m_broken; }
     [[nodiscard]] DiskStats stats();
     /// Rises with every change of what is kept.
     [[nodiscard]] std::uint64_t changes() const noexcept { return m_changes; }
@@ -87,6 +89,7 @@ private:
     void evict();
     void touch(std::int64_t row);
     void complain(const SqliteError& e);
+    void give_up(const SqliteError& e);
 
     const std::filesystem::path m_file;
     const std::uint64_t m_limit_bytes;

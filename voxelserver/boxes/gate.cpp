@@ -11,12 +11,17 @@ Gate::Counts Gate::counts() const {
 
 void Gate::enter() {
     std::unique_lock lock(m_mutex);
+    const auto check = [&] {
+        if (m_refused) throw Busy("make a box: the server is shutting down");
+    };
+    check();
     if (m_inside >= m_most_inside) {
         if (m_waiting >= m_most_waiting)
             throw Busy("make a box: " + std::to_string(m_inside) + " are being made and " + std::to_string(m_waiting) + " wait; ask again later");
         ++m_waiting;
-        m_left.wait(lock, [&] { return m_inside < m_most_inside; });
+        m_left.wait(lock, [&] { return m_refused || m_inside < m_most_inside; });
         --m_waiting;
+        check();
     }
     ++m_inside;
 }
@@ -44,6 +49,26 @@ void Gate::leave_ahead() noexcept {
         --m_ahead;
     }
     m_idle.notify_one();
+}
+
+void Gate::refuse() {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_refused = m_closed = true;
+    }
+    m_left.notify_all();
+    m_idle.notify_all();
+}
+
+bool Gate::refusing() const {
+    const std::lock_guard lock(m_mutex);
+    return m_refused;
+}
+
+Places::Place::Place(Places& places) : m_places(places) {
+    if (++m_places.m_taken <= m_places.m_most) return;
+    --m_places.m_taken;
+    throw Busy("wait for a box: " + std::to_string(m_places.m_most) + " requests wait already; ask again later");
 }
 
 void Gate::close() {

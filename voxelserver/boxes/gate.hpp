@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 
@@ -55,7 +56,9 @@ public:
         bool m_inside;
     };
 
-    void close();  ///< no work ahead from now on
+    void close();   ///< no work ahead from now on
+    void refuse();  ///< no work at all from now on: whoever waits, and whoever comes, gets Busy
+    [[nodiscard]] bool refusing() const;
 
 private:
     void enter();
@@ -66,7 +69,28 @@ private:
     mutable std::mutex m_mutex;
     std::condition_variable m_left, m_idle;
     int m_inside = 0, m_waiting = 0, m_ahead = 0;
-    bool m_closed = false;
+    bool m_closed = false, m_refused = false;
+};
+
+/// A limited number of places for callers who may have to wait for work, their own or that of others. Thread-safe.
+class Places {
+public:
+    explicit Places(int most) : m_most(most) {}
+
+    class Place {
+    public:
+        explicit Place(Places& places);  ///< @throws Busy when all are taken
+        ~Place() { --m_places.m_taken; }
+        Place(const Place&) = delete;
+        Place& operator=(const Place&) = delete;
+
+    private:
+        Places& m_places;
+    };
+
+private:
+    const int m_most;
+    std::atomic<int> m_taken{0};
 };
 
 }  // namespace terravox::boxes

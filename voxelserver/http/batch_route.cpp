@@ -80,7 +80,7 @@ boxes::KeptBoxPtr patiently(boxes::BoxCache& cache, const BoxKey& key) {
         try {
             return cache.get(key);
         } catch (const boxes::Busy&) {
-            if (std::chrono::steady_clock::now() > give_up) throw;
+            if (cache.refusing() || std::chrono::steady_clock::now() > give_up) throw;
         }
         std::this_thread::sleep_for(kPause);
     }

@@ -7,8 +7,9 @@
 namespace terravox::http {
 namespace {
 
-// One reply may take 130 MiB while it is made: few at a time, whatever the other limits are.
-constexpr int kAtOnce = 2, kInLine = 32;
+// A reply takes eight bytes a voxel while it is made, up to 130 MiB: one at a time, and no more than an eighth of the process's memory.
+constexpr int kAtOnce = 1, kInLine = 32;
+constexpr std::size_t kBytesPerVoxel = 8, kShare = 8;
 boxes::Gate& gate() {
     static boxes::Gate one(kAtOnce, kInLine);
     return one;
@@ -40,6 +41,10 @@ Response answer(const Parse& parse, const Work& work) {
 Response answer_gkot_box(Service& service, const Asked& asked) {
     return answer([&] { return gkot::parse_box_request(asked.request.query); },
                   [&](const gkot::BoxRequest& request) {
+                      const std::size_t voxels = static_cast<std::size_t>(request.sx) * static_cast<std::size_t>(request.sy) * static_cast<std::size_t>(request.sz);
+                      const std::size_t most = service.memory_limit_bytes / kShare / kBytesPerVoxel;
+                      if (most > 0 && voxels > most)
+                          return problem(413, "send a box: " + std::to_string(voxels) + " voxels; allowed with this server's memory: up to " + std::to_string(most));
                       return reply(200, "application/octet-stream", gkot::box_reply(service.world.info(), request, fetch_from(service))).add("Cache-Control", "no-store");
                   });
 }

@@ -49,6 +49,7 @@ map::Tile MapView::get(int z, std::int32_t x, std::int32_t y) {
     const bool has_zoom = z >= 0 && z < m_tiles.zooms();
     if (disk != nullptr && has_zoom)
         if (const auto kept = disk->find(boxes::Kind::kMapTile, key_of(z, x, y)); kept && kept->tag == m_look) return {kept->bytes, true, kept->reach};
+    const boxes::Places::Place place(m_cache.places());
     const map::Tile tile = m_tiles.get(z, x, y);
     // Outside the world there is no end of empty tiles, and no need to keep them.
     if (disk != nullptr && tile.complete && !tile.reach.empty()) disk->put(boxes::Kind::kMapTile, key_of(z, x, y), {m_look, tile.png, tile.reach});

@@ -240,12 +240,12 @@ public:
         if (mg_get_server_ports(m_context, 1, &port) == 1) m_port = port.port;
     }
 
-    ~Impl() { stop(); }
+    ~Impl() { stop({}); }
 
     [[nodiscard]] int port() const noexcept { return m_port; }
     [[nodiscard]] std::string url() const { return (m_options.tls_certificate.empty() ? "http://" : "https://") + endpoint(m_options.bind, m_port); }
 
-    void stop() noexcept {
+    void stop(const std::function<void()>& time_is_up) noexcept {
         if (m_context == nullptr) return;
         {
             // mg_stop cuts replies short: let them finish first.
@@ -253,6 +253,11 @@ public:
             m_draining = true;
             if (!m_finished.wait_for(lock, m_options.drain_timeout, [&] { return m_running == 0; }))
                 spdlog::warn("stopping with {} requests unfinished after {} s", m_running, m_options.drain_timeout.count() / 1000.0);
+        }
+        try {
+            if (time_is_up) time_is_up();
+        } catch (const std::exception& e) {
+            spdlog::error("stop the server: {}", e.what());
         }
         mg_stop(m_context);
         m_context = nullptr;
@@ -413,6 +418,6 @@ Server::Server(Router& router, const ServerOptions& options) : m_impl(std::make_
 Server::~Server() = default;
 int Server::port() const noexcept { return m_impl->port(); }
 std::string Server::url() const { return m_impl->url(); }
-void Server::stop() noexcept { m_impl->stop(); }
+void Server::stop(const std::function<void()>& time_is_up) noexcept { m_impl->stop(time_is_up); }
 
 }  // namespace terravox::http

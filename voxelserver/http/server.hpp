@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -39,9 +40,10 @@ public:
     [[nodiscard]] int port() const noexcept;
     [[nodiscard]] std::string url() const;  ///< http://address:port, or https://
 
-    /// Answers new requests with 503, lets the running ones finish (drain_timeout at most), then closes everything.
+    /// Answers new requests with 503, lets the running ones finish (drain_timeout at most), then closes everything, for which it waits.
     /// Takes up to two seconds when idle: CivetWeb's threads look up that often. Idempotent; not for several threads at once.
-    void stop() noexcept;
+    /// @param time_is_up called when the time for running requests is over, done or not: to end those that would take longer
+    void stop(const std::function<void()>& time_is_up = {}) noexcept;
 
 private:
     class Impl;

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "common/geo/gdal.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
@@ -17,6 +18,8 @@ namespace {
 constexpr int kSpareThreads = 32;
 // Of the memory that a process of this kind takes before it keeps anything: libraries, stacks, what the threads have at work.
 constexpr std::size_t kBaseBytes = std::size_t{96} << 20;
+
+constexpr std::size_t kLeastImageBytes = std::size_t{8} << 20;
 
 std::chrono::milliseconds milliseconds(double seconds) { return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000)); }
 
@@ -85,11 +88,14 @@ Plan finish(Options& o) {
     Plan plan;
     plan.token = read_token(o);
     const std::filesystem::path cache = util::cache_dir(o.cache);
-    const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20, kept = std::max(all - all / 8 - kBaseBytes, all / 2);
+    const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;
+    plan.image_bytes = std::clamp(all / 16, kLeastImageBytes, static_cast<std::size_t>(geo::kGdalCache_bytes));
+    const std::size_t others = all / 8 + kBaseBytes + plan.image_bytes, kept = std::max(all > others ? all - others : 0, all / 4);
     plan.map_bytes = kept / 16;
     plan.boxes.memory_bytes = kept / 4 - plan.map_bytes;
     plan.boxes.makers = thread::thread_count(o.world.threads);
     plan.boxes.queue = o.queue;
+    plan.boxes.asking = std::max((o.request_threads > 0 ? o.request_threads : plan.boxes.makers + o.queue + kSpareThreads) - kSpareThreads, 1);
     plan.boxes.ahead = !o.no_ahead && !o.prepare && !o.prepare_only;  // everything is made ahead then
     plan.boxes.disk_bytes = static_cast<std::uint64_t>(o.cache_mib) << 19;
     if (!cache.empty()) plan.boxes.file = cache / "boxes-1.sqlite", plan.facts = cache / "worlds";

@@ -38,6 +38,7 @@ void add_options(CLI::App& app, Options& options);
 struct Plan {
     boxes::BoxCacheOptions boxes;
     std::size_t map_bytes = 0;    ///< of memory, for the map
+    std::size_t image_bytes = 0;  ///< of memory, for what is decoded of images
     std::string token;            ///< "" = none
     std::filesystem::path facts;  ///< folder for what is known of worlds; empty: nothing is kept
 };

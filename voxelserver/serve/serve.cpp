@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "common/geo/gdal.hpp"
 #include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/material.hpp"
@@ -28,11 +29,11 @@ std::unique_ptr<boxes::Preparer> start_preparing(boxes::BoxCache& cache, int lan
     return std::make_unique<boxes::Preparer>(cache, lanes, [](const std::string& why) { spdlog::warn("prepare: {}", why); });
 }
 
-/// Tells the progress until all is prepared or the person wants to stop. @return whether the person wants to stop
-bool watch(const boxes::Preparer& preparer, bool bar) {
+/// Tells the progress until all is prepared, the person wants to stop, or `useless`. @return whether the person wants to stop
+template <class Useless> bool watch(const boxes::Preparer& preparer, bool bar, const Useless& useless) {
     PrepareProgress progress(bar);
     bool stop = false;
-    while (!stop && !preparer.finished()) {
+    while (!stop && !preparer.finished() && !useless()) {
         progress.show(preparer.progress());
         stop = wait_for_stop(kLook);
     }
@@ -43,11 +44,15 @@ bool watch(const boxes::Preparer& preparer, bool bar) {
 ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     install_stop_handlers();
     const auto preparer = start_preparing(cache, plan.boxes.makers);
-    const bool stopped = watch(*preparer, bar);
+    boxes::DiskCache& disk = *cache.disk();
+    const bool stopped = watch(*preparer, bar, [&] { return disk.broken(); });
+    preparer->stop();
     const auto end = preparer->progress();
-    cache.disk()->flush();
+    disk.flush();
+    if (const auto dropped = disk.stats().dropped; disk.broken() || dropped > 0)
+        throw Error("prepare the world: " + (disk.broken() ? std::string("finished boxes") : std::to_string(dropped) + " boxes") + " cannot be kept in " + disk.file().string() + "; the next start goes on from there");
     if (stopped) throw Error("prepare the world: stopped after " + std::to_string(end.done) + " of " + std::to_string(end.total) + " boxes; the next start goes on from there");
-    if (const auto d = cache.disk()->stats(); d.evictions > 0) spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room", d.evictions);
+    if (const auto d = disk.stats(); d.evictions > 0) spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room", d.evictions);
     return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
 }
 
@@ -73,6 +78,7 @@ ExitCode serve(Options& options) {
         const Terms terms = terms_of(*store);
         world.set_licence(terms.licence, terms.attribution);
     }
+    geo::limit_gdal_cache(static_cast<std::int64_t>(plan.image_bytes));
     boxes::BoxCache cache(world, times, plan.boxes);
     const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";
     if (options.prepare_only) {
@@ -94,12 +100,11 @@ ExitCode serve(Options& options) {
     held.reset();
     std::cout << "listening on " << server.url() << std::endl;
     announce(world, options, plan, server.url());
-    bool stop = preparer && watch(*preparer, bar);
+    bool stop = preparer && watch(*preparer, bar, [] { return false; });
     while (!stop) stop = wait_for_stop(std::chrono::hours(1));
     spdlog::info("stopping: running requests are finished first");
     if (preparer) preparer->stop();
-    cache.close();
-    server.stop();
+    server.stop([&] { cache.refuse(); });
     return ExitCode::kDone;
 }
 

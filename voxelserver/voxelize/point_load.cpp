@@ -4,6 +4,8 @@
 #include <set>
 
 #include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/store/file_identity.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -15,6 +17,12 @@ struct Part {
     PointCounts counts;
 };
 
+// Points of a file that has been replaced meanwhile are not those of this world: what is made of them would be kept under the old file's name.
+void check_unchanged(const SquareSource& source) {
+    if (source.identity != voxel::Fingerprint{} && store::file_identity(source.info.path, "point cloud") != source.identity)
+        throw Error("read the point cloud " + source.info.path.string() + ": it has changed since it was opened; start again");
+}
+
 Part load_part(const SquareSource& source, std::span<const lidar::PointRange> ranges, const std::optional<PatchRect>& wanted, const LoadContext& context) {
     Part part;
     Placer placer(source, context.frame, context.classes, context.settings.points);
@@ -24,7 +32,13 @@ Part load_part(const SquareSource& source, std::span<const lidar::PointRange> ra
         for (const auto& r : ranges) count += r.end - r.begin;
         part.points.points.reserve(static_cast<std::size_t>(std::min<std::uint64_t>(count, 4 * kPointsPerTask)));
     }
-    lidar::read_point_batches(source.info, ranges, [&](std::span<const lidar::RawPoint> batch) { placer.place(batch, wanted, part.points, part.counts); });
+    try {
+        lidar::read_point_batches(source.info, ranges, [&](std::span<const lidar::RawPoint> batch) { placer.place(batch, wanted, part.points, part.counts); });
+    } catch (const Error&) {
+        check_unchanged(source);  // that is then the reason
+        throw;
+    }
+    check_unchanged(source);
     timed.hand_over("transformation", placer.transformation_s());
     timed.hand_over("quantization", placer.quantization_s());
     return part;

@@ -21,7 +21,7 @@ struct LoadedSquare {
 };
 
 /// Steps "point load", "transformation", "quantization" and "binning" of a whole file, with several LASzip readers at once.
-/// @throws Error for a damaged file
+/// @throws Error for a damaged file, and for one that has changed since it was opened; so do the next two
 [[nodiscard]] LoadedSquare load_square(const SquareSource& source, const LoadContext& context, int threads);
 
 /// The same for the points of some patches. @param ranges hold all of them (from an index)

@@ -176,3 +176,28 @@ TEST_CASE("all boxes of a world are walked once, each after its children", "[vox
               (range.max.bx - range.min.bx) * (range.max.by - range.min.by) * (range.max.bz - range.min.bz));
     }
 }
+
+TEST_CASE("no more callers wait for boxes than have places, and what is kept needs none", "[voxelserver][boxes]") {
+    Fixture f({.makers = 1, .asking = 2, .ahead = false});
+    (void)f.cache.get({0, 1, 0, 0});
+    f.world.hold();
+    std::vector<std::thread> waiting;
+    for (int i = 0; i < 2; ++i) waiting.emplace_back([&] { CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air()); });
+    while (f.cache.stats().memory.waits == 0) std::this_thread::yield();
+    CHECK_THROWS_AS(f.cache.get({0, 0, 0, 0}), boxes::Busy);
+    CHECK_FALSE(f.cache.get({0, 1, 0, 0})->air());
+    f.world.release();
+    for (auto& t : waiting) t.join();
+    CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air());
+}
+
+TEST_CASE("a box of many children stops at the next one when the cache refuses", "[voxelserver][boxes]") {
+    Fixture f({.makers = 1, .ahead = false});
+    f.world.hold();
+    std::thread asking([&] { CHECK_THROWS_AS(f.cache.get({2, 0, -1, 0}), boxes::Busy); });
+    while (f.world.asked == 0) std::this_thread::yield();
+    f.cache.refuse();
+    f.world.release();
+    asking.join();
+    CHECK(f.world.asked == 1);
+}

@@ -188,6 +188,27 @@ TEST_CASE("a file that is no database, or half of one, is begun anew; a folder t
     CHECK(text_of(nowhere.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
 }
 
+TEST_CASE("a file that another process holds locked costs the disk, nothing more", "[voxelserver][boxes][disk]") {
+    const test::TemporaryFolder folder;
+    const Inputs inputs;
+    const auto file = folder.path() / "boxes.sqlite";
+    { DiskCache(file, kPlenty, inputs.function()).put(Kind::kBox, {0, 0, 0, 0}, item("one")); }
+    sqlite3* database = nullptr;
+    REQUIRE(sqlite3_open(file.c_str(), &database) == SQLITE_OK);
+    REQUIRE(sqlite3_exec(database, "PRAGMA locking_mode=EXCLUSIVE; BEGIN EXCLUSIVE; UPDATE item SET used = 1", nullptr, nullptr, nullptr) == SQLITE_OK);
+    {
+        DiskCache cache(file, kPlenty, inputs.function());
+        cache.put(Kind::kBox, {0, 1, 0, 0}, item("two"));
+        cache.flush();
+        CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
+        CHECK(cache.keys(Kind::kBox, 0, 10).empty());
+        CHECK(cache.broken());
+    }
+    sqlite3_close(database);
+    DiskCache cache(file, kPlenty, inputs.function());
+    CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "one");
+}
+
 TEST_CASE("two caches on one file see each other's items", "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     const Inputs inputs;

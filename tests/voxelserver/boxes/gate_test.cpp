@@ -67,3 +67,30 @@ TEST_CASE("closing lets those who wait to work ahead go home", "[voxelserver][bo
     waiting.join();
     CHECK_FALSE(static_cast<bool>(Gate::AheadPass(gate)));
 }
+
+TEST_CASE("a gate that refuses turns away those who wait and those who come, not those inside", "[voxelserver][boxes]") {
+    Gate gate(1, 4);
+    std::thread waiting;
+    {
+        const Gate::Pass inside(gate);
+        waiting = std::thread([&] { CHECK_THROWS_AS(Gate::Pass(gate), boxes::Busy); });
+        while (gate.counts().waiting == 0) std::this_thread::yield();
+        gate.refuse();
+        waiting.join();
+        CHECK(gate.counts().running == 1);
+    }
+    CHECK_THROWS_AS(Gate::Pass(gate), boxes::Busy);
+    CHECK_FALSE(static_cast<bool>(Gate::AheadPass(gate)));
+    CHECK(gate.counts().waiting == 0);
+}
+
+TEST_CASE("places are limited and come back", "[voxelserver][boxes]") {
+    boxes::Places places(2);
+    const boxes::Places::Place first(places);
+    {
+        const boxes::Places::Place second(places);
+        CHECK_THROWS_AS(boxes::Places::Place(places), boxes::Busy);
+        CHECK_THROWS_AS(boxes::Places::Place(places), boxes::Busy);
+    }
+    CHECK_NOTHROW(boxes::Places::Place(places));
+}

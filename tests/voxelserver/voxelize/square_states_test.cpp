@@ -68,3 +68,18 @@ TEST_CASE("a square whose file is damaged has failed, and says why; the others h
     CHECK_THAT(squares[1].error, contains("b.laz"));
     CHECK(squares[1].error.find('\n') == std::string::npos);
 }
+
+TEST_CASE("a file that is replaced after it was opened is refused: its points are not those of this world", "[voxelserver][voxelize][squares]") {
+    const Two two;
+    auto options = two.options();
+    options.cache_dir = two.cache.path();
+    OpenWorld world(options);
+    Cloud other;
+    other.cover(400, 0, 500, 100, 0.5, 2, [](double, double) { return 310; });
+    other.write(two.file("b"));
+    CHECK_THROWS_WITH(world.world().box(box_at(430, 30)), contains("has changed"));
+    CHECK(world.world().box(box_at(30, 30)));
+    CHECK(world.world().squares()[1].state == SquareState::kFailed);
+    OpenWorld again(options);
+    CHECK(again.world().box(box_at(430, 30)));
+}
