@@ -5,8 +5,12 @@ boxes that outlive the server, preparing."""
 import json
 import pathlib
 import shutil
+import ssl
 import struct
+import subprocess
 import unittest
+import urllib.error
+import urllib.request
 import zlib
 
 from support import ROOT, Case, Run, Server, binary, square, survey, temporary_folder
@@ -223,6 +227,37 @@ class Stores(Case):
         self.assertRefused(Run([binary("VOXELSERVER"), "--store", store]), 2, "no square")
         self.assertRefused(Run([binary("VOXELSERVER")]), 2, "--store")
         self.assertRefused(Run([binary("VOXELSERVER"), square(), "--store", store]), 2, "one of them")
+
+
+class Tls(Case):
+    def test_https_works_with_a_certificate_and_only_with_one(self):
+        openssl = shutil.which("openssl")
+        if openssl is None:
+            self.skipTest("openssl is not installed")
+        folder = temporary_folder()
+        subprocess.run([openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1",
+                        "-keyout", folder / "key.pem", "-out", folder / "certificate.pem"], check=True, capture_output=True)
+        both = folder / "both.pem"
+        both.write_text((folder / "certificate.pem").read_text() + (folder / "key.pem").read_text())
+        server = Server(square(), "--cache", "none", "--tls-cert", both)
+        try:
+            self.assertTrue(server.url.startswith("https://"))
+            context = ssl.create_default_context(cafile=folder / "certificate.pem")
+            for _ in range(3):
+                with urllib.request.urlopen(server.url + "/v2/world", context=context, timeout=10) as reply:
+                    self.assertEqual(json.load(reply)["version"], 2)
+            old = ssl.create_default_context(cafile=folder / "certificate.pem")
+            old.minimum_version, old.maximum_version = ssl.TLSVersion.MINIMUM_SUPPORTED, ssl.TLSVersion.TLSv1_1
+            with self.assertRaises(urllib.error.URLError):
+                urllib.request.urlopen(server.url + "/healthz", context=old, timeout=10)
+            with self.assertRaises(OSError):
+                urllib.request.urlopen(server.url.replace("https", "http") + "/healthz", timeout=10)
+            with urllib.request.urlopen(server.url + "/healthz", context=context, timeout=10) as reply:
+                self.assertEqual(reply.read(), b"ok\n")
+        finally:
+            self.assertEqual(server.stop(), 0, server.err)
+        self.assertRefused(Run([binary("VOXELSERVER"), square(), "--tls-cert", folder / "none.pem"]), 2, "none.pem")
+        self.assertRefused(Run([binary("VOXELSERVER"), square(), "--cache", "none", "--port", "0", "--tls-cert", folder / "key.pem"]), 1, "key.pem")
 
 
 class Logs(Case):

@@ -18,6 +18,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/stage_times.hpp"
+#include "voxelserver/tls/tls_library.hpp"
 
 namespace terravox::http {
 namespace {
@@ -211,6 +212,7 @@ class Server::Impl {
 public:
     Impl(Router& router, const ServerOptions& options) : m_router(router), m_options(options) {
         check_can_listen(options);
+        if (!options.tls_certificate.empty()) tls::load_library();
         static std::once_flag once;
         std::call_once(once, [] { mg_init_library(MG_FEATURES_TLS); });
         mg_callbacks callbacks{};
@@ -231,6 +233,9 @@ public:
             settings.insert(settings.end(), {"ssl_certificate", options.tls_certificate.c_str(), "ssl_protocol_version", kTlsOldest});
         settings.push_back(nullptr);
         m_context = mg_start(&callbacks, this, const_cast<const char**>(settings.data()));
+        if (m_context == nullptr && !options.tls_certificate.empty())
+            throw Error("serve with the certificate " + options.tls_certificate + ": " + (m_last_message.empty() ? "CivetWeb could not start" : m_last_message) +
+                        "; allowed: a PEM file with certificate and private key");
         if (m_context == nullptr) fail_to_listen(options, m_last_message.empty() ? "CivetWeb could not start" : m_last_message);
         {
             const std::lock_guard lock(m_mutex);
