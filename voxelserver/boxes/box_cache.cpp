@@ -1,6 +1,7 @@
 #include "voxelserver/boxes/box_cache.hpp"
 
 #include <spdlog/spdlog.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +14,11 @@ namespace terravox::boxes {
 namespace {
 
 constexpr std::size_t kMostAhead = 256;  // boxes wanted ahead: older wishes are forgotten
+
+KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame, const voxel::Reach& reach) {
+    const std::uint64_t hash = frame ? XXH3_64bits(frame->data(), frame->size()) : 0;
+    return std::make_shared<const KeptBox>(KeptBox{checksum, hash, std::move(frame), reach});
+}
 
 Item item_of(const KeptBox& kept) { return {kept.checksum, kept.frame, kept.reach}; }
 
@@ -50,7 +56,7 @@ KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
     // Nothing solid is out there. Answered without the cache, or whoever asks for all of space would empty it.
     const voxel::VoxelBounds& bounds = m_world.info().bounds;
     if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key)) return nullptr;
-    return std::make_shared<const KeptBox>(KeptBox{0, nullptr, footprint(key)});
+    return keep(0, nullptr, footprint(key));
 }
 
 KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
@@ -60,7 +66,7 @@ KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
 }
 
 KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
-    if (auto kept = find(key)) return kept;
+    if (auto kept = find(key, Keep::kNo)) return kept;
     // Its children first, each when the machine is idle.
     if (key.level > 0)
         for (int i = 0; i < 8; ++i)
@@ -69,11 +75,11 @@ KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
     return pass ? get(key, Way::kAhead) : nullptr;
 }
 
-KeptBoxPtr BoxCache::find(const voxel::BoxKey& key) {
+KeptBoxPtr BoxCache::find(const voxel::BoxKey& key, Keep keep) {
     if (auto air = known_air(key)) return air;
     if (auto kept = m_memory.find(key)) return kept;
     auto kept = from_disk(key);
-    if (kept) m_memory.put(key, kept, kept->memory_bytes());
+    if (kept && keep == Keep::kYes) m_memory.put(key, kept, kept->memory_bytes());
     return kept;
 }
 
@@ -96,7 +102,7 @@ KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
     if (!m_disk) return nullptr;
     const util::StageTimes::Scope timed(m_times, "box cache");
     const auto item = m_disk->find(Kind::kBox, key);
-    return item ? std::make_shared<const KeptBox>(KeptBox{item->tag, item->bytes, item->reach}) : nullptr;
+    return item ? keep(item->tag, item->bytes, item->reach) : nullptr;
 }
 
 voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
@@ -121,17 +127,17 @@ voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
 KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
     std::optional<Gate::Pass> pass;
     if (way != Way::kAhead && key.level == 0) pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
-    KeptBox kept;
+    KeptBoxPtr kept;
     try {
-        const voxel::TracedBox made = build(key, way);
-        kept.reach = made.reach;
-        kept.reach.add(footprint(key));
+        voxel::TracedBox made = build(key, way);
+        made.reach.add(footprint(key));
+        std::shared_ptr<const std::string> frame;
         if (made.box) {
             const util::StageTimes::Scope timed(m_times, "compression");
-            const auto frame = voxel::compress(*made.box);
-            kept.checksum = made.box->checksum();
-            kept.frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(frame.data()), frame.size());
+            const auto bytes = voxel::compress(*made.box);
+            frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()), bytes.size());
         }
+        kept = keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
     } catch (const Busy&) {
         throw;
     } catch (...) {
@@ -140,9 +146,9 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
     }
     ++m_made;
     if (way == Way::kAhead) ++m_made_ahead;
-    if (m_disk) m_disk->put(Kind::kBox, key, item_of(kept), way == Way::kAhead ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
+    if (m_disk) m_disk->put(Kind::kBox, key, item_of(*kept), way == Way::kAhead ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
     if (way == Way::kAsked) want_ahead(key);
-    return std::make_shared<const KeptBox>(std::move(kept));
+    return kept;
 }
 
 std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept, const voxel::BoxKey& key) {

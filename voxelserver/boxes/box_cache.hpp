@@ -46,8 +46,10 @@ public:
     /// @param key with a level of the world @return never nullptr
     /// @throws Busy; Error (or whatever the world throws) when the box cannot be made
     [[nodiscard]] KeptBoxPtr get(const voxel::BoxKey& key);
-    /// What is kept: nothing is made. @return nullptr when it is not kept
-    [[nodiscard]] KeptBoxPtr find(const voxel::BoxKey& key);
+    enum class Keep { kNo, kYes };
+    /// What is kept: nothing is made. @param keep whether one from disk goes to memory: not for callers who look through many
+    /// @return nullptr when it is not kept
+    [[nodiscard]] KeptBoxPtr find(const voxel::BoxKey& key, Keep keep = Keep::kYes);
     /// As get(), when nobody waits for it: begins once the machine is idle. @return nullptr when the cache is being closed
     [[nodiscard]] KeptBoxPtr get_ahead(const voxel::BoxKey& key);
     /// The same unpacked. @return nullptr for air

@@ -19,6 +19,7 @@ constexpr std::size_t kQueueBytes = std::size_t{16} << 20;
 constexpr std::size_t kRowBytes = 200;         // what an item takes beside its bytes, about
 constexpr std::int64_t kTouchAfter_s = 600;    // "used" is no finer: a row in steady use is not written each time
 constexpr int kEvictRows = 64;                 // at a time
+constexpr std::chrono::seconds kIdle{6};
 
 // auto_vacuum must be chosen before the first table. With WAL and synchronous=NORMAL a killed process loses nothing, a power cut loses
 // what was not yet in the file, and neither leaves half an item.
@@ -28,13 +29,13 @@ constexpr const char* kPragmas =
 constexpr const char* kSchema =
     "CREATE TABLE IF NOT EXISTS item(id INTEGER PRIMARY KEY, kind INT, level INT, morton INT, bx INT, by INT, bz INT, fingerprint0 INT, fingerprint1 INT,"
     " min_bx INT, min_bz INT, max_bx INT, max_bz INT, used INT, tag INT, checksum INT, bytes BLOB);"
-    "CREATE UNIQUE INDEX IF NOT EXISTS item_key ON item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1);"
+    "CREATE UNIQUE INDEX IF NOT EXISTS item_key ON item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz);"
     "CREATE INDEX IF NOT EXISTS item_used ON item(used);";
 constexpr const char* kFind =
     "SELECT id, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz, used, tag, checksum, bytes FROM item"
     " WHERE kind=?1 AND level=?2 AND morton=?3 AND bx=?4 AND by=?5 AND bz=?6 ORDER BY used DESC";
 constexpr const char* kKeys =
-    "SELECT bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz FROM item WHERE kind=?1 AND level=?2 ORDER BY morton";
+    "SELECT bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz FROM item INDEXED BY item_key WHERE kind=?1 AND level=?2 ORDER BY morton";
 constexpr const char* kPut =
     "INSERT OR REPLACE INTO item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz, used, tag, checksum, bytes)"
     " VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)";
@@ -79,14 +80,13 @@ public:
         find.emplace(database.get(), kFind);
         put.emplace(database.get(), kPut);
         touch.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");
-        remove.emplace(database.get(), "DELETE FROM item WHERE id=?1");
         evict.emplace(database.get(), "DELETE FROM item WHERE id IN (SELECT id FROM item ORDER BY used, id LIMIT ?1)");
     }
     [[nodiscard]] std::uint64_t used_bytes() {
         return static_cast<std::uint64_t>((database.number("PRAGMA page_count") - database.number("PRAGMA freelist_count")) * database.number("PRAGMA page_size"));
     }
     Database database;
-    std::optional<Statement> find, put, touch, remove, evict;
+    std::optional<Statement> find, put, touch, evict;
 };
 
 DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fingerprint)
@@ -105,7 +105,7 @@ DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fin
 
 // It is only a cache.
 void DiskCache::begin_anew() {
-    m_reader.reset(), m_writer.reset();
+    m_reader.reset(), m_lister.reset(), m_writer.reset();
     try {
         open();
         m_broken = false;
@@ -117,6 +117,7 @@ void DiskCache::begin_anew() {
 void DiskCache::open() {
     m_writer = std::make_unique<Connection>(m_file);
     m_reader = std::make_unique<Connection>(m_file);
+    m_lister = std::make_unique<Connection>(m_file);
 }
 
 DiskCache::~DiskCache() {
@@ -165,7 +166,7 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
 
 void DiskCache::put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenFull when_full) {
     const std::size_t bytes = kRowBytes + (item.bytes ? item.bytes->size() : 0);
-    if (m_broken || bytes > m_limit_bytes / 4) return;
+    if (failing() || bytes > m_limit_bytes / 4) return;
     std::unique_lock lock(m_queueing);
     if (m_queue_bytes + bytes > kQueueBytes) {
         if (when_full == WhenFull::kDrop) {
@@ -195,28 +196,57 @@ void DiskCache::flush() {
 }
 
 void DiskCache::write_on() {
+    try {
+        count_now_and_then();
+    } catch (const SqliteError& e) {
+        complain(e);
+    }
     for (;;) {
         std::vector<Write> writes;
         {
             std::unique_lock lock(m_queueing);
             m_busy = false;
             m_written.notify_all();
-            m_queued.wait(lock, [&] { return !m_queue.empty() || m_closing; });
-            if (m_queue.empty()) return;
+            // Now and then also without work, to count what a burst has left.
+            const bool work = m_queued.wait_for(lock, kIdle, [&] { return !m_queue.empty() || m_closing; });
+            if (work && m_queue.empty()) return;
             writes.assign(std::make_move_iterator(m_queue.begin()), std::make_move_iterator(m_queue.end()));
             m_queue.clear();
             m_queue_bytes = 0;
             m_busy = true;
         }
-        if (m_broken) continue;
+        if (failing()) continue;
         try {
-            m_writes += write_all(writes);
-            ++m_changes;
-            evict();
+            if (!writes.empty()) {
+                m_writes += write_all(writes);
+                ++m_changes;
+                evict();
+            }
+            count_now_and_then();
         } catch (const SqliteError& e) {
             m_dropped += writes.size();
-            complain(e);
+            if (e.why() == SqliteError::Why::kOther)
+                stop_writing(e);
+            else
+                complain(e);
+        } catch (const std::exception& e) {
+            m_dropped += writes.size();
+            stop_writing(e);
         }
+    }
+}
+
+// A full disk: what is kept stays good.
+void DiskCache::stop_writing(const std::exception& e) {
+    if (!m_read_only.exchange(true)) spdlog::warn("{}; further boxes are kept in memory only", e.what());
+}
+
+// Counting reads a whole index.
+void DiskCache::count_now_and_then() {
+    constexpr auto kEach = std::chrono::seconds(5);
+    if (const auto now = std::chrono::steady_clock::now(); m_counted == std::chrono::steady_clock::time_point{} || now - m_counted > kEach) {
+        m_entries = static_cast<std::uint64_t>(m_writer->database.number("SELECT count(*) FROM item INDEXED BY item_used"));
+        m_counted = now;
     }
 }
 
@@ -267,9 +297,9 @@ DiskStats DiskCache::stats() {
     out.hits = m_hits, out.misses = m_misses, out.writes = m_writes, out.evictions = m_evictions, out.dropped = m_dropped, out.damaged = m_damaged;
     if (m_broken) return out;
     try {
-        const std::lock_guard lock(m_reading);
-        out.bytes = m_reader->used_bytes();
-        out.entries = static_cast<std::uint64_t>(m_reader->database.number("SELECT count(*) FROM item INDEXED BY item_used"));
+        const std::lock_guard lock(m_listing);
+        out.bytes = m_lister->used_bytes();
+        out.entries = m_entries;
     } catch (const SqliteError& e) {
         complain(e);
     }
@@ -280,8 +310,8 @@ std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t mos
     std::vector<voxel::BoxKey> out;
     if (m_broken) return out;
     try {
-        const std::lock_guard lock(m_reading);
-        Statement row(m_reader->database.get(), kKeys);
+        const std::lock_guard lock(m_listing);
+        Statement row(m_lister->database.get(), kKeys);
         row.bind(1, static_cast<int>(kind)).bind(2, level);
         while (out.size() < most && row.step())
             if (m_fingerprint(reach_at(row, 5)) == fingerprint_at(row, 3))

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -44,7 +45,8 @@ struct DiskStats {
 /// One SQLite file in WAL mode: a killed process leaves all or nothing of an item. Writing has a thread of its own, which puts what has
 /// gathered in one transaction. A file that cannot be opened, written to or read is reported once; from then on nothing is kept.
 ///
-/// Two locks: one for the reading connection, one for the queue to the writer; neither is held while the other is taken.
+/// Three locks: one for the reading connection, one for the connection that lists and counts (which may take long in a large file, and must not
+/// hold up whoever wants a box), one for the queue to the writer; none is held while another is taken.
 class DiskCache {
 public:
     using FingerprintOf = std::function<voxel::Fingerprint(const voxel::Reach&)>;
@@ -63,9 +65,9 @@ public:
 
     void flush();  ///< returns when all that was put is on disk
 
-    /// The file could not be opened, read or written to: nothing is kept any more.
-    [[nodiscard]] bool broken() const noexcept { return m_broken; }
-    [[nodiscard]] DiskStats stats();
+    /// Nothing more is kept: the file cannot be opened, read or written to. What it holds can still be found where only writing fails.
+    [[nodiscard]] bool failing() const noexcept { return m_broken || m_read_only; }
+    [[nodiscard]] DiskStats stats();  ///< entries: as counted some seconds ago
     /// Rises with every change of what is kept.
     [[nodiscard]] std::uint64_t changes() const noexcept { return m_changes; }
     /// Keys of a level that are good now, in the order of their Morton codes. @param most no more than so many
@@ -85,6 +87,8 @@ private:
     void open();
     void begin_anew();
     void write_on();
+    void count_now_and_then();
+    void stop_writing(const std::exception& e);
     [[nodiscard]] std::size_t write_all(const std::vector<Write>& writes);
     void evict();
     void touch(std::int64_t row);
@@ -94,18 +98,22 @@ private:
     const std::filesystem::path m_file;
     const std::uint64_t m_limit_bytes;
     const FingerprintOf m_fingerprint;
-    std::atomic<bool> m_broken{false};
+    std::atomic<bool> m_broken{false}, m_read_only{false};
     std::atomic<std::uint64_t> m_hits{0}, m_misses{0}, m_writes{0}, m_evictions{0}, m_dropped{0}, m_damaged{0}, m_changes{0};
 
     std::mutex m_reading;  ///< guards m_reader
     std::unique_ptr<Connection> m_reader;
+    std::mutex m_listing;  ///< guards m_lister
+    std::unique_ptr<Connection> m_lister;
     std::unique_ptr<Connection> m_writer;  ///< used by the writing thread alone
+    std::atomic<std::uint64_t> m_entries{0};
+    std::chrono::steady_clock::time_point m_counted;  ///< of the writing thread
 
     std::mutex m_queueing;  ///< guards what follows
     std::condition_variable m_queued, m_written;
     std::deque<Write> m_queue;
     std::size_t m_queue_bytes = 0;
-    bool m_busy = false, m_closing = false;
+    bool m_busy = true, m_closing = false;  ///< m_busy: the writing thread has something in hand, at first counting
     std::thread m_thread;
 };
 

@@ -11,6 +11,7 @@ namespace terravox::boxes {
 /// A box as it is kept and sent.
 struct KeptBox {
     std::uint64_t checksum = 0;                ///< of the box (Box::checksum); 0 for air
+    std::uint64_t frame_hash = 0;              ///< of the frame's bytes, which another version of zstd may have made differently
     std::shared_ptr<const std::string> frame;  ///< zstd frame of the box's blob; nullptr: known to be air
     voxel::Reach reach;                        ///< where everything lies that shaped it
 

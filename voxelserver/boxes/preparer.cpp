@@ -1,6 +1,7 @@
 #include "voxelserver/boxes/preparer.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 namespace terravox::boxes {
 
@@ -46,7 +47,7 @@ std::uint64_t BoxWalk::count(voxel::World& world) {
 }
 
 Preparer::Preparer(BoxCache& cache, int lanes, std::function<void(const std::string&)> failed)
-    : m_cache(cache), m_on_failure(std::move(failed)), m_walk(cache.world()), m_total(BoxWalk::count(cache.world())), m_running(std::max(lanes, 1)) {
+    : m_cache(cache), m_on_failure(std::move(failed)), m_walk(cache.world()), m_running(std::max(lanes, 1)) {
     for (int i = 0; i < std::max(lanes, 1); ++i) m_lanes.emplace_back([this] { work(); });
 }
 
@@ -56,7 +57,26 @@ Preparer::~Preparer() {
     for (std::thread& t : m_lanes) t.join();
 }
 
+// Others may be turned away while this waits with them: that is no failure of the box.
+bool Preparer::make(const voxel::BoxKey& key) {
+    constexpr std::chrono::milliseconds kPause{20};
+    while (!m_stop) {
+        try {
+            return m_cache.get_ahead(key) != nullptr;
+        } catch (const Busy&) {
+            std::this_thread::sleep_for(kPause);
+        }
+    }
+    return false;
+}
+
 void Preparer::work() {
+    try {
+        std::call_once(m_counted, [&] { m_total = BoxWalk::count(m_cache.world()); });
+    } catch (const std::exception& e) {
+        const std::lock_guard lock(m_mutex);
+        m_on_failure(e.what());
+    }
     while (!m_stop) {
         voxel::BoxKey key;
         try {
@@ -64,7 +84,7 @@ void Preparer::work() {
                 const std::lock_guard lock(m_mutex);
                 if (!m_walk.next(key)) break;
             }
-            if (!m_cache.get_ahead(key)) break;
+            if (!make(key)) break;
         } catch (const std::exception& e) {
             const std::lock_guard lock(m_mutex);
             ++m_failed;

@@ -51,12 +51,14 @@ public:
 
 private:
     void work();
+    [[nodiscard]] bool make(const voxel::BoxKey& key);  ///< false: stopped
     BoxCache& m_cache;
     std::function<void(const std::string&)> m_on_failure;
     std::mutex m_mutex;  ///< guards m_walk and m_on_failure
     BoxWalk m_walk;
     std::atomic<std::uint64_t> m_done{0}, m_failed{0};
-    const std::uint64_t m_total;
+    std::once_flag m_counted;
+    std::atomic<std::uint64_t> m_total{0};  ///< 0 until it is counted
     std::atomic<bool> m_stop{false};
     std::atomic<int> m_running;
     std::vector<std::thread> m_lanes;

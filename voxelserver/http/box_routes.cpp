@@ -10,7 +10,7 @@ namespace {
 
 using voxel::kBoxSizeY;
 
-// Part of every entity tag: to be changed when the same box is to be sent as other bytes. Each coding is a representation of its own.
+// Part of every entity tag: each coding is a representation of its own.
 constexpr std::string_view kZstdTag = "z1", kIdentityTag = "i1", kAirTag = "\"air\"";
 
 template <std::size_t N>
@@ -36,7 +36,7 @@ Response answer_box(Service& service, const Asked& asked) {
     const voxel::BoxKey key{level, bx, by, bz};
     const auto kept = service.boxes.get(key);
     const bool packed = coding == Coding::kZstd;
-    const std::string etag = kept->air() ? std::string(kAirTag) : etag_of(kept->checksum, packed ? kZstdTag : kIdentityTag);
+    const std::string etag = kept->air() ? std::string(kAirTag) : etag_of(packed ? kept->frame_hash : kept->checksum, packed ? kZstdTag : kIdentityTag);
     if (etag_matches(asked.request.header("If-None-Match"), etag)) return not_modified(etag).add("Vary", "Accept-Encoding");
     Response out;
     out.status = kept->air() ? 204 : 200;

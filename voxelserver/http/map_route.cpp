@@ -6,8 +6,6 @@
 
 namespace terravox::http {
 
-static_assert(kTileSize_px == map::kTilePx);
-
 Response answer_map_tile(Service& service, const Asked& asked) {
     constexpr std::string_view kEnding = ".png";
     const auto& part = asked.parts.part;

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 #include <xxhash.h>
 
+#include <chrono>
 #include <map>
 #include <vector>
 
@@ -67,7 +68,7 @@ std::optional<map::ColumnBoxes> MapView::fetch(std::int32_t bx, std::int32_t bz,
     map::ColumnBoxes out;
     for (std::int32_t by = column.by_begin; by < column.by_end; ++by) {
         const voxel::BoxKey key{0, bx, by, bz};
-        const auto kept = make ? m_cache.get(key) : m_cache.find(key);
+        const auto kept = make ? m_cache.get(key) : m_cache.find(key, boxes::BoxCache::Keep::kNo);
         if (!kept) return std::nullopt;
         out.boxes.push_back(boxes::BoxCache::unpacked(*kept, key));
         out.reach.add(kept->reach);
@@ -80,11 +81,16 @@ void MapView::note(const voxel::BoxKey& key) {
     if (key.level != 0) return;
     const voxel::ColumnExtent column = m_cache.world().column(0, key.bx, key.bz);
     for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
-        if (by != key.by && !m_cache.find({0, key.bx, by, key.bz})) return;
+        if (by != key.by && !m_cache.find({0, key.bx, by, key.bz}, boxes::BoxCache::Keep::kNo)) return;
     m_tops.note_made(key.bx, key.bz);
 }
 
 void MapView::look_through_disk() {
+    // Not in the first second: whoever waits for the server to start wants boxes.
+    for (int i = 0; i < 10; ++i) {
+        if (m_stop) return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
     try {
         std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> boxes_of;
         for (const voxel::BoxKey& key : m_cache.disk()->keys(boxes::Kind::kBox, 0, kMostColumns)) ++boxes_of[{key.bx, key.bz}];

@@ -14,6 +14,7 @@
 #include "voxelserver/http/map_route.hpp"
 #include "voxelserver/http/page_routes.hpp"
 #include "voxelserver/http/state_routes.hpp"
+#include "voxelserver/map/map_tiles.hpp"
 
 namespace terravox::http {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 // The world as the format has it, and where its map is.
 std::string world_text(const voxel::WorldInfo& info) {
     auto json = nlohmann::json::parse(voxel::world_to_json(info));
-    json["map"] = {{"tile_px", kTileSize_px}, {"zooms", {0, info.levels - 1}}};
+    json["map"] = {{"tile_px", map::kTilePx}, {"zooms", {0, info.levels - 1}}};
     return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -131,7 +132,9 @@ Response Router::dispatch(Route route, const Asked& asked) {
         case Route::kPage:
         case Route::kPageFile: return answer_page(asked);
         case Route::kOpenApi: return answer_open_api(asked);
-        case Route::kHealth: return reply(200, "text/plain; charset=utf-8", "ok\n").add("Cache-Control", "no-store");
+        case Route::kHealth:
+            if (const std::string trouble = m_service.trouble(); !trouble.empty()) return problem(503, trouble).add("Retry-After", "60");
+            return reply(200, "text/plain; charset=utf-8", "ok\n").add("Cache-Control", "no-store");
         case Route::kWorld: return world(asked.request);
         case Route::kBox: return answer_box(m_service, asked);
         case Route::kBatch: return answer_batch(m_service, asked);

@@ -133,29 +133,39 @@ bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
 }
 
 // HTTP/1.0 knows no chunks: there, the end of the connection ends the body.
-bool send_stream(mg_connection* connection, const Response& r, bool chunked, bool keep_alive) {
+bool send_stream(mg_connection* connection, const Response& r, bool chunked, bool keep_alive, std::uint64_t& bytes) {
     std::string head;
     append_head(head, r, chunked ? Length::kChunked : Length::kUntilClose, keep_alive);
     bool alive = write_all(connection, head.data(), head.size());
     if (r.head_only) return alive;
-    if (alive)
-        r.stream([&](std::string_view part) {
-            if (part.empty()) return alive;
-            if (chunked)
-                alive = alive && mg_send_chunk(connection, part.data(), static_cast<unsigned>(part.size())) > 0;
-            else
-                alive = alive && write_all(connection, part.data(), part.size());
-            return alive;
-        });
+    // An error cannot be told any more: the stream ends where it is, and a client knows that it is not whole.
+    const auto write = [&](std::string_view part) {
+        if (part.empty()) return alive;
+        if (chunked)
+            alive = alive && mg_send_chunk(connection, part.data(), static_cast<unsigned>(part.size())) > 0;
+        else
+            alive = alive && write_all(connection, part.data(), part.size());
+        if (alive) bytes += part.size();
+        return alive;
+    };
+    try {
+        if (alive) r.stream(write);
+    } catch (const std::exception& e) {
+        spdlog::error("send a stream: {}", e.what());
+        alive = false;
+    }
     if (alive && chunked) alive = mg_send_chunk(connection, "", 0) >= 0;
     return alive;
 }
 
-void send(mg_connection* connection, const Response& r, bool keep_alive, bool http_1_0 = false) {
+/// @return bytes of the body that were sent
+std::uint64_t send(mg_connection* connection, const Response& r, bool keep_alive, bool http_1_0 = false) {
     if (r.stream && http_1_0) keep_alive = false;
-    const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive) : send_whole(connection, r, keep_alive);
+    std::uint64_t bytes = r.head_only ? 0 : r.bytes().size();
+    const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive, bytes) : send_whole(connection, r, keep_alive);
     // Closing also keeps CivetWeb from reading (and waiting for) a body of any length that the client announced.
     if (!sent || !keep_alive) mg_disable_connection_keep_alive(connection);
+    return bytes;
 }
 
 Request request_of(const mg_request_info& info) {
@@ -324,8 +334,7 @@ private:
                                                                          : m_router.handle(request);
             const bool others_wait = m_connections >= m_options.request_threads;
             const bool keep_alive = !out.close && !others_wait && wants_keep_alive(request, info.http_version);
-            send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0");
-            if (!out.head_only) m_router.counts().add_bytes(out.bytes().size());
+            m_router.counts().add_bytes(send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0"));
             if (spdlog::should_log(spdlog::level::debug)) spdlog::debug("{} {} {} {:.1f} ms", request.method, request.path, out.status, clock.seconds() * 1e3);
             return out.status;
         } catch (const std::exception& e) {

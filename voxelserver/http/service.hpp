@@ -21,6 +21,7 @@ struct Service {
     util::StageTimes& times;
     boxes::BoxCache& boxes;
     SquaresNow squares = [] { return std::vector<SquareEntry>{}; };
+    std::function<std::string()> trouble = [] { return std::string(); };  ///< why nothing new can be made; "" = all is well
     const boxes::Preparer* preparer = nullptr;  ///< nullptr: nothing is being prepared
     MapView* map = nullptr;                     ///< nullptr: there is none
     std::size_t memory_limit_bytes = 0;         ///< of the process; 0: not known

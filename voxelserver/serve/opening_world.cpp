@@ -49,10 +49,14 @@ OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes
         m_info = m_facts.info;
         m_opening = std::thread([this, options = std::move(options), promise = std::move(promise)]() mutable {
             try {
-                promise.set_value(voxelize::open_lidar_world(options, m_times));
+                std::shared_ptr<voxelize::LidarWorld> world = voxelize::open_lidar_world(options, m_times);
+                if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) throw Error("open the world: its files have changed since the server started; start it again");
+                promise.set_value(std::move(world));
                 m_is_open = true;
             } catch (const std::exception& e) {
                 spdlog::error("{}; only boxes that were kept can be served", e.what());
+                m_trouble = e.what();
+                m_failed = true;
                 promise.set_exception(std::current_exception());
             }
         });

@@ -35,7 +35,8 @@ public:
     [[nodiscard]] const voxelize::WorldFacts& facts() const noexcept { return m_facts; }
     /// All files with their states; none is known to be prepared before the world is open.
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;
-    [[nodiscard]] bool is_open() const noexcept { return m_is_open; }
+    /// Why the world cannot be opened; "" while it is not known, and when it could.
+    [[nodiscard]] std::string trouble() const { return m_failed ? m_trouble : ""; }
 
 private:
     [[nodiscard]] voxelize::LidarWorld& opened();  ///< @throws what opening threw
@@ -46,6 +47,8 @@ private:
     voxel::WorldInfo m_info;
     std::shared_future<std::shared_ptr<voxelize::LidarWorld>> m_world;
     std::atomic<bool> m_is_open{false};  ///< set when m_world holds a world
+    std::atomic<bool> m_failed{false};   ///< set when m_trouble is written
+    std::string m_trouble;
     std::thread m_opening;
 };
 

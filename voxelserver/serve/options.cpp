@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
@@ -21,7 +22,11 @@ constexpr std::size_t kBaseBytes = std::size_t{96} << 20;
 
 constexpr std::size_t kLeastImageBytes = std::size_t{8} << 20;
 
-std::chrono::milliseconds milliseconds(double seconds) { return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000)); }
+// CLI::Range lets "nan" pass.
+std::chrono::milliseconds milliseconds(double seconds, const char* flag) {
+    if (!std::isfinite(seconds)) throw UsageError(std::string(flag) + ": no number of seconds; --help lists what is allowed");
+    return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
 
 std::string read_token(const Options& o) {
     std::string token;
@@ -44,7 +49,7 @@ void add_world_options(CLI::App& app, Options& o) {
     app.add_option("--ortho", o.world.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all();
     app.add_option("--classes", o.world.classes, "class table: an id (asprs, nl-ahn, ...) or a file; default: what the store says, or asprs");
     app.add_option("--settings", o.world.settings, "which voxelization steps run and how: a TOML file; default: config/voxelize.toml");
-    app.add_option("--cache", o.cache, "folder that keeps prepared LiDAR squares for the next start; none: nothing on disk (default: ~/.cache/terravox)");
+    app.add_option("--cache", o.cache, "folder that keeps prepared LiDAR squares and finished boxes for the next start; none: nothing on disk (default: ~/.cache/terravox)");
     app.add_option("--crs", o.world.crs, "CRS of the files, overriding what they say: EPSG:n or WKT");
     app.add_option("--voxel", o.world.voxel_m, "edge of a voxel, metres")->capture_default_str();
     app.add_option("--vertical-unit", o.world.vertical_unit, "unit of heights: m, ft or us-ft; default: from the CRS");
@@ -60,7 +65,7 @@ void add_world_options(CLI::App& app, Options& o) {
 
 void add_server_options(CLI::App& app, Options& o) {
     app.add_option("--port", o.server.port, "port to listen on; 0: any free one")->capture_default_str()->check(CLI::Range(0, 65535));
-    app.add_option("--bind", o.server.bind, "address to listen on; 0.0.0.0: all networks (see config/nginx)")->capture_default_str();
+    app.add_option("--bind", o.server.bind, "IPv4 address to listen on; 0.0.0.0: all networks (see config/nginx)")->capture_default_str();
     app.add_option("--token-file", o.token_file, "file whose first line is the token that requests must bring; default: TERRAVOX_TOKEN, or none");
     app.add_option("--tls-cert", o.server.tls_certificate, "PEM file with certificate and private key: serve https");
     app.add_option("--request-threads", o.request_threads, "connections served at the same time; 0: --threads + --queue + 32")
@@ -104,9 +109,9 @@ Plan finish(Options& o) {
     o.world.cache_bytes = plan.boxes.disk_bytes;
     o.world.memory_bytes = kept - plan.boxes.memory_bytes - plan.map_bytes;
     o.server.request_threads = o.request_threads > 0 ? o.request_threads : plan.boxes.makers + plan.boxes.queue + kSpareThreads;
-    o.server.request_timeout = milliseconds(o.header_timeout_s);
-    o.server.keep_alive_timeout = milliseconds(o.keep_alive_s);
-    o.server.drain_timeout = milliseconds(o.drain_s);
+    o.server.request_timeout = milliseconds(o.header_timeout_s, "--header-timeout-s");
+    o.server.keep_alive_timeout = milliseconds(o.keep_alive_s, "--keep-alive-s");
+    o.server.drain_timeout = milliseconds(o.drain_s, "--drain-s");
     return plan;
 }
 

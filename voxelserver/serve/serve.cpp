@@ -42,15 +42,14 @@ template <class Useless> bool watch(const boxes::Preparer& preparer, bool bar, c
 }
 
 ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
-    install_stop_handlers();
     const auto preparer = start_preparing(cache, plan.boxes.makers);
     boxes::DiskCache& disk = *cache.disk();
-    const bool stopped = watch(*preparer, bar, [&] { return disk.broken(); });
+    const bool stopped = watch(*preparer, bar, [&] { return disk.failing(); });
     preparer->stop();
     const auto end = preparer->progress();
     disk.flush();
-    if (const auto dropped = disk.stats().dropped; disk.broken() || dropped > 0)
-        throw Error("prepare the world: " + (disk.broken() ? std::string("finished boxes") : std::to_string(dropped) + " boxes") + " cannot be kept in " + disk.file().string() + "; the next start goes on from there");
+    if (const auto dropped = disk.stats().dropped; disk.failing() || dropped > 0)
+        throw Error("prepare the world: " + (disk.failing() ? std::string("finished boxes") : std::to_string(dropped) + " boxes") + " cannot be kept in " + disk.file().string() + "; the next start goes on from there");
     if (stopped) throw Error("prepare the world: stopped after " + std::to_string(end.done) + " of " + std::to_string(end.total) + " boxes; the next start goes on from there");
     if (const auto d = disk.stats(); d.evictions > 0) spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room", d.evictions);
     return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
@@ -61,6 +60,7 @@ ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
 ExitCode serve(Options& options) {
     util::set_up_log(options.log_level, options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
     std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk: an error to be told
     const Plan plan = finish(options);
     if (!options.prepare_only) http::check_can_listen(options.server);  // before minutes of decoding
     std::optional<store::GrabberStore> store;
@@ -82,6 +82,7 @@ ExitCode serve(Options& options) {
     boxes::BoxCache cache(world, times, plan.boxes);
     const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";
     if (options.prepare_only) {
+        install_stop_handlers();
         held.reset();
         return prepare_only(cache, plan, bar);
     }
@@ -92,6 +93,7 @@ ExitCode serve(Options& options) {
     http::Service service{world, times, cache};
     service.squares = [&] { return squares_of(world, store); };
     service.map = &map;
+    service.trouble = [&] { return world.trouble(); };
     service.preparer = preparer.get();
     service.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
     http::Router router(service, plan.token);

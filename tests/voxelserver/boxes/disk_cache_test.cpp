@@ -71,6 +71,7 @@ TEST_CASE("an item that was put is there for the next process", "[voxelserver][b
     CHECK(text_of(cache.find(Kind::kBox, {3, -5, 2, 1000001})) == "absent");
     // Coordinates two million boxes apart share a Morton code, not an item.
     CHECK(text_of(cache.find(Kind::kBox, {3, -5 + (1 << 21), 2, 1000000})) == "absent");
+    cache.flush();
     CHECK(cache.stats().entries == 3);
     CHECK(cache.keys(Kind::kBox, 3, 10) == std::vector<BoxKey>{key});
 }
@@ -202,7 +203,7 @@ TEST_CASE("a file that another process holds locked costs the disk, nothing more
         cache.flush();
         CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
         CHECK(cache.keys(Kind::kBox, 0, 10).empty());
-        CHECK(cache.broken());
+        CHECK(cache.failing());
     }
     sqlite3_close(database);
     DiskCache cache(file, kPlenty, inputs.function());
