@@ -77,7 +77,9 @@ class Interface(Case):
 
     def test_a_batch_is_the_single_boxes(self):
         body = json.dumps({"boxes": self.keys + [[0, 0, 0, 0]]})
+        before = self.server.json("/v2/stats")["replies"]["bytes"]
         status, headers, data = self.server.post("/v2/boxes", body, {"Content-Type": "application/json"})
+        self.assertGreaterEqual(self.server.json("/v2/stats")["replies"]["bytes"], before + len(data))
         self.assertEqual((status, headers["Content-Type"]), (200, "application/vnd.terravox.boxes"))
         records, at = {}, 0
         while at < len(data):
@@ -175,6 +177,24 @@ class Kept(Case):
             server.stop()
         self.assertRefused(Run([binary("VOXELSERVER"), survey(), "--cache", "none", "--prepare-only"]), 2, "--cache")
 
+    def test_preparing_fails_where_the_disk_is_full(self):
+        run = Run([binary("VOXELSERVER"), survey(), "--cache", temporary_folder(), "--prepare-only"], file_bytes=100_000)
+        self.assertEqual(run.code, 1, str(run))
+        self.assertIn("cannot be kept in", run.err.splitlines()[-1])
+
+    def test_damaged_facts_of_a_world_are_made_again(self):
+        cache = temporary_folder()
+        for damage in (None, b"", b"nonsense", None):
+            server = Server(square(), "--cache", cache)
+            try:
+                self.assertEqual(server.json("/v2/world")["crs"], "EPSG:3794")
+            finally:
+                self.assertEqual(server.stop(), 0, server.err)
+            facts = list((cache / "worlds").glob("*.facts"))
+            self.assertEqual(len(facts), 1)
+            if damage is not None:
+                facts[0].write_bytes(damage)
+
     def test_a_damaged_square_is_told_and_counted(self):
         place = temporary_folder()
         data = bytearray(square().read_bytes())
@@ -258,6 +278,13 @@ class Tls(Case):
             self.assertEqual(server.stop(), 0, server.err)
         self.assertRefused(Run([binary("VOXELSERVER"), square(), "--tls-cert", folder / "none.pem"]), 2, "none.pem")
         self.assertRefused(Run([binary("VOXELSERVER"), square(), "--cache", "none", "--port", "0", "--tls-cert", folder / "key.pem"]), 1, "key.pem")
+
+
+class Flags(Case):
+    def test_times_that_are_none_are_refused(self):
+        for flag in ("--drain-s", "--header-timeout-s", "--keep-alive-s"):
+            for value in ("nan", "-1", "1e9", "x", ""):
+                self.assertRefused(Run([binary("VOXELSERVER"), square(), f"{flag}={value}"]), 2, flag)
 
 
 class Logs(Case):
