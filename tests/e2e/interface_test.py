@@ -8,6 +8,7 @@ import shutil
 import ssl
 import struct
 import subprocess
+import time
 import unittest
 import urllib.error
 import urllib.request
@@ -194,6 +195,25 @@ class Kept(Case):
             self.assertEqual(len(facts), 1)
             if damage is not None:
                 facts[0].write_bytes(damage)
+
+    def test_facts_that_are_not_those_of_the_world_are_told_and_gone_at_the_next_start(self):
+        cache = temporary_folder()
+        for voxel in ("1", "2"):
+            self.assertEqual(Server(square(), "--cache", cache, "--voxel", voxel).stop(), 0)
+        first, second = sorted((cache / "worlds").glob("*.facts"))
+        kept = first.read_bytes()
+        first.write_bytes(second.read_bytes())
+        second.write_bytes(kept)
+        server = Server(square(), "--cache", cache)
+        until = time.monotonic() + 30
+        while server.get("/healthz")[0] != 503 and time.monotonic() < until:
+            time.sleep(0.05)
+        self.assertEqual(server.get("/healthz")[0], 503)
+        server.stop()
+        self.assertIn("start it again", server.err)
+        server = Server(square(), "--cache", cache)
+        self.assertEqual((server.get("/healthz")[0], server.json("/v2/world")["voxel_m"]), (200, 1))
+        self.assertEqual(server.stop(), 0, server.err)
 
     def test_a_damaged_square_is_told_and_counted(self):
         place = temporary_folder()

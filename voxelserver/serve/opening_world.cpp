@@ -47,10 +47,15 @@ OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes
     if (auto known = file.empty() ? std::nullopt : read_facts(file)) {
         m_facts = std::move(*known);
         m_info = m_facts.info;
-        m_opening = std::thread([this, options = std::move(options), promise = std::move(promise)]() mutable {
+        m_opening = std::thread([this, file, options = std::move(options), promise = std::move(promise)]() mutable {
             try {
                 std::shared_ptr<voxelize::LidarWorld> world = voxelize::open_lidar_world(options, m_times);
-                if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) throw Error("open the world: its files have changed since the server started; start it again");
+                if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) {
+                    // Whatever made them differ: the next start must not meet them again.
+                    std::error_code ignored;
+                    fs::remove(file, ignored);
+                    throw Error("open the world: its files have changed since the server started, or what is known of it is out of date; start it again");
+                }
                 promise.set_value(std::move(world));
                 m_is_open = true;
             } catch (const std::exception& e) {
