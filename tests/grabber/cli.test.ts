@@ -12,8 +12,9 @@ import { storedFiles, temporaryFolder } from './support/store-fixture.js';
 const kLaz = makeLaz();
 
 /** A sources folder with one source that is served by this machine. */
-async function sourcesFolder(t: TestContext, base: string): Promise<string> {
+async function configFolder(t: TestContext, base: string): Promise<string> {
   const folder = await temporaryFolder(t);
+  await mkdir(join(folder, 'sources'));
   const toml = `
 id = "here"
 title = "Here"
@@ -27,7 +28,7 @@ url = "${base}/TM_{E}_{N}.laz"
 max_concurrent = 2
 missing_status = [403]
 `;
-  await writeFile(join(folder, 'here.toml'), toml);
+  await writeFile(join(folder, 'sources', 'here.toml'), toml);
   return folder;
 }
 
@@ -112,9 +113,9 @@ test('sources and list print tables, and JSON where asked', async () => {
 });
 
 test('a broken source file ends with exit code 1 and names the file', async (t) => {
-  const folder = await sourcesFolder(t, 'http://127.0.0.1:1');
-  await writeFile(join(folder, 'worse.toml'), 'id = "worse"');
-  const { code, err } = await cli(['--sources-dir', folder, 'sources']);
+  const folder = await configFolder(t, 'http://127.0.0.1:1');
+  await writeFile(join(folder, 'sources', 'worse.toml'), 'id = "worse"');
+  const { code, err } = await cli(['--config', folder, 'sources']);
   assert.equal(code, 1);
   assert.match(err, /^error: read source .*worse\.toml: field title is missing; allowed: text/);
 });
@@ -125,10 +126,10 @@ test('fetch fills a store, and its exit code tells holes from failures', async (
     if (request.url === '/TM_464_101.laz') return sendStatus(response, 401);
     sendFile(response, kLaz);
   });
-  const sources = await sourcesFolder(t, server.base);
+  const sources = await configFolder(t, server.base);
   const store = join(await temporaryFolder(t), 'new', 'store');
   const fetch = (squares: string, ...more: string[]) =>
-    cli(['fetch', '--sources-dir', sources, '--source', 'here', '--squares', squares, '--store', store, ...more]);
+    cli(['fetch', '--config', sources, '--source', 'here', '--squares', squares, '--store', store, ...more]);
 
   const good = await fetch('462_101');
   assert.equal(good.code, 0, good.err);
@@ -205,9 +206,9 @@ test('fetch copies a local folder, and says which files it could not use', async
   await writeFile(join(folder, 'TM_463_101.las'), makeLas({ min: [463_000, 101_000, 0], max: [464_000, 102_000, 1] }));
   await writeFile(join(folder, 'notes.laz'), kLaz);
   await writeFile(join(folder, 'TM_464_101.zlas'), 'zlas');
-  const sources = await sourcesFolder(t, 'http://127.0.0.1:1');
+  const sources = await configFolder(t, 'http://127.0.0.1:1');
   const store = await temporaryFolder(t);
-  const args = ['fetch', '--sources-dir', sources, '--source', 'here', '--from', folder, '--store', store];
+  const args = ['fetch', '--config', sources, '--source', 'here', '--from', folder, '--store', store];
 
   const all = await cli(args);
   assert.equal(all.code, 1);
@@ -250,11 +251,11 @@ test(
       response.writeHead(200, { 'content-length': String(body.length), etag: '"v1"' });
       response.write(body.subarray(0, 50_000), () => child?.kill('SIGINT'));
     });
-    const sources = await sourcesFolder(t, server.base);
+    const sources = await configFolder(t, server.base);
     const store = await temporaryFolder(t);
     const args = [
       'fetch',
-      '--sources-dir',
+      '--config',
       sources,
       '--source',
       'here',

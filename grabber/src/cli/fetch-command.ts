@@ -1,5 +1,6 @@
 import { mkdir } from 'node:fs/promises';
 import { resolve } from 'node:path';
+import type { Command } from 'commander';
 import { fetchSquares, type Tally } from '../fetch/fetch-squares.js';
 import { HostGate } from '../fetch/host-gate.js';
 import { createHttpClient, type HttpClient } from '../fetch/http-client.js';
@@ -15,11 +16,14 @@ import { lockStore } from '../store/lock.js';
 import { Manifest } from '../store/manifest.js';
 import { kSystemClock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
+import { userAgent } from '../util/package-info.js';
+import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { localSelection } from './local-selection.js';
+import { integerIn } from './option-parsers.js';
 import type { Output } from './output.js';
 import { jsonReporter, textReporter, type Reporter } from './reporter.js';
-import { remoteSelection, type SelectionOptions } from './selection.js';
+import { addSelectionOptions, remoteSelection, type SelectionOptions } from './selection.js';
 
 export type FetchOptions = SelectionOptions & {
   store: string;
@@ -40,8 +44,33 @@ type Work = {
   readonly ignored: readonly string[];
 };
 
+export function addFetchCommand(program: Command, context: CliContext): void {
+  addSelectionOptions(program.command('fetch').description('download or copy squares into a store'))
+    .requiredOption('--store <folder>', 'store to fill; made when it is not there')
+    .option('--from <folder>', 'take LAZ and LAS files of this folder instead of the web')
+    .option(
+      '--concurrency <n>',
+      "files at a time, 1 to 32 (default: the source's, else 4)",
+      integerIn(1, 32, 'files at a time'),
+    )
+    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
+    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
+    .option(
+      '--max-wait-s <s>',
+      'longest Retry-After to obey, seconds, 1 to 86400',
+      integerIn(1, 86_400, 'seconds'),
+      600,
+    )
+    .option('--refetch', 'fetch again what is verified already')
+    .option('--json', 'log one JSON object a line to standard output')
+    .action(async (options: FetchOptions) => {
+      const { info, output, signal } = context;
+      context.exit(await fetchCommand(options, await context.sources(), userAgent(info), output, signal));
+    });
+}
+
 /** Fills a store. @return the exit code */
-export async function fetchCommand(
+async function fetchCommand(
   options: FetchOptions,
   sources: ReadonlyMap<string, Source>,
   userAgent: string,

@@ -1,9 +1,27 @@
+import type { Command } from 'commander';
 import type { Source } from '../sources/source.js';
+import type { CliContext } from './context.js';
 import { formatTable, type Output } from './output.js';
-import { remoteSelection, type SelectionOptions } from './selection.js';
+import { addSelectionOptions, remoteSelection, type SelectionOptions } from './selection.js';
+
+export function addListCommands(program: Command, context: CliContext): void {
+  program
+    .command('sources')
+    .description('list the sources')
+    .option('--json', 'print JSON')
+    .action(async (options: { json?: boolean }) =>
+      sourcesCommand(await context.sources(), options.json ?? false, context.output),
+    );
+
+  addSelectionOptions(program.command('list').description('print the address of each square'))
+    .option('--json', 'print one JSON object a line')
+    .action(async (options: SelectionOptions & { json?: boolean }) =>
+      listCommand(options, await context.sources(), options.json ?? false, context.output),
+    );
+}
 
 /** Prints the configured sources. */
-export function sourcesCommand(sources: ReadonlyMap<string, Source>, json: boolean, output: Output): void {
+function sourcesCommand(sources: ReadonlyMap<string, Source>, json: boolean, output: Output): void {
   const all = [...sources.values()];
   if (json) {
     output.out(`${JSON.stringify(all, undefined, 2)}\n`);
@@ -23,7 +41,7 @@ export function sourcesCommand(sources: ReadonlyMap<string, Source>, json: boole
 }
 
 /** Prints the address of each square, without asking anybody whether it exists. */
-export function listCommand(
+function listCommand(
   options: SelectionOptions,
   sources: ReadonlyMap<string, Source>,
   json: boolean,

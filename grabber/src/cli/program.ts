@@ -1,15 +1,13 @@
 import { join } from 'node:path';
 import { Command, CommanderError } from 'commander';
 import { loadSources } from '../sources/load-sources.js';
-import type { Source } from '../sources/source.js';
 import { GrabberError, describeError } from '../util/errors.js';
-import { readPackageInfo, userAgent } from '../util/package-info.js';
+import { readPackageInfo } from '../util/package-info.js';
+import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
-import { fetchCommand, type FetchOptions } from './fetch-command.js';
-import { listCommand, sourcesCommand } from './list-commands.js';
-import { integerIn } from './option-parsers.js';
+import { addFetchCommand } from './fetch-command.js';
+import { addListCommands } from './list-commands.js';
 import type { Output } from './output.js';
-import { addSelectionOptions, type SelectionOptions } from './selection.js';
 
 /**
  * Runs one command line.
@@ -35,48 +33,25 @@ function buildProgram(state: { exitCode: number }, output: Output, signal: Abort
   const program = new Command('terravox-grab')
     .description('Fills a Terravox store with LiDAR squares from open-data portals or local files.')
     .version(info.version)
-    .option('--sources-dir <folder>', 'folder of source files (*.toml)', join(info.root, '..', 'config', 'sources'))
+    .option('--config <folder>', 'folder of the configuration: sources/*.toml and the rest', join(info.root, '..', 'config'))
     .configureOutput({ writeOut: output.out, writeErr: output.err })
     .exitOverride()
     .addHelpText(
       'after',
       '\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 done but squares are missing, 130 stopped by SIGINT.',
     );
-  const sources = (): Promise<ReadonlyMap<string, Source>> =>
-    loadSources(program.opts<{ sourcesDir: string }>().sourcesDir, signal);
-
-  program
-    .command('sources')
-    .description('list the sources')
-    .option('--json', 'print JSON')
-    .action(async (options: { json?: boolean }) => sourcesCommand(await sources(), options.json ?? false, output));
-
-  addSelectionOptions(program.command('list').description('print the address of each square'))
-    .option('--json', 'print one JSON object a line')
-    .action(async (options: SelectionOptions & { json?: boolean }) =>
-      listCommand(options, await sources(), options.json ?? false, output),
-    );
-
-  addSelectionOptions(program.command('fetch').description('download or copy squares into a store'))
-    .requiredOption('--store <folder>', 'store to fill; made when it is not there')
-    .option('--from <folder>', 'take LAZ and LAS files of this folder instead of the web')
-    .option(
-      '--concurrency <n>',
-      "files at a time, 1 to 32 (default: the source's, else 4)",
-      integerIn(1, 32, 'files at a time'),
-    )
-    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
-    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
-    .option(
-      '--max-wait-s <s>',
-      'longest Retry-After to obey, seconds, 1 to 86400',
-      integerIn(1, 86_400, 'seconds'),
-      600,
-    )
-    .option('--refetch', 'fetch again what is verified already')
-    .option('--json', 'log one JSON object a line to standard output')
-    .action(async (options: FetchOptions) => {
-      state.exitCode = await fetchCommand(options, await sources(), userAgent(info), output, signal);
-    });
+  const configFolder = (): string => program.opts<{ config: string }>().config;
+  const context: CliContext = {
+    output,
+    signal,
+    info,
+    configFolder,
+    sources: () => loadSources(join(configFolder(), 'sources'), signal),
+    exit: (code) => {
+      state.exitCode = code;
+    },
+  };
+  addListCommands(program, context);
+  addFetchCommand(program, context);
   return program;
 }
