@@ -1,6 +1,7 @@
 #include "common/util/toml_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <string_view>
 
@@ -19,11 +20,14 @@ std::string text_of(const fs::path& file, const std::function<void(const std::st
     else if (failed) fail(failed.message());
     else if (!fs::is_regular_file(status)) fail("not a plain file");
     std::ifstream in(file, std::ios::binary);
-    // One byte more than allowed: a file that grows, or says nothing of its size (/proc), is found too long as well.
-    std::string text(kMost_bytes + 1, '\0');
-    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    // By parts: a file that grows, or says nothing of its size (/proc), is found too long as well, and nobody pays for a mebibyte that is not there.
+    std::string text;
+    std::array<char, 16384> part;
+    do {
+        in.read(part.data(), part.size());
+        text.append(part.data(), static_cast<std::size_t>(in.gcount()));
+    } while (in && text.size() <= kMost_bytes);
     if (in.bad() || !in.is_open()) fail("cannot be read");
-    text.resize(static_cast<std::size_t>(in.gcount()));
     if (text.size() > kMost_bytes) fail("longer than 1 MiB; allowed: up to 1 MiB");
     return text;
 }

@@ -49,7 +49,8 @@ foreach(header dll/laszip_api.h include/laszip/laszip_common.h include/laszip/la
 endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
-target_compile_options(terravox_laszip PRIVATE -w -O3)
+set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  # a part of terravox-lidar.so (voxelserver/module)
+target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition)
 # The one source that holds the file stream; others say std::getc, which a macro would break.
 set_property(SOURCE "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp" APPEND PROPERTY COMPILE_OPTIONS
              "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_unlocked_getc.h")

@@ -21,12 +21,15 @@ constexpr std::int64_t kTouchAfter_s = 600;    // "used" is no finer: a row in s
 constexpr int kEvictRows = 64;                 // at a time
 constexpr std::chrono::seconds kIdle{6};
 
-// auto_vacuum must be chosen before the first table. With WAL and synchronous=NORMAL a killed process loses nothing, a power cut loses
-// what was not yet in the file, and neither leaves half an item.
+// With WAL and synchronous=NORMAL a killed process loses nothing, a power cut loses what was not yet in the file, and neither leaves half an item.
 constexpr const char* kPragmas =
-    "PRAGMA page_size=8192; PRAGMA auto_vacuum=INCREMENTAL; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
-    "PRAGMA cache_size=-2000; PRAGMA journal_size_limit=4194304; PRAGMA wal_autocheckpoint=400; PRAGMA temp_store=MEMORY;";
+    "PRAGMA synchronous=NORMAL; PRAGMA cache_size=-2000; PRAGMA journal_size_limit=4194304; PRAGMA wal_autocheckpoint=400; PRAGMA temp_store=MEMORY;";
+// Kept in the file, and for new files only: said again, they would write to it, and each start would wait for the disk. auto_vacuum must be
+// chosen before the first table.
+constexpr const char* kParts = "SELECT count(*) FROM sqlite_master WHERE name IN ('item', 'item_key', 'item_used')";
+constexpr std::int64_t kPartsOfAll = 3;
 constexpr const char* kSchema =
+    "PRAGMA page_size=8192; PRAGMA auto_vacuum=INCREMENTAL; PRAGMA journal_mode=WAL;"
     "CREATE TABLE IF NOT EXISTS item(id INTEGER PRIMARY KEY, kind INT, level INT, morton INT, bx INT, by INT, bz INT, fingerprint0 INT, fingerprint1 INT,"
     " min_bx INT, min_bz INT, max_bx INT, max_bz INT, used INT, tag INT, checksum INT, bytes BLOB);"
     "CREATE UNIQUE INDEX IF NOT EXISTS item_key ON item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz);"
@@ -76,7 +79,7 @@ class DiskCache::Connection {
 public:
     explicit Connection(const fs::path& file) : database(file.string()) {
         database.run(kPragmas);
-        database.run(kSchema);
+        if (database.number(kParts) != kPartsOfAll) database.run(kSchema);
         find.emplace(database.get(), kFind);
         put.emplace(database.get(), kPut);
         touch.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 #include <xxhash.h>
 
-#include <chrono>
 #include <map>
 #include <vector>
 
@@ -35,7 +34,10 @@ MapView::MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t me
              memory_bytes / 2),
       m_tiles(cache.world().info(), m_tops, memory_bytes / 2) {
     m_cache.set_listener([this](const voxel::BoxKey& key) { note(key); });
-    if (m_cache.disk() != nullptr) m_looking = std::thread([this] { look_through_disk(); });
+}
+
+void MapView::look_through_disk() {
+    if (m_cache.disk() != nullptr) m_looking = std::thread([this] { note_kept(); });
 }
 
 MapView::~MapView() {
@@ -85,12 +87,7 @@ void MapView::note(const voxel::BoxKey& key) {
     m_tops.note_made(key.bx, key.bz);
 }
 
-void MapView::look_through_disk() {
-    // Not in the first second: whoever waits for the server to start wants boxes.
-    for (int i = 0; i < 10; ++i) {
-        if (m_stop) return;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+void MapView::note_kept() {
     try {
         std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> boxes_of;
         for (const voxel::BoxKey& key : m_cache.disk()->keys(boxes::Kind::kBox, 0, kMostColumns)) ++boxes_of[{key.bx, key.bz}];

@@ -18,6 +18,9 @@ public:
     /// @param colours of the materials @param memory_bytes for tops and tiles
     MapView(boxes::BoxCache& cache, map::TopColours colours, std::size_t memory_bytes);
     ~MapView();  ///< closes the cache
+    /// Begins to look on a thread of its own for what earlier processes have left on disk; until that is done, overviews show what has come to hand
+    /// since. To be called once, when the server answers: it takes time from nobody who waits for the start.
+    void look_through_disk();
     MapView(const MapView&) = delete;
     MapView& operator=(const MapView&) = delete;
 
@@ -30,7 +33,7 @@ public:
 private:
     [[nodiscard]] std::optional<map::ColumnBoxes> fetch(std::int32_t bx, std::int32_t bz, bool make);
     void note(const voxel::BoxKey& key);
-    void look_through_disk();
+    void note_kept();
 
     boxes::BoxCache& m_cache;
     const std::uint64_t m_look;  ///< stands for colours and ways of drawing: tiles of another look are not used

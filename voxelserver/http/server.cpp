@@ -68,18 +68,21 @@ Address address_of(const ServerOptions& o) {
     throw UsageError("listen on '" + o.bind + "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or 0.0.0.0 (all networks)");
 }
 
+// No thread_local of this file has a destructor: to register one, a thread's first reply would wait for the dynamic loader's lock, which is held for
+// long while the LiDAR module is loaded beside. What is to be destroyed with a thread is the thread pointer of CivetWeb (new_buffer).
+
 // Written anew once a second and thread: it took a tenth of a small reply's time.
-const std::string& http_date() {
+std::string_view http_date() {
     thread_local std::time_t written = 0;
-    thread_local std::string text;
+    thread_local std::array<char, 40> text{};
+    thread_local std::size_t length = 0;
     if (const std::time_t now = std::time(nullptr); now != written) {
         std::tm utc{};
         gmtime_r(&now, &utc);
-        std::array<char, 40> bytes{};
-        text.assign(bytes.data(), std::strftime(bytes.data(), bytes.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc));
+        length = std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc);
         written = now;
     }
-    return text;
+    return {text.data(), length};
 }
 
 enum class Length { kKnown, kChunked, kUntilClose };
@@ -122,7 +125,7 @@ bool write_all(mg_connection* connection, const char* data, std::size_t bytes) n
 // One call for head and body: each call is a packet and wakes the client. A large body goes on its own after its first part.
 bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
     constexpr std::size_t kTogether = std::size_t{128} << 10;
-    thread_local std::string out;
+    std::string& out = *static_cast<std::string*>(mg_get_thread_pointer(connection));
     out.clear();
     append_head(out, r, Length::kKnown, keep_alive);
     const std::string_view body = r.head_only ? std::string_view() : r.bytes();
@@ -199,6 +202,17 @@ Response refusal(int status, const char* message) {
     return problem(status == 413 ? 431 : status, detail);
 }
 
+// OpenSSL is loaded, which takes milliseconds, only where it is needed.
+void init_library(bool with_tls) {
+    static std::once_flag plain, secure;
+    std::call_once(plain, [] { mg_init_library(MG_FEATURES_DEFAULT); });
+    if (!with_tls) return;
+    std::call_once(secure, [] {
+        tls::load_library();
+        mg_init_library(MG_FEATURES_TLS);
+    });
+}
+
 }  // namespace
 
 void check_can_listen(const ServerOptions& options) {
@@ -222,10 +236,10 @@ class Server::Impl {
 public:
     Impl(Router& router, const ServerOptions& options) : m_router(router), m_options(options) {
         check_can_listen(options);
-        if (!options.tls_certificate.empty()) tls::load_library();
-        static std::once_flag once;
-        std::call_once(once, [] { mg_init_library(MG_FEATURES_TLS); });
+        init_library(!options.tls_certificate.empty());
         mg_callbacks callbacks{};
+        callbacks.init_thread = new_buffer;
+        callbacks.exit_thread = delete_buffer;
         callbacks.begin_request = on_request;
         callbacks.http_error = on_refusal;
         callbacks.log_message = on_log;
@@ -280,6 +294,10 @@ public:
 
 private:
     static Impl& self(const mg_connection* connection) noexcept { return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection))); }
+
+    // A thread's room for replies that are sent as a whole: taken anew for each of them, it would cost page faults.
+    static void* new_buffer(const mg_context* /*context*/, int /*thread*/) noexcept { return new std::string; }
+    static void delete_buffer(const mg_context* /*context*/, int /*thread*/, void* buffer) noexcept { delete static_cast<std::string*>(buffer); }
 
     static int on_request(mg_connection* connection) noexcept { return self(connection).handle(connection); }
 

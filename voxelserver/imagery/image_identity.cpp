@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <string>
 #include <vector>
 
-#include "common/geo/gdal.hpp"
-#include "voxelserver/imagery/image.hpp"
+#include "voxelserver/imagery/vrt_sources.hpp"
 #include "voxelserver/store/bytes.hpp"
 #include "voxelserver/store/file_identity.hpp"
 
@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kDeepest = 4;              // a .vrt of .vrts
 constexpr std::size_t kMostSources = 4096;  // of one .vrt
+constexpr std::size_t kMostVrtBytes = std::size_t{16} << 20;
 
 std::string upper(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
@@ -41,15 +42,15 @@ std::vector<fs::path> beside(const fs::path& file) {
     return out;
 }
 
+// The text, not the images: whoever asks what a world is need not be able to read them.
 std::vector<fs::path> sources_of(const fs::path& vrt) {
-    geo::start_gdal();
-    std::vector<fs::path> out;
-    const GDALDatasetUniquePtr data(GDALDataset::Open(vrt.c_str(), GDAL_OF_RASTER));
-    if (!data) return out;  // whoever reads it will say why
-    char** files = data->GetFileList();
-    for (char** f = files; f != nullptr && *f != nullptr && out.size() < kMostSources; ++f) out.emplace_back(*f);
-    CSLDestroy(files);
-    return out;
+    std::ifstream in(vrt, std::ios::binary);
+    std::error_code failed;
+    const std::uintmax_t size = fs::file_size(vrt, failed);
+    std::string text(failed ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMostVrtBytes)), '\0');
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(in.gcount()));
+    return vrt_sources(text, vrt.parent_path(), kMostSources);
 }
 
 void add(store::ByteWriter& out, const fs::path& file, int depth) {

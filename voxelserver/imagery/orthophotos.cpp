@@ -8,9 +8,9 @@
 
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
-#include "common/util/files.hpp"
 #include "voxelserver/imagery/footprint.hpp"
 #include "voxelserver/imagery/image_identity.hpp"
+#include "voxelserver/voxelize/input_files.hpp"
 
 namespace terravox::imagery {
 
@@ -89,14 +89,10 @@ int block_side(double pixels_per_voxel) { return static_cast<int>(std::clamp(409
 
 }  // namespace
 
-std::vector<fs::path> Orthophotos::files_of(const std::vector<fs::path>& paths) {
-    return util::expand_folders(paths, {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, "orthophotos");
-}
-
 Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame) : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
-    for (const fs::path& file : files_of(paths)) {
+    for (const fs::path& file : voxelize::orthophoto_files(paths)) {
         m_layers.push_back(std::make_unique<Layer>(file, m_frame));
         m_open->use(m_layers.back()->image);
     }

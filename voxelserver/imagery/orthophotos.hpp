@@ -20,9 +20,6 @@ namespace terravox::imagery {
 /// Which band is what: bands.hpp. Nodata values, alpha and mask bands are respected.
 class Orthophotos {
 public:
-    /// The images that paths name, and those in the folders that they name. @throws UsageError for a path that is not there
-    [[nodiscard]] static std::vector<std::filesystem::path> files_of(const std::vector<std::filesystem::path>& paths);
-
     /// @param paths image files or folders of them
     /// @throws Error naming the file that is missing, no image, without a place on Earth, or has more than 4096 pixels to a voxel's edge
     Orthophotos(const std::vector<std::filesystem::path>& paths, const voxelize::Frame& frame);

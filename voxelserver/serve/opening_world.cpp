@@ -9,6 +9,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "voxelserver/module/load_module.hpp"
+#include "voxelserver/voxelize/world_name.hpp"
 
 namespace terravox::serve {
 
@@ -40,53 +42,63 @@ void forget_old(const fs::path& folder) {
 
 }  // namespace
 
-OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const fs::path& facts) : m_times(times) {
-    const fs::path file = facts.empty() ? fs::path() : facts / (voxelize::world_name(options) + ".facts");
-    std::promise<std::shared_ptr<voxelize::LidarWorld>> promise;
-    m_world = promise.get_future().share();
-    if (auto known = file.empty() ? std::nullopt : read_facts(file)) {
+OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const Means& means)
+    : m_options(std::move(options)), m_image_bytes(means.image_bytes), m_times(times), m_world(m_promise.get_future()) {
+    if (!means.facts.empty()) m_file = means.facts / (voxelize::world_name(m_options, module::lidar_module()) + ".facts");
+    if (auto known = m_file.empty() ? std::nullopt : read_facts(m_file)) {
         m_facts = std::move(*known);
         m_info = m_facts.info;
-        m_opening = std::thread([this, file, options = std::move(options), promise = std::move(promise)]() mutable {
-            try {
-                std::shared_ptr<voxelize::LidarWorld> world = voxelize::open_lidar_world(options, m_times);
-                if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) {
-                    // Whatever made them differ: the next start must not meet them again.
-                    std::error_code ignored;
-                    fs::remove(file, ignored);
-                    throw Error("open the world: its files have changed since the server started, or what is known of it is out of date; start it again");
-                }
-                promise.set_value(std::move(world));
-                m_is_open = true;
-            } catch (const std::exception& e) {
-                spdlog::error("{}; only boxes that were kept can be served", e.what());
-                m_trouble = e.what();
-                m_failed = true;
-                promise.set_exception(std::current_exception());
-            }
-        });
         return;
     }
-    std::shared_ptr<voxelize::LidarWorld> world = voxelize::open_lidar_world(options, times);
-    m_facts = world->facts();
-    m_info = m_facts.info;
-    promise.set_value(std::move(world));
-    m_is_open = true;
-    if (!file.empty()) keep_facts(file);
+    std::call_once(m_begun, [&] {
+        std::shared_ptr<voxelize::LidarWorld> world = module::open_lidar_world(m_options, m_times, m_image_bytes);
+        m_facts = world->facts();
+        m_info = m_facts.info;
+        m_promise.set_value(std::move(world));
+        m_is_open = true;
+    });
+    if (!m_file.empty()) keep(m_facts);
 }
 
 OpeningWorld::~OpeningWorld() {
     if (m_opening.joinable()) m_opening.join();
 }
 
-voxelize::LidarWorld& OpeningWorld::opened() { return *m_world.get(); }
+void OpeningWorld::begin_opening() {
+    std::call_once(m_begun, [this] { m_opening = std::thread([this] { open(); }); });
+}
+
+void OpeningWorld::open() noexcept {
+    try {
+        std::shared_ptr<voxelize::LidarWorld> world = module::open_lidar_world(m_options, m_times, m_image_bytes);
+        // A name cannot stand for everything: the system's GDAL and PROJ may be others than before. Whatever it was, the next start must not meet
+        // these facts again.
+        if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) {
+            std::error_code ignored;
+            fs::remove(m_file, ignored);
+            throw Error("open the world: its files have changed since the server started, or what is known of it is out of date; start it again");
+        }
+        m_promise.set_value(std::move(world));
+        m_is_open = true;
+    } catch (const std::exception& e) {
+        spdlog::error("{}; only boxes that were kept can be served", e.what());
+        m_trouble = e.what();
+        m_failed = true;
+        m_promise.set_exception(std::current_exception());
+    }
+}
+
+voxelize::LidarWorld& OpeningWorld::opened() {
+    begin_opening();
+    return *m_world.get();
+}
 
 std::vector<voxelize::SquareInfo> OpeningWorld::squares() const { return m_is_open ? m_world.get()->squares() : m_facts.squares; }
 
-void OpeningWorld::keep_facts(const fs::path& file) const noexcept {
+void OpeningWorld::keep(const voxelize::WorldFacts& facts) const noexcept {
     try {
-        util::write_file_atomically(file, voxelize::to_bytes(m_facts));
-        forget_old(file.parent_path());
+        util::write_file_atomically(m_file, voxelize::to_bytes(facts));
+        forget_old(m_file.parent_path());
     } catch (const std::exception& e) {
         spdlog::warn("{}; the next start takes longer", e.what());
     }

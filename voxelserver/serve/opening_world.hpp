@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -13,16 +14,23 @@
 
 namespace terravox::serve {
 
-/// A LiDAR world of which is known, from an earlier process, what it is: boxes that were kept can be handed out at once, while the world
-/// is opened beside. The first box that has to be made waits for that. Thread-safe.
+/// A LiDAR world of which is known, from an earlier process, what it is: boxes that were kept can be handed out at once, and the world
+/// is opened beside, on a thread of its own. The first box that has to be made waits for that. Thread-safe.
 ///
-/// Facts are kept in a folder under the world's name (voxelize::world_name), so that they are never those of other inputs.
+/// What opens worlds is loaded for that only (module/load_module.hpp). Facts are kept in a folder under the world's name (voxelize::world_name), so
+/// that they are never those of other inputs.
 class OpeningWorld final : public voxel::TracedWorld {
 public:
-    /// Opens the world now where nothing is known of it. @param facts folder; empty: nothing is kept
-    /// @throws as open_lidar_world
-    OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const std::filesystem::path& facts);
+    struct Means {
+        std::filesystem::path facts;  ///< folder; empty: nothing is kept
+        std::size_t image_bytes = 0;  ///< of memory, for what is decoded of images
+    };
+    /// Opens the world now where nothing is known of it; otherwise begin_opening() does, or the first box that has to be made.
+    /// @throws as module::open_lidar_world
+    OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const Means& means);
     ~OpeningWorld() override;  ///< waits for the opening
+    /// Opens the world beside. To be called when the server answers, whose start would have to share memory and cores with it. Idempotent.
+    void begin_opening();
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override { return opened().box(key); }
@@ -40,15 +48,21 @@ public:
 
 private:
     [[nodiscard]] voxelize::LidarWorld& opened();  ///< @throws what opening threw
-    void keep_facts(const std::filesystem::path& file) const noexcept;
+    void open() noexcept;
+    void keep(const voxelize::WorldFacts& facts) const noexcept;
 
+    const voxelize::LidarWorldOptions m_options;
+    const std::size_t m_image_bytes;
+    std::filesystem::path m_file;  ///< of the facts; empty: nothing is kept
     util::StageTimes& m_times;
     voxelize::WorldFacts m_facts;
     voxel::WorldInfo m_info;
-    std::shared_future<std::shared_ptr<voxelize::LidarWorld>> m_world;
+    std::promise<std::shared_ptr<voxelize::LidarWorld>> m_promise;
+    const std::shared_future<std::shared_ptr<voxelize::LidarWorld>> m_world;
     std::atomic<bool> m_is_open{false};  ///< set when m_world holds a world
     std::atomic<bool> m_failed{false};   ///< set when m_trouble is written
     std::string m_trouble;
+    std::once_flag m_begun;
     std::thread m_opening;
 };
 

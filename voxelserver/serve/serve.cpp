@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 
-#include "common/geo/gdal.hpp"
 #include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "common/voxel/material.hpp"
@@ -73,16 +72,16 @@ ExitCode serve(Options& options) {
     // Threads that are started from here on leave SIGINT and SIGTERM to this one.
     std::optional<SignalsHeld> held(std::in_place);
     util::StageTimes times;
-    OpeningWorld world(options.world, times, plan.facts);
+    OpeningWorld world(options.world, times, {plan.facts, plan.image_bytes});
     if (store) {
         const Terms terms = terms_of(*store);
         world.set_licence(terms.licence, terms.attribution);
     }
-    geo::limit_gdal_cache(static_cast<std::int64_t>(plan.image_bytes));
     boxes::BoxCache cache(world, times, plan.boxes);
     const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";
     if (options.prepare_only) {
         install_stop_handlers();
+        world.begin_opening();
         held.reset();
         return prepare_only(cache, plan, bar);
     }
@@ -98,9 +97,12 @@ ExitCode serve(Options& options) {
     service.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
     http::Router router(service, plan.token);
     http::Server server(router, options.server);
+    std::cout << "listening on " << server.url() << std::endl;
+    // All that kept boxes do not need comes after: whoever waits for the start has its cores, and no thread but those that answer.
+    world.begin_opening();
+    map.look_through_disk();
     install_stop_handlers();
     held.reset();
-    std::cout << "listening on " << server.url() << std::endl;
     announce(world, options, plan, server.url());
     bool stop = preparer && watch(*preparer, bar, [] { return false; });
     while (!stop) stop = wait_for_stop(std::chrono::hours(1));

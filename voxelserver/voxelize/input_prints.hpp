@@ -8,13 +8,7 @@
 #include "voxelserver/voxelize/patch.hpp"
 #include "voxelserver/voxelize/settings.hpp"
 
-namespace terravox::imagery {
-class Orthophotos;
-}
-
 namespace terravox::voxelize {
-
-struct Sources;
 
 /// To be raised whenever the same inputs make other voxels than before: boxes kept by older programs are made again then.
 inline constexpr std::uint32_t kBoxRecipe = 1;
@@ -39,10 +33,6 @@ struct InputPrints {
     /// See voxel::TracedWorld. Some nanoseconds for each file.
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const;
 };
-
-/// @param images nullptr = none
-[[nodiscard]] InputPrints prints_of(const Sources& sources, const imagery::Orthophotos* images, const ClassTable& classes, const Settings& settings,
-                                    int cell_voxels);
 
 /// The values of a class table, and of the palette that settings name: not their files' text.
 [[nodiscard]] voxel::Fingerprint print_of(const ClassTable& classes);

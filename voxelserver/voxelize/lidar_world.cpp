@@ -9,6 +9,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/downsample.hpp"
 #include "voxelserver/voxelize/box_column.hpp"
+#include "voxelserver/voxelize/prints_of.hpp"
 #include "voxelserver/voxelize/world_facts.hpp"
 
 namespace terravox::voxelize {

@@ -8,9 +8,9 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "common/util/files.hpp"
 #include "voxelserver/store/file_identity.hpp"
 #include "voxelserver/voxelize/extent.hpp"
+#include "voxelserver/voxelize/input_files.hpp"
 #include "voxelserver/voxelize/vertical_datums.hpp"
 
 namespace terravox::voxelize {
@@ -137,13 +137,6 @@ Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::
 }
 
 }  // namespace
-
-std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options) {
-    if (options.files.empty()) throw UsageError("open the LiDAR data: no file or folder given");
-    auto files = util::expand_folders(options.files, {".las", ".laz"}, "LiDAR data");
-    std::sort(files.begin(), files.end());
-    return files;
-}
 
 Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes, const Settings& settings) {
     auto infos = read_headers(options);

@@ -7,9 +7,6 @@
 
 namespace terravox::voxelize {
 
-/// The files that options name, and those in the folders that they name, by path. @throws UsageError when there are none
-[[nodiscard]] std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options);
-
 /// All files of a world, placed in one frame. Immutable once made.
 struct Sources {
     Frame frame;

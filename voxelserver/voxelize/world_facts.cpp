@@ -1,18 +1,9 @@
 #include "voxelserver/voxelize/world_facts.hpp"
 
-#include <gdal.h>
-
 #include <algorithm>
-#include <mutex>
 
-#include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/imagery/image.hpp"
-#include "voxelserver/imagery/image_identity.hpp"
-#include "voxelserver/imagery/orthophotos.hpp"
 #include "voxelserver/store/bytes.hpp"
-#include "voxelserver/store/file_identity.hpp"
-#include "voxelserver/voxelize/sources.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -21,7 +12,6 @@ using store::ByteReader;
 using store::ByteWriter;
 using voxel::Fingerprint;
 
-constexpr std::string_view kMagic = "TVFACTS1";  // the last character is the version of the layout
 constexpr std::size_t kRectBytes = 16, kInputBytes = kRectBytes + 16 + 1, kSquareBytes = 2 * 8 + kRectBytes + 2 * 8;
 
 void put(ByteWriter& out, const ColumnRect& r) { out.add(r.min_x), out.add(r.min_z), out.add(r.max_x), out.add(r.max_z); }
@@ -103,18 +93,18 @@ std::string to_bytes(const WorldFacts& facts) {
     put(out, facts.prints.points), put(out, facts.prints.images);
     ByteWriter whole;
     whole.add(out.print()), whole.add(kBoxRecipe);
-    return std::string(kMagic) + whole.bytes() + out.bytes();
+    return std::string(kFactsMagic) + whole.bytes() + out.bytes();
 }
 
 WorldFacts facts_from_bytes(std::string_view bytes) {
     const auto fail = [](const std::string& what) { return Error("read the facts of a world: " + what); };
-    if (!bytes.starts_with(kMagic)) throw fail("another version, or no facts");
-    ByteReader head(bytes.substr(kMagic.size()));
+    if (!bytes.starts_with(kFactsMagic)) throw fail("another version, or no facts");
+    ByteReader head(bytes.substr(kFactsMagic.size()));
     const Fingerprint said = head.print();
     const auto recipe = head.get<std::uint32_t>();
     if (!head.ok()) throw fail("cut short");
     if (recipe != kBoxRecipe) throw fail("of a way of making boxes with number " + std::to_string(recipe) + "; allowed: " + std::to_string(kBoxRecipe));
-    const std::string_view body = bytes.substr(kMagic.size() + 2 * sizeof(std::uint64_t) + sizeof recipe);
+    const std::string_view body = bytes.substr(kFactsMagic.size() + 2 * sizeof(std::uint64_t) + sizeof recipe);
     if (store::print_of(body) != said) throw fail("damaged (checksum)");
     ByteReader in(body);
     WorldFacts out;
@@ -130,29 +120,6 @@ WorldFacts facts_from_bytes(std::string_view bytes) {
     // A checksum keeps damage away, not malice: what would lead arithmetic astray is refused.
     if (!in.finished() || out.info.levels < 1 || out.info.levels > voxel::kMaxLevel) throw fail("damaged");
     return out;
-}
-
-std::string world_name(const LidarWorldOptions& options) {
-    ByteWriter out;
-    out.add(kMagic), out.add(kBoxRecipe), out.add(std::string_view(GDALVersionInfo("RELEASE_NAME")));
-    const Settings settings = load_settings(options.settings);
-    const ClassTable classes = load_class_table(options.classes);
-    out.add(print_of(settings)), out.add(palette_print(settings));
-    out.add(print_of(classes)), out.add(classes.crs.has_value()), out.add(classes.crs.value_or(""));
-    out.add(options.crs.has_value()), out.add(options.crs.value_or(""));
-    out.add(options.vertical_unit.has_value()), out.add(options.vertical_unit.value_or(""));
-    out.add(options.voxel_m);
-    const auto files = lidar_files(options);
-    out.add(options.files.front().stem().string());  // the title
-    out.add(files.size());
-    for (const auto& file : files) out.add(file.string()), out.add(store::file_identity(file, "point cloud"));
-    if (!options.orthophotos.empty()) {
-        auto images = imagery::Orthophotos::files_of(options.orthophotos);
-        std::sort(images.begin(), images.end());
-        const std::lock_guard lock(imagery::gdal_mutex());
-        for (const auto& image : images) out.add(image.string()), out.add(imagery::image_identity(image));
-    }
-    return store::hex_of(out.print());
 }
 
 }  // namespace terravox::voxelize

@@ -31,15 +31,11 @@ struct WorldFacts {
     void check_level(int level) const;
 };
 
+inline constexpr std::string_view kFactsMagic = "TVFACTS1";  ///< how facts begin; the last character is the version of the layout
+
 /// Facts as bytes: versioned, with a checksum, the same on every machine.
 [[nodiscard]] std::string to_bytes(const WorldFacts& facts);
 /// @param bytes from anywhere @throws Error for bytes that are damaged, of another version, or no facts
 [[nodiscard]] WorldFacts facts_from_bytes(std::string_view bytes);
-
-/// A name (32 hexadecimal digits) for all that opening a world looks at: options, the values of class table, settings and palette, and of
-/// every LiDAR file and orthophoto its path, size, time, beginning and end. Worlds of one name have the same facts. Memory, threads and cache
-/// folder are no part of it. Costs some 50 microseconds a file.
-/// @throws what open_lidar_world throws for missing files and bad tables
-[[nodiscard]] std::string world_name(const LidarWorldOptions& options);
 
 }  // namespace terravox::voxelize

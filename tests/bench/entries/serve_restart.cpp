@@ -20,7 +20,6 @@ Entry entry() {
             readings.add("exec to the first box", "ms", value("reply_ms"), at_most(20));
             readings.add("exec to the first box, worst", "ms", value("reply_worst_ms"));
             readings.add("listening to the first box", "ms", value("box_ms"));
-            readings.add("exec to the first box, less --version", "ms", value("reply_ms") - value("version_ms"), at_most(20));
             readings.add("boxes from disk", "of 20", value("from_disk"), at_least(value("starts")));
             readings.add("other bytes than before", "replies", value("other_replies"), at_most(0));
         };

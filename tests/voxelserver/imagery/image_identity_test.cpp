@@ -1,10 +1,8 @@
 #include <fstream>
-#include <mutex>
 
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/imagery/one_colour.hpp"
-#include "voxelserver/imagery/image.hpp"
 #include "voxelserver/imagery/image_identity.hpp"
 
 using namespace terravox;
@@ -13,10 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-voxel::Fingerprint identity(const fs::path& file) {
-    const std::lock_guard lock(imagery::gdal_mutex());
-    return imagery::image_identity(file);
-}
+voxel::Fingerprint identity(const fs::path& file) { return imagery::image_identity(file); }
 
 void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
 

@@ -7,6 +7,8 @@
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/patchwork.hpp"
 #include "voxelserver/store/bytes.hpp"
+#include "voxelserver/voxelize/world_facts.hpp"
+#include "voxelserver/voxelize/world_name.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -156,6 +158,20 @@ TEST_CASE("the name of a world changes with whatever opening it looks at", "[vox
         c.change(patchwork, options);
         CHECK((voxelize::world_name(options) != before) == c.other);
     }
+}
+
+TEST_CASE("the name of a world changes with what opens it", "[voxelserver][voxelize][facts]") {
+    Patchwork patchwork;
+    const auto options = patchwork.options();
+    const fs::path module = patchwork.root() / "module";
+    std::ofstream(module) << "one";
+    const std::string before = voxelize::world_name(options, module);
+    CHECK(before == voxelize::world_name(options, module));
+    CHECK(before != voxelize::world_name(options));
+    std::ofstream(module) << "two";
+    CHECK(before != voxelize::world_name(options, module));
+    fs::remove(module);
+    CHECK_THROWS_AS(voxelize::world_name(options, module), Error);
 }
 
 TEST_CASE("worlds without a name say why", "[voxelserver][voxelize][facts]") {

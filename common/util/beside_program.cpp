@@ -1,0 +1,25 @@
+#include "common/util/beside_program.hpp"
+
+#include <dlfcn.h>
+
+#include <string>
+#include <system_error>
+
+#include "common/util/error.hpp"
+
+namespace terravox::util {
+
+std::filesystem::path beside_program(std::string_view name) {
+    std::error_code ignored;
+    return std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
+}
+
+void* open_beside_program(std::string_view name, std::string_view what) {
+    const std::filesystem::path file = beside_program(name);
+    // Never closed: threads, exceptions and objects of the library may outlive whoever opened it.
+    if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
+    const char* why = dlerror();
+    throw Error("load the " + std::string(what) + " " + file.string() + ": " + (why != nullptr ? why : "unknown error"));
+}
+
+}  // namespace terravox::util

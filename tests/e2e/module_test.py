@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""What reads LiDAR files and images is a module beside the voxel server: the program starts without it, and tells its errors as its own."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import unittest
+
+from support import Case, Run, Server, binary, square, survey, temporary_folder
+
+PROGRAM = pathlib.Path(binary("VOXELSERVER"))
+MODULE = PROGRAM.parent / "terravox-lidar.so"
+CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config"
+
+
+def libraries(file):
+    return subprocess.run(["ldd", str(file)], check=True, capture_output=True, text=True).stdout
+
+
+class Module(Case):
+    def test_the_program_does_not_load_gdal(self):
+        self.assertIn("libgdal", libraries(MODULE))
+        loaded = libraries(PROGRAM)
+        self.assertIn("libsqlite3", loaded)
+        for name in ("libgdal", "libproj", "libssl"):
+            self.assertNotIn(name, loaded)
+        self.assertLess(len(loaded.splitlines()), 30, loaded)
+
+    def test_errors_of_the_module_end_the_program_as_its_own(self):
+        folder = temporary_folder()
+        (folder / "text.laz").write_bytes(b"no points here\n" * 50)
+        no_crs = bytearray(square().read_bytes())
+        at = no_crs.find(b"LASF_Projection")
+        no_crs[at:at + 4] = b"NONE"
+        (folder / "nowhere.laz").write_bytes(no_crs)
+        for cache in ("none", temporary_folder()):
+            for file, code, said in (("text.laz", 1, "text.laz"), ("nowhere.laz", 2, "--crs EPSG:"), ("none.laz", 2, "none.laz")):
+                with self.subTest(f"{file}, --cache {cache}"):
+                    self.assertRefused(Run([PROGRAM, folder / file, "--cache", cache, "--port", "0"]), code, said)
+
+    def test_kept_boxes_are_served_where_gdal_cannot_be_loaded(self):
+        cache = temporary_folder()
+        server = Server(survey(), "--cache", cache, "--no-ahead")
+        paths = server.box_paths()
+        kept = server.get(paths[0])
+        self.assertEqual((kept[0], server.stop()), (200, 0))
+        broken = temporary_folder()
+        gdal = next(word for word in libraries(MODULE).split() if word.startswith("libgdal"))
+        (broken / gdal).write_bytes(b"no library\n" * 100)
+        os.environ["LD_LIBRARY_PATH"] = str(broken)
+        try:
+            self.assertRefused(Run([PROGRAM, square(), "--cache", "none", "--port", "0"]), 1, "LiDAR module", gdal)
+            server = Server(survey(), "--cache", cache, "--no-ahead")
+        finally:
+            del os.environ["LD_LIBRARY_PATH"]
+        again = server.get(paths[0])
+        status, _, body = server.get(paths[1])
+        health = server.get("/healthz")
+        self.assertEqual(server.stop(), 0, server.err)
+        self.assertEqual((again[0], again[2]), (200, kept[2]))
+        self.assertEqual(status, 500, body)
+        self.assertEqual(health[0], 503)
+        self.assertIn(gdal.encode(), health[2])
+        self.assertIn("only boxes that were kept can be served", server.err)
+
+    def test_facts_of_another_world_make_no_boxes_and_are_replaced(self):
+        cache = temporary_folder()
+
+        def start(voxel):
+            server = Server(survey(), "--cache", cache, "--no-ahead", "--voxel", voxel)
+            status = server.get(server.box_paths()[0])[0]  # after this the world is open, or is known not to open
+            health = server.get("/healthz")[0]
+            self.assertEqual(server.stop(), 0, server.err)
+            return status, health, "start it again" in server.err
+
+        self.assertEqual(start("1"), (200, 200, False))
+        first, = (cache / "worlds").glob("*.facts")
+        right = first.read_bytes()
+        self.assertEqual(start("2"), (200, 200, False))
+        second, = set((cache / "worlds").glob("*.facts")) - {first}
+        self.assertNotEqual(second.read_bytes(), right)
+        first.write_bytes(second.read_bytes())
+        (cache / "boxes-1.sqlite").unlink()
+        self.assertEqual(start("1"), (500, 503, True))
+        self.assertFalse(first.exists())
+        self.assertEqual(start("1"), (200, 200, False))
+        self.assertEqual(first.read_bytes(), right)
+
+    def test_program_and_module_may_lie_elsewhere_and_be_started_by_a_link(self):
+        folder = temporary_folder()
+        for file in (PROGRAM, MODULE):
+            shutil.copy(file, folder)
+        link = temporary_folder() / "linked"
+        link.symlink_to(folder / PROGRAM.name)
+        os.environ["TERRAVOX_CONFIG"] = str(CONFIG)
+        try:
+            for started in (folder / PROGRAM.name, link):
+                with self.subTest(str(started)):
+                    server = Server(square(), "--cache", "none", program=("sh", "-c", f'exec "{started}" "$@"'))  # $0 is the usual program
+                    loaded = pathlib.Path(f"/proc/{server.process.pid}/maps").read_text()
+                    self.assertEqual((server.get(server.box_paths()[0])[0], server.stop()), (200, 0), server.err)
+                    self.assertIn(str(folder / MODULE.name), loaded)
+        finally:
+            del os.environ["TERRAVOX_CONFIG"]
+
+    def test_without_the_module_the_program_says_so(self):
+        alone = temporary_folder() / PROGRAM.name
+        shutil.copy(PROGRAM, alone)
+        os.environ["TERRAVOX_CONFIG"] = str(CONFIG)
+        try:
+            for cache in ("none", temporary_folder()):
+                with self.subTest(f"--cache {cache}"):
+                    self.assertRefused(Run([alone, square(), "--cache", cache, "--port", "0"]), 1, "LiDAR module", "terravox-lidar.so")
+            self.assertDone(Run([alone, "--version"]))
+        finally:
+            del os.environ["TERRAVOX_CONFIG"]
+
+
+if __name__ == "__main__":
+    unittest.main()
