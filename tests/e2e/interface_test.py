@@ -2,9 +2,11 @@
 """The voxel server's interface as its clients see it: what docs/openapi.json promises, batches, the map, the first system's protocol,
 boxes that outlive the server, preparing."""
 
+import contextlib
 import json
 import pathlib
 import shutil
+import sqlite3
 import ssl
 import struct
 import subprocess
@@ -236,6 +238,24 @@ class Kept(Case):
             server.stop()
 
 
+NOW = "2026-01-01T00:00:00.000Z"
+
+
+def fishnet(store):
+    """The list of a store, made with the grabber's own migrations."""
+    database = sqlite3.connect(store / "fishnet.gpkg")
+    for version, file in enumerate(sorted((ROOT / "grabber" / "migrations").glob("*.sql")), 1):
+        database.executescript(file.read_text())
+        database.execute("INSERT INTO terravox_schema VALUES (?, ?, ?)", (version, file.stem, NOW))
+    return database
+
+
+def add_square(database, name, state, **columns):
+    row = {"source": "si-lss", "grid": "si-lss", "name": name, "state": state, "urls": "[]", "crs": "EPSG:3794", "licence": "CC BY 4.0", "attribution": "Somebody <b>",
+           "known_at": NOW, **columns}
+    database.execute(f"INSERT INTO squares ({', '.join(row)}) VALUES ({', '.join('?' * len(row))})", tuple(row.values()))
+
+
 class Stores(Case):
     def test_a_store_is_served_with_its_licence_and_what_it_lacks(self):
         store = temporary_folder()
@@ -244,25 +264,25 @@ class Stores(Case):
         name = square().name
         shutil.copy(square(), folder / name)
 
-        def record(square_name, state, file, error):
-            return {"source": "si-lss", "square": square_name, "url": "https://example.org/" + square_name, "state": state, "crs": "EPSG:3794", "class_table": None,
-                    "licence": "CC BY 4.0", "attribution": "Somebody <b>", "file": file, "warnings": [], "last_error": error}
-
-        file = {"path": f"lidar/si-lss/{name}", "bytes": (folder / name).stat().st_size, "sha256": "0" * 64, "point_count": 5, "las_version": "1.4", "point_format": 6,
-                "bounds": {"min": [0, 0, 0], "max": [1, 1, 1]}, "fetched_at": "2026-01-01T00:00:00Z"}
-        failed = {"code": "HTTP", "message": "status 500", "at": "2026-01-01T00:00:00Z"}
-        (store / "manifest.json").write_text(json.dumps({"version": 1, "squares": [record("462_101", "verified", file, None), record("463_101", "failed", None, failed)]}))
+        with contextlib.closing(fishnet(store)) as database, database:
+            add_square(database, "462_101", "verified", file_path=f"lidar/si-lss/{name}", file_bytes=(folder / name).stat().st_size, file_sha256="0" * 64, point_count=5,
+                       las_version="1.4", point_format=6, min_x=0, min_y=0, min_z=0, max_x=1, max_y=1, max_z=1, verified_at=NOW)
+            add_square(database, "463_101", "failed", error_code="HTTP", error_message="status 500", error_at=NOW)
+            add_square(database, "464_101", "wanted", west=464000, south=101000, east=465000, north=102000)
+            add_square(database, "465_101", "known", west=465000, south=101000, east=466000, north=102000)
         server = Server("--store", store, "--cache", "none")
         try:
             world = server.json("/v2/world")
             self.assertEqual((world["licence"], world["attribution"]), ("CC BY 4.0", "Somebody <b>"))
             states = {f["properties"]["name"]: f["properties"] for f in server.json("/v2/squares")["features"]}
             self.assertEqual(states["463_101"]["state"], "failed")
+            self.assertEqual(states["464_101"]["state"], "wanted")
+            self.assertNotIn("465_101", states)  # nobody asked for it
             self.assertIn("500", states["463_101"]["error"])
             self.assertEqual(states[pathlib.Path(name).stem]["licence"], "CC BY 4.0")
         finally:
             server.stop()
-        self.assertRefused(Run([binary("VOXELSERVER"), "--store", temporary_folder()]), 1, "manifest.json")
+        self.assertRefused(Run([binary("VOXELSERVER"), "--store", temporary_folder()]), 1, "fishnet.gpkg")
         shutil.rmtree(store / "lidar")
         self.assertRefused(Run([binary("VOXELSERVER"), "--store", store]), 2, "no square")
         self.assertRefused(Run([binary("VOXELSERVER")]), 2, "--store")

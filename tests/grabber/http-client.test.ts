@@ -5,7 +5,7 @@ import { serve } from './support/http-fixture.js';
 import { kNever } from './support/store-fixture.js';
 
 function impatient(t: TestContext): HttpClient {
-  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 200 });
+  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 200, access: { hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {} } });
   t.after(() => http.close());
   return http;
 }

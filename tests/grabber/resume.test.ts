@@ -3,17 +3,9 @@ import { readFile, stat } from 'node:fs/promises';
 import { join } from 'node:path';
 import { createHash } from 'node:crypto';
 import { test } from 'node:test';
-import { fetchSquare } from '../../grabber/src/fetch/fetch-square.js';
 import { sendPart, sendFile, sendRest, serve, type HttpFixture } from './support/http-fixture.js';
 import { makeLaz } from './support/las-fixture.js';
-import {
-  fetchFixture,
-  kNever,
-  kSquare,
-  storedFiles,
-  type Fixture,
-  type FixtureOptions,
-} from './support/store-fixture.js';
+import { fetchFixture, kName, squareOf, storedFiles, type Fixture, type FixtureOptions } from './support/store-fixture.js';
 
 const kLaz = makeLaz({ dataBytes: 300_000 });
 const kNewer = makeLaz({ dataBytes: 300_000, max: [463_000, 102_000, 999] });
@@ -25,10 +17,14 @@ function cutting(server: HttpFixture): FixtureOptions {
   return { onStored: (bytes) => (bytes === kCutAt ? server.cut() : undefined) };
 }
 
+async function state(fixture: Fixture, server: HttpFixture): Promise<string | undefined> {
+  return (await fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]))[0]?.state;
+}
+
 async function assertStored(fixture: Fixture, body: Buffer): Promise<void> {
-  assert.deepEqual(await storedFiles(fixture.store.root), ['lidar/test/462_101.laz']);
-  assert.deepEqual(await readFile(join(fixture.store.root, 'lidar/test/462_101.laz')), body);
-  assert.equal(fixture.manifest.get('test', '462_101')?.file?.sha256, createHash('sha256').update(body).digest('hex'));
+  assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
+  assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), body);
+  assert.equal(fixture.record()?.file?.sha256, createHash('sha256').update(body).digest('hex'));
 }
 
 test('a broken download continues where it stopped', async (t) => {
@@ -36,7 +32,7 @@ test('a broken download continues where it stopped', async (t) => {
     index === 0 ? sendPart(response, kLaz, kCutAt, { etag: kEtag }) : sendRest(request, response, kLaz, kEtag),
   );
   const fixture = await fetchFixture(t, server.base, cutting(server));
-  assert.equal((await fetchSquare(kSquare, fixture, kNever)).state, 'verified');
+  assert.equal(await state(fixture, server), 'verified');
   await assertStored(fixture, kLaz);
   assert.deepEqual(fixture.retries, ['NETWORK']);
   assert.equal(server.seen[1]?.headers.range, `bytes=${kCutAt}-`);
@@ -48,10 +44,10 @@ test('a download broken in one run continues in the next', async (t) => {
     index === 0 ? sendPart(response, kLaz, kCutAt, { etag: kEtag }) : sendRest(request, response, kLaz, kEtag),
   );
   const first = await fetchFixture(t, server.base, { ...cutting(server), retries: 0 });
-  assert.equal((await fetchSquare(kSquare, first, kNever)).state, 'failed');
-  assert.equal((await stat(join(first.store.root, 'lidar/test/.462_101.part'))).size, kCutAt);
-  const second = await fetchFixture(t, server.base, { root: first.store.root });
-  assert.equal((await fetchSquare(kSquare, second, kNever)).state, 'verified');
+  assert.equal(await state(first, server), 'failed');
+  assert.equal((await stat(join(first.root, 'lidar/test/.462_101.part'))).size, kCutAt);
+  const second = await fetchFixture(t, server.base, { root: first.root });
+  assert.equal(await state(second, server), 'verified');
   assert.equal(server.seen[1]?.headers.range, `bytes=${kCutAt}-`);
   await assertStored(second, kLaz);
 });
@@ -62,7 +58,7 @@ test('a Last-Modified date serves where there is no ETag', async (t) => {
     index === 0 ? sendPart(response, kLaz, kCutAt, { 'last-modified': date }) : sendRest(request, response, kLaz, date),
   );
   const fixture = await fetchFixture(t, server.base, cutting(server));
-  await fetchSquare(kSquare, fixture, kNever);
+  await state(fixture, server);
   assert.equal(server.seen[1]?.headers['if-range'], date);
   await assertStored(fixture, kLaz);
 });
@@ -72,7 +68,7 @@ test('a server that ignores Range sends all, and all is taken from the start', a
     index === 0 ? sendPart(response, kLaz, kCutAt, { etag: kEtag }) : sendFile(response, kLaz, { etag: kEtag }),
   );
   const fixture = await fetchFixture(t, server.base, cutting(server));
-  assert.equal((await fetchSquare(kSquare, fixture, kNever)).state, 'verified');
+  assert.equal(await state(fixture, server), 'verified');
   assert.match(server.seen[1]?.headers.range ?? '', /^bytes=/);
   await assertStored(fixture, kLaz);
 });
@@ -82,7 +78,7 @@ test('a file that changed in between is fetched whole, never glued together', as
     index === 0 ? sendPart(response, kLaz, kCutAt, { etag: kEtag }) : sendRest(request, response, kNewer, '"v2"'),
   );
   const fixture = await fetchFixture(t, server.base, cutting(server));
-  assert.equal((await fetchSquare(kSquare, fixture, kNever)).state, 'verified');
+  assert.equal(await state(fixture, server), 'verified');
   await assertStored(fixture, kNewer);
 });
 
@@ -97,7 +93,7 @@ test('nothing is continued that cannot be identified', async (t) => {
         index === 0 ? sendPart(response, kLaz, kCutAt, headers) : sendFile(response, kLaz),
       );
       const fixture = await fetchFixture(t, server.base, cutting(server));
-      assert.equal((await fetchSquare(kSquare, fixture, kNever)).state, 'verified');
+      assert.equal(await state(fixture, server), 'verified');
       assert.equal(server.seen[1]?.headers.range, undefined);
       await assertStored(fixture, kLaz);
     });
@@ -120,7 +116,7 @@ test('a wrong answer to Range starts anew', async (t) => {
         response.end('x');
       });
       const fixture = await fetchFixture(t, server.base, cutting(server));
-      assert.equal((await fetchSquare(kSquare, fixture, kNever)).state, 'verified');
+      assert.equal(await state(fixture, server), 'verified');
       assert.deepEqual(fixture.retries, ['NETWORK', 'RESUME_REFUSED']);
       assert.equal(server.seen[2]?.headers.range, undefined);
       await assertStored(fixture, kLaz);
@@ -142,7 +138,7 @@ test('a server that gives the rest in pieces is asked until the file is whole', 
     response.end(kLaz.subarray(start, end));
   });
   const fixture = await fetchFixture(t, server.base, cutting(server));
-  assert.equal((await fetchSquare(kSquare, fixture, kNever)).state, 'verified');
+  assert.equal(await state(fixture, server), 'verified');
   assert.deepEqual(fixture.retries, ['NETWORK', 'LENGTH']);
   assert.deepEqual(
     server.seen.map((seen) => seen.headers.range),

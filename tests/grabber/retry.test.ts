@@ -3,22 +3,46 @@ import { test } from 'node:test';
 import { HostGate } from '../../grabber/src/fetch/host-gate.js';
 import { backoffMs, parseRetryAfter, withRetries } from '../../grabber/src/fetch/retry.js';
 import { GrabberError } from '../../grabber/src/util/errors.js';
+import { seededRandom } from './portal/random.js';
 import { fakeClock } from './support/fake-clock.js';
 import { kNever } from './support/store-fixture.js';
 
 const kPolicy = { retries: 3, base_ms: 1000, cap_ms: 5000 };
 const kIgnore = (): void => undefined;
 
-test('the backoff doubles up to its cap and keeps at least half of it', () => {
-  const attempts = [0, 1, 2, 3, 40];
-  assert.deepEqual(
-    attempts.map((attempt) => backoffMs(attempt, kPolicy, 0)),
-    [500, 1000, 2000, 2500, 2500],
-  );
-  assert.deepEqual(
-    attempts.map((attempt) => backoffMs(attempt, kPolicy, 1)),
-    [1000, 2000, 4000, 5000, 5000],
-  );
+test('the backoff is any part of a time that doubles up to its cap', () => {
+  const random = seededRandom(7);
+  const sums = new Map<number, number>();
+  for (let round = 0; round < 2000; ++round) {
+    const attempt = Math.floor(random() * 60);
+    const drawn = random();
+    const whole = Math.min(kPolicy.cap_ms, kPolicy.base_ms * 2 ** attempt);
+    const wait = backoffMs(attempt, kPolicy, drawn);
+    assert.ok(wait >= 0 && wait <= whole, `attempt ${attempt}, random ${drawn}: ${wait} of ${whole}`);
+    sums.set(whole, (sums.get(whole) ?? 0) + wait / whole);
+  }
+  assert.equal(backoffMs(0, kPolicy, 0), 0);
+  assert.equal(backoffMs(1, kPolicy, 0.5), 1000);
+  assert.equal(backoffMs(1023, kPolicy, 0.999), 4995);
+  const mean = [...sums.values()].reduce((a, b) => a + b, 0) / 2000;
+  assert.ok(mean > 0.45 && mean < 0.55, `mean part ${mean}`);
+});
+
+test('retries start anew when an attempt got further', async () => {
+  const clock = fakeClock('2026-06-21T12:00:00.000Z', 0.5);
+  let calls = 0;
+  const attempt = (): Promise<string> =>
+    ++calls < 10 ? Promise.reject(new GrabberError('NETWORK', `call ${calls}`, { retryable: true })) : Promise.resolve('whole');
+  assert.equal(await withRetries(attempt, { ...kPolicy, retries: 1 }, clock, kIgnore, kNever, () => true), 'whole');
+  assert.deepEqual([...new Set(clock.slept_ms)], [500]);
+});
+
+test('requests to a host with a rate are kept apart', async () => {
+  const clock = fakeClock();
+  const gate = new HostGate(clock, 60_000);
+  for (let request = 0; request < 4; ++request) await gate.pass('a.example', kNever, 2);
+  await gate.pass('b.example', kNever, 2);
+  assert.deepEqual(clock.slept_ms, [500, 500, 500]);
 });
 
 test('Retry-After is read as seconds or as a date', async (t) => {
@@ -35,7 +59,7 @@ test('Retry-After is read as seconds or as a date', async (t) => {
 });
 
 test('temporary errors are tried again until the retries are used up', async () => {
-  const clock = fakeClock();
+  const clock = fakeClock('2026-06-21T12:00:00.000Z', 0.5);
   let calls = 0;
   const failing = (): Promise<never> => {
     ++calls;

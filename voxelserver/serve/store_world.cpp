@@ -81,7 +81,7 @@ void take_from_store(const GrabberStore& store, voxelize::LidarWorldOptions& opt
     if (options.classes.empty()) options.classes = common_value(store, &StoredSquare::class_table, "class tables", "--classes");
     if (!options.crs)
         if (const std::string crs = common_value(store, &StoredSquare::crs, "CRSs", "--crs"); !crs.empty()) options.crs = crs;
-    if (options.orthophotos.empty() && !store.orthophotos.empty()) options.orthophotos.push_back(store.orthophotos);
+    if (options.orthophotos.empty()) options.orthophotos = store.orthophotos;
 }
 
 Terms terms_of(const GrabberStore& store) { return {all_of(store, &StoredSquare::licence), all_of(store, &StoredSquare::attribution)}; }

@@ -1,198 +1,209 @@
 #include "voxelserver/store/grabber_store.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "voxelserver/store/read_only_database.hpp"
 
 namespace terravox::store {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{128} << 20;  // some 100,000 squares
-constexpr std::size_t kMostSquares = 100'000, kMostUnfinished = 10'000, kMostValues = 40 * kMostSquares;
-constexpr int kDeepest = 8;  // objects and lists within each other: a record has 5
+constexpr std::size_t kMostRows = 1'000'000, kMostSquares = 100'000;
 constexpr std::size_t kLongestText = 4096;
+constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 
-/// The grabber's manifest.json, version 1 (grabber/src/store/manifest.ts).
-class ManifestReader {
+[[nodiscard]] bool plain(const std::string& text) {
+    return text.size() <= kLongestText && std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
+}
+
+/// Names become parts of paths and of pages.
+[[nodiscard]] bool is_name(const std::string& text) {
+    return !text.empty() && text[0] != '.' && plain(text) && text.find_first_of("/\\") == std::string::npos;
+}
+
+/// As the grabber writes them, such as lidar/<source>/<square>.laz: no other folder can be meant. @param folders below the first one
+[[nodiscard]] bool is_place(const std::string& path, std::string_view first, std::size_t folders, std::initializer_list<std::string_view> endings) {
+    if (std::none_of(endings.begin(), endings.end(), [&](std::string_view ending) { return path.ends_with(ending); })) return false;
+    std::size_t parts = 0, begin = 0;
+    for (std::size_t end = 0; end != std::string::npos; begin = end + 1, ++parts) {
+        end = path.find('/', begin);
+        const std::string part = path.substr(begin, end == std::string::npos ? end : end - begin);
+        if (!is_name(part) || (parts == 0 && part != first)) return false;
+    }
+    return parts == folders + 2;
+}
+
+/// The length of a plain file; nullopt when there is none.
+[[nodiscard]] std::optional<std::uint64_t> length_of(const fs::path& file) {
+    std::error_code failed;
+    if (!fs::is_regular_file(file, failed)) return std::nullopt;
+    const std::uintmax_t size = fs::file_size(file, failed);
+    return failed ? std::nullopt : std::optional<std::uint64_t>(size);
+}
+
+/// What a server or a system said: it may be long, or of several lines.
+[[nodiscard]] std::string one_line(std::string text) {
+    std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');
+    if (text.size() > kLongestText) {
+        std::size_t end = kLongestText;
+        while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // not within a character
+        text.resize(end);
+    }
+    return text;
+}
+
+/// The grabber's fishnet.gpkg: tables as grabber/migrations makes them.
+class FishnetReader {
 public:
-    explicit ManifestReader(fs::path folder) : m_folder(std::move(folder)), m_file(m_folder / "manifest.json") {}
+    FishnetReader(fs::path folder, bool immutable) : m_folder(std::move(folder)), m_file(m_folder / "fishnet.gpkg"), m_database(m_file, immutable) {
+        // An empty database is one that the grabber has made and not yet filled.
+        if (m_database.number("SELECT count(*) FROM sqlite_master") == 0) return;
+        if (m_database.number("PRAGMA application_id") != kGeoPackage) fail("is no GeoPackage");
+        if (!m_database.has_table("terravox_schema")) fail("is a GeoPackage, but no store: it has no table terravox_schema");
+        const auto version = m_database.number("SELECT max(version) FROM terravox_schema");
+        if (version != kGrabberSchema)
+            fail("its version is " + (version ? std::to_string(*version) : "missing") + "; allowed: " + std::to_string(kGrabberSchema) +
+                 (version && *version < kGrabberSchema ? "; terravox grab resume brings it there" : ""));
+        for (const char* table : {"squares", "orthophotos"})
+            if (!m_database.has_table(table)) fail(std::string("has no table ") + table);
+        m_filled = true;
+    }
 
-    [[nodiscard]] std::vector<StoredSquare> squares() const {
-        const json root = parse();
-        if (!root.is_object()) fail("is no object");
-        const auto version = root.find("version");
-        if (version == root.end() || !version->is_number_integer() || *version != 1) fail("version is not 1");
-        const auto list = root.find("squares");
-        if (list == root.end() || !list->is_array()) fail("squares is no list");
-        if (list->size() > kMostSquares) fail(std::to_string(list->size()) + " squares; allowed: up to " + std::to_string(kMostSquares));
+    [[nodiscard]] std::vector<StoredSquare> squares() {
         std::vector<StoredSquare> out;
-        for (const json& record : *list) out.push_back(square(record, "squares." + std::to_string(out.size()) + "."));
+        if (!m_filled) return out;
+        Rows rows(m_database, "SELECT source, name, state, verified_at IS NOT NULL, file_path, file_bytes, point_count, error_message, "
+                              "crs, class_table, licence, attribution, min_x, min_y, min_z, max_x, max_y, max_z, west, south, east, north, grid "
+                              "FROM squares WHERE state <> 'known' ORDER BY source, name, grid");
+        for (std::size_t row = 0; rows.next(); ++row) {
+            m_where = "squares." + std::to_string(row) + ".";
+            StoredSquare square = read_square(rows);
+            if (!out.empty() && out.back().source == square.source && out.back().name == square.name)
+                fail(m_where + "name: " + square.source + "/" + square.name + " twice");
+            if (row >= kMostSquares) fail("more than " + std::to_string(kMostSquares) + " squares that were asked for");
+            out.push_back(std::move(square));
+        }
+        return out;
+    }
+
+    [[nodiscard]] std::vector<fs::path> orthophotos() {
+        std::vector<fs::path> out;
+        if (!m_filled) return out;
+        Rows rows(m_database, "SELECT file_path, file_bytes FROM orthophotos WHERE verified_at IS NOT NULL ORDER BY file_path");
+        for (std::size_t row = 0; rows.next(); ++row) {
+            m_where = "orthophotos." + std::to_string(row) + ".";
+            if (row >= kMostRows) fail("more than " + std::to_string(kMostRows) + " orthophotos");
+            const std::string path = text(rows, 0, "file_path", true);
+            if (!is_place(path, "ortho", 2, {".tif"})) fail(m_where + "file_path = '" + path + "'; allowed: ortho/<source>/<grid>/<square>.tif");
+            const auto length = length_of(m_folder / path);
+            if (length == count(rows, 1, "file_bytes")) out.push_back(m_folder / path);
+            else
+                spdlog::warn("read the store {}: {} {}; it is left out", m_folder.string(), path, length ? "has another length than it had" : "is not there any more");
+        }
         return out;
     }
 
 private:
     [[noreturn]] void fail(const std::string& what) const { throw Error("read the store's list " + m_file.string() + ": " + what); }
 
-    [[nodiscard]] json parse() const {
-        std::error_code failed;
-        if (!fs::is_regular_file(m_file, failed)) fail("not a plain file");
-        if (const std::uintmax_t size = fs::file_size(m_file, failed); failed || size > kMostBytes)
-            fail(failed ? failed.message() : std::to_string(size) + " bytes; allowed: up to " + std::to_string(kMostBytes));
-        std::ifstream in(m_file, std::ios::binary);
-        if (!in) fail("cannot be read");
-        std::size_t values = 0;
-        const auto look = [&](int depth, json::parse_event_t, json&) {
-            if (depth > kDeepest) fail("nested deeper than " + std::to_string(kDeepest));
-            if (++values > kMostValues) fail("holds more than " + std::to_string(kMostValues) + " values");
-            return true;
-        };
-        try {
-            return json::parse(in, look);
-        } catch (const json::exception& e) {
-            std::string why = e.what();
-            std::replace_if(why.begin(), why.end(), [](unsigned char c) { return c < ' ' || c > '~'; }, ' ');
-            fail("not JSON: " + why.substr(0, 200));
-        }
-    }
-
-    [[nodiscard]] static bool plain(const std::string& text) {
-        return text.size() <= kLongestText && std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
-    }
-
-    /// @return empty for null or no such field, when `required` is not set
-    [[nodiscard]] std::string text(const json& record, const std::string& where, const char* name, bool required) const {
-        const auto found = record.find(name);
-        if (found == record.end() || found->is_null()) {
-            if (required) fail(where + name + " is missing");
+    /// @return empty for NULL, when `required` is not set
+    [[nodiscard]] std::string text(const Rows& rows, int column, const char* name, bool required) const {
+        if (rows.is_null(column)) {
+            if (required) fail(m_where + name + " is missing");
             return {};
         }
-        if (!found->is_string()) fail(where + name + " is no text");
-        std::string out = found->get<std::string>();
-        if (!plain(out)) fail(where + name + " is no line of up to " + std::to_string(kLongestText) + " characters");
+        std::optional<std::string> out = rows.text(column);
+        if (!out) fail(m_where + name + " is no text");
+        if (!plain(*out)) fail(m_where + name + " is no line of up to " + std::to_string(kLongestText) + " characters");
+        return *std::move(out);
+    }
+
+    [[nodiscard]] std::uint64_t count(const Rows& rows, int column, const char* name) const {
+        const auto out = rows.integer(column);
+        if (!out || *out <= 0) fail(m_where + name + " is no whole number above 0");
+        return static_cast<std::uint64_t>(*out);
+    }
+
+    [[nodiscard]] std::string name(const Rows& rows, int column, const char* field) const {
+        std::string out = text(rows, column, field, true);
+        if (!is_name(out)) fail(m_where + field + " = '" + out + "' is no name");
         return out;
     }
 
-    [[nodiscard]] std::uint64_t count(const json& record, const std::string& where, const char* name) const {
-        const auto found = record.find(name);
-        if (found == record.end() || !found->is_number_unsigned() || *found == 0U) fail(where + name + " is no whole number above 0");
-        return found->get<std::uint64_t>();
-    }
-
-    [[nodiscard]] std::array<double, 3> corner(const json& bounds, const std::string& where, const char* name) const {
-        const auto found = bounds.find(name);
-        std::array<double, 3> out{};
-        bool good = found != bounds.end() && found->is_array() && found->size() == out.size();
-        for (std::size_t i = 0; good && i < out.size(); ++i) {
-            good = (*found)[i].is_number();
-            if (good) out[i] = (*found)[i].get<double>();
-            good = good && std::isfinite(out[i]);
+    /// Of what is in the file; of a square without one, as its catalogue has it.
+    [[nodiscard]] std::optional<StoredBounds> bounds(const Rows& rows) const {
+        constexpr int kPoints = 12, kSquare = 18;
+        StoredBounds out;
+        const bool points = !rows.is_null(kPoints);
+        if (!points && rows.is_null(kSquare)) return std::nullopt;
+        const auto number = [&](int column) {
+            const auto value = rows.number(column);
+            if (!value) fail(m_where + (points ? "min_x to max_z" : "west to north") + " are not all numbers");
+            return *value;
+        };
+        for (int i = 0; i < (points ? 3 : 2); ++i) {
+            const auto axis = static_cast<std::size_t>(i);
+            out.min[axis] = number((points ? kPoints : kSquare) + i);
+            out.max[axis] = number((points ? kPoints + 3 : kSquare + 2) + i);
         }
-        if (!good) fail(where + name + " are not three numbers");
         return out;
     }
 
-    /// Names become parts of paths and of pages.
-    [[nodiscard]] std::string name(const json& record, const std::string& where, const char* field) const {
-        std::string out = text(record, where, field, true);
-        if (out.empty() || out == "." || out == ".." || out.find_first_of("/\\") != std::string::npos) fail(where + field + " = '" + out + "' is no name");
-        return out;
-    }
-
-    [[nodiscard]] StoredSquare square(const json& record, const std::string& where) const {
-        if (!record.is_object()) fail(where + " is no object");
+    [[nodiscard]] StoredSquare read_square(const Rows& rows) const {
         StoredSquare out;
-        out.name = name(record, where, "square"), out.source = name(record, where, "source");
-        out.crs = text(record, where, "crs", false), out.class_table = text(record, where, "class_table", false);
-        out.licence = text(record, where, "licence", false), out.attribution = text(record, where, "attribution", false);
-        if (const auto error = record.find("last_error"); error != record.end() && !error->is_null()) {
-            if (!error->is_object()) fail(where + "last_error is no object");
-            out.error = one_line(*error, where + "last_error.");
+        out.source = name(rows, 0, "source"), out.name = name(rows, 1, "name");
+        const std::string state = text(rows, 2, "state", true);
+        out.crs = text(rows, 8, "crs", false), out.class_table = text(rows, 9, "class_table", false);
+        out.licence = text(rows, 10, "licence", false), out.attribution = text(rows, 11, "attribution", false);
+        out.bounds = bounds(rows);
+        if (!rows.is_null(7)) {
+            auto said = rows.text(7);
+            if (!said) fail(m_where + "error_message is no text");
+            out.error = one_line(*std::move(said));
         }
-        const std::string state = text(record, where, "state", true);
-        if (state == "verified") verified(record, where, out);
-        else if (state == "missing") out.state = StoredState::kMissing;
+        const bool usable = state == "verified" || state == "converted";
+        if (usable) use_file(rows, out, StoredState::kFailed);
+        else if (state == "wanted" || state == "fetching" || state == "fetched") {
+            out.error.clear();
+            // Asked for again: until the new file is there, the old one serves.
+            if (rows.integer(3) == 1) use_file(rows, out, StoredState::kWanted);
+        } else if (state == "missing") out.state = StoredState::kMissing;
         else if (state == "failed") out.state = StoredState::kFailed;
-        else fail(where + "state = '" + state + "'; allowed: verified, missing, failed");
+        else fail(m_where + "state = '" + state + "'; allowed: known, wanted, fetching, fetched, verified, converted, missing, failed");
         return out;
     }
 
-    // What a server or a system said: it may be long, or of several lines.
-    [[nodiscard]] std::string one_line(const json& error, const std::string& where) const {
-        const auto found = error.find("message");
-        if (found == error.end() || !found->is_string()) fail(where + "message is no text");
-        std::string out = found->get<std::string>();
-        std::replace_if(out.begin(), out.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');
-        if (out.size() > kLongestText) {
-            std::size_t end = kLongestText;
-            while (end > 0 && (static_cast<unsigned char>(out[end]) & 0xC0) == 0x80) --end;  // not within a character
-            out.resize(end);
-        }
-        return out;
-    }
-
-    void verified(const json& record, const std::string& where, StoredSquare& out) const {
-        const auto file = record.find("file");
-        if (file == record.end() || !file->is_object()) fail(where + "file is no object");
-        const std::string inner = where + "file.";
-        const std::string path = text(*file, inner, "path", true);
-        if (!allowed(path)) fail(inner + "path = '" + path + "'; allowed: lidar/<source>/<square>.laz or .las");
-        out.bytes = count(*file, inner, "bytes"), out.points = count(*file, inner, "point_count");
-        if (const auto bounds = file->find("bounds"); bounds != file->end() && !bounds->is_null()) {
-            if (!bounds->is_object()) fail(inner + "bounds is no object");
-            out.bounds = StoredBounds{corner(*bounds, inner + "bounds.", "min"), corner(*bounds, inner + "bounds.", "max")};
-        }
-        std::error_code failed;
-        const fs::path at = m_folder / path;
-        const std::uintmax_t size = fs::is_regular_file(at, failed) ? fs::file_size(at, failed) : 0;
+    /// @param otherwise what the square is when its file is not as it was
+    void use_file(const Rows& rows, StoredSquare& out, StoredState otherwise) const {
+        const std::string path = text(rows, 4, "file_path", true);
+        if (!is_place(path, "lidar", 1, {".laz", ".las"})) fail(m_where + "file_path = '" + path + "'; allowed: lidar/<source>/<square>.laz or .las");
+        out.bytes = count(rows, 5, "file_bytes"), out.points = count(rows, 6, "point_count");
+        const auto length = length_of(m_folder / path);
         out.error.clear();
-        if (!failed && size == out.bytes) {
-            out.state = StoredState::kFetched, out.file = at;
-            return;
-        }
-        out.state = StoredState::kFailed;
-        out.error = size == 0 ? path + " is not there any more; fetch it again"
-                              : path + " has " + std::to_string(size) + " bytes; it had " + std::to_string(out.bytes) + " when it was fetched";
-    }
-
-    // As the grabber writes them: no other folder can be meant.
-    [[nodiscard]] static bool allowed(const std::string& path) {
-        constexpr std::string_view kRoot = "lidar/";
-        if (!path.starts_with(kRoot) || !(path.ends_with(".laz") || path.ends_with(".las"))) return false;
-        const std::size_t slash = path.find('/', kRoot.size());
-        if (slash == std::string::npos || slash == kRoot.size()) return false;
-        const std::string folder = path.substr(kRoot.size(), slash - kRoot.size()), file = path.substr(slash + 1);
-        return std::all_of(folder.begin(), folder.end(), [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; }) &&
-               file.size() > 4 && file.find_first_of("/\\") == std::string::npos;
+        out.state = otherwise;
+        if (length == out.bytes) out.state = StoredState::kFetched, out.file = m_folder / path;
+        else if (otherwise == StoredState::kFailed)
+            out.error = !length ? path + " is not there any more; fetch it again"
+                                : path + " has " + std::to_string(*length) + " bytes; it had " + std::to_string(out.bytes) + " when it was fetched";
     }
 
     const fs::path m_folder, m_file;
+    ReadOnlyDatabase m_database;
+    bool m_filled = false;
+    std::string m_where;  // the row in messages
 };
 
-/// Files that the grabber has begun: lidar/<source>/.<square>.part
-void add_unfinished(const fs::path& folder, std::vector<StoredSquare>& squares) {
-    std::error_code failed;
-    std::size_t found = 0;
-    for (fs::directory_iterator source(folder / "lidar", failed), end; !failed && source != end; source.increment(failed)) {
-        std::error_code inner;
-        for (fs::directory_iterator file(source->path(), inner); !inner && file != end && found < kMostUnfinished; file.increment(inner)) {
-            const std::string name = file->path().filename().string();
-            constexpr std::string_view kEnding = ".part";
-            if (name.size() <= kEnding.size() + 1 || name[0] != '.' || !name.ends_with(kEnding)) continue;
-            StoredSquare s;
-            s.name = name.substr(1, name.size() - 1 - kEnding.size()), s.source = source->path().filename().string();
-            squares.push_back(std::move(s));
-            ++found;
-        }
-    }
+[[nodiscard]] GrabberStore read_fishnet(const fs::path& folder, bool immutable) {
+    FishnetReader reader(folder, immutable);
+    GrabberStore out;
+    out.squares = reader.squares(), out.orthophotos = reader.orthophotos();
+    return out;
 }
 
 }  // namespace
@@ -208,23 +219,24 @@ GrabberStore read_grabber_store(const fs::path& folder) {
     const auto fail = [&](const std::string& what) { return Error("read the store " + folder.string() + ": " + what); };
     std::error_code failed;
     if (!fs::is_directory(folder, failed)) throw fail("no such folder");
-    GrabberStore out;
-    if (fs::exists(folder / "manifest.json", failed)) out.squares = ManifestReader(folder).squares();
-    else if (!fs::is_directory(folder / "lidar", failed) && !fs::exists(folder / ".grabber.lock", failed))
-        throw fail("it has no manifest.json; allowed: a folder that the grabber fills");
-    add_unfinished(folder, out.squares);
-    // Unfinished ones come last: what the list says of a square holds, but one that has failed and is being fetched again is wanted.
-    std::map<std::pair<std::string, std::string>, StoredSquare> squares;
-    for (StoredSquare& s : out.squares) {
-        const auto [at, added] = squares.try_emplace({s.source, s.name}, s);
-        if (added) continue;
-        if (s.state != StoredState::kWanted) throw fail("its list names " + s.source + "/" + s.name + " twice");
-        if (at->second.state != StoredState::kFetched) at->second.state = StoredState::kWanted, at->second.error.clear();
+    const fs::path file = folder / "fishnet.gpkg";
+    if (!fs::exists(file, failed)) {
+        if (fs::exists(folder / ".grabber.lock", failed)) return {};
+        throw fail("it has no fishnet.gpkg; allowed: a folder that the grabber fills");
     }
-    out.squares.clear();
-    for (auto& [key, s] : squares) out.squares.push_back(std::move(s));
-    if (fs::is_directory(folder / "orthophotos", failed)) out.orthophotos = folder / "orthophotos";
-    return out;
+    if (!fs::is_regular_file(file, failed)) throw fail("its fishnet.gpkg is not a plain file");
+    // Without a log everything is in the file itself, which is read as it is: no file appears beside it that the grabber, as another user,
+    // could not write to, and a disk without write access will do. Should the grabber come meanwhile, what was read is read again.
+    const auto log_is_empty = [&] { return length_of(folder / "fishnet.gpkg-wal").value_or(0) == 0; };
+    if (log_is_empty()) {
+        try {
+            GrabberStore out = read_fishnet(folder, true);
+            if (log_is_empty()) return out;
+        } catch (const Error&) {
+            if (log_is_empty()) throw;
+        }
+    }
+    return read_fishnet(folder, false);
 }
 
 const char* name_of(StoredState state) noexcept {

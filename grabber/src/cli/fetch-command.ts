@@ -1,160 +1,116 @@
-import { mkdir } from 'node:fs/promises';
-import { resolve } from 'node:path';
+import { join } from 'node:path';
 import type { Command } from 'commander';
-import { fetchSquares, type Tally } from '../fetch/fetch-squares.js';
-import { HostGate } from '../fetch/host-gate.js';
-import { createHttpClient, type HttpClient } from '../fetch/http-client.js';
-import { localOrigin } from '../fetch/local-origin.js';
-import type { Origin } from '../fetch/origin.js';
-import { remoteOrigin } from '../fetch/remote-origin.js';
-import { kBackoff } from '../fetch/retry.js';
-import type { SourceProfile } from '../sources/profile.js';
-import type { Source } from '../sources/source.js';
-import type { Square } from '../sources/square.js';
-import { storeLayout } from '../store/layout.js';
-import { lockStore } from '../store/lock.js';
-import { Manifest } from '../store/manifest.js';
-import { kSystemClock } from '../util/clock.js';
-import { GrabberError, describeError } from '../util/errors.js';
+import { createHttpClient, kNoAccess, type SourceClient } from '../fetch/http-client.js';
+import { kUsable, type CatalogueSquare, type RecordKey, type StoreRecord } from '../model/square.js';
+import type { Store } from '../model/store.js';
+import type { Reporter } from '../progress/reporter.js';
+import { select, type Selection, type SelectionOptions } from '../select/selection.js';
+import { GrabberError } from '../util/errors.js';
+import { fileSize } from '../util/files.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
-import { kExit } from './exit-codes.js';
-import { localSelection } from './local-selection.js';
-import { integerIn } from './option-parsers.js';
-import type { Output } from './output.js';
-import { jsonReporter, textReporter, type Reporter } from './reporter.js';
-import { addSelectionOptions, remoteSelection, type SelectionOptions } from './selection.js';
+import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
+import { accessOf, lidarJob } from './lidar-job.js';
+import { printPlan } from './fetch-plan.js';
+import { addRunOptions, chooseReporter, type RunOptions } from './run-options.js';
+import { addSelectionOptions } from './selection.js';
+import { makeStore } from './with-store.js';
 
-export type FetchOptions = SelectionOptions & {
-  store: string;
-  from?: string;
-  concurrency?: number;
-  retries: number;
-  timeoutS: number;
-  maxWaitS: number;
-  refetch?: boolean;
-  json?: boolean;
-};
-
-type Work = {
-  readonly profile: SourceProfile;
-  readonly squares: readonly Square[];
-  readonly origin: Origin;
-  readonly retries: number;
-  readonly ignored: readonly string[];
-};
+export type FetchOptions = SelectionOptions & RunOptions & { refetch?: boolean; dryRun?: boolean; sizes?: boolean };
 
 export function addFetchCommand(program: Command, context: CliContext): void {
-  addSelectionOptions(program.command('fetch').description('download or copy squares into a store'))
-    .requiredOption('--store <folder>', 'store to fill; made when it is not there')
-    .option('--from <folder>', 'take LAZ and LAS files of this folder instead of the web')
-    .option(
-      '--concurrency <n>',
-      "files at a time, 1 to 32 (default: the source's, else 4)",
-      integerIn(1, 32, 'files at a time'),
-    )
-    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
-    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
-    .option(
-      '--max-wait-s <s>',
-      'longest Retry-After to obey, seconds, 1 to 86400',
-      integerIn(1, 86_400, 'seconds'),
-      600,
-    )
+  const command = addSelectionOptions(program.command('fetch').description('download or copy squares into a store'), context);
+  addRunOptions(command)
     .option('--refetch', 'fetch again what is verified already')
-    .option('--json', 'log one JSON object a line to standard output')
-    .action(async (options: FetchOptions) => {
-      const { info, output, signal } = context;
-      context.exit(await fetchCommand(options, await context.sources(), userAgent(info), output, signal));
-    });
+    .option('--dry-run', 'only list the squares, their addresses and sizes')
+    .option('--sizes', 'with --dry-run: ask the server for sizes that are not known')
+    .action(async (options: FetchOptions) => context.exit(await fetchCommand(options, context, conversionFor(context))));
 }
 
-/** Fills a store. @return the exit code */
-async function fetchCommand(
-  options: FetchOptions,
-  sources: ReadonlyMap<string, Source>,
-  userAgent: string,
-  output: Output,
-  signal: AbortSignal,
-): Promise<number> {
-  const http = createHttpClient({ userAgent, timeout_ms: options.timeoutS * 1000 });
+/** Fills a store with what was asked for. @return the exit code */
+async function fetchCommand(options: FetchOptions, context: CliContext, hooks: FetchHooks): Promise<number> {
+  const { output, signal } = context;
+  // Nobody may be talked to before the selection has told its source.
+  const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
   try {
-    const work =
-      options.from === undefined
-        ? remoteWork(options, sources, http)
-        : await localWork(options.from, options, sources, signal);
-    const reporter = options.json === true ? jsonReporter(output) : textReporter(output);
-    for (const path of work.ignored) reporter.ignored(path, work.profile.id);
-    return exitCodeOf(await fillStore(work, options, reporter, signal));
+    const selection = await select(options, await context.sources(), http, signal);
+    http.permit(accessOf(selection.profile));
+    const squares = await findSquares(selection, options, signal);
+    if (options.dryRun === true) return await printPlan(selection, squares, http, options, output, signal);
+    const reporter = chooseReporter(options, output);
+    try {
+      for (const path of selection.ignored) reporter.ignored(path, selection.source);
+      return await makeStore(options.store, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
+    } finally {
+      reporter.close();
+    }
+  } catch (error) {
+    if (error instanceof GrabberError) throw new GrabberError(error.code, http.redact(error.message), { cause: error.cause });
+    throw error;
   } finally {
     await http.close();
   }
 }
 
-function remoteWork(options: FetchOptions, sources: ReadonlyMap<string, Source>, http: HttpClient): Work {
-  const { profile, squares, urlOf } = remoteSelection(options, sources);
-  const gate = new HostGate(kSystemClock, options.maxWaitS * 1000);
-  const origin = remoteOrigin({ urlOf, missingStatus: profile.missing_status, http, gate, clock: kSystemClock });
-  return { profile, squares, origin, retries: options.retries, ignored: [] };
+async function findSquares(selection: Selection, options: FetchOptions, signal: AbortSignal): Promise<CatalogueSquare[]> {
+  const squares: CatalogueSquare[] = [];
+  for await (const square of selection.catalogue.find(selection.region, signal)) {
+    const foreign = square.urls.find((url) => url.startsWith('file:'));
+    if (options.from === undefined && foreign !== undefined) {
+      throw new GrabberError('CATALOGUE', `read catalogue of ${selection.source}: ${square.name} is at ${foreign}; allowed: web addresses`);
+    }
+    squares.push(square);
+  }
+  if (squares.length > 0) return squares;
+  throw new GrabberError('USAGE', `choose squares of ${selection.source}: none lie there; allowed: ground that the source covers`);
 }
 
-async function localWork(
-  from: string,
+async function fetchInto(
+  store: Store,
+  selection: Selection,
+  squares: readonly CatalogueSquare[],
+  http: SourceClient,
   options: FetchOptions,
-  sources: ReadonlyMap<string, Source>,
+  hooks: FetchHooks,
+  reporter: Reporter,
   signal: AbortSignal,
-): Promise<Work> {
-  const folder = resolve(from);
-  const { profile, squares, files, ignored } = await localSelection(folder, options, sources, signal);
-  // A disk gives the same answer the second time.
-  return { profile, squares, origin: localOrigin(folder, files), retries: 0, ignored };
+): Promise<number> {
+  const { source, grid, gridCrs, terms, profile, catalogue } = selection;
+  const keys = squares.map(({ name }): RecordKey => ({ source, grid, name }));
+  if (options.source === undefined && options.refetch !== true) checkSameAddresses(store, keys, squares);
+  store.squares.learn(source, grid, gridCrs, terms, squares);
+  store.squares.want(keys, options.refetch);
+  const names = keys.map(({ name }) => name);
+  const kept = await intactOf(store, store.squares.list({ source, grid, names, states: kUsable }), reporter);
+  const records = store.squares.unfinished({ source, grid, names });
+  const job = lidarJob(records, profile, catalogue, store, http, options.from !== undefined, options, hooks);
+  return fillStore([job], store, { kept, skipped: 0 }, options, reporter, signal);
 }
 
-async function fillStore(work: Work, options: FetchOptions, reporter: Reporter, signal: AbortSignal): Promise<Tally> {
-  const { profile, origin, squares } = work;
-  const began = performance.now();
-  const store = storeLayout(resolve(options.store));
-  await makeStoreFolder(store.root);
-  const unlock = await lockStore(store.lock, signal);
-  try {
-    const manifest = await Manifest.open(store.manifest, signal);
-    const context = {
-      profile,
-      origin,
-      store,
-      manifest,
-      policy: { ...kBackoff, retries: work.retries },
-      clock: kSystemClock,
-      refetch: options.refetch ?? false,
-      onRetry: (square: Square, notice: Parameters<Reporter['retry']>[1]) => reporter.retry(square.name, notice),
-    };
-    const tally = await fetchSquares(
-      squares,
-      options.concurrency ?? profile.max_concurrent,
-      context,
-      reporter.outcome,
-      signal,
-    );
-    reporter.summary({ ...tally, ignored: work.ignored.length, seconds: Math.round(performance.now() - began) / 1000 });
-    return tally;
-  } finally {
-    await unlock();
-  }
-}
-
-async function makeStoreFolder(root: string): Promise<void> {
-  try {
-    await mkdir(root, { recursive: true });
-  } catch (error) {
+/** Without a configured source, names say nothing of where a file came from: the same name from elsewhere is another file. */
+function checkSameAddresses(store: Store, keys: readonly RecordKey[], squares: readonly CatalogueSquare[]): void {
+  keys.forEach((key, index) => {
+    const old = store.squares.get(key);
+    const urls = squares[index]?.urls ?? [];
+    if (old === undefined || old.file === null || old.url === null || urls.includes(old.url)) return;
     throw new GrabberError(
-      'STORE_IO',
-      `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`,
-      { cause: error },
+      'STORE_CONFLICT',
+      `fetch square ${key.source}/${key.name} from ${urls[0] ?? 'nowhere'}: the store has it from ${old.url}; allowed: the same address, another --as, or --refetch`,
     );
-  }
+  });
 }
 
-function exitCodeOf(tally: Tally): number {
-  if (tally.failed > 0) return kExit.failed;
-  return tally.missing > 0 ? kExit.holes : kExit.done;
+/** Tells what is there with its right length; what was lost or cut is wanted again. @return how many are there */
+async function intactOf(store: Store, usable: readonly StoreRecord[], reporter: Reporter): Promise<number> {
+  let kept = 0;
+  for (const { key, url, file, points, warnings } of usable) {
+    const bytes = file === null ? undefined : await fileSize(join(store.root, file.path));
+    if (file === null || bytes !== file.bytes) {
+      store.squares.want([key], true);
+      continue;
+    }
+    ++kept;
+    reporter.outcome({ state: 'kept', key, url, file, point_count: points?.pointCount ?? null, warnings });
+  }
+  return kept;
 }

@@ -1,6 +1,7 @@
 import { InvalidArgumentError } from 'commander';
+import type { BoundsDeg } from '../geo/bounds.js';
+import type { BoundsM } from '../model/square.js';
 import { kSourceId, kSourceIdAllowed } from '../sources/source.js';
-import type { BoundsM } from '../sources/square.js';
 import type { Variables } from '../sources/url-template.js';
 
 /** Commander puts "option '--x' argument 'v' is invalid." before these messages. */
@@ -20,15 +21,46 @@ export function parseNameList(text: string): string[] {
   return [...new Set(names)];
 }
 
-export function parseBox(text: string): BoundsM {
+/** @return exactly `count` finite numbers, or undefined */
+function numbersOf(text: string, count: number): number[] | undefined {
   const parts = text.split(',').map((part) => part.trim());
   const numbers = parts.map(Number);
-  const [west, south, east, north] = numbers;
-  const fits = parts.length === 4 && parts.every((part) => part !== '') && numbers.every(Number.isFinite);
-  if (!fits || west === undefined || south === undefined || east === undefined || north === undefined) {
-    throw new InvalidArgumentError("allowed: west,south,east,north, four numbers in metres of the source's CRS");
+  return parts.length === count && parts.every((part) => part !== '') && numbers.every(Number.isFinite) ? numbers : undefined;
+}
+
+export function parseBox(text: string): BoundsM {
+  const [west, south, east, north] = numbersOf(text, 4) ?? [];
+  if (west !== undefined && south !== undefined && east !== undefined && north !== undefined && west < east && south < north) {
+    return [west, south, east, north];
   }
-  return [west, south, east, north];
+  throw new InvalidArgumentError(
+    "allowed: west,south,east,north, four numbers in metres of the source's CRS, west < east and south < north",
+  );
+}
+
+export function parseBoxDeg(text: string): BoundsDeg {
+  const [west = NaN, south = NaN, east = NaN, north = NaN] = numbersOf(text, 4) ?? [];
+  if (west >= -180 && west < east && east <= 180 && south >= -85 && south < north && north <= 85) return [west, south, east, north];
+  throw new InvalidArgumentError(
+    'allowed: west,south,east,north in degrees, -180 to 180 and -85 to 85, west < east and south < north',
+  );
+}
+
+type Circle = readonly [number, number, number];
+const kMaxRadius_m = 200_000;
+
+export function parseCircle(text: string): Circle {
+  const [east, north, radius] = numbersOf(text, 3) ?? [];
+  if (east !== undefined && north !== undefined && radius !== undefined && radius > 0 && radius <= kMaxRadius_m) return [east, north, radius];
+  throw new InvalidArgumentError(`allowed: east,north,radius in metres of the source's CRS, radius at most ${kMaxRadius_m}`);
+}
+
+export function parseCircleDeg(text: string): Circle {
+  const [lon = NaN, lat = NaN, radius = NaN] = numbersOf(text, 3) ?? [];
+  if (lon >= -180 && lon <= 180 && lat >= -85 && lat <= 85 && radius > 0 && radius <= kMaxRadius_m) return [lon, lat, radius];
+  throw new InvalidArgumentError(
+    `allowed: longitude,latitude,radius in degrees and metres, -180 to 180 and -85 to 85, radius at most ${kMaxRadius_m}`,
+  );
 }
 
 /** Collects a repeatable `--set name=value`. */
@@ -47,4 +79,9 @@ export function parseStatusList(text: string): number[] {
 export function parseSourceId(text: string): string {
   if (kSourceId.test(text)) return text;
   throw new InvalidArgumentError(`allowed: ${kSourceIdAllowed}`);
+}
+
+export function parseCrs(text: string): string {
+  if (/^EPSG:\d{4,6}$/.test(text)) return text;
+  throw new InvalidArgumentError('allowed: EPSG:<number>, such as EPSG:3794');
 }

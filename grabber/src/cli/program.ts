@@ -1,13 +1,31 @@
 import { join } from 'node:path';
 import { Command, CommanderError } from 'commander';
-import { loadSources } from '../sources/load-sources.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import { readPackageInfo } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
-import { addFetchCommand } from './fetch-command.js';
-import { addListCommands } from './list-commands.js';
 import type { Output } from './output.js';
+
+type AddCommand = (program: Command, context: CliContext) => void;
+
+/**
+ * In the order of the help text. Each is loaded when it is asked for: HTTP, GDAL's formats and the schemas of the
+ * configuration take longer to load than `status` takes to run.
+ */
+const kCommands: Readonly<Record<string, () => Promise<AddCommand>>> = {
+  sources: async () => (await import('./list-command.js')).addSourcesCommand,
+  areas: async () => (await import('./area-command.js')).addAreasCommand,
+  list: async () => (await import('./list-command.js')).addListCommand,
+  fishnet: async () => (await import('./fishnet-command.js')).addFishnetCommand,
+  fetch: async () => (await import('./fetch-command.js')).addFetchCommand,
+  resume: async () => (await import('./resume-command.js')).addResumeCommand,
+  ortho: async () => (await import('./ortho-command.js')).addOrthoCommand,
+  convert: async () => (await import('./convert-command.js')).addConvertCommand,
+  status: async () => (await import('./status-command.js')).addStatusCommand,
+  verify: async () => (await import('./verify-command.js')).addVerifyCommand,
+  attribution: async () => (await import('./attribution-command.js')).addAttributionCommand,
+  gc: async () => (await import('./gc-command.js')).addGcCommand,
+};
 
 /**
  * Runs one command line.
@@ -17,7 +35,8 @@ import type { Output } from './output.js';
 export async function run(args: readonly string[], output: Output, signal: AbortSignal): Promise<number> {
   const state = { exitCode: kExit.done as number };
   try {
-    await buildProgram(state, output, signal).parseAsync(args, { from: 'user' });
+    const program = await buildProgram(args, state, output, signal);
+    await program.parseAsync(args, { from: 'user' });
     return state.exitCode;
   } catch (error) {
     signal.throwIfAborted();
@@ -28,12 +47,12 @@ export async function run(args: readonly string[], output: Output, signal: Abort
   }
 }
 
-function buildProgram(state: { exitCode: number }, output: Output, signal: AbortSignal): Command {
+async function buildProgram(args: readonly string[], state: { exitCode: number }, output: Output, signal: AbortSignal): Promise<Command> {
   const info = readPackageInfo();
   const program = new Command('terravox-grab')
-    .description('Fills a Terravox store with LiDAR squares from open-data portals or local files.')
+    .description('Fills a Terravox store with LiDAR squares and orthophotos from open-data portals or local files.')
     .version(info.version)
-    .option('--config <folder>', 'folder of the configuration: sources/*.toml and the rest', join(info.root, '..', 'config'))
+    .option('--config <folder>', 'folder of the configuration: sources, areas, converters', join(info.root, '..', 'config'))
     .configureOutput({ writeOut: output.out, writeErr: output.err })
     .exitOverride()
     .addHelpText(
@@ -46,12 +65,20 @@ function buildProgram(state: { exitCode: number }, output: Output, signal: Abort
     signal,
     info,
     configFolder,
-    sources: () => loadSources(join(configFolder(), 'sources'), signal),
+    sources: async () => (await import('../sources/load-sources.js')).loadSources(join(configFolder(), 'sources'), signal),
     exit: (code) => {
       state.exitCode = code;
     },
   };
-  addListCommands(program, context);
-  addFetchCommand(program, context);
+  for (const load of wantedBy(args)) (await load())(program, context);
   return program;
+}
+
+/** The one command that is named, or all of them where none is: for the help text, and to say what there is. */
+function wantedBy(args: readonly string[]): (() => Promise<AddCommand>)[] {
+  let index = 0;
+  while (args[index]?.startsWith('-') === true) index += args[index] === '--config' ? 2 : 1;
+  const named = args[index];
+  const command = named !== undefined && Object.hasOwn(kCommands, named) ? kCommands[named] : undefined;
+  return command === undefined ? Object.values(kCommands) : [command];
 }

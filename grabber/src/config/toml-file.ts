@@ -48,7 +48,8 @@ export function parseConfig<T extends { readonly id: string }>(toml: string, pat
     throw new GrabberError('CONFIG', `read ${kind.what} ${path}: not TOML: ${describeError(error)}`, { cause: error });
   }
   const result = kind.schema.safeParse(raw);
-  if (!result.success) throw new GrabberError('CONFIG', problemOf(path, raw, result.error, kind), { cause: result.error });
+  // The schema's own words are for programmers, and would follow the message as its cause.
+  if (!result.success) throw new GrabberError('CONFIG', problemOf(path, raw, result.error, kind));
   if (result.data.id !== basename(path, '.toml')) {
     throw new GrabberError('CONFIG', fieldMessage(kind, path, 'id', result.data.id, allowedAt(kind, ['id'])));
   }

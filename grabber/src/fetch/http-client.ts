@@ -1,5 +1,7 @@
 import { Agent, request } from 'undici';
 import { GrabberError, describeError } from '../util/errors.js';
+import { checkUrl, policedLookup, type HostAccess, type Resolve } from './host-policy.js';
+import { redactorOf, shownUrl } from './shown-url.js';
 
 export type HttpResponse = {
   readonly status: number;
@@ -11,37 +13,64 @@ export type HttpResponse = {
   discard(): Promise<void>;
 };
 
-/** What the downloads need of HTTP; tests may put their own in its place. */
+type Headers = Readonly<Record<string, string>>;
+
+/** What catalogues and downloads need of HTTP; tests may put their own in its place. */
 export type HttpClient = {
-  /** Follows redirects. @throws GrabberError NETWORK or REDIRECT, or the signal's reason */
-  get(url: string, headers: Readonly<Record<string, string>>, signal: AbortSignal): Promise<HttpResponse>;
+  /** Follows redirects. @throws GrabberError NETWORK, REDIRECT or HOST_REFUSED, or the signal's reason */
+  get(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
   close(): Promise<void>;
+};
+
+export type Access = HostAccess & {
+  /**
+   * Sent to the host that a request is made to, when it is one of `hosts`; never on a redirect to another, since only
+   * the first address was chosen by us. Lower-case names.
+   */
+  readonly secretHeaders: Headers;
+};
+
+/** A client that speaks to the hosts of one source only. */
+export type SourceClient = HttpClient & {
+  /** As get, but the answer has no body. */
+  head(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
+  /** Replaces whom it may talk to: a selection knows the hosts of its source only after it was read. */
+  permit(access: Access): void;
+  /** Hides the secrets in text that goes to people, logs or the store. */
+  redact(text: string): string;
 };
 
 export type HttpClientOptions = {
   readonly userAgent: string;
   /** Longest wait for a connection, for the headers, and between two pieces of a body. */
   readonly timeout_ms: number;
+  readonly access: Access;
+  readonly resolve?: Resolve;
 };
+
+/** Nobody may be talked to, until permit() says otherwise. */
+export const kNoAccess: Access = { hosts: [], allowPrivate: false, secretHeaders: {} };
 
 const kMaxRedirects = 5;
 const kRedirects = [301, 302, 303, 307, 308];
+/** Servers close idle connections after 5 to 60 s; ours are given up a little earlier. */
+const kKeepAlive_ms = 4000;
 
-export function createHttpClient(options: HttpClientOptions): HttpClient {
+export function createHttpClient(options: HttpClientOptions): SourceClient {
+  let access = options.access;
   const agent = new Agent({
-    connect: { timeout: options.timeout_ms },
+    connect: { timeout: options.timeout_ms, lookup: policedLookup(() => access, options.resolve) },
     headersTimeout: options.timeout_ms,
     bodyTimeout: options.timeout_ms,
+    keepAliveTimeout: kKeepAlive_ms,
+    pipelining: 1,
   });
 
-  async function getOnce(
-    url: string,
-    headers: Readonly<Record<string, string>>,
-    signal: AbortSignal,
-  ): Promise<HttpResponse> {
+  async function askOnce(method: 'GET' | 'HEAD', url: URL, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
     try {
       const response = await request(url, {
         dispatcher: agent,
+        method,
         signal,
         headers: { 'user-agent': options.userAgent, ...headers },
       });
@@ -51,47 +80,63 @@ export function createHttpClient(options: HttpClientOptions): HttpClient {
           const value = response.headers[name];
           return Array.isArray(value) ? value[0] : value;
         },
-        body: namingErrors(response.body, url, signal),
+        body: namingErrors(response.body, url.href, signal),
         discard: () => response.body.dump(),
       };
     } catch (error) {
-      throw networkError(url, error, signal);
+      throw networkError(url.href, error, signal);
     }
   }
 
+  async function ask(method: 'GET' | 'HEAD', address: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
+    signal.throwIfAborted();
+    const first = checkUrl(address, access);
+    let url = first;
+    for (let hop = 0; hop <= kMaxRedirects; ++hop) {
+      const secrets = url.origin === first.origin ? access.secretHeaders : {};
+      checkSecretsTravelSafely(url, secrets, access);
+      const response = await askOnce(method, url, { ...headers, ...secrets }, signal);
+      if (!kRedirects.includes(response.status)) return response;
+      await response.discard();
+      url = redirectTarget(url, response, access);
+    }
+    throw new GrabberError(
+      'REDIRECT',
+      `fetch ${shownUrl(address)}: more than ${kMaxRedirects} redirects, the last to ${shownUrl(url.href)}; allowed: at most ${kMaxRedirects}`,
+    );
+  }
+
   return {
-    async get(url, headers, signal) {
-      let current = url;
-      for (let hop = 0; hop <= kMaxRedirects; ++hop) {
-        const response = await getOnce(current, headers, signal);
-        if (!kRedirects.includes(response.status)) return response;
-        await response.discard();
-        current = redirectTarget(current, response);
-      }
-      throw new GrabberError(
-        'REDIRECT',
-        `fetch ${url}: more than ${kMaxRedirects} redirects, the last to ${current}; allowed: at most ${kMaxRedirects}`,
-      );
+    get: (url, headers, signal) => ask('GET', url, headers, signal),
+    head: (url, headers, signal) => ask('HEAD', url, headers, signal),
+    permit: (next) => {
+      access = next;
     },
+    redact: (text) => redactorOf(Object.values(access.secretHeaders))(text),
     close: () => agent.destroy(),
   };
 }
 
-function redirectTarget(from: string, response: HttpResponse): string {
-  const location = response.header('location');
-  const target = location !== undefined && URL.canParse(location, from) ? new URL(location, from) : undefined;
-  if (target !== undefined && ['http:', 'https:'].includes(target.protocol)) return target.href;
-  throw new GrabberError(
-    'REDIRECT',
-    `fetch ${from}: status ${response.status} leads to ${location ?? 'nowhere'}; allowed: http(s) addresses`,
-  );
+function checkSecretsTravelSafely(url: URL, secrets: Headers, access: Access): void {
+  if (url.protocol === 'https:' || Object.keys(secrets).length === 0 || access.allowPrivate) return;
+  throw new GrabberError('SECRET', `send secret headers to ${url.host}: over ${url.protocol}; allowed: https:`);
 }
 
-async function* namingErrors(
-  body: AsyncIterable<unknown>,
-  url: string,
-  signal: AbortSignal,
-): AsyncGenerator<Uint8Array> {
+function redirectTarget(from: URL, response: HttpResponse, access: Access): URL {
+  const location = response.header('location');
+  const refuse = (what: string): GrabberError =>
+    new GrabberError('REDIRECT', `fetch ${shownUrl(from.href)}: status ${response.status} leads to ${what}`);
+  if (location === undefined || !URL.canParse(location, from.href)) throw refuse('nowhere; allowed: http(s) addresses');
+  // An absolute address is judged as it is written, since a parsed one hides its disguise.
+  const text = URL.canParse(location) ? location : new URL(location, from.href).href;
+  const target = checkUrl(text, access);
+  if (from.protocol === 'https:' && target.protocol === 'http:') {
+    throw refuse(`${shownUrl(target.href)}, without encryption; allowed: https:`);
+  }
+  return target;
+}
+
+async function* namingErrors(body: AsyncIterable<unknown>, url: string, signal: AbortSignal): AsyncGenerator<Uint8Array> {
   try {
     for await (const chunk of body) yield chunk as Uint8Array;
   } catch (error) {
@@ -102,5 +147,7 @@ async function* namingErrors(
 /** Everything the network throws may pass, so it is worth another try; a wish to stop is not an error of the network. */
 function networkError(url: string, error: unknown, signal: AbortSignal): unknown {
   if (signal.aborted) return signal.reason;
-  return new GrabberError('NETWORK', `fetch ${url}: ${describeError(error)}`, { cause: error, retryable: true });
+  const refused = error instanceof GrabberError ? error : error instanceof Error ? error.cause : undefined;
+  if (refused instanceof GrabberError) return refused;
+  return new GrabberError('NETWORK', `fetch ${shownUrl(url)}: ${describeError(error)}`, { cause: error, retryable: true });
 }

@@ -1,65 +1,95 @@
-import { readFile } from 'node:fs/promises';
+import { writeFileSync } from 'node:fs';
+import { readFile, unlink } from 'node:fs/promises';
 import { z } from 'zod';
-import { fileSize, removeIfThere, writeFileAtomically } from '../util/files.js';
+import { fileSize } from '../util/files.js';
+import { systemCode } from '../util/errors.js';
+import { storeError } from './disk-space.js';
 import type { HttpResponse } from './http-client.js';
 
 /** What must be known to continue an unfinished file; lies beside it as JSON. */
 const stateSchema = z.strictObject({
   url: z.string(),
   /** A strong ETag or a Last-Modified date: the server sends the rest only if the file is still this one. */
-  if_range: z.string().min(1),
+  if_range: z.string().min(1).nullable(),
   total_bytes: z.int().min(1).nullable(),
 });
 
 export type PartialState = z.infer<typeof stateSchema>;
-export type Resumable = PartialState & { readonly offset_bytes: number };
+export type Resumable = PartialState & { readonly if_range: string; readonly offset_bytes: number };
 
-function statePath(partial: string): string {
-  return `${partial}.json`;
+export type Found =
+  /** Nothing that can be used; the file must be fetched from its start. */
+  | { readonly kind: 'nothing' }
+  | { readonly kind: 'part'; readonly part: Resumable }
+  /** All bytes are here; a run ended between the last byte and the check. */
+  | { readonly kind: 'whole'; readonly bytes: number };
+
+export async function findPartial(partial: string, url: string, signal: AbortSignal): Promise<Found> {
+  const offset_bytes = (await fileSize(partial)) ?? 0;
+  const state = offset_bytes === 0 ? undefined : await readPartialState(partial, signal);
+  if (state === undefined || state.url !== url) return { kind: 'nothing' };
+  if (state.total_bytes === offset_bytes) return { kind: 'whole', bytes: offset_bytes };
+  if (state.if_range === null || (state.total_bytes !== null && offset_bytes > state.total_bytes)) return { kind: 'nothing' };
+  return { kind: 'part', part: { ...state, if_range: state.if_range, offset_bytes } };
 }
 
-/** @return undefined when there is nothing that can be continued safely, and the file must be fetched from its start */
-export async function findResumable(partial: string, url: string, signal: AbortSignal): Promise<Resumable | undefined> {
-  const offset_bytes = await fileSize(partial);
-  if (offset_bytes === undefined || offset_bytes === 0) return undefined;
+/** @return undefined when there is none, or one that a crash has cut: that only costs a fetch from the start */
+export async function readPartialState(partial: string, signal: AbortSignal): Promise<PartialState | undefined> {
   if ((await fileSize(statePath(partial))) === undefined) return undefined;
-  const state = parseState(await readFile(statePath(partial), { encoding: 'utf8', signal }));
-  if (state === undefined || state.url !== url) return undefined;
-  if (state.total_bytes !== null && offset_bytes >= state.total_bytes) return undefined;
-  return { ...state, offset_bytes };
-}
-
-/** Remembers what the server said of the file, or forgets it when the server said nothing that identifies it. */
-export async function rememberState(
-  partial: string,
-  url: string,
-  response: HttpResponse,
-  total_bytes: number | undefined,
-  signal: AbortSignal,
-): Promise<void> {
-  const if_range = validatorOf(response);
-  if (if_range === undefined) return removeIfThere(statePath(partial));
-  const state: PartialState = { url, if_range, total_bytes: total_bytes ?? null };
-  await writeFileAtomically(statePath(partial), JSON.stringify(state), signal);
-}
-
-export async function removePartial(partial: string): Promise<void> {
-  await removeIfThere(statePath(partial));
-  await removeIfThere(partial);
-}
-
-/** Ref: RFC 9110 section 13.1.5: a weak ETag may not be used in If-Range. */
-function validatorOf(response: HttpResponse): string | undefined {
-  const etag = response.header('etag');
-  if (etag !== undefined && etag.startsWith('"')) return etag;
-  return response.header('last-modified');
-}
-
-/** A state file cut by a crash only costs a fetch from the start. */
-function parseState(text: string): PartialState | undefined {
+  const text = await readFile(statePath(partial), { encoding: 'utf8', signal });
   try {
     return stateSchema.safeParse(JSON.parse(text)).data;
   } catch {
     return undefined;
   }
+}
+
+/**
+ * Remembers what the server said of the file. Written at once and without a sync: it is one small write per file, and
+ * one that a power cut swallows is no worse than none.
+ */
+export function rememberState(partial: string, url: string, response: HttpResponse, total_bytes: number | undefined): void {
+  writeState(partial, { url, if_range: validatorOf(response) ?? null, total_bytes: total_bytes ?? null });
+}
+
+/** Of a file that has arrived whole, but whose check must wait: a run that is killed meanwhile need not fetch it again. */
+export function rememberWhole(partial: string, url: string, bytes: number): void {
+  writeState(partial, { url, if_range: null, total_bytes: bytes });
+}
+
+function writeState(partial: string, state: PartialState): void {
+  try {
+    writeFileSync(statePath(partial), JSON.stringify(state));
+  } catch (error) {
+    throw storeError(statePath(partial), error);
+  }
+}
+
+export async function removePartial(partial: string): Promise<void> {
+  await unlinkIfThere(statePath(partial));
+  await unlinkIfThere(partial);
+}
+
+export async function forgetState(partial: string): Promise<void> {
+  await unlinkIfThere(statePath(partial));
+}
+
+async function unlinkIfThere(path: string): Promise<void> {
+  try {
+    await unlink(path);
+  } catch (error) {
+    if (systemCode(error) !== 'ENOENT') throw error;
+  }
+}
+
+function statePath(partial: string): string {
+  return `${partial}.json`;
+}
+
+/** Ref: RFC 9110 section 13.1.5: a weak ETag may not be used in If-Range. */
+function validatorOf(response: HttpResponse): string | undefined {
+  const etag = response.header('etag');
+  if (etag !== undefined && /^"[\x21\x23-\x7e\x80-\xff]*"$/.test(etag)) return etag;
+  const date = response.header('last-modified');
+  return date !== undefined && !Number.isNaN(Date.parse(date)) ? date : undefined;
 }

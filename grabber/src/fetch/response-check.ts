@@ -1,54 +1,74 @@
 import { GrabberError } from '../util/errors.js';
+import { kCodings, type Coding } from './content-coding.js';
 import type { HttpResponse } from './http-client.js';
 import type { Resumable } from './partial.js';
+import { shownUrl } from './shown-url.js';
 
 export const kRangeRefused = 416;
 
 /** Where the body of a response belongs in the file, and how long the whole file is. */
 export type BodyPlan = {
   readonly offset_bytes: number;
-  /** Undefined when the server does not tell. */
+  /** Undefined when the server does not tell, or tells the length of a compressed body. */
   readonly total_bytes: number | undefined;
+  /** Undefined = as it is. */
+  readonly coding: Coding | undefined;
 };
 
 /** @throws GrabberError when the body cannot be put anywhere; the partial file is then of no use either */
 export function bodyPlan(url: string, response: HttpResponse, resumable: Resumable | undefined): BodyPlan {
-  const encoding = response.header('content-encoding') ?? 'identity';
-  if (encoding !== 'identity') {
-    throw new GrabberError(
-      'HTTP_PROTOCOL',
-      `fetch ${url}: Content-Encoding is ${encoding}; allowed: identity, as asked for`,
-    );
-  }
+  const coding = codingOf(url, response);
   const length = contentLength(url, response);
+  if (response.status === 206) return restPlan(url, response, resumable, coding, length);
   // A server that ignores Range, or whose file has changed since, sends the whole file with 200.
-  if (response.status === 200) return { offset_bytes: 0, total_bytes: length };
+  return { offset_bytes: 0, total_bytes: coding === undefined ? length : undefined, coding };
+}
+
+function codingOf(url: string, response: HttpResponse): Coding | undefined {
+  const name = (response.header('content-encoding') ?? 'identity').trim().toLowerCase();
+  if (name === 'identity' || name === '') return undefined;
+  const coding = kCodings.find((one) => one === name);
+  if (coding !== undefined) return coding;
+  throw new GrabberError(
+    'HTTP_PROTOCOL',
+    `fetch ${shownUrl(url)}: Content-Encoding is ${name}; allowed: identity, as asked for, or ${kCodings.join(', ')}`,
+  );
+}
+
+function restPlan(
+  url: string,
+  response: HttpResponse,
+  resumable: Resumable | undefined,
+  coding: Coding | undefined,
+  length: number | undefined,
+): BodyPlan {
   if (resumable === undefined) {
-    throw new GrabberError('HTTP_PROTOCOL', `fetch ${url}: HTTP 206 without a Range request; allowed: 200`);
+    throw new GrabberError('HTTP_PROTOCOL', `fetch ${shownUrl(url)}: HTTP 206 without a Range request; allowed: 200`);
   }
   const range = response.header('content-range') ?? '';
-  const match = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(range);
+  const match = /^bytes (\d{1,15})-(\d{1,15})\/(\d{1,15}|\*)$/.exec(range);
   const total = match?.[3] === undefined || match[3] === '*' ? undefined : Number(match[3]);
   const fits =
     match !== null &&
+    coding === undefined &&
     Number(match[1]) === resumable.offset_bytes &&
     (total === undefined || resumable.total_bytes === null || total === resumable.total_bytes);
   if (!fits) {
     throw new GrabberError(
       'RESUME_REFUSED',
-      `continue ${url}: Content-Range is "${range}"; allowed: bytes ${resumable.offset_bytes}-.../${resumable.total_bytes ?? '*'}; the next try starts anew`,
+      `continue ${shownUrl(url)}: Content-Range is "${range}"${coding === undefined ? '' : `, ${coding}`}; allowed: bytes ${resumable.offset_bytes}-.../${resumable.total_bytes ?? '*'}; the next try starts anew`,
       { retryable: true },
     );
   }
   const rest = length === undefined ? undefined : resumable.offset_bytes + length;
-  return { offset_bytes: resumable.offset_bytes, total_bytes: total ?? rest };
+  return { offset_bytes: resumable.offset_bytes, total_bytes: total ?? resumable.total_bytes ?? rest, coding: undefined };
 }
 
 function contentLength(url: string, response: HttpResponse): number | undefined {
   const value = response.header('content-length');
   if (value === undefined) return undefined;
   if (!/^\d{1,15}$/.test(value)) {
-    throw new GrabberError('HTTP_PROTOCOL', `fetch ${url}: Content-Length is "${value}"; allowed: a number of bytes`);
+    throw new GrabberError('HTTP_PROTOCOL', `fetch ${shownUrl(url)}: Content-Length is "${value}"; allowed: a number of bytes`);
   }
   return Number(value);
 }

@@ -1,6 +1,7 @@
 import { GrabberError } from '../util/errors.js';
 import type { HttpResponse } from './http-client.js';
 import { parseRetryAfter } from './retry.js';
+import { shownUrl } from './shown-url.js';
 
 /** Request timeout, too early, too many requests: as temporary as a 5xx. */
 const kTemporary = [408, 425, 429];
@@ -18,7 +19,7 @@ export function statusError(
   const missing = missingStatus.length === 0 ? 'none' : missingStatus.join(', ');
   return new GrabberError(
     'HTTP_STATUS',
-    `fetch ${url}: HTTP ${status}; allowed: 200, or for "no such square": ${missing}`,
+    `fetch ${shownUrl(url)}: HTTP ${status}; allowed: 200, or for "no such square": ${missing}`,
     {
       retryable,
       ...(retryAfterMs === undefined ? {} : { retryAfterMs }),
@@ -26,7 +27,10 @@ export function statusError(
   );
 }
 
-/** Portals send error pages, log-in pages and "file moved" pages with status 200. */
+/**
+ * Portals send error pages, log-in pages and "file moved" pages with status 200. Worth another try: most of them are
+ * gone when the portal is well again.
+ */
 export function htmlError(url: string, response: HttpResponse, start: Uint8Array): GrabberError | undefined {
   const text = Buffer.from(start.subarray(0, kSniffBytes))
     .toString('utf8')
@@ -36,8 +40,10 @@ export function htmlError(url: string, response: HttpResponse, start: Uint8Array
   const declared = /^\s*(text\/html|application\/xhtml\+xml)/i.test(type);
   if (!declared && !/^<(!doctype|html|head|body|\?xml)/i.test(text)) return undefined;
   // A file with the right magic is believed over a wrong Content-Type.
-  if (text.startsWith('LASF')) return undefined;
+  if (/^(LASF|PK\u0003\u0004)/.test(text)) return undefined;
   const title = /<title[^>]*>([^<]{1,200})/i.exec(text)?.[1];
   const shown = title === undefined ? 'an HTML or XML page' : `an HTML page titled "${title.trim()}"`;
-  return new GrabberError('HTML_BODY', `fetch ${url}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`);
+  return new GrabberError('HTML_BODY', `fetch ${shownUrl(url)}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`, {
+    retryable: true,
+  });
 }

@@ -11,14 +11,14 @@ export type RetryPolicy = {
 export const kBackoff = { base_ms: 1000, cap_ms: 60_000 } as const;
 
 /**
- * Doubles from `base_ms` up to `cap_ms`, then takes a random half to whole of it, so that many clients that
- * failed together do not come back together.
+ * A random part of a time that doubles from `base_ms` up to `cap_ms`: many clients that failed together come back
+ * spread over all of that time.
+ * Ref: Brooker, "Exponential Backoff And Jitter", 2015 (there "full jitter").
  * @param attempt 0 for the first retry
  * @param random  in [0, 1)
  */
 export function backoffMs(attempt: number, policy: Pick<RetryPolicy, 'base_ms' | 'cap_ms'>, random: number): number {
-  const whole = Math.min(policy.cap_ms, policy.base_ms * 2 ** attempt);
-  return Math.round(whole / 2 + (whole / 2) * random);
+  return Math.round(Math.min(policy.cap_ms, policy.base_ms * 2 ** attempt) * random);
 }
 
 /** @return milliseconds from `now`, or undefined when the header holds neither seconds nor a date */
@@ -31,13 +31,18 @@ export function parseRetryAfter(value: string | undefined, now: Date): number | 
 
 export type RetryNotice = { readonly error: GrabberError; readonly retry: number; readonly wait_ms: number };
 
-/** Runs `attempt` until it succeeds, fails for good, or the retries are used up; then throws its last error. */
+/**
+ * Runs `attempt` until it succeeds, fails for good, or the retries are used up; then throws its last error.
+ * @param advanced tells whether the last attempt got further than all before it, as a download that continues does:
+ *                 then the count starts anew, so that a large file over a bad line ends well
+ */
 export async function withRetries<T>(
   attempt: () => Promise<T>,
   policy: RetryPolicy,
   clock: Clock,
   notify: (notice: RetryNotice) => void,
   signal: AbortSignal,
+  advanced: () => boolean = () => false,
 ): Promise<T> {
   for (let retry = 0; ; ++retry) {
     signal.throwIfAborted();
@@ -45,7 +50,9 @@ export async function withRetries<T>(
       return await attempt();
     } catch (error) {
       signal.throwIfAborted();
-      if (!(error instanceof GrabberError) || !error.retryable || retry >= policy.retries) throw error;
+      if (!(error instanceof GrabberError) || !error.retryable) throw error;
+      if (advanced()) retry = 0;
+      if (retry >= policy.retries) throw error;
       const wait_ms = Math.max(error.retryAfterMs ?? 0, backoffMs(retry, policy, clock.random()));
       notify({ error, retry: retry + 1, wait_ms });
       await clock.sleep(wait_ms, signal);

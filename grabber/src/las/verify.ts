@@ -3,6 +3,7 @@ import { GrabberError } from '../util/errors.js';
 import { kHeaderReadBytes, readLasHeader, truncated, type LasHeader } from './header.js';
 
 const kVlrHeaderBytes = 54;
+const kHeadBytes = 32 * 1024;
 const kLaszipUser = 'laszip encoded';
 const kLaszipRecord = 22204;
 /** LASzip's compressor 1 writes one unbroken stream without a chunk table; 2 and 3 write chunks. */
@@ -15,19 +16,24 @@ const kMaxVlrs = 10_000;
  * plain records fit the file, and a LAZ file holds its chunk table, which is written last.
  */
 export async function verifyLasFile(path: string, shown: string, signal: AbortSignal): Promise<LasHeader> {
-  const file = await open(path, 'r');
+  const handle = await open(path, 'r');
   try {
-    const fileBytes = (await file.stat()).size;
-    const header = readLasHeader(await readAt(file, 0, Math.min(kHeaderReadBytes, fileBytes)), fileBytes, shown);
+    const fileBytes = (await handle.stat()).size;
+    const head = await readFrom(handle, 0, Math.min(kHeadBytes, fileBytes));
+    const file: Reader = { handle, head };
+    const header = readLasHeader(head.subarray(0, kHeaderReadBytes), fileBytes, shown);
     if (header.compressed) await checkChunkTable(file, fileBytes, header, shown, signal);
     return header;
   } finally {
-    await file.close();
+    await handle.close();
   }
 }
 
+/** An open file with its beginning, where all but the chunk table mostly lies: one read instead of several. */
+type Reader = { readonly handle: FileHandle; readonly head: Buffer };
+
 async function checkChunkTable(
-  file: FileHandle,
+  file: Reader,
   fileBytes: number,
   header: LasHeader,
   shown: string,
@@ -58,7 +64,7 @@ async function checkChunkTable(
 }
 
 async function readCompressor(
-  file: FileHandle,
+  file: Reader,
   header: LasHeader,
   shown: string,
   signal: AbortSignal,
@@ -79,9 +85,14 @@ async function readCompressor(
 }
 
 /** The caller has checked that the bytes are there, so a short read is an error of the disk. */
-async function readAt(file: FileHandle, position: number, length: number): Promise<Buffer> {
+async function readAt({ handle, head }: Reader, position: number, length: number): Promise<Buffer> {
+  if (position + length <= head.length) return head.subarray(position, position + length);
+  return readFrom(handle, position, length);
+}
+
+async function readFrom(handle: FileHandle, position: number, length: number): Promise<Buffer> {
   const buffer = Buffer.alloc(length);
-  const { bytesRead } = await file.read(buffer, 0, length, position);
+  const { bytesRead } = await handle.read(buffer, 0, length, position);
   if (bytesRead !== length) {
     throw new GrabberError('STORE_IO', `read ${length} bytes at ${position}: got ${bytesRead}; allowed: all of them`);
   }

@@ -8,6 +8,8 @@ export type RecordFilter = {
   readonly names?: readonly string[];
 };
 
+export type Place = { readonly source: string; readonly grid: string; readonly state: State; readonly bounds: BoundsM };
+
 export type Learned = { readonly added: number; readonly changed: number };
 
 /**
@@ -20,8 +22,12 @@ export type RecordTable = {
   get(key: RecordKey): StoreRecord | undefined;
   list(filter: RecordFilter): StoreRecord[];
   count(filter: RecordFilter): number;
-  /** Counts by source and state, for a summary that reads no records. */
-  tally(): { source: string; state: State; count: number; bytes: number }[];
+  /** Counts by source and state, for a summary that reads no records. Bytes and points of the files that are there. */
+  tally(): { source: string; state: State; count: number; bytes: number; points: number }[];
+  /** Where the records with bounds lie, by source and grid: what a map needs, without reading records. */
+  places(): Place[];
+  /** Those with a `lastError`, the latest first. */
+  lastErrors(limit: number): StoreRecord[];
   /** Known, missing and failed become wanted, and with `again` also what can be used already. @return how many did */
   want(keys: Iterable<RecordKey>, again?: boolean): number;
   /** Wanted, fetching, fetched: what a run that was cut off has left to do. */
@@ -92,6 +98,8 @@ export type Region = {
 export type Catalogue = {
   /** Squares of the region, each once, from south to north, then west to east. @throws GrabberError CATALOGUE: never fewer squares instead */
   find(region: Region, signal: AbortSignal): AsyncIterable<CatalogueSquare>;
+  /** Addresses that were found are good for a while only, so that each run finds them anew. */
+  readonly addressesExpire?: boolean;
   /**
    * Finds the address of a square whose `urls` are empty, by asking for it.
    * @param near  blocks of the squares around it, most likely first

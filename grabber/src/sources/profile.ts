@@ -1,20 +1,43 @@
+import type { Terms } from '../model/square.js';
+import { hostsOf } from './hosts.js';
 import type { Source } from './source.js';
 
-/** What the store keeps about where a file came from. */
-export type SourceProfile = {
-  readonly id: string;
-  /** False for --url-template and --from without --source: nothing is known then but what the user typed. */
-  readonly configured: boolean;
-  readonly crs: string | null;
-  readonly class_table: string | null;
-  readonly licence: string | null;
-  readonly attribution: string | null;
-  readonly square_m: number;
-  readonly missing_status: readonly number[];
+/** How the hosts of a source want to be asked. */
+export type AccessProfile = {
+  /** Requests at a time, 1 to 32. */
   readonly max_concurrent: number;
+  /** Requests a second, null = as fast as `max_concurrent` allows. */
+  readonly max_per_s: number | null;
+  /** HTTP statuses that mean "no such square". */
+  readonly missing_status: readonly number[];
+  /** Host names without port, lower case, that may be talked to (sources/hosts.ts). */
+  readonly hosts: readonly string[];
+  /** Whether loopback, link-local and private addresses may be talked to. */
+  readonly allowPrivate: boolean;
+  /** Header name -> NAME of the environment variable that holds its value; neither value nor header is ever logged. */
+  readonly secretHeaders: Readonly<Record<string, string>>;
+  /** Edge of a square; null where files have no grid. */
+  readonly square_m: number | null;
 };
 
-export function profileOf(source: Source): SourceProfile {
-  const { id, crs, class_table, licence, attribution, square_m, missing_status, max_concurrent } = source;
-  return { id, configured: true, crs, class_table, licence, attribution, square_m, missing_status, max_concurrent };
+export function profileOf(source: Source): AccessProfile {
+  return {
+    max_concurrent: source.max_concurrent,
+    max_per_s: source.max_per_s ?? null,
+    missing_status: source.missing_status,
+    hosts: hostsOf(source),
+    allowPrivate: source.allow_private_addresses,
+    secretHeaders: source.secret_headers,
+    square_m: source.square_m ?? null,
+  };
+}
+
+/** What is recorded with the files of a source. */
+export function termsOf(source: Source): Terms {
+  return {
+    crs: source.crs_in_files ? null : source.crs,
+    classTable: source.class_table,
+    licence: source.licence,
+    attribution: source.attribution,
+  };
 }

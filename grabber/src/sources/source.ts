@@ -1,5 +1,6 @@
 import { z } from 'zod';
-import { templateProblem } from './url-template.js';
+import { accessSchema, kAccessAllowed, type SourceVariables } from './access-schema.js';
+import { placeholdersOf, templateProblem } from './url-template.js';
 
 /** Folder names in the store, so no dots, slashes or capitals. */
 export const kSourceId = /^[a-z0-9][a-z0-9-]{0,39}$/;
@@ -12,22 +13,21 @@ export const kAllowed = {
   licence: 'text of 1 to 200 characters',
   attribution: 'text of 1 to 200 characters',
   crs: 'EPSG:<number>, such as EPSG:3794',
-  square_m: 'a multiple of 1000 from 1000 to 100000, metres',
+  crs_in_files: 'true or false, true where each file says its own CRS and crs is that of the catalogue only',
+  square_m: 'a multiple of 1000 from 1000 to 100000, metres; left out only for STAC catalogues whose files have no grid',
   extent_m: '[west, south, east, north] in metres with west < east and south < north',
   class_table: 'lower-case letters, digits and "-", the name of a file in config/classes',
-  url: 'http(s) address with {E} and {N} (kilometres), {x} and {y} (metres) or {name}, and the names under [variables]',
   max_concurrent: 'an integer from 1 to 32, requests at a time',
+  max_per_s: 'a number from 0.01 to 1000, requests a second',
   missing_status: 'a list of HTTP statuses from 400 to 499',
-  variables: 'tables [variables.<name>] with about, pattern (regular expression) and allowed (text)',
+  hosts: 'a list of host names without scheme, port or path, such as assets.example.org',
+  allow_private_addresses: 'true or false',
+  secret_headers: 'a table [secret_headers] of header = "NAME_OF_ENVIRONMENT_VARIABLE"',
+  ...kAccessAllowed,
 } as const;
 
 const text = z.string().min(1).max(200);
-
-const variableSchema = z.strictObject({
-  about: text,
-  pattern: z.string().refine(isRegExp),
-  allowed: text,
-});
+const host = z.string().regex(/^(?=.{1,253}$)[a-z0-9]([a-z0-9-]*[a-z0-9])?(\.[a-z0-9]([a-z0-9-]*[a-z0-9])?)*$/);
 
 export const sourceSchema = z
   .strictObject({
@@ -36,30 +36,52 @@ export const sourceSchema = z
     licence: text,
     attribution: text,
     crs: z.string().regex(/^EPSG:\d{4,6}$/),
-    square_m: z.int().min(1000).max(100_000).multipleOf(1000),
+    crs_in_files: z.boolean().default(false),
+    square_m: z.int().min(1000).max(100_000).multipleOf(1000).optional(),
     extent_m: z
       .tuple([z.number(), z.number(), z.number(), z.number()])
       .refine(([west, south, east, north]) => west < east && south < north),
     class_table: z.string().regex(kSourceId),
-    url: z.string(),
     max_concurrent: z.int().min(1).max(32),
+    max_per_s: z.number().min(0.01).max(1000).optional(),
     missing_status: z.array(z.int().min(400).max(499)),
-    variables: z.record(z.string().regex(/^[a-z][a-z0-9_]*$/), variableSchema).default({}),
+    hosts: z.array(host).default([]),
+    allow_private_addresses: z.boolean().default(false),
+    secret_headers: z.record(z.string().regex(/^[A-Za-z][A-Za-z0-9-]*$/), z.string().regex(/^[A-Za-z_][A-Za-z0-9_]*$/)).default({}),
+    access: accessSchema,
   })
   .superRefine((source, context) => {
-    const problem = templateProblem(source.url, Object.keys(source.variables));
-    if (problem !== undefined) context.addIssue({ code: 'custom', path: ['url'], message: problem });
+    const problem = addressProblem(source.access);
+    if (problem !== undefined) context.addIssue({ code: 'custom', path: ['access', problem.field], message: problem.message });
+    const gridless = source.access.kind === 'stac' && source.access.name_pattern === undefined;
+    if (source.square_m === undefined && !gridless) context.addIssue({ code: 'custom', path: ['square_m'] });
   });
 
-/** One open-data portal whose files have an address per square. */
+/** One open-data portal. */
 export type Source = z.infer<typeof sourceSchema>;
-export type SourceVariable = z.infer<typeof variableSchema>;
 
-function isRegExp(pattern: string): boolean {
-  try {
-    new RegExp(pattern);
-    return true;
-  } catch {
-    return false;
+/** What the addresses of a source leave open; sources whose catalogue knows the addresses have none. */
+export function variablesOf(source: Source): SourceVariables {
+  return source.access.kind === 'stac' ? {} : source.access.variables;
+}
+
+/** Addresses made of a square's name, best first; empty where the catalogue knows them. */
+export function templatesOf(source: Source): readonly string[] {
+  return source.access.kind === 'stac' ? [] : (source.access.urls ?? []);
+}
+
+function addressProblem(access: Source['access']): { field: string; message: string } | undefined {
+  if (access.kind === 'stac') return undefined;
+  const urls = access.urls ?? [];
+  const names = Object.keys(access.variables);
+  for (const url of urls) {
+    const message = templateProblem(url, names);
+    if (message !== undefined) return { field: 'urls', message };
   }
+  const unused = names.find((name) => !urls.some((url) => placeholdersOf(url).includes(name)));
+  if (unused !== undefined) return { field: 'variables', message: `${unused}, which no address uses` };
+  const probed = names.filter((name) => access.variables[name]?.values !== undefined);
+  // The row of a square remembers one thing that was found, its block.
+  if (probed.length > 1) return { field: 'variables', message: `values for ${probed.join(' and ')}, where one can be found by asking` };
+  return undefined;
 }

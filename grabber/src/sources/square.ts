@@ -1,3 +1,4 @@
+import type { BoundsM } from '../model/square.js';
 import { GrabberError } from '../util/errors.js';
 
 /** A square of a source's kilometre grid, or a file known only by its name (then without a corner). */
@@ -7,8 +8,7 @@ export type Square = {
   readonly corner: { readonly east_m: number; readonly north_m: number } | undefined;
 };
 
-/** West, south, east, north in metres; half-open towards east and north. */
-export type BoundsM = readonly [west: number, south: number, east: number, north: number];
+export type { BoundsM };
 
 /** What is known of the grid; ad-hoc templates know no extent. */
 export type Grid = {
@@ -16,7 +16,7 @@ export type Grid = {
   readonly extent_m: BoundsM | undefined;
 };
 
-/** A typing error in --bbox must not become a million requests to a portal. */
+/** A typing error must not become a million requests to a portal. */
 export const kMaxSquares = 20_000;
 
 const kGridName = /^(-?\d{1,5})_(-?\d{1,5})$/;
@@ -41,28 +41,6 @@ export function parseSquare(name: string, grid: Grid): Square {
   }
   checkExtent(`read square name: "${name}"`, [east_m, north_m, east_m + grid.square_m, north_m + grid.square_m], grid);
   return square;
-}
-
-/** Squares of which some part lies inside the box, from south to north, then west to east. */
-export function squaresInBox(box: BoundsM, grid: Grid): Square[] {
-  const [west, south, east, north] = box;
-  const shown = `read --bbox: ${box.join(',')}`;
-  if (!(west < east && south < north)) {
-    throw new GrabberError('USAGE', `${shown}; allowed: west < east and south < north, metres in the source's CRS`);
-  }
-  checkExtent(shown, box, grid);
-  const size = grid.square_m;
-  const columns: [number, number] = [Math.floor(west / size), Math.ceil(east / size)];
-  const rows: [number, number] = [Math.floor(south / size), Math.ceil(north / size)];
-  const count = (columns[1] - columns[0]) * (rows[1] - rows[0]);
-  if (count > kMaxSquares) {
-    throw new GrabberError('USAGE', `${shown} holds ${count} squares; allowed: at most ${kMaxSquares}`);
-  }
-  const squares: Square[] = [];
-  for (let row = rows[0]; row < rows[1]; ++row) {
-    for (let column = columns[0]; column < columns[1]; ++column) squares.push(squareAt(column * size, row * size));
-  }
-  return squares;
 }
 
 /** Catches degrees, swapped axes and the wrong country before any request is sent. */

@@ -37,6 +37,7 @@ export function templateProblem(template: string, variableNames: readonly string
   if (!URL.canParse(sample) || !['http:', 'https:'].includes(new URL(sample).protocol)) {
     return 'no web address; allowed: http://... or https://...';
   }
+  if (/^[a-z]+:\/\/[^/?#]*\{/i.test(template)) return 'a placeholder in the host; allowed: in path and parameters only';
   return undefined;
 }
 

@@ -4,7 +4,7 @@ import { GrabberError, systemCode } from '../util/errors.js';
 import { removeIfThere } from '../util/files.js';
 
 /**
- * Two runs on one store would overwrite each other's manifest, so a run holds a lock file.
+ * Two runs on one store would write to the same files, so a run holds a lock file.
  * A lock whose process has ended on this machine is taken over; one from another machine cannot be judged and stands.
  * @return releases the lock
  */

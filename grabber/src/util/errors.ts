@@ -19,7 +19,26 @@ export type ErrorCode =
   | 'STORE_CONFLICT'
   | 'STORE_LOCKED'
   | 'STORE_IO'
-  | 'MANIFEST';
+  | 'STORE_FORMAT'
+  | 'STORE_DAMAGED'
+  | 'CATALOGUE'
+  | 'CRS'
+  | 'POLYGON_FILE'
+  | 'FISHNET'
+  | 'HOST_REFUSED'
+  | 'SECRET'
+  | 'DISK_FULL'
+  | 'TOO_LARGE'
+  | 'TOO_SLOW'
+  | 'CHECKSUM'
+  | 'ARCHIVE'
+  | 'LOCAL_FILE'
+  | 'COMMAND'
+  | 'NO_CONVERTER'
+  | 'CONVERTER'
+  | 'NOT_IMAGE'
+  | 'MAP_SERVICE'
+  | 'ORTHO';
 
 export type GrabberErrorOptions = {
   readonly cause?: unknown;

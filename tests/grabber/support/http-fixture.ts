@@ -2,6 +2,9 @@ import { createServer, type IncomingMessage, type ServerResponse } from 'node:ht
 import type { AddressInfo } from 'node:net';
 import type { TestContext } from 'node:test';
 
+/** What a client needs to talk to the servers of the tests. */
+export const kHere = { hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {} } as const;
+
 export type Seen = { readonly path: string; readonly headers: IncomingMessage['headers'] };
 export type Handler = (request: IncomingMessage, response: ServerResponse, index: number) => void;
 

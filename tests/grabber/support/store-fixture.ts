@@ -2,19 +2,22 @@ import { mkdtemp, readdir, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { TestContext } from 'node:test';
-import type { FetchContext } from '../../../grabber/src/fetch/fetch-square.js';
+import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
+import type { FetchJob, FetchRun } from '../../../grabber/src/fetch/fetch-job.js';
 import { HostGate } from '../../../grabber/src/fetch/host-gate.js';
-import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
-import { remoteOrigin } from '../../../grabber/src/fetch/remote-origin.js';
-import type { SourceProfile } from '../../../grabber/src/sources/profile.js';
-import { squareAt } from '../../../grabber/src/sources/square.js';
-import { expandTemplate } from '../../../grabber/src/sources/url-template.js';
-import { storeLayout } from '../../../grabber/src/store/layout.js';
-import { Manifest } from '../../../grabber/src/store/manifest.js';
+import { HostLanes } from '../../../grabber/src/fetch/host-lanes.js';
+import { createHttpClient, type Access, type SourceClient } from '../../../grabber/src/fetch/http-client.js';
+import { checkLidar, checkLidarStart, kLidarExtensions } from '../../../grabber/src/fetch/lidar-check.js';
+import { runJobs, sealQueue } from '../../../grabber/src/fetch/run-jobs.js';
+import type { CatalogueSquare, RecordKey, StoreRecord } from '../../../grabber/src/model/square.js';
+import type { Store } from '../../../grabber/src/model/store.js';
+import type { Outcome } from '../../../grabber/src/progress/events.js';
+import { openStore } from '../../../grabber/src/store/open-store.js';
 import { fakeClock, type FakeClock } from './fake-clock.js';
 
 export const kNever = new AbortController().signal;
-export const kSquare = squareAt(462_000, 101_000);
+export const kName = '462_101';
+const kTerms = { crs: 'EPSG:3794', classTable: 'asprs', licence: 'CC BY 4.0', attribution: 'Somebody' };
 
 export async function temporaryFolder(t: TestContext): Promise<string> {
   const folder = await mkdtemp(join(tmpdir(), 'terravox-grabber-'));
@@ -22,32 +25,45 @@ export async function temporaryFolder(t: TestContext): Promise<string> {
   return folder;
 }
 
-export const kProfile: SourceProfile = {
-  id: 'test',
-  configured: true,
-  crs: 'EPSG:3794',
-  class_table: 'asprs',
-  licence: 'CC BY 4.0',
-  attribution: 'Somebody',
-  square_m: 1000,
-  missing_status: [404],
-  max_concurrent: 4,
-};
+export function keyOf(name: string): RecordKey {
+  return { source: 'test', grid: 'test', name };
+}
 
-export type Fixture = FetchContext & { readonly clock: FakeClock; readonly retries: string[] };
+/** A square of the 1 km grid at these addresses. */
+export function squareOf(name: string, urls: readonly string[], more: Partial<CatalogueSquare> = {}): CatalogueSquare {
+  const [east = NaN, north = NaN] = name.split('_').map((km) => Number(km) * 1000);
+  return { name, block: null, bounds: [east, north, east + 1000, north + 1000], urls, bytes: null, sha256: null, member: null, published: null, ...more };
+}
 
 export type FixtureOptions = {
-  retries?: number;
-  profile?: Partial<SourceProfile>;
   root?: string;
-  refetch?: boolean;
+  retries?: number;
   maxWaitMs?: number;
-  template?: string;
+  concurrency?: number;
+  max_per_s?: number;
+  access?: Partial<Access>;
+  job?: Partial<FetchJob>;
+  timeout_ms?: number;
+  freeBytes?: () => number;
+  /** Bytes of the body that the reader has taken. */
   onStored?: (bytes: number) => void;
 };
 
+export type Fixture = {
+  readonly root: string;
+  readonly store: Store;
+  readonly clock: FakeClock;
+  readonly retries: string[];
+  readonly outcomes: Outcome[];
+  /** Learns and wants the squares, and runs until all are done. */
+  fetch(squares: readonly CatalogueSquare[], again?: boolean, signal?: AbortSignal): Promise<Outcome[]>;
+  /** Continues what is unfinished. */
+  resume(): Promise<Outcome[]>;
+  record(name?: string): StoreRecord | undefined;
+};
+
 /** Tells how many bytes of a body the reader has taken and dealt with. */
-function watched(http: HttpClient, onStored: (bytes: number) => void): HttpClient {
+function watched(http: SourceClient, onStored: (bytes: number) => void): SourceClient {
   async function* watch(body: AsyncIterable<Uint8Array>): AsyncGenerator<Uint8Array> {
     let bytes = 0;
     for await (const chunk of body) {
@@ -57,54 +73,87 @@ function watched(http: HttpClient, onStored: (bytes: number) => void): HttpClien
     }
   }
   return {
+    ...http,
     get: async (url, headers, signal) => {
       const response = await http.get(url, headers, signal);
       return { ...response, body: watch(response.body) };
     },
-    close: () => http.close(),
   };
 }
 
-/** All that a fetch from `base` needs, in a store of its own, with a clock that does not wait. */
+/** All that a fetch from a server of this machine needs, in a store of its own, with a clock that does not wait. */
 export async function fetchFixture(t: TestContext, base: string, options: FixtureOptions = {}): Promise<Fixture> {
-  const store = storeLayout(options.root ?? (await temporaryFolder(t)));
-  const profile = { ...kProfile, ...options.profile };
-  const clock = fakeClock();
+  const root = options.root ?? (await temporaryFolder(t));
+  const clock = fakeClock('2026-06-21T12:00:00.000Z', 0.5);
+  const access: Access = { hosts: [new URL(base).host], allowPrivate: true, secretHeaders: {}, ...options.access };
   const http = watched(
-    createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 20_000 }),
+    createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: options.timeout_ms ?? 20_000, access }),
     options.onStored ?? (() => undefined),
   );
-  t.after(() => http.close());
-  const template = options.template ?? `${base}/TM_{E}_{N}.laz`;
+  const store = await openStore(root, {}, kNever);
+  t.after(async () => {
+    store.close();
+    await http.close();
+  });
   const retries: string[] = [];
+  const outcomes: Outcome[] = [];
+  const run: FetchRun = {
+    root,
+    clock,
+    policy: { retries: options.retries ?? 3, base_ms: 1000, cap_ms: 60_000 },
+    lanes: new HostLanes(new HostGate(clock, options.maxWaitMs ?? 600_000)),
+    disk: new DiskSpace(root, options.freeBytes === undefined ? undefined : () => Promise.resolve(options.freeBytes?.() ?? 0)),
+    seals: sealQueue(),
+    events: {
+      plan: () => undefined,
+      begin: () => undefined,
+      bytes: () => undefined,
+      retry: (_key, notice) => void retries.push(notice.error.code),
+      outcome: (outcome) => void outcomes.push(outcome),
+    },
+  };
+  const work = async (records: readonly StoreRecord[], signal: AbortSignal): Promise<Outcome[]> => {
+    outcomes.length = 0;
+    const job: FetchJob = {
+      kind: 'lidar',
+      table: store.squares,
+      records,
+      http,
+      limits: { max_concurrent: options.concurrency ?? 4, max_per_s: options.max_per_s ?? null },
+      missingStatus: [404],
+      max_bytes: 1024 ** 3,
+      allowFiles: false,
+      extensions: kLidarExtensions,
+      checkStart: checkLidarStart,
+      check: checkLidar,
+      locate: undefined,
+      ...options.job,
+    };
+    await runJobs([job], run, signal);
+    return [...outcomes];
+  };
   return {
-    profile,
+    root,
     store,
     clock,
     retries,
-    manifest: await Manifest.open(store.manifest, kNever),
-    origin: remoteOrigin({
-      urlOf: (square) => expandTemplate(template, square, {}),
-      missingStatus: profile.missing_status,
-      http,
-      gate: new HostGate(clock, options.maxWaitMs ?? 600_000),
-      clock,
-    }),
-    policy: { retries: options.retries ?? 3, base_ms: 1000, cap_ms: 60_000 },
-    refetch: options.refetch ?? false,
-    onRetry: (_square, notice) => retries.push(notice.error.code),
+    outcomes,
+    fetch: (squares, again = false, signal = kNever) => {
+      store.squares.learn('test', 'test', 'EPSG:3794', kTerms, squares);
+      const names = squares.map(({ name }) => name);
+      store.squares.want(names.map(keyOf), again);
+      return work(store.squares.unfinished({ source: 'test', names }), signal);
+    },
+    resume: () => work(store.squares.unfinished({}), kNever),
+    record: (name = kName) => store.squares.get(keyOf(name)),
   };
 }
 
-/** Names of all files in a store, relative and sorted, without the manifest. */
+/** Names of all files in a store, relative and sorted, without the database. */
 export async function storedFiles(root: string): Promise<string[]> {
   const names = await readdir(root, { recursive: true, withFileTypes: true });
   return names
-    .filter((entry) => entry.isFile() && entry.name !== 'manifest.json')
-    .map((entry) =>
-      join(entry.parentPath, entry.name)
-        .slice(root.length + 1)
-        .replaceAll('\\', '/'),
-    )
+    .filter((entry) => entry.isFile() && !entry.name.startsWith('fishnet.gpkg'))
+    .map((entry) => join(entry.parentPath, entry.name).slice(root.length + 1).replaceAll('\\', '/'))
     .sort();
 }

@@ -1,9 +1,9 @@
-#include <chrono>
-#include <fstream>
+#include <optional>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/store/fishnet.hpp"
 #include "voxelserver/store/grabber_store.hpp"
 
 using namespace terravox;
@@ -13,41 +13,39 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write(const fs::path& file, const std::string& text) {
-    fs::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
+/// By name; fails the test when there is none.
+const store::StoredSquare& square(const store::GrabberStore& in, const std::string& name) {
+    for (const auto& s : in.squares)
+        if (s.name == name) return s;
+    throw std::runtime_error("no square " + name);
 }
-
-/// A record as the grabber writes it; `file` and `error` are JSON.
-std::string record(const std::string& square, const std::string& state, const std::string& file = "null", const std::string& error = "null") {
-    return R"({"source":"si-lss","square":")" + square + R"(","url":"https://example.org/a","state":")" + state +
-           R"(","crs":"EPSG:3794","class_table":"si-lss","licence":"CC BY 4.0","attribution":"ARSO \u017d","file":)" + file +
-           R"(,"warnings":["w"],"last_error":)" + error + "}";
-}
-
-std::string file_json(const std::string& path, int bytes = 5) {
-    return R"({"path":")" + path + R"(","bytes":)" + std::to_string(bytes) +
-           R"(,"sha256":"00","point_count":123,"las_version":"1.4","point_format":6,"bounds":{"min":[1,2,3.5],"max":[4,5,6]},"fetched_at":"2026-01-01T00:00:00Z"})";
-}
-
-std::string manifest(const std::string& records) { return R"({"version":1,"squares":[)" + records + "]}"; }
 
 }  // namespace
+
+TEST_CASE("the schema that is read is the one that the grabber makes", "[voxelserver][store][grabber]") {
+    CHECK(Fishnet::migrations().size() == static_cast<std::size_t>(store::kGrabberSchema));
+}
 
 TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     const fs::path& root = folder.path();
     write(root / "lidar/si-lss/462_101.laz", "12345");
-    write(root / "lidar/si-lss/.465_101.part", "12");
-    write(root / "lidar/si-lss/.465_101.part.json", "{}");
-    write(root / "lidar/si-lss/.464_101.part", "12");
-    const std::string error = R"({"code":"HTTP","message":"503\nback later","at":"2026-01-01T00:00:00Z"})";
-    write(root / "manifest.json", manifest(record("463_101", "missing") + "," + record("462_101", "verified", file_json("lidar/si-lss/462_101.laz")) + "," +
-                                           record("464_101", "failed", "null", error) + "," + record("466_101", "failed", "null", error) + "," +
-                                           record("467_101", "verified", file_json("lidar/si-lss/467_101.laz")) + "," +
-                                           record("468_101", "verified", file_json("lidar/si-lss/462_101.laz", 6))));
+    write(root / "lidar/si-lss/469_101.las", "12345");
+    {
+        Fishnet fishnet(root);
+        fishnet.add("463_101", "missing");
+        fishnet.add_verified("462_101", "lidar/si-lss/462_101.laz");
+        fishnet.add("464_101", "wanted", ", error_code, error_message, error_at, west, south, east, north", ", 'HTTP', 'x', '', 464000, 101000, 465000, 102000");
+        fishnet.add("465_101", "fetching");
+        fishnet.add_failed("466_101", "503\nback later");
+        fishnet.add_verified("467_101", "lidar/si-lss/467_101.laz");
+        fishnet.add_verified("468_101", "lidar/si-lss/462_101.laz", 6);
+        fishnet.add_verified("469_101", "lidar/si-lss/469_101.las", 5, "converted");
+        fishnet.add("470_101", "known");
+        fishnet.add("471_101", "fetched", ", file_path, file_bytes, file_sha256", ", 'lidar/si-lss/471_101.zlas', 5, '00'");
+    }
     const store::GrabberStore found = store::read_grabber_store(root);
-    REQUIRE(found.squares.size() == 7);
+    REQUIRE(found.squares.size() == 9);  // all but the one that is only known
     const auto& fetched = found.squares[0];
     CHECK(fetched.name == "462_101");
     CHECK(fetched.source == "si-lss");
@@ -56,98 +54,91 @@ TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][st
     CHECK(fetched.bytes == 5);
     CHECK(fetched.points == 123);
     REQUIRE(fetched.bounds);
-    CHECK(fetched.bounds->min[2] == 3.5);
-    CHECK(fetched.bounds->max[0] == 4);
+    CHECK(fetched.bounds->min == std::array{1.0, 2.0, 3.5});
+    CHECK(fetched.bounds->max == std::array{4.0, 5.0, 6.0});
     CHECK(fetched.crs == "EPSG:3794");
     CHECK(fetched.class_table == "si-lss");
     CHECK(fetched.licence == "CC BY 4.0");
     CHECK(fetched.attribution == "ARSO \xc5\xbd");
-    CHECK(found.squares[1].state == StoredState::kMissing);
-    CHECK(found.squares[2].state == StoredState::kWanted);  // failed, and being fetched again
-    CHECK(found.squares[2].error.empty());
-    CHECK(found.squares[3].name == "465_101");
-    CHECK(found.squares[3].state == StoredState::kWanted);
-    CHECK(found.squares[4].state == StoredState::kFailed);
-    CHECK(found.squares[4].error == "503 back later");
-    CHECK(found.squares[5].state == StoredState::kFailed);
-    CHECK_THAT(found.squares[5].error, contains("467_101.laz"));
-    CHECK(found.squares[6].state == StoredState::kFailed);
-    CHECK_THAT(found.squares[6].error, contains("5 bytes"));
-    CHECK(found.files() == std::vector<fs::path>{fetched.file});
+    CHECK(square(found, "463_101").state == StoredState::kMissing);
+    const auto& wanted = square(found, "464_101");
+    CHECK(wanted.state == StoredState::kWanted);
+    CHECK(wanted.error.empty());  // what went wrong before does not count while it is being fetched again
+    REQUIRE(wanted.bounds);
+    CHECK(wanted.bounds->min == std::array{464000.0, 101000.0, 0.0});
+    CHECK(wanted.bounds->max == std::array{465000.0, 102000.0, 0.0});
+    CHECK(square(found, "465_101").state == StoredState::kWanted);
+    CHECK_FALSE(square(found, "465_101").bounds);
+    CHECK(square(found, "466_101").state == StoredState::kFailed);
+    CHECK(square(found, "466_101").error == "503 back later");
+    CHECK(square(found, "467_101").state == StoredState::kFailed);
+    CHECK_THAT(square(found, "467_101").error, contains("467_101.laz is not there"));
+    CHECK(square(found, "468_101").state == StoredState::kFailed);
+    CHECK_THAT(square(found, "468_101").error, contains("5 bytes; it had 6"));
+    CHECK(square(found, "469_101").state == StoredState::kFetched);
+    CHECK(square(found, "471_101").state == StoredState::kWanted);
+    CHECK(found.files() == std::vector<fs::path>{fetched.file, root / "lidar/si-lss/469_101.las"});
     CHECK(found.orthophotos.empty());
-    fs::create_directories(root / "orthophotos");
-    CHECK(store::read_grabber_store(root).orthophotos == root / "orthophotos");
     CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
+}
+
+TEST_CASE("a square that is asked for again keeps its old file until another takes its place", "[voxelserver][store][grabber]") {
+    const TemporaryFolder folder;
+    write(folder.path() / "lidar/si-lss/a.laz", "12345");
+    Fishnet(folder.path()).add_verified("a", "lidar/si-lss/a.laz", 5, "fetching");
+    CHECK(store::read_grabber_store(folder.path()).squares.at(0).state == StoredState::kFetched);
+    write(folder.path() / "lidar/si-lss/a.laz", "123456");
+    const auto replaced = store::read_grabber_store(folder.path()).squares.at(0);
+    CHECK(replaced.state == StoredState::kWanted);
+    CHECK(replaced.file.empty());
+    CHECK(replaced.error.empty());
+}
+
+TEST_CASE("orthophotos are those that can be used and are there", "[voxelserver][store][grabber]") {
+    const TemporaryFolder folder;
+    {
+        Fishnet fishnet(folder.path());
+        int minute = 10;
+        for (const char* name : {"whole", "cut", "gone", "begun"}) {
+            const std::string verified = name == std::string("begun") ? "NULL" : "'2026-01-01T00:" + std::to_string(++minute) + ":00.000Z'";
+            const std::string path = "ortho/si-dof/si-lss/" + std::string(name) + ".tif";
+            if (name != std::string("gone")) write(folder.path() / path, name == std::string("cut") ? "1" : "123");
+            fishnet.run("INSERT INTO orthophotos (source, grid, name, state, urls, known_at, file_path, file_bytes, file_sha256, verified_at) VALUES ('si-dof', 'si-lss', '" + std::string(name) +
+                        "', 'fetched', '[]', '', '" + path + "', 3, '00', " + verified + ")");
+        }
+    }
+    CHECK(store::read_grabber_store(folder.path()).orthophotos == std::vector<fs::path>{folder.path() / "ortho/si-dof/si-lss/whole.tif"});
+}
+
+TEST_CASE("a store is read while the grabber writes to it, and leaves nothing behind when nobody does", "[voxelserver][store][grabber]") {
+    const TemporaryFolder folder;
+    std::optional<Fishnet> fishnet(folder.path());
+    fishnet->add("a", "missing");
+    REQUIRE(fs::file_size(folder.path() / "fishnet.gpkg-wal") > 0);
+    CHECK(store::read_grabber_store(folder.path()).squares.size() == 1);  // it stands in the log only
+    fishnet->run("BEGIN IMMEDIATE");
+    fishnet->add("b", "missing");
+    CHECK(store::read_grabber_store(folder.path()).squares.size() == 1);  // not committed
+    fishnet->run("COMMIT");
+    CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
+    fishnet.reset();
+    REQUIRE_FALSE(fs::exists(folder.path() / "fishnet.gpkg-wal"));
+    CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
+    CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
+    // Where no shared memory can be made, as on a disk without write access, the file itself is enough, or it is an error.
+    fs::create_directories(folder.path() / "fishnet.gpkg-shm");
+    CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
+    write(folder.path() / "fishnet.gpkg-wal", std::string(100, 'x'));
+    CHECK_THROWS_AS(store::read_grabber_store(folder.path()), Error);
 }
 
 TEST_CASE("a store that is only just being filled is empty", "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     write(folder.path() / ".grabber.lock", "1");
     CHECK(store::read_grabber_store(folder.path()).squares.empty());
-    write(folder.path() / "lidar/adhoc/.a.part", "1");
-    const auto found = store::read_grabber_store(folder.path());
-    REQUIRE(found.squares.size() == 1);
-    CHECK(found.squares[0].source == "adhoc");
-    CHECK(found.squares[0].state == StoredState::kWanted);
-}
-
-TEST_CASE("what is no store is refused in one line that names it", "[voxelserver][store][grabber]") {
-    struct Case { const char* name; std::string text; const char* says; };
-    const std::string good = file_json("lidar/si-lss/a.laz");
-    const auto c = GENERATE_COPY(values<Case>({
-        {"no JSON", "{\"version\":1,\n\"squares\":[", "not JSON"},
-        {"no text at all", "", "not JSON"},
-        {"a list", "[]", "no object"},
-        {"another version", R"({"version":2,"squares":[]})", "version"},
-        {"a version in words", R"({"version":"1","squares":[]})", "version"},
-        {"no squares", R"({"version":1})", "squares"},
-        {"squares as an object", R"({"version":1,"squares":{}})", "squares"},
-        {"a number for a square", manifest("7"), "squares.0"},
-        {"nested deep", R"({"version":1,"squares":)" + std::string(2'000'000, '[') + "}", "nested"},
-        {"nested deep in objects", [] {
-             std::string text;
-             for (int i = 0; i < 100'000; ++i) text += "{\"a\":";
-             return text;
-         }(), "nested"},
-        {"more values than any store", "{\"version\":1,\"squares\":[1" + [] {
-             std::string text;
-             for (int i = 0; i < 4'100'000; ++i) text += ",1";
-             return text;
-         }() + "]}", "values"},
-        {"a state nobody knows", manifest(record("a", "fetched")), "state"},
-        {"verified without a file", manifest(record("a", "verified")), "file"},
-        {"a path out of the store", manifest(record("a", "verified", file_json("lidar/../../etc/a.laz"))), "path"},
-        {"a path from the root", manifest(record("a", "verified", file_json("/etc/a.laz"))), "path"},
-        {"a path two folders down", manifest(record("a", "verified", file_json("lidar/si-lss/x/a.laz"))), "path"},
-        {"a path with a backslash", manifest(record("a", "verified", file_json("lidar/si-lss/x\\\\a.laz"))), "path"},
-        {"a path to no point cloud", manifest(record("a", "verified", file_json("lidar/si-lss/passwd"))), "path"},
-        {"bytes below 0", manifest(record("a", "verified", file_json("lidar/si-lss/a.laz", -5))), "bytes"},
-        {"a square named up", manifest(record("..", "missing")), "square"},
-        {"a square with a slash", manifest(record("a/b", "missing")), "square"},
-        {"a square without a name", manifest(record("", "missing")), "square"},
-        {"a name of two lines", manifest(record("a\\nb", "missing")), "square"},
-        {"a name without end", manifest(record(std::string(5000, 'a'), "missing")), "square"},
-        {"a square twice", manifest(record("a", "missing") + "," + record("a", "missing")), "twice"},
-        {"bytes that are no text", manifest(record("a\xff\xfe", "missing")), "not JSON"},
-        {"an error in words", manifest(record("a", "failed", "null", "\"bad\"")), "last_error"},
-    }));
-    DYNAMIC_SECTION(c.name) {
-        const TemporaryFolder folder;
-        write(folder.path() / "manifest.json", c.text);
-        try {
-            static_cast<void>(store::read_grabber_store(folder.path()));
-            FAIL("was read");
-        } catch (const Error& e) {
-            const std::string message = e.what();
-            CHECK_THAT(message, contains(c.says));
-            CHECK_THAT(message, contains(folder.path().string()));
-            CHECK(message.find('\n') == std::string::npos);
-            CHECK(message.size() < 6000);
-        }
-    }
-    const TemporaryFolder folder;
-    CHECK_THROWS_WITH(store::read_grabber_store(folder.path()), contains("manifest.json"));
-    CHECK_THROWS_WITH(store::read_grabber_store(folder.path() / "none"), contains("no such folder"));
-    fs::create_directories(folder.path() / "manifest.json");
-    CHECK_THROWS_WITH(store::read_grabber_store(folder.path()), contains("plain file"));
+    write(folder.path() / "fishnet.gpkg", "");
+    CHECK(store::read_grabber_store(folder.path()).squares.empty());
+    fs::remove(folder.path() / "fishnet.gpkg");
+    const Fishnet made(folder.path());
+    CHECK(store::read_grabber_store(folder.path()).squares.empty());
 }

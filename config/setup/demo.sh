@@ -1,0 +1,85 @@
+# The demo's data: an invented survey, published by a portal on this machine and fetched from there like any other. Sourced by ./terravox.
+# shellcheck shell=bash
+
+# The invented survey, made once for each set of options; prints its folder. Made beside its place and renamed, so that one of that name
+# is always whole.
+demo_survey() {
+    local program=$ROOT/build/release/bin/terravox-survey key folder
+    key=$( (printf '%s\n' "${DEMO_SURVEY[@]}" && cat "$program") | sha256sum | cut -c 1-12)
+    folder=$ROOT/build/demo/survey-$key
+    if [[ ! -d $folder ]]; then
+        rm -rf "$ROOT/build/demo"
+        mkdir -p "$ROOT/build/demo"
+        "$program" "${DEMO_SURVEY[@]}" -o "$folder.part-$$" >&2
+        mv "$folder.part-$$" "$folder"
+    fi
+    printf '%s\n' "$folder"
+}
+
+# The portal is one of the grabber's tests.
+build_portal() {
+    local built=$ROOT/grabber/dist-test/.built
+    [[ ! -f $built || -n $(find "$ROOT/grabber/src" "$ROOT/tests/grabber" "$ROOT"/grabber/*.json -newer "$built" -print -quit) ]] || return 0
+    quietly "$LOGS/npm-build-test.log" in_grabber npm run build:test || die "build the demo's portal: npm run build:test failed"
+    touch "$built"
+}
+
+# demo_store SURVEY: fetches what the portal has of it and prints the store's folder. A second time finds everything there.
+demo_store() {
+    local survey=$1 store=${1/survey-/store-} config=$ROOT/build/demo/config portal base failed=0
+    exec 8< <(exec node "$ROOT/grabber/dist-test/tests/grabber/portal/main.js" --root "$survey")
+    portal=$!
+    read -r base <&8 || die "demo: the portal of the demo did not start"
+    mkdir -p "$config/sources/ortho"
+    demo_source "$base" >"$config/sources/demo.toml"
+    demo_ortho_source "$base" >"$config/sources/ortho/demo.toml"
+    cp "$ROOT"/config/*.toml "$config"
+    (
+        TERRAVOX_NO_BUILD=1
+        grab --config "$config" fetch --store "$store" --source demo --squares 462_101
+    ) >&2 && (
+        TERRAVOX_NO_BUILD=1
+        grab --config "$config" ortho --store "$store" --source demo --lossless --margin-m 0
+    ) >&2 || failed=1
+    kill "$portal"
+    exec 8<&-
+    ((failed == 0)) || die "demo: the survey could not be fetched from $base"
+    printf '%s\n' "$store"
+}
+
+demo_source() {
+    cat <<TOML
+id = "demo"
+title = "An invented survey, published on this machine"
+licence = "CC0 1.0"
+attribution = "Nobody: the place is invented"
+crs = "EPSG:3794"
+square_m = 1000
+extent_m = [370000, 25000, 630000, 200000]
+class_table = "asprs"
+max_concurrent = 4
+missing_status = [404]
+allow_private_addresses = true
+
+[access]
+kind = "template"
+urls = ["$1/TM_{E}_{N}.laz"]
+TOML
+}
+
+demo_ortho_source() {
+    cat <<TOML
+id = "demo"
+title = "Orthophotos of an invented survey, published on this machine"
+licence = "CC0 1.0"
+attribution = "Nobody: the place is invented"
+crs = "EPSG:3794"
+resolution_m = 0.5
+allow_private_addresses = true
+
+[access]
+kind = "template"
+url = "$1/ortho/TM_{E}_{N}.tif"
+place = "file"
+TOML
+}

@@ -1,0 +1,86 @@
+import { converterFor } from '../convert/converter-for.js';
+import { DiskSpace, freeBytes, kReserve_bytes } from '../fetch/disk-space.js';
+import type { FetchJob, FetchRun } from '../fetch/fetch-job.js';
+import { HostGate } from '../fetch/host-gate.js';
+import { HostLanes } from '../fetch/host-lanes.js';
+import { kBackoff } from '../fetch/retry.js';
+import { runJobs, sealQueue } from '../fetch/run-jobs.js';
+import type { StoreRecord } from '../model/square.js';
+import type { Store } from '../model/store.js';
+import type { FetchEvents, Tally } from '../progress/events.js';
+import type { Reporter } from '../progress/reporter.js';
+import { kSystemClock } from '../util/clock.js';
+import { GrabberError } from '../util/errors.js';
+import type { CliContext } from './context.js';
+import { kExit } from './exit-codes.js';
+import type { RunOptions } from './run-options.js';
+
+/** What the conversion part adds to a run. */
+export type FetchHooks = {
+  /** @return brings a checked file into the form that is kept; undefined = nothing is converted */
+  readonly converter?: (store: Store) => ((record: StoreRecord, signal: AbortSignal) => Promise<void>) | undefined;
+};
+
+export function conversionFor(context: CliContext): FetchHooks {
+  const convert = converterFor({ configFolder: context.configFolder(), packageRoot: context.info.root });
+  return { converter: (store) => (record, signal) => convert(record, store, signal) };
+}
+
+export type Before = { readonly kept: number; readonly skipped: number };
+
+/** Runs the jobs and tells how it went. @return the exit code */
+export async function fillStore(
+  jobs: readonly FetchJob[],
+  store: Store,
+  before: Before,
+  options: RunOptions,
+  reporter: Reporter,
+  signal: AbortSignal,
+): Promise<number> {
+  const began_ms = performance.now();
+  let received_bytes = 0;
+  const events: FetchEvents = {
+    ...reporter,
+    bytes: (key, done, fresh, total) => {
+      received_bytes += fresh;
+      reporter.bytes(key, done, fresh, total);
+    },
+  };
+  const records = jobs.flatMap((job) => job.records);
+  const known_bytes = records.reduce((sum, record) => sum + (record.expectedBytes ?? 0), 0);
+  await checkRoom(store.root, known_bytes);
+  events.plan({
+    files: records.length,
+    kept: before.kept,
+    known_bytes,
+    unknown_sizes: records.filter((record) => record.expectedBytes === null).length,
+  });
+  const run: FetchRun = {
+    root: store.root,
+    clock: kSystemClock,
+    policy: { ...kBackoff, retries: options.retries },
+    lanes: new HostLanes(new HostGate(kSystemClock, options.maxWaitS * 1000)),
+    disk: new DiskSpace(store.root),
+    seals: sealQueue(),
+    events,
+  };
+  const tally = await runJobs(jobs, run, signal);
+  const seconds = Math.round(performance.now() - began_ms) / 1000;
+  reporter.summary({ ...tally, kept: tally.kept + before.kept, received_bytes, seconds });
+  return exitCodeOf(tally, before.skipped);
+}
+
+/** Better now than after hours; part of it may be there already, so only what can never fit is refused. */
+async function checkRoom(root: string, known_bytes: number): Promise<void> {
+  const free = await freeBytes(root);
+  if (known_bytes <= free) return;
+  throw new GrabberError(
+    'DISK_FULL',
+    `fill store ${root}: the files have ${known_bytes} bytes, ${free} are free; allowed: at most that, less ${kReserve_bytes} for others`,
+  );
+}
+
+function exitCodeOf(tally: Tally, skipped: number): number {
+  if (tally.failed > 0 || skipped > 0) return kExit.failed;
+  return tally.missing > 0 || tally.fetched > 0 ? kExit.holes : kExit.done;
+}

@@ -1,0 +1,73 @@
+import type { Command } from 'commander';
+import { createHttpClient, kNoAccess } from '../fetch/http-client.js';
+import { select, type SelectionOptions } from '../select/selection.js';
+import { hostsOf } from '../sources/hosts.js';
+import { variablesOf, type Source } from '../sources/source.js';
+import { userAgent } from '../util/package-info.js';
+import type { CliContext } from './context.js';
+import { accessOf } from './lidar-job.js';
+import { formatTable } from './output.js';
+import { integerIn } from './option-parsers.js';
+import { addSelectionOptions } from './selection.js';
+
+type ListOptions = SelectionOptions & { json?: boolean; timeoutS: number };
+
+export function addListCommand(program: Command, context: CliContext): void {
+  addSelectionOptions(
+    program.command('list').description('print the squares of some ground and their addresses, as their catalogue has them'),
+    context,
+  )
+    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
+    .option('--json', 'print one JSON object a line')
+    .action((options: ListOptions) => listCommand(options, context));
+}
+
+export function addSourcesCommand(program: Command, context: CliContext): void {
+  program
+    .command('sources')
+    .description('list the sources')
+    .option('--json', 'print JSON')
+    .action(async ({ json }: { json?: boolean }) => sourcesCommand(await context.sources(), json ?? false, context));
+}
+
+/** Addresses that follow a rule are computed, others are asked for; "?" is an address that fetch finds by asking. */
+async function listCommand(options: ListOptions, context: CliContext): Promise<void> {
+  const { output, signal } = context;
+  const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
+  try {
+    const { source, profile, catalogue, region } = await select(options, await context.sources(), http, signal);
+    http.permit(accessOf(profile));
+    for await (const square of catalogue.find(region, signal)) {
+      if (options.json === true) output.out(`${JSON.stringify({ source, ...square })}\n`);
+      else output.out(`${square.name}\t${square.urls[0] ?? '?'}\n`);
+    }
+  } finally {
+    await http.close();
+  }
+}
+
+function sourcesCommand(sources: ReadonlyMap<string, Source>, json: boolean, { output }: CliContext): void {
+  const all = [...sources.values()];
+  if (json) {
+    output.out(`${JSON.stringify(all.map((source) => ({ ...source, hosts: hostsOf(source) })), undefined, 2)}\n`);
+    return;
+  }
+  const rows = all.map((source) => [
+    source.id,
+    source.crs,
+    source.square_m === undefined ? '-' : `${source.square_m} m`,
+    source.class_table,
+    source.access.kind,
+    String(source.max_concurrent),
+    needsOf(source),
+    source.licence,
+    source.title,
+  ]);
+  output.out(formatTable(['id', 'crs', 'square', 'classes', 'access', 'at once', 'needs', 'licence', 'title'], rows));
+}
+
+/** Variables that only the user knows. */
+function needsOf(source: Source): string {
+  const open = Object.entries(variablesOf(source)).filter(([, { value, values }]) => value === undefined && values === undefined);
+  return open.map(([name]) => name).join(' ') || '-';
+}

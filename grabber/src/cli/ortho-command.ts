@@ -1,0 +1,230 @@
+import { join } from 'node:path';
+import { InvalidArgumentError, type Command } from 'commander';
+import { loadConfigFolder } from '../config/toml-file.js';
+import { removeStaleWork, withWorkFolder } from '../convert/work-folder.js';
+import { HostGate } from '../fetch/host-gate.js';
+import { createHttpClient, kNoAccess, type Access, type HttpClient } from '../fetch/http-client.js';
+import { kBackoff } from '../fetch/retry.js';
+import { readSecretHeaders } from '../fetch/secret-headers.js';
+import { kUsable, type State, type StoreRecord } from '../model/square.js';
+import type { Store } from '../model/store.js';
+import { downloader } from '../ortho/download.js';
+import { gatherFor } from '../ortho/gather-for.js';
+import { localGather } from '../ortho/local.js';
+import { isMade, learnOrthophotos, makeOrthophoto, orthoKey, type Workshop } from '../ortho/make-orthophoto.js';
+import { kOrthoKind, orthoHosts, type OrthoSource } from '../ortho/schema.js';
+import { kPlaces } from '../store/layout.js';
+import { kSystemClock } from '../util/clock.js';
+import { GrabberError, describeError, systemCode } from '../util/errors.js';
+import { userAgent } from '../util/package-info.js';
+import type { CliContext } from './context.js';
+import { kExit } from './exit-codes.js';
+import { integerIn, parseNameList, parseSourceId } from './option-parsers.js';
+import { orthoReporter, type OrthoReporter } from './ortho-reporter.js';
+import { storeOption, writeStore } from './with-store.js';
+
+type Options = {
+  store: string;
+  source?: string;
+  grid?: string;
+  squares?: string[];
+  all?: boolean;
+  from?: string;
+  as: string;
+  resolutionM?: number;
+  marginM: number;
+  time?: string;
+  lossless?: boolean;
+  again?: boolean;
+  retries: number;
+  timeoutS: number;
+  dryRun?: boolean;
+  json?: boolean;
+};
+
+const kDefaultMargin_m = 20;
+/** Longest Retry-After to obey. */
+const kMaxWait_ms = 600_000;
+/** Of pictures of the user's own, whose source states none. */
+const kLocalResolution_m = 0.25;
+/** States of LiDAR squares that --all takes besides the usable ones. */
+const kUsableOrWanted: readonly State[] = [...kUsable, 'known', 'wanted', 'fetching', 'fetched', 'failed'];
+
+export function addOrthoCommand(program: Command, context: CliContext): void {
+  program
+    .command('ortho')
+    .description('make an orthophoto for each square of a store')
+    .addOption(storeOption())
+    .option('--source <id>', 'source of orthophotos: a file of sources/ortho')
+    .option('--from <path>', 'pictures of this file or folder instead: GeoTIFF, or JPEG and PNG with world files')
+    .option('--as <id>', 'with --from: folder name in the store', parseSourceId, 'local')
+    .option('--grid <id>', "LiDAR source whose squares to take (default: the store's only one)")
+    .option('--squares <names>', 'these squares only, separated by commas', parseNameList)
+    .option('--all', 'also squares whose points are not there yet')
+    .option('--resolution-m <m>', "metres a pixel, 0.01 to 100 (default: the source's)", metres(0.01, 100))
+    .option('--margin-m <m>', 'ground around the square, 0 to 1000 metres', metres(0, 1000), kDefaultMargin_m)
+    .option('--time <t>', 'pictures of this year or date, for sources that have several', parseTime)
+    .option('--lossless', 'DEFLATE instead of JPEG')
+    .option('--again', 'make again what is there')
+    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
+    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
+    .option('--dry-run', 'list what would be made')
+    .option('--json', 'one JSON object a line on standard output')
+    .action((options: Options) => orthoCommand(options, context));
+}
+
+async function orthoCommand(options: Options, context: CliContext): Promise<void> {
+  const { signal } = context;
+  const source = await chooseSource(options, context);
+  const reporter = orthoReporter(context.output, options.json ?? false);
+  const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: accessTo(source) });
+  try {
+    await writeStore(options.store, signal, async (store) => {
+      const squares = chooseSquares(store, options);
+      if (options.dryRun === true) {
+        for (const square of squares) reporter.would(square.key.name);
+        return reporter.summary({ made: 0, kept: 0, missing: 0, failed: 0 });
+      }
+      await removeStaleWork(store.root);
+      await withWorkFolder(store.root, (cache) => makeAll(squares, source, options, store, http, cache, reporter, context));
+    });
+  } finally {
+    await http.close();
+  }
+}
+
+/** Pictures of the user's own ask nobody. @throws GrabberError SECRET when the environment lacks one */
+function accessTo(source: OrthoSource | undefined): Access {
+  if (source === undefined) return kNoAccess;
+  return {
+    hosts: orthoHosts(source),
+    allowPrivate: source.allow_private_addresses,
+    secretHeaders: readSecretHeaders(source.secret_headers, process.env),
+  };
+}
+
+async function makeAll(
+  squares: readonly StoreRecord[],
+  source: OrthoSource | undefined,
+  options: Options,
+  store: Store,
+  http: HttpClient,
+  cacheFolder: string,
+  reporter: OrthoReporter,
+  context: CliContext,
+): Promise<void> {
+  const { signal } = context;
+  const found = source === undefined ? undefined : gatherFor(source, cacheFolder);
+  const workshop = workshopOf(source, options, http, cacheFolder, found?.gather ?? localGather(options.from ?? '', null), reporter);
+  learnOrthophotos(store, workshop, squares);
+  const tally = { made: 0, kept: 0, missing: 0, failed: 0 };
+  const todo: StoreRecord[] = [];
+  for (const square of squares) {
+    const record = store.orthophotos.get(orthoKey(workshop.source, square));
+    if (record !== undefined && options.again !== true && (await isMade(record, store, workshop))) ++tally.kept;
+    else todo.push(square);
+  }
+  store.orthophotos.want(todo.map((square) => orthoKey(workshop.source, square)), true);
+  for (const square of todo) {
+    await makeOne(square, store, workshop, reporter, tally, signal);
+    await found?.cache.trim();
+  }
+  reporter.summary(tally);
+  context.exit(tally.failed > 0 ? kExit.failed : tally.missing > 0 ? kExit.holes : kExit.done);
+}
+
+async function makeOne(
+  square: StoreRecord,
+  store: Store,
+  workshop: Workshop,
+  reporter: OrthoReporter,
+  tally: { made: number; missing: number; failed: number },
+  signal: AbortSignal,
+): Promise<void> {
+  try {
+    const made = await makeOrthophoto(square, store, workshop, signal);
+    if (made.state === 'made') ++tally.made;
+    else ++tally.missing;
+    reporter.made(square.key.name, made);
+  } catch (error) {
+    signal.throwIfAborted();
+    // Neither ours nor the system's: a fault in this program, which must not pass for a bad picture.
+    if (!(error instanceof GrabberError) && systemCode(error) === undefined) throw error;
+    const code = error instanceof GrabberError ? error.code : 'STORE_IO';
+    store.orthophotos.failed(orthoKey(workshop.source, square), code, describeError(error));
+    ++tally.failed;
+    reporter.failed(square.key.name, code, describeError(error));
+  }
+}
+
+function workshopOf(
+  source: OrthoSource | undefined,
+  options: Options,
+  http: HttpClient,
+  cache: string,
+  gather: Workshop['gather'],
+  reporter: OrthoReporter,
+): Workshop {
+  return {
+    source: source?.id ?? options.as,
+    terms: { licence: source?.licence ?? null, attribution: source?.attribution ?? null },
+    gather,
+    download: downloader({
+      http,
+      policy: { ...kBackoff, retries: options.retries },
+      clock: kSystemClock,
+      gate: new HostGate(kSystemClock, kMaxWait_ms),
+      missingStatus: source?.missing_status ?? [],
+      onRetry: (notice) => reporter.retry(notice),
+    }),
+    concurrency: source?.max_concurrent ?? 1,
+    time: options.time,
+    resolution_m: options.resolutionM ?? source?.resolution_m ?? kLocalResolution_m,
+    margin_m: options.marginM,
+    cut: { lossless: options.lossless ?? false, nearInfrared: source?.bands === 'rgbi' },
+    places: kPlaces,
+    cache,
+  };
+}
+
+async function chooseSource(options: Options, context: CliContext): Promise<OrthoSource | undefined> {
+  const sources = await loadConfigFolder(join(context.configFolder(), 'sources', 'ortho'), kOrthoKind, context.signal);
+  const names = [...sources.keys()].join(', ') || 'none, the folder is empty';
+  if (options.source === undefined) {
+    if (options.from !== undefined) return undefined;
+    throw new GrabberError('USAGE', `choose orthophotos: neither --source nor --from is given; allowed: --from <path>, or --source of ${names}`);
+  }
+  if (options.from !== undefined) throw new GrabberError('USAGE', 'choose orthophotos: --source and --from; allowed: one of them');
+  const source = sources.get(options.source);
+  if (source === undefined) throw new GrabberError('USAGE', `choose orthophotos: "${options.source}"; allowed: ${names}`);
+  return source;
+}
+
+function chooseSquares(store: Store, options: Options): StoreRecord[] {
+  const states = options.all === true ? kUsableOrWanted : kUsable;
+  const filter = {
+    states,
+    ...(options.grid === undefined ? {} : { source: options.grid }),
+    ...(options.squares === undefined ? {} : { names: options.squares }),
+  };
+  const squares = store.squares.list(filter);
+  const grids = [...new Set(squares.map((square) => square.key.source))];
+  if (grids.length > 1) throw new GrabberError('USAGE', `choose squares: the store has those of ${grids.join(', ')}; allowed: one of them with --grid`);
+  if (squares.length === 0) {
+    throw new GrabberError('USAGE', `choose squares of ${store.root}: none; allowed: squares that are fetched and verified (--all takes others too)`);
+  }
+  return squares;
+}
+
+function metres(low: number, high: number): (text: string) => number {
+  return (text) => {
+    const value = Number(text);
+    if (/^\d+(\.\d+)?$/.test(text) && value >= low && value <= high) return value;
+    throw new InvalidArgumentError(`allowed: a number from ${low} to ${high}, metres`);
+  };
+}
+
+function parseTime(text: string): string {
+  if (/^\d{4}(-\d{2}(-\d{2})?)?$/.test(text)) return text;
+  throw new InvalidArgumentError('allowed: a year or a date, such as 2023 or 2023-06-21');
+}

@@ -1,0 +1,92 @@
+import type { Command } from 'commander';
+import type { FetchJob } from '../fetch/fetch-job.js';
+import { createHttpClient, type SourceClient } from '../fetch/http-client.js';
+import type { StoreRecord } from '../model/square.js';
+import type { Store } from '../model/store.js';
+import type { Reporter } from '../progress/reporter.js';
+import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
+import { profileOf } from '../sources/profile.js';
+import type { Source } from '../sources/source.js';
+import { userAgent } from '../util/package-info.js';
+import type { CliContext } from './context.js';
+import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
+import { accessOf, lidarJob } from './lidar-job.js';
+import { addRunOptions, chooseReporter, type RunOptions } from './run-options.js';
+import { writeStore } from './with-store.js';
+
+export type ResumeOptions = RunOptions & { source?: string };
+
+const kAdHoc = 'its source has no configuration; allowed: run fetch again with the options of the first time';
+const kFromFolder = 'they came from a folder; allowed: run fetch --from again with the options of the first time';
+
+export function addResumeCommand(program: Command, context: CliContext): void {
+  addRunOptions(program.command('resume').description('finish what earlier runs have begun'))
+    .option('--source <id>', 'only the squares of this source')
+    .action(async (options: ResumeOptions) => context.exit(await resumeCommand(options, context, conversionFor(context))));
+}
+
+/** Continues everything that is unfinished in a store. @return the exit code */
+async function resumeCommand(options: ResumeOptions, context: CliContext, hooks: FetchHooks): Promise<number> {
+  const sources = await context.sources();
+  const reporter = chooseReporter(options, context.output);
+  const clients: SourceClient[] = [];
+  const clientOf = (source: Source): SourceClient => {
+    const client = createHttpClient({
+      userAgent: userAgent(context.info),
+      timeout_ms: options.timeoutS * 1000,
+      access: accessOf(profileOf(source)),
+    });
+    clients.push(client);
+    return client;
+  };
+  const continueIn = (store: Store): Promise<number> => {
+    const { jobs, skipped } = jobsOf(store, sources, clientOf, options, hooks, reporter);
+    return fillStore(jobs, store, { kept: 0, skipped }, options, reporter, context.signal);
+  };
+  try {
+    return await writeStore(options.store, context.signal, continueIn);
+  } finally {
+    reporter.close();
+    await Promise.all(clients.map((client) => client.close()));
+  }
+}
+
+/** One job per source; how its hosts want to be asked stands in the configuration, not in the store. */
+function jobsOf(
+  store: Store,
+  sources: ReadonlyMap<string, Source>,
+  clientOf: (source: Source) => SourceClient,
+  options: ResumeOptions,
+  hooks: FetchHooks,
+  reporter: Reporter,
+): { jobs: FetchJob[]; skipped: number } {
+  const jobs: FetchJob[] = [];
+  let skipped = 0;
+  const skip = (id: string, records: readonly StoreRecord[], why: string): void => {
+    if (records.length > 0) reporter.skipped(id, records.length, why);
+    skipped += records.length;
+  };
+  for (const [id, records] of bySource(store, options.source)) {
+    const source = sources.get(id);
+    if (source === undefined) {
+      skip(id, records, kAdHoc);
+      continue;
+    }
+    const local = records.filter(({ urls }) => urls.some((url) => url.startsWith('file:')));
+    skip(id, local, kFromFolder);
+    const http = clientOf(source);
+    const rest = records.filter((record) => !local.includes(record));
+    jobs.push(lidarJob(rest, profileOf(source), openCatalogue(source, http), store, http, false, options, hooks));
+  }
+  return { jobs, skipped };
+}
+
+function bySource(store: Store, only: string | undefined): Map<string, StoreRecord[]> {
+  const groups = new Map<string, StoreRecord[]>();
+  for (const record of store.squares.unfinished(only === undefined ? {} : { source: only })) {
+    const group = groups.get(record.key.source);
+    if (group === undefined) groups.set(record.key.source, [record]);
+    else group.push(record);
+  }
+  return groups;
+}

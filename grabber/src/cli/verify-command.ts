@@ -1,0 +1,61 @@
+import { rm } from 'node:fs/promises';
+import { join } from 'node:path';
+import type { Command } from 'commander';
+import type { Store } from '../model/store.js';
+import { tableOf, usableFiles, verifyFiles, type BadFile, type VerifyProgress } from '../report/verify-store.js';
+import type { CliContext } from './context.js';
+import { kExit } from './exit-codes.js';
+import { parseSourceId } from './option-parsers.js';
+import { formatBytes, type Output } from './output.js';
+import { readStore, storeOption, writeStore, type StoreOption } from './with-store.js';
+
+type VerifyOptions = StoreOption & { readonly source?: string; readonly repair?: boolean; readonly json?: boolean };
+
+export function addVerifyCommand(program: Command, context: CliContext): void {
+  program
+    .command('verify')
+    .description('read all finished files again: length, SHA-256, header')
+    .addOption(storeOption())
+    .option('--source <id>', 'only files of this source', parseSourceId)
+    .option('--repair', 'remove bad files and want them again; "resume" fetches them')
+    .option('--json', 'print JSON')
+    .addHelpText('after', '\nExit codes: 0 all are good, 1 some are bad.')
+    .action(async (options: VerifyOptions) => {
+      const work = (store: Store): Promise<number> => verifyCommand(store, options, context);
+      const run = options.repair === true ? writeStore : readStore;
+      context.exit(await run(options.store, context.signal, work));
+    });
+}
+
+async function verifyCommand(store: Store, options: VerifyOptions, { output, signal }: CliContext): Promise<number> {
+  const files = usableFiles(store, options.source);
+  const bad = await verifyFiles(store, files, progressTo(output, process.stderr.isTTY), signal);
+  if (options.repair === true) for (const one of bad) await repair(store, one);
+  if (options.json === true) {
+    output.out(`${JSON.stringify({ checked: files.length, repaired: options.repair === true, bad }, undefined, 2)}\n`);
+  } else {
+    for (const { key, file, reason } of bad) output.out(`bad ${key.source}/${key.name}  ${file.path}: ${reason}\n`);
+    const then = bad.length === 0 ? '' : options.repair === true ? ', wanted again' : '; --repair wants them again';
+    output.out(`${files.length} files checked, ${bad.length} bad${then}\n`);
+  }
+  return bad.length === 0 ? kExit.done : kExit.failed;
+}
+
+/** The bad file goes first: a run that is cut off here leaves a record of a file that is not there, which is found again. */
+async function repair(store: Store, { kind, key, file }: BadFile): Promise<void> {
+  await rm(join(store.root, file.path), { force: true });
+  tableOf(store, kind).forget(key);
+  tableOf(store, kind).want([key]);
+}
+
+/** One line that is written over in a terminal, else a line for every tenth. */
+function progressTo(output: Output, terminal: boolean): VerifyProgress {
+  let told = 0;
+  return (done, total, bytes) => {
+    const tenth = Math.floor((10 * done) / total);
+    if (!terminal && tenth === told) return;
+    told = tenth;
+    const text = `verify ${done}/${total} files, ${formatBytes(bytes)}`;
+    output.err(terminal ? `\r${text}${done === total ? '\n' : ''}` : `${text}\n`);
+  };
+}

@@ -1,0 +1,130 @@
+import type { Hash } from 'node:crypto';
+import type { FileHandle } from 'node:fs/promises';
+import type { Clock } from '../util/clock.js';
+import { GrabberError } from '../util/errors.js';
+import { storing } from './disk-space.js';
+
+/** Pieces of a body are as small as the network's; written one by one, the calls cost more than the bytes. */
+const kBatch_bytes = 512 * 1024;
+/** A slow line fills no batch for long; what a killed run has received should be on the disk by then. */
+const kBatch_ms = 1000;
+
+/** A body that trickles keeps every time-out of silence from firing, and its host's queue from moving. */
+export const kSlowest_bytes_per_s = 512;
+export const kSlowWindow_ms = 120_000;
+
+export type BodySink = {
+  readonly path: string;
+  readonly file: FileHandle;
+  readonly hash: Hash;
+  /** Before the first piece. */
+  readonly offset_bytes: number;
+  readonly max_bytes: number;
+  readonly shown: string;
+  /** Called with every piece, before it is written. */
+  onPiece(piece: Uint8Array, bytesBefore: number): void;
+  /** Called once, before the first bytes are written that are not the last. */
+  onUnfinished?(): void;
+};
+
+/**
+ * Appends a body to a file and to its hash. One batch is written while the next is received; so at most two are in
+ * memory, and when the body breaks all that came of it is written.
+ * @return length of the file
+ */
+export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink, clock: Clock): Promise<number> {
+  let bytes = sink.offset_bytes;
+  let batch: Uint8Array[] = [];
+  let waiting_bytes = 0;
+  let writing: Promise<void> = Promise.resolve();
+  let flushedAt_ms = clock.now().getTime();
+  let [told, whole] = [false, false];
+  const pace = new Pace(clock, sink.shown);
+
+  const flush = async (): Promise<void> => {
+    await writing;
+    if (batch.length === 0) return;
+    const pieces = batch;
+    batch = [];
+    waiting_bytes = 0;
+    writing = writeAll(sink, pieces);
+    // Whoever awaits it next sees its error; until then it must not count as unhandled.
+    writing.catch(() => undefined);
+    for (const piece of pieces) sink.hash.update(piece);
+  };
+
+  try {
+    for await (const piece of body) {
+      sink.onPiece(piece, bytes);
+      bytes += piece.length;
+      if (bytes > sink.max_bytes) throw tooLarge(sink.shown, bytes, sink.max_bytes);
+      batch.push(piece);
+      waiting_bytes += piece.length;
+      const now_ms = clock.now().getTime();
+      pace.check(piece.length, now_ms);
+      if (waiting_bytes < kBatch_bytes && now_ms - flushedAt_ms < kBatch_ms) continue;
+      flushedAt_ms = now_ms;
+      if (!told) sink.onUnfinished?.();
+      told = true;
+      await flush();
+    }
+    whole = true;
+  } finally {
+    if (!whole && !told) sink.onUnfinished?.();
+    await flush();
+    await writing;
+  }
+  return bytes;
+}
+
+async function writeAll(sink: BodySink, pieces: readonly Uint8Array[]): Promise<void> {
+  let left = pieces.filter((piece) => piece.length > 0);
+  while (left.length > 0) {
+    const batch = left;
+    const { bytesWritten } = await storing(sink.path, () => sink.file.writev(batch));
+    left = unwritten(batch, bytesWritten);
+  }
+}
+
+/** A write may take a part only. */
+function unwritten(pieces: readonly Uint8Array[], bytesWritten: number): Uint8Array[] {
+  let skip = bytesWritten;
+  const left: Uint8Array[] = [];
+  for (const piece of pieces) {
+    if (skip < piece.length) left.push(piece.subarray(skip));
+    skip = Math.max(0, skip - piece.length);
+  }
+  return left;
+}
+
+export function tooLarge(shown: string, bytes: number, max_bytes: number): GrabberError {
+  return new GrabberError('TOO_LARGE', `fetch ${shown}: it has ${bytes} bytes or more; allowed: ${max_bytes} (--max-file-gib)`);
+}
+
+/** Gives up on a body that comes too slowly over a whole window. */
+class Pace {
+  readonly #shown: string;
+  #since_ms: number;
+  #bytes = 0;
+
+  constructor(clock: Clock, shown: string) {
+    this.#shown = shown;
+    this.#since_ms = clock.now().getTime();
+  }
+
+  check(bytes: number, now_ms: number): void {
+    this.#bytes += bytes;
+    const spent_ms = now_ms - this.#since_ms;
+    if (spent_ms < kSlowWindow_ms) return;
+    const rate = (this.#bytes * 1000) / spent_ms;
+    if (rate < kSlowest_bytes_per_s) {
+      throw new GrabberError(
+        'TOO_SLOW',
+        `fetch ${this.#shown}: ${Math.round(rate)} bytes a second over ${Math.round(spent_ms / 1000)} s; allowed: at least ${kSlowest_bytes_per_s}`,
+        { retryable: true },
+      );
+    }
+    this.#since_ms = now_ms;
+    this.#bytes = 0;
+  }
+}

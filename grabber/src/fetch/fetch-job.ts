@@ -1,0 +1,55 @@
+import type PQueue from 'p-queue';
+import type { StoreRecord } from '../model/square.js';
+import type { Catalogue, RecordTable, Verified } from '../model/store.js';
+import type { FetchEvents } from '../progress/events.js';
+import type { Clock } from '../util/clock.js';
+import type { DiskSpace } from './disk-space.js';
+import type { HostLanes, HostLimits } from './host-lanes.js';
+import type { SourceClient } from './http-client.js';
+import type { RetryPolicy } from './retry.js';
+
+/** What was found in a whole file. */
+export type Checked = {
+  /** The file's own, whatever its address says; without a dot. */
+  readonly extension: string;
+  /** Null = nobody can look into it before it is converted. */
+  readonly facts: Verified | null;
+};
+
+/** Files of one source that are to be brought into the store; LiDAR squares or orthophotos alike. */
+export type FetchJob = {
+  readonly kind: 'lidar' | 'ortho';
+  readonly table: RecordTable;
+  readonly records: readonly StoreRecord[];
+  readonly http: SourceClient;
+  readonly limits: HostLimits;
+  readonly missingStatus: readonly number[];
+  readonly max_bytes: number;
+  /** file: addresses may be copied. False for all that a catalogue of the web says, which could name any file here. */
+  readonly allowFiles: boolean;
+  /** All that a finished file may have, so that one can be found again. */
+  readonly extensions: readonly string[];
+  /** @throws GrabberError when the first bytes show that this is no such file */
+  checkStart(shown: string, start: Uint8Array): void;
+  /** @throws GrabberError when the file at `path` is not whole or not what it claims to be */
+  check(path: string, record: StoreRecord, url: string, signal: AbortSignal): Promise<Checked>;
+  /** Finds addresses of records that have none. */
+  readonly locate: Catalogue['locate'];
+  /** Addresses that an earlier run found are of no use. */
+  readonly addressesExpire?: boolean;
+  /** Brings a checked file into the form that is kept, and changes the record itself. */
+  readonly convert?: (record: StoreRecord, signal: AbortSignal) => Promise<void>;
+};
+
+/** What all jobs of a run share. */
+export type FetchRun = {
+  /** Folder of the store. */
+  readonly root: string;
+  readonly clock: Clock;
+  readonly policy: RetryPolicy;
+  readonly lanes: HostLanes;
+  readonly disk: DiskSpace;
+  /** Checks, two at a time: they read the disk that the downloads write. */
+  readonly seals: PQueue;
+  readonly events: FetchEvents;
+};

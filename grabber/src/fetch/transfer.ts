@@ -1,0 +1,162 @@
+import { createHash, type Hash } from 'node:crypto';
+import { open } from 'node:fs/promises';
+import type { Clock } from '../util/clock.js';
+import { GrabberError } from '../util/errors.js';
+import { hashFileInto } from '../util/files.js';
+import { tooLarge, writeBody } from './body-writer.js';
+import { decoded } from './content-coding.js';
+import { storing, type DiskSpace } from './disk-space.js';
+import type { HostGate } from './host-gate.js';
+import type { HttpClient, HttpResponse } from './http-client.js';
+import { findPartial, forgetState, rememberState, removePartial, type Resumable } from './partial.js';
+import { bodyPlan, kRangeRefused, type BodyPlan } from './response-check.js';
+import { htmlError, statusError } from './response-error.js';
+import { shownUrl } from './shown-url.js';
+
+export type TransferContext = {
+  readonly http: HttpClient;
+  readonly gate: HostGate;
+  readonly disk: DiskSpace;
+  readonly clock: Clock;
+  readonly missingStatus: readonly number[];
+  readonly max_bytes: number;
+  /** What a catalogue says, 0 = nothing; only for the space on the disk. */
+  readonly expected_bytes: number;
+  /** @throws GrabberError when a file may not begin so; before hundreds of megabytes are spent on it */
+  checkStart(shown: string, start: Uint8Array): void;
+  /** @param total_bytes of the whole file, undefined = not known */
+  onBytes(done_bytes: number, fresh_bytes: number, total_bytes: number | undefined): void;
+};
+
+export type TransferResult =
+  | { readonly kind: 'complete'; readonly bytes: number; readonly sha256: string }
+  /** The source answered that it has no such file. */
+  | { readonly kind: 'missing'; readonly reason: string };
+
+/** One attempt to fetch a file; a call after a broken one continues where that stopped. */
+export async function transferOnce(url: string, partial: string, context: TransferContext, signal: AbortSignal): Promise<TransferResult> {
+  const found = await findPartial(partial, url, signal);
+  const hash = createHash('sha256');
+  if (found.kind !== 'nothing') await hashFileInto(hash, partial, signal);
+  if (found.kind === 'whole') return { kind: 'complete', bytes: found.bytes, sha256: hash.digest('hex') };
+  const resumable = found.kind === 'part' ? found.part : undefined;
+
+  const response = await context.http.get(url, requestHeaders(resumable), signal);
+  if (context.missingStatus.includes(response.status)) {
+    await response.discard();
+    await removePartial(partial);
+    return { kind: 'missing', reason: `HTTP ${response.status}` };
+  }
+  const plan = await planOf(url, partial, response, resumable, context);
+  try {
+    if (plan.total_bytes !== undefined && plan.total_bytes > context.max_bytes) {
+      throw tooLarge(shownUrl(url), plan.total_bytes, context.max_bytes);
+    }
+    return await receive(url, partial, response, plan, plan.offset_bytes > 0 ? hash : createHash('sha256'), context);
+  } catch (error) {
+    // An unread body holds its connection.
+    await response.discard();
+    throw error;
+  }
+}
+
+/** Compressed transfer would hide the length and break ranges, and LAZ does not shrink; some servers do it unless told. */
+function requestHeaders(resumable: Resumable | undefined): Record<string, string> {
+  const headers = { 'accept-encoding': 'identity' };
+  if (resumable === undefined) return headers;
+  return { ...headers, range: `bytes=${resumable.offset_bytes}-`, 'if-range': resumable.if_range };
+}
+
+async function planOf(
+  url: string,
+  partial: string,
+  response: HttpResponse,
+  resumable: Resumable | undefined,
+  context: TransferContext,
+): Promise<BodyPlan> {
+  try {
+    if (response.status === kRangeRefused && resumable !== undefined) {
+      throw new GrabberError(
+        'RESUME_REFUSED',
+        `continue ${shownUrl(url)} at byte ${resumable.offset_bytes}: HTTP 416; the next try starts anew`,
+        { retryable: true },
+      );
+    }
+    if (response.status !== 200 && response.status !== 206) {
+      const error = statusError(url, response, context.missingStatus, context.clock.now());
+      if (error.retryAfterMs !== undefined) context.gate.closeFor(new URL(url).host, error.retryAfterMs);
+      throw error;
+    }
+    return bodyPlan(url, response, resumable);
+  } catch (error) {
+    await response.discard();
+    // A busy server says nothing of the file; any other refusal makes what we have of it useless.
+    if (!(error instanceof GrabberError) || error.code !== 'HTTP_STATUS') await removePartial(partial);
+    throw error;
+  }
+}
+
+async function receive(
+  url: string,
+  partial: string,
+  response: HttpResponse,
+  plan: BodyPlan,
+  hash: Hash,
+  context: TransferContext,
+): Promise<TransferResult> {
+  const giveBack = await context.disk.reserve(
+    Math.max(0, (plan.total_bytes ?? context.expected_bytes) - plan.offset_bytes),
+    shownUrl(url),
+  );
+  try {
+    const bytes = await store(url, partial, response, plan, hash, context);
+    if (plan.total_bytes !== undefined && bytes !== plan.total_bytes) await refuseLength(url, partial, bytes, plan.total_bytes);
+    return { kind: 'complete', bytes, sha256: hash.digest('hex') };
+  } catch (error) {
+    if (error instanceof GrabberError && ['HTML_BODY', 'NOT_LAS', 'TOO_LARGE'].includes(error.code)) await removePartial(partial);
+    throw error;
+  } finally {
+    giveBack();
+  }
+}
+
+async function store(
+  url: string,
+  partial: string,
+  response: HttpResponse,
+  plan: BodyPlan,
+  hash: Hash,
+  context: TransferContext,
+): Promise<number> {
+  const { offset_bytes, total_bytes, coding } = plan;
+  const file = await storing(partial, () => open(partial, offset_bytes > 0 ? 'a' : 'w'));
+  try {
+    // A file that came in one piece needs no word on how to continue it, and writing that costs more than the file.
+    const onUnfinished = (): void => {
+      if (coding === undefined) rememberState(partial, url, response, total_bytes);
+    };
+    // What a compressed body gives has no place in the compressed file, so it cannot be continued.
+    if (coding !== undefined) await forgetState(partial);
+    const body = coding === undefined ? response.body : decoded(response.body, coding, url);
+    const onPiece = (piece: Uint8Array, before: number): void => {
+      if (before === 0) {
+        const html = htmlError(url, response, piece);
+        if (html !== undefined) throw html;
+        context.checkStart(shownUrl(url), piece);
+      }
+      context.onBytes(before + piece.length, piece.length, total_bytes);
+    };
+    const sink = { path: partial, file, hash, offset_bytes, max_bytes: context.max_bytes, shown: shownUrl(url), onPiece, onUnfinished };
+    return await writeBody(body, sink, context.clock);
+  } finally {
+    await file.close();
+  }
+}
+
+async function refuseLength(url: string, partial: string, bytes: number, total: number): Promise<never> {
+  // Too few bytes can be continued; too many are a different file.
+  if (bytes > total) await removePartial(partial);
+  throw new GrabberError('LENGTH', `fetch ${shownUrl(url)}: got ${bytes} bytes; allowed: ${total}, as announced`, {
+    retryable: true,
+  });
+}

@@ -1,0 +1,78 @@
+import { stat } from 'node:fs/promises';
+import { join, resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import type { BoundsM } from '../model/square.js';
+import { GrabberError, describeError } from '../util/errors.js';
+import { namesInFolder } from '../util/files.js';
+import { boundsOfRaster, type Gdal } from './gdal.js';
+import { readImageKind } from './image-kind.js';
+import { channelsOf, type Gather, type Piece } from './piece.js';
+import { boundsIn } from './request-grid.js';
+import { overlaps } from './target.js';
+
+const kEndings = ['.tif', '.tiff', '.jpg', '.jpeg', '.png', '.jp2'];
+
+type LocalImage = Piece & { readonly bounds: BoundsM; readonly resolution_m: number };
+
+/**
+ * Pictures that lie on this machine: one file, or all of a folder; GeoTIFF, or JPEG and PNG with a world file. One without
+ * a CRS is taken to be in `crs`. Each is looked into once.
+ */
+export function localGather(from: string, crs: string | null): Gather {
+  const path = resolve(from);
+  let images: Promise<LocalImage[]> | undefined;
+  return async (target, context, signal) => {
+    const found = await (images ??= readImages(path, crs ?? target.crs, context.gdal, signal));
+    const touching: LocalImage[] = [];
+    for (const image of found) {
+      const { bounds } = await boundsIn(target, image.crs ?? target.crs, context.gdal, signal);
+      if (overlaps(bounds, image.bounds)) touching.push(image);
+    }
+    if (touching.length === 0) return undefined;
+    const finest = Math.min(...touching.map((image) => image.resolution_m));
+    // Coarse ones first: finer ones are laid over them.
+    const pieces = touching.sort((a, b) => b.resolution_m - a.resolution_m || (a.path < b.path ? -1 : 1));
+    return { pieces, url: pathToFileURL(path).href, grid: undefined, resolution_m: finest, date: undefined, warnings: [] };
+  };
+}
+
+async function readImages(path: string, crs: string, gdal: Gdal, signal: AbortSignal): Promise<LocalImage[]> {
+  const paths = await pathsOf(path);
+  const images: LocalImage[] = [];
+  for (const one of paths) {
+    const kind = await readImageKind(one, one);
+    const facts = await gdal.info(one, kind, {}, signal);
+    const bounds = boundsOfRaster(facts);
+    if (bounds === undefined) {
+      throw new GrabberError('ORTHO', `read the picture ${one}: it is turned or has no place on Earth; allowed: GeoTIFF tags or a world file, north up`);
+    }
+    const own = epsgOf(facts.wkt);
+    images.push({
+      path: one,
+      kind,
+      channels: channelsOf(facts.bands.map((band) => band.interpretation)),
+      // Names compare; what the file calls its system is used where it has no number.
+      crs: facts.wkt === undefined ? crs : (own ?? facts.wkt),
+      bounds,
+      resolution_m: (bounds[2] - bounds[0]) / facts.width_px,
+    });
+  }
+  return images;
+}
+
+async function pathsOf(path: string): Promise<string[]> {
+  try {
+    if ((await stat(path)).isFile()) return [path];
+    const names = (await Promise.all(kEndings.flatMap((ending) => [ending, ending.toUpperCase()]).map((ending) => namesInFolder(path, ending)))).flat();
+    if (names.length > 0) return [...new Set(names)].filter((name) => !name.startsWith('.')).sort().map((name) => join(path, name));
+  } catch (error) {
+    throw new GrabberError('USAGE', `read --from ${path}: ${describeError(error)}; allowed: a picture or a folder of pictures`, { cause: error });
+  }
+  throw new GrabberError('USAGE', `read --from ${path}: no pictures; allowed: a folder of ${kEndings.join(' ')}`);
+}
+
+/** The number of a system, when its text ends with one. */
+function epsgOf(wkt: string | undefined): string | undefined {
+  const number = /ID\["EPSG",(\d+)\]\]\s*$/.exec(wkt ?? '')?.[1];
+  return number === undefined ? undefined : `EPSG:${number}`;
+}

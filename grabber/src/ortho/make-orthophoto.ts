@@ -1,0 +1,100 @@
+import { mkdir, rename } from 'node:fs/promises';
+import { dirname, join } from 'node:path';
+import { flushFile, withWorkFolder } from '../convert/work-folder.js';
+import type { ImageFacts, RecordKey, StoredFile, StoreRecord, Terms } from '../model/square.js';
+import type { FilePlaces, Store } from '../model/store.js';
+import { GrabberError } from '../util/errors.js';
+import { fileSize, sha256OfFile } from '../util/files.js';
+import { cutOrthophoto, type CutOptions } from './cut.js';
+import type { Downloader } from './download.js';
+import { openGdal } from './gdal.js';
+import type { Gather } from './piece.js';
+import { targetOf } from './target.js';
+
+/** What pictures are made of, and how; one for a run. */
+export type Workshop = {
+  readonly source: string;
+  readonly terms: Omit<Terms, 'crs' | 'classTable'>;
+  readonly gather: Gather;
+  readonly download: Downloader;
+  readonly concurrency: number;
+  readonly time: string | undefined;
+  readonly resolution_m: number;
+  readonly margin_m: number;
+  readonly cut: CutOptions;
+  readonly places: FilePlaces;
+  /** Of files that several squares need; inside the store. */
+  readonly cache: string;
+};
+
+export type Made =
+  | { readonly state: 'made'; readonly file: StoredFile; readonly image: ImageFacts; readonly warnings: readonly string[] }
+  | { readonly state: 'missing'; readonly reason: string };
+
+/** The key of the orthophoto of a LiDAR square. */
+export function orthoKey(source: string, square: StoreRecord): RecordKey {
+  return { source, grid: square.key.source, name: square.key.name };
+}
+
+/** Makes the rows of orthophotos known, so that they can be worked on; nothing else changes. */
+export function learnOrthophotos(store: Store, workshop: Workshop, squares: readonly StoreRecord[]): void {
+  const byGrid = new Map<string, StoreRecord[]>();
+  for (const square of squares) byGrid.set(square.key.source, [...(byGrid.get(square.key.source) ?? []), square]);
+  for (const [grid, members] of byGrid) {
+    const crs = members[0]?.gridCrs ?? null;
+    const rows = members.map((square) => ({
+      name: square.key.name,
+      block: null,
+      bounds: square.bounds,
+      urls: [],
+      bytes: null,
+      sha256: null,
+      member: null,
+      published: workshop.time ?? null,
+    }));
+    store.orthophotos.learn(workshop.source, grid, crs, { crs, classTable: null, ...workshop.terms }, rows);
+  }
+}
+
+/** A picture that is there and is what is asked for now. */
+export async function isMade(record: StoreRecord, store: Store, workshop: Workshop): Promise<boolean> {
+  const { file, image } = record;
+  if (file === null || image === null || (record.state !== 'verified' && record.state !== 'converted')) return false;
+  const same = image.resolution_m === workshop.resolution_m && image.margin_m === workshop.margin_m && record.published === (workshop.time ?? null);
+  return same && (await fileSize(join(store.root, file.path))) === file.bytes;
+}
+
+/**
+ * Gathers the pictures of one square, cuts them, and puts the result in its place: checked, flushed, renamed, recorded, in
+ * this order. A picture that was there before stays until it is replaced.
+ */
+export async function makeOrthophoto(square: StoreRecord, store: Store, workshop: Workshop, signal: AbortSignal): Promise<Made> {
+  const key = orthoKey(workshop.source, square);
+  if (square.bounds === null || square.gridCrs === null) {
+    throw new GrabberError('ORTHO', `cut an orthophoto of ${key.grid}/${key.name}: its place or CRS is not known; allowed: squares of a grid`);
+  }
+  const target = targetOf(square.bounds, square.gridCrs, workshop.resolution_m, workshop.margin_m);
+  return withWorkFolder(store.root, async (folder) => {
+    const gdal = await openGdal(folder, signal);
+    const { download, time, concurrency, cache } = workshop;
+    const gathered = await workshop.gather(target, { folder, cache, gdal, download, time, concurrency }, signal);
+    if (gathered === undefined) {
+      const reason = `${workshop.source} has no pictures of ${key.grid}/${key.name}`;
+      store.orthophotos.missing(key, reason);
+      return { state: 'missing', reason };
+    }
+    store.orthophotos.begin(key, gathered.url);
+    const cut = await cutOrthophoto(gathered, target, workshop.cut, gdal, folder, signal);
+    const path = workshop.places.finished('ortho', key, 'tif');
+    const file = { path, bytes: (await fileSize(cut.path)) ?? 0, sha256: await sha256OfFile(cut.path, signal) };
+    await flushFile(cut.path);
+    await mkdir(dirname(join(store.root, path)), { recursive: true });
+    await rename(cut.path, join(store.root, path));
+    const { width_px, height_px } = target;
+    const image = { width_px, height_px, resolution_m: workshop.resolution_m, margin_m: workshop.margin_m };
+    const warnings = [...gathered.warnings, ...cut.warnings];
+    store.orthophotos.fetched(key, file);
+    store.orthophotos.verified(key, { points: null, image, crs: square.gridCrs, warnings });
+    return { state: 'made', file, image, warnings };
+  });
+}

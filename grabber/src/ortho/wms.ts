@@ -1,0 +1,83 @@
+import { rename } from 'node:fs/promises';
+import { join } from 'node:path';
+import type { BoundsM } from '../model/square.js';
+import { allOf } from './all-of.js';
+import { writeWorldFile } from './gdal.js';
+import { lookInto, requireSize, type Gather, type Piece } from './piece.js';
+import { requestGrid } from './request-grid.js';
+import type { OrthoSource, WmsAccess } from './schema.js';
+import { blocksOf, boundsOfBlock, type Block } from './target.js';
+
+/** Four bytes a pixel and as many again for what surrounds them. */
+const kBytesPerPixel = 8;
+const kSlack_bytes = 1 << 20;
+
+/** @param bounds  in `crs` */
+export function getMapUrl(
+  access: WmsAccess,
+  crs: string,
+  bounds: BoundsM,
+  size: Pick<Block, 'width_px' | 'height_px'>,
+  time: string | undefined,
+): string {
+  const url = new URL(access.url);
+  const [west, south, east, north] = bounds.map(plain);
+  const swapped = access.version === '1.3.0' && access.northing_first.includes(crs);
+  const words: Record<string, string> = {
+    SERVICE: 'WMS',
+    VERSION: access.version,
+    REQUEST: 'GetMap',
+    LAYERS: access.layer,
+    STYLES: access.style,
+    [access.version === '1.3.0' ? 'CRS' : 'SRS']: crs,
+    BBOX: (swapped ? [south, west, north, east] : [west, south, east, north]).join(','),
+    WIDTH: String(size.width_px),
+    HEIGHT: String(size.height_px),
+    FORMAT: access.format,
+    TRANSPARENT: access.transparent ? 'TRUE' : 'FALSE',
+    ...(time === undefined ? {} : { TIME: time }),
+  };
+  for (const [name, value] of Object.entries(words)) url.searchParams.set(name, value);
+  return url.href;
+}
+
+/** Asks for a target in pictures that the server is willing to draw; together they are it, without a seam. */
+export function wmsGather(source: OrthoSource, access: WmsAccess): Gather {
+  return async (target, context, signal) => {
+    const crs = [source.crs, ...source.more_crs].includes(target.crs) ? target.crs : source.crs;
+    const grid = await requestGrid(target, crs, context.gdal, signal);
+    const pieces = await allOf(
+      blocksOf(grid, access.max_pixels).map((block, index) => async (signal: AbortSignal): Promise<Piece | undefined> => {
+        const bounds = boundsOfBlock(grid, block);
+        const url = getMapUrl(access, crs, bounds, block, context.time);
+        const raw = join(context.folder, `block-${index}.raw`);
+        const most_bytes = block.width_px * block.height_px * kBytesPerPixel + kSlack_bytes;
+        if (!(await context.download.toFile(url, raw, most_bytes, signal))) return undefined;
+        const look = await lookInto(raw, url, context.gdal, signal);
+        requireSize(look, block.width_px, block.height_px, url);
+        const path = join(context.folder, `block-${index}.${look.kind.extension}`);
+        await rename(raw, path);
+        await writeWorldFile(path, look.kind, bounds, block.width_px, block.height_px);
+        return { path, kind: look.kind, channels: look.channels, crs };
+      }),
+      context.concurrency,
+      signal,
+    );
+    const found = pieces.filter((piece) => piece !== undefined);
+    if (found.length === 0) return undefined;
+    const holes = pieces.length - found.length;
+    return {
+      pieces: found,
+      url: access.url,
+      grid,
+      resolution_m: target.resolution_m,
+      date: context.time,
+      warnings: holes === 0 ? [] : [`${holes} of ${pieces.length} pictures of ${source.id} are missing`],
+    };
+  };
+}
+
+/** No digits that only arithmetic has put there. */
+function plain(value: number): number {
+  return Number(value.toFixed(6));
+}

@@ -1,0 +1,12 @@
+import type { FetchEvents, Summary } from './events.js';
+
+/** Tells the user, or a program, how a run goes. */
+export type Reporter = FetchEvents & {
+  /** With --from: a file whose name is not one of the source's. */
+  ignored(path: string, source: string): void;
+  /** Records that this run cannot continue. */
+  skipped(source: string, files: number, why: string): void;
+  summary(summary: Summary): void;
+  /** Leaves the terminal as it was; also after an error. */
+  close(): void;
+};

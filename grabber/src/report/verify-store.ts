@@ -1,0 +1,67 @@
+import { kUsable, type RecordKey, type StoredFile } from '../model/square.js';
+import type { RecordTable, Store } from '../model/store.js';
+import type { FileKind } from '../store/layout.js';
+import { whatIsWrong } from './check-file.js';
+
+export type FileToCheck = { readonly kind: FileKind; readonly key: RecordKey; readonly file: StoredFile };
+export type BadFile = FileToCheck & { readonly reason: string };
+export type VerifyProgress = (done: number, total: number, bytes: number) => void;
+
+/** Two files at a time keep a disk and the hash of the other file busy. */
+const kAtOnce = 2;
+
+export function tableOf(store: Store, kind: FileKind): RecordTable {
+  return kind === 'lidar' ? store.squares : store.orthophotos;
+}
+
+export function usableFiles(store: Store, source: string | undefined): FileToCheck[] {
+  const filter = { states: kUsable, ...(source === undefined ? {} : { source }) };
+  return (['lidar', 'ortho'] as const).flatMap((kind) =>
+    tableOf(store, kind)
+      .list(filter)
+      .flatMap(({ key, file }) => (file === null ? [] : [{ kind, key, file }])),
+  );
+}
+
+/** @return the bad ones, in the order of `files` */
+export async function verifyFiles(
+  store: Store,
+  files: readonly FileToCheck[],
+  progress: VerifyProgress,
+  signal: AbortSignal,
+): Promise<BadFile[]> {
+  const bad: (BadFile | undefined)[] = [];
+  let [next, done, bytes] = [0, 0, 0];
+  const work = async (): Promise<void> => {
+    for (let index = next++; index < files.length; index = next++) {
+      const one = files[index];
+      if (one === undefined) return;
+      bad[index] = await checkOne(store, one, signal);
+      ++done;
+      bytes += one.file.bytes;
+      progress(done, files.length, bytes);
+    }
+  };
+  await Promise.all(Array.from({ length: kAtOnce }, work));
+  return bad.filter((one) => one !== undefined);
+}
+
+/** A fetch may replace a file while it is read, so what is wrong is told only of a file that the store still has like this. */
+async function checkOne(store: Store, one: FileToCheck, signal: AbortSignal): Promise<BadFile | undefined> {
+  let now: FileToCheck | undefined = one;
+  while (now !== undefined) {
+    signal.throwIfAborted();
+    const reason = await whatIsWrong(store.root, now.file, now.kind, signal);
+    if (reason === undefined) return undefined;
+    const later = currentOf(store, now);
+    if (later?.file.sha256 === now.file.sha256 && later.file.path === now.file.path) return { ...now, reason };
+    now = later;
+  }
+  return undefined;
+}
+
+function currentOf(store: Store, { kind, key }: FileToCheck): FileToCheck | undefined {
+  const record = tableOf(store, kind).get(key);
+  if (record === undefined || record.file === null || !kUsable.includes(record.state)) return undefined;
+  return { kind, key, file: record.file };
+}

@@ -1,0 +1,69 @@
+import type { Terms } from '../model/square.js';
+import type { SourceVariable } from '../sources/access-schema.js';
+import { hostOfTemplate } from '../sources/hosts.js';
+import type { AccessProfile } from '../sources/profile.js';
+import { variablesOf, type Source } from '../sources/source.js';
+import { placeholdersOf, templateProblem, type Variables } from '../sources/url-template.js';
+import type { SelectionOptions } from './selection.js';
+import { usage } from './usage.js';
+
+/** Grid of addresses that were typed. */
+export const kAdHocSquareM = 1000;
+const kAdHocConcurrent = 4;
+const kCornerNames = ['E', 'N', 'x', 'y'];
+
+/** What the user said of files whose source has no configuration. */
+export function adHocTerms(options: SelectionOptions): Terms {
+  return {
+    crs: options.crs ?? null,
+    classTable: null,
+    licence: options.licence ?? null,
+    attribution: options.attribution ?? null,
+  };
+}
+
+/** @param hosts those that may be talked to */
+export function adHocProfile(options: SelectionOptions, hosts: readonly string[], square_m: number | null): AccessProfile {
+  return {
+    max_concurrent: kAdHocConcurrent,
+    max_per_s: null,
+    missing_status: options.missingStatus ?? [404],
+    hosts,
+    allowPrivate: options.allowPrivate ?? false,
+    secretHeaders: {},
+    square_m,
+  };
+}
+
+/** Whether squares of the address are places of a grid, not just names. */
+export function needsCorner(template: string): boolean {
+  return placeholdersOf(template).some((name) => kCornerNames.includes(name));
+}
+
+/** Values the user gave, with --block as one of them. */
+export function givenVariables(options: SelectionOptions): Variables {
+  return { ...options.set, ...(options.block === undefined ? {} : { block: options.block }) };
+}
+
+/** @throws GrabberError USAGE for an address that cannot be used, or a value it has no place for */
+export function checkTemplate(template: string, given: Variables, known: readonly string[]): void {
+  const problem = templateProblem(template, [...new Set([...known, ...Object.keys(given)])]);
+  if (problem !== undefined) throw usage(`read --url-template "${template}": ${problem}`);
+  const needless = Object.keys(given).find((name) => !placeholdersOf(template).includes(name));
+  if (needless !== undefined) throw usage(`set ${needless}: the address "${template}" has no {${needless}}; allowed: its own placeholders`);
+}
+
+/** The source with the address that was typed instead of its own; values nobody described may be anything. */
+export function withTemplate(source: Source, template: string, given: Variables): Source {
+  const own = variablesOf(source);
+  checkTemplate(template, given, Object.keys(own));
+  const used = placeholdersOf(template);
+  const typed = Object.keys(given).map((name): [string, SourceVariable] => [name, { about: 'typed', pattern: '.+', allowed: 'any text' }]);
+  const variables = Object.fromEntries([...typed, ...Object.entries(own)].filter(([name]) => used.includes(name)));
+  return {
+    ...source,
+    hosts: [...source.hosts, hostOfTemplate(template)],
+    allow_private_addresses: true,
+    access: { kind: 'template', urls: [template], variables },
+  };
+}

@@ -1,0 +1,77 @@
+import { pathToFileURL } from 'node:url';
+import type { CatalogueSquare } from '../model/square.js';
+import type { Catalogue, Region } from '../model/store.js';
+import { byPlace, isAsked } from '../sources/catalogue/listing.js';
+import { gridSquare, gridSquares } from '../sources/catalogue/template-catalogue.js';
+import { fileNameReader } from '../sources/naming.js';
+import type { Source } from '../sources/source.js';
+import type { Square } from '../sources/square.js';
+import { GrabberError } from '../util/errors.js';
+import { plain } from './ad-hoc-catalogue.js';
+import { bestOf, findPointFiles, type PointFile } from './point-files.js';
+import { plainSquare } from './square-names.js';
+import { usage } from './usage.js';
+
+export type FolderCatalogue = {
+  readonly catalogue: Catalogue;
+  /** Files whose name is none of the source's. */
+  readonly ignored: readonly string[];
+};
+
+type Held = { readonly square: Square; readonly files: PointFile[] };
+
+/**
+ * Point clouds below a folder; addresses are file: ones. With a source whose squares have a grid, file names tell the
+ * place, and squares of a region that the folder lacks come without an address: they are holes.
+ */
+export async function openFolder(folder: string, source: Source | undefined, signal: AbortSignal): Promise<FolderCatalogue> {
+  const size = source?.square_m;
+  const readName = source === undefined || size === undefined ? plainSquare : fileNameReader(source);
+  const held = new Map<string, Held>();
+  const ignored: string[] = [];
+  for (const file of await findPointFiles(folder, signal)) {
+    const square = readName(file.stem);
+    if (square === undefined) {
+      ignored.push(file.path);
+      continue;
+    }
+    const same = held.get(square.name);
+    if (same === undefined) held.set(square.name, { square, files: [file] });
+    else same.files.push(file);
+  }
+  if (held.size === 0) {
+    const named = source === undefined ? '' : ` named as those of ${source.id}`;
+    throw usage(`read folder ${folder}: it holds no files of squares; allowed: at least one .laz, .las or .zlas${named}`);
+  }
+
+  async function* find(region: Region, stop: AbortSignal): AsyncGenerator<CatalogueSquare> {
+    const found = new Map<string, CatalogueSquare>();
+    for (const { square, files } of held.values()) {
+      const one = size === undefined ? plain(square.name, []) : gridSquare(square, size, null, []);
+      if (isAsked(one, region)) found.set(one.name, { ...one, urls: [addressOf(square.name, files)] });
+    }
+    for (const one of holesOf(region, source)) if (!found.has(one.name)) found.set(one.name, one);
+    for (const one of [...found.values()].sort(byPlace)) {
+      stop.throwIfAborted();
+      yield one;
+    }
+  }
+  return { catalogue: { find, locate: () => Promise.resolve(undefined) }, ignored };
+}
+
+function addressOf(name: string, files: readonly PointFile[]): string {
+  const [file, second] = bestOf(files);
+  if (file === undefined || second !== undefined) {
+    throw new GrabberError('AMBIGUOUS_FILE', `copy square ${name}: ${file?.path ?? ''} and ${second?.path ?? ''} both claim it; allowed: one file`);
+  }
+  return pathToFileURL(file.path).href;
+}
+
+/** All squares a region of limited size should have. */
+function* holesOf(region: Region, source: Source | undefined): Generator<CatalogueSquare> {
+  if (source?.square_m === undefined || !Number.isFinite(region.bounds[0])) return;
+  for (const square of gridSquares(region, { square_m: source.square_m, extent_m: source.extent_m })) {
+    const one = gridSquare(square, source.square_m, null, []);
+    if (isAsked(one, region)) yield one;
+  }
+}

@@ -1,0 +1,171 @@
+import { resolve } from 'node:path';
+import type { BoundsDeg } from '../geo/bounds.js';
+import type { HttpClient } from '../fetch/http-client.js';
+import type { Catalogue, Region } from '../model/store.js';
+import type { BoundsM, Terms } from '../model/square.js';
+import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
+import { hostOfTemplate } from '../sources/hosts.js';
+import { profileOf, termsOf, type AccessProfile } from '../sources/profile.js';
+import type { Source } from '../sources/source.js';
+import type { Variables } from '../sources/url-template.js';
+import { adHocCatalogue } from './ad-hoc-catalogue.js';
+import { adHocProfile, adHocTerms, checkTemplate, givenVariables, kAdHocSquareM, needsCorner, withTemplate } from './ad-hoc.js';
+import { withAskedNames } from './asked-names.js';
+import { openFolder } from './folder-catalogue.js';
+import { kAll } from './region.js';
+import { chosenRegion, chosenWay, kWayNames, type Ground } from './region-options.js';
+import { usage } from './usage.js';
+
+/** What the command line says of sources and ground; cli/selection.ts makes it (`addSelectionOptions`). */
+export type SelectionOptions = {
+  source?: string;
+  urlTemplate?: string;
+  /** A folder of point clouds instead of the web. */
+  from?: string;
+  as?: string;
+  crs?: string;
+  licence?: string;
+  attribution?: string;
+  missingStatus?: number[];
+  allowPrivate?: boolean;
+  block?: string;
+  set?: Variables;
+
+  squares?: string[];
+  bbox?: BoundsM;
+  bboxDeg?: BoundsDeg;
+  circle?: readonly [number, number, number];
+  circleDeg?: readonly [number, number, number];
+  polygon?: string;
+  area?: string;
+  /** Where --area looks; addSelectionOptions fills it in. */
+  areasFolder?: string;
+};
+
+/** Which squares of which source, and how its hosts want to be asked. */
+export type Selection = {
+  /** Folder name in the store. */
+  readonly source: string;
+  /** Of LiDAR squares the same as `source`. */
+  readonly grid: string;
+  readonly gridCrs: string | null;
+  readonly terms: Terms;
+  readonly profile: AccessProfile;
+  /** A local folder is a catalogue whose urls are file: addresses. */
+  readonly catalogue: Catalogue;
+  readonly region: Region;
+  /** With --from: files whose name is not one of the source's. */
+  readonly ignored: readonly string[];
+};
+
+/**
+ * Turns the command line into squares and how to get them. Reads area and polygon files, asks no host.
+ * The catalogue gives every square that was asked for by name; one that the source does not have comes without
+ * addresses, and `locate` says undefined to it.
+ * @throws GrabberError USAGE, POLYGON_FILE, CONFIG
+ */
+export async function select(
+  options: SelectionOptions,
+  sources: ReadonlyMap<string, Source>,
+  http: HttpClient,
+  signal: AbortSignal,
+): Promise<Selection> {
+  chosenWay(options);
+  const source = findSource(options, sources);
+  const selection =
+    options.from !== undefined
+      ? await fromFolder(options.from, options, source, signal)
+      : source !== undefined
+        ? await fromSource(options, source, http, signal)
+        : await fromTemplate(options, signal);
+  return { ...selection, catalogue: withAskedNames(selection.catalogue, selection.profile.square_m) };
+}
+
+async function fromSource(options: SelectionOptions, configured: Source, http: HttpClient, signal: AbortSignal): Promise<Selection> {
+  const given = givenVariables(options);
+  const source = options.urlTemplate === undefined ? configured : withTemplate(configured, options.urlTemplate, given);
+  const catalogue = openCatalogue(source, http, { variables: given });
+  return {
+    ...recordsOf(source),
+    profile: profileOf(source),
+    catalogue,
+    region: await neededRegion(options, groundOf(source), signal),
+    ignored: [],
+  };
+}
+
+/** What the store records of squares of a source. */
+export function recordsOf(source: Source): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
+  return { source: source.id, grid: source.id, gridCrs: source.crs, terms: termsOf(source) };
+}
+
+export function groundOf(source: Source): Ground {
+  return { crs: source.crs, square_m: source.square_m ?? null, extent_m: source.extent_m };
+}
+
+async function fromTemplate(options: SelectionOptions, signal: AbortSignal): Promise<Selection> {
+  const template = options.urlTemplate;
+  if (template === undefined) throw usage('choose source: none given; allowed: --source ID, --url-template URL or --from FOLDER');
+  const given = givenVariables(options);
+  checkTemplate(template, given, []);
+  const plainNames = !needsCorner(template);
+  const square_m = plainNames && options.squares !== undefined ? null : kAdHocSquareM;
+  return {
+    ...adHocRecords(options, 'adhoc'),
+    profile: adHocProfile(options, [hostOfTemplate(template)], square_m),
+    catalogue: adHocCatalogue(template, given, plainNames),
+    region: await neededRegion(options, { crs: options.crs ?? null, square_m, extent_m: undefined }, signal),
+    ignored: [],
+  };
+}
+
+async function fromFolder(from: string, options: SelectionOptions, source: Source | undefined, signal: AbortSignal): Promise<Selection> {
+  const folder = resolve(from);
+  const needless = { '--url-template': options.urlTemplate, '--block': options.block, '--set': options.set, '--missing-status': options.missingStatus, '--allow-private': options.allowPrivate };
+  const clash = Object.entries(needless).find(([, value]) => value !== undefined);
+  if (clash !== undefined) throw usage(`read folder ${folder}: ${clash[0]} with --from; allowed: only for web addresses`);
+  const way = chosenWay(options);
+  if (source?.square_m === undefined && way !== undefined && way !== 'squares') {
+    throw usage(`choose squares: a place with --from but without a grid; allowed: --squares, or --source ID whose file names tell the place`);
+  }
+  const { catalogue, ignored } = await openFolder(folder, source, signal);
+  const ground = source === undefined ? { crs: null, square_m: null, extent_m: undefined } : groundOf(source);
+  return {
+    ...(source === undefined ? adHocRecords(options, 'local') : recordsOf(source)),
+    profile: source === undefined ? adHocProfile(options, [], null) : profileOf(source),
+    catalogue,
+    region: (await chosenRegion(options, ground, signal)) ?? kAll,
+    ignored,
+  };
+}
+
+function adHocRecords(options: SelectionOptions, id: string): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
+  const name = options.as ?? id;
+  return { source: name, grid: name, gridCrs: options.crs ?? null, terms: adHocTerms(options) };
+}
+
+async function neededRegion(options: SelectionOptions, ground: Ground, signal: AbortSignal): Promise<Region> {
+  const region = await chosenRegion(options, ground, signal);
+  if (region === undefined) throw usage(`choose squares: none given; allowed: one of ${kWayNames}`);
+  return region;
+}
+
+/** @return undefined without --source @throws GrabberError USAGE */
+export function findSource(options: SelectionOptions, sources: ReadonlyMap<string, Source>): Source | undefined {
+  if (options.source === undefined) return undefined;
+  const source = sources.get(options.source);
+  if (source === undefined) {
+    throw usage(`choose source: "${options.source}"; allowed: ${[...sources.keys()].join(', ') || 'none, the sources folder is empty'}`);
+  }
+  const ownWords = {
+    '--as': options.as,
+    '--crs': options.crs,
+    '--licence': options.licence,
+    '--attribution': options.attribution,
+    '--missing-status': options.missingStatus,
+    '--allow-private': options.allowPrivate,
+  };
+  const clash = Object.entries(ownWords).find(([, value]) => value !== undefined);
+  if (clash !== undefined) throw usage(`choose source: ${clash[0]} with --source ${source.id}; allowed: only without --source`);
+  return source;
+}

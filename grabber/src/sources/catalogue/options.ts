@@ -1,0 +1,38 @@
+import { kBackoff, type RetryPolicy } from '../../fetch/retry.js';
+import { kSystemClock, type Clock } from '../../util/clock.js';
+import { kMaxSquares } from '../square.js';
+import type { Variables } from '../url-template.js';
+
+export type CatalogueOptions = {
+  /** Values the user gave for what addresses leave open. */
+  readonly variables?: Variables;
+  /** Most squares that find() may give; 20,000 when left out. */
+  readonly maxSquares?: number;
+  readonly limits?: Partial<CatalogueLimits>;
+  readonly policy?: RetryPolicy;
+  readonly clock?: Clock;
+};
+
+/** A portal that runs wild must not fill memory or keep us busy for ever. */
+export type CatalogueLimits = {
+  readonly pages: number;
+  /** Items or features, before those that were not asked for are left out. */
+  readonly items: number;
+  readonly reply_bytes: number;
+};
+
+export const kLimits: CatalogueLimits = { pages: 2000, items: 100_000, reply_bytes: 64 * 1024 * 1024 };
+const kRetries = 4;
+
+/** All options, none left out. */
+export type CatalogueSettings = Required<Omit<CatalogueOptions, 'limits'>> & { readonly limits: CatalogueLimits };
+
+export function settingsOf(options: CatalogueOptions): CatalogueSettings {
+  return {
+    variables: options.variables ?? {},
+    maxSquares: options.maxSquares ?? kMaxSquares,
+    limits: { ...kLimits, ...options.limits },
+    policy: options.policy ?? { ...kBackoff, retries: kRetries },
+    clock: options.clock ?? kSystemClock,
+  };
+}

@@ -1,0 +1,88 @@
+import { z } from 'zod';
+import type { HttpClient } from '../../fetch/http-client.js';
+import { boundsToDegrees } from '../../geo/bounds.js';
+import { projectionOf } from '../../geo/crs.js';
+import type { BoundsM, CatalogueSquare } from '../../model/square.js';
+import type { Catalogue, Region } from '../../model/store.js';
+import type { StacAccess } from '../access-schema.js';
+import { hostsOf } from '../hosts.js';
+import type { Source } from '../source.js';
+import { chooseVariables } from '../variables.js';
+import { boxesOf } from './boxes.js';
+import { checkHost, getJson, type Asker } from './json-request.js';
+import { catalogueError, isAsked, Listing } from './listing.js';
+import type { CatalogueSettings } from './options.js';
+import { itemSchema, readItem, type StacItem } from './stac-item.js';
+
+const linkSchema = z.looseObject({ rel: z.string(), href: z.string(), method: z.string().optional() });
+const pageSchema = z.looseObject({ features: z.array(itemSchema), links: z.array(linkSchema).default([]) });
+const signedSchema = z.looseObject({ href: z.string() });
+
+const kDegreeDigits = 7;
+
+/** Items of a STAC API. Ref: "STAC API - Features", "OGC API - Features - Part 1". */
+export function stacCatalogue(source: Source, access: StacAccess, http: HttpClient, settings: CatalogueSettings): Catalogue {
+  chooseVariables(source, settings.variables);
+  const asker: Asker = { what: `list ${source.id}`, http, hosts: hostsOf(source), settings };
+  const { sign } = access;
+
+  async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
+    const listing = new Listing(asker.what, settings.maxSquares);
+    let items = 0;
+    for (const box of boxesOf(region, source)) {
+      for await (const { item, base } of itemsIn(asker, source, access, box, signal)) {
+        if (++items > settings.limits.items) throw catalogueError(asker.what, `more than ${settings.limits.items} items`, 'less ground');
+        const { square, rank, hrefs } = readItem(item, source, access, base);
+        for (const href of hrefs) checkHost(asker, href);
+        // A signed address is good for an hour: it is asked for when its turn has come.
+        if (isAsked(square, region)) listing.add(sign === undefined ? square : { ...square, urls: [] }, rank);
+      }
+    }
+    yield* listing.sorted();
+  }
+
+  if (sign === undefined) return { find };
+  return {
+    find,
+    addressesExpire: true,
+    async locate(square, _near, _there, signal) {
+      const url = `${access.items}/${encodeURIComponent(square.name)}`;
+      const { hrefs } = readItem(await getJson(asker, url, itemSchema, signal), source, access, url);
+      const [href] = hrefs;
+      if (href === undefined) return undefined;
+      checkHost(asker, href);
+      const signed = await getJson(asker, sign.replace('{href}', encodeURIComponent(href)), signedSchema, signal);
+      checkHost(asker, signed.href);
+      return { ...square, urls: [signed.href] };
+    },
+  };
+}
+
+type Found = { readonly item: StacItem; readonly base: string };
+
+async function* itemsIn(asker: Asker, source: Source, access: StacAccess, box: BoundsM, signal: AbortSignal): AsyncGenerator<Found> {
+  const { limits } = asker.settings;
+  const degrees = boundsToDegrees(box, projectionOf(source.crs)).map((value) => value.toFixed(kDegreeDigits));
+  const first = new URL(access.items);
+  first.searchParams.set('bbox', degrees.join(','));
+  first.searchParams.set('limit', String(access.page_size));
+  const seen = new Set<string>();
+  for (let url: string | undefined = first.href; url !== undefined; ) {
+    if (seen.has(url)) throw catalogueError(asker.what, `the next page of ${url} is one that was read before`, 'pages that end');
+    if (seen.size >= limits.pages) throw catalogueError(asker.what, `more than ${limits.pages} pages`, 'less ground');
+    seen.add(url);
+    const base: string = url;
+    const page: z.infer<typeof pageSchema> = await getJson(asker, base, pageSchema, signal);
+    for (const item of page.features) yield { item, base };
+    url = nextOf(asker, page.links, base);
+  }
+}
+
+function nextOf(asker: Asker, links: readonly z.infer<typeof linkSchema>[], base: string): string | undefined {
+  const next = links.find((link) => link.rel === 'next');
+  if (next === undefined) return undefined;
+  const method = next.method ?? 'GET';
+  if (method.toUpperCase() !== 'GET') throw catalogueError(asker.what, `the next page is asked for with ${method}`, 'GET');
+  if (!URL.canParse(next.href, base)) throw catalogueError(asker.what, `the next page is at ${next.href}`, 'a web address');
+  return new URL(next.href, base).href;
+}

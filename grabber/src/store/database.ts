@@ -1,0 +1,73 @@
+import { mkdirSync, statSync } from 'node:fs';
+import { pathToFileURL } from 'node:url';
+import Sqlite, { type Database } from 'better-sqlite3';
+import { GrabberError, describeError } from '../util/errors.js';
+import { checkNotNewer, migrate, schemaVersion, type Migration } from './migrations.js';
+import { asStoreError } from './store-error.js';
+
+/** Another process writes in short transactions; this is far longer than any of them. */
+const kBusyTimeout_ms = 10_000;
+
+/** Opens or makes the database of a store for writing, at the newest version. @throws GrabberError */
+export function openForWriting(root: string, path: string, migrations: readonly Migration[], now: Date): Database {
+  try {
+    mkdirSync(root, { recursive: true });
+  } catch (error) {
+    throw new GrabberError('STORE_IO', `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`, { cause: error });
+  }
+  return opened(path, () => new Sqlite(path, { timeout: kBusyTimeout_ms }), (db) => {
+    // Looked at before anything is changed: it may be somebody else's database.
+    checkNotNewer(schemaVersion(db, path), migrations.length, path);
+    db.pragma('journal_mode = WAL');
+    db.pragma('synchronous = NORMAL');
+    db.pragma('foreign_keys = ON');
+    migrate(db, path, migrations, now);
+  });
+}
+
+/** Opens the database of a store that is there, also while another process writes to it. @throws GrabberError */
+export function openForReading(path: string, migrations: readonly Migration[]): Database {
+  checkIsThere(path);
+  return opened(path, () => readable(path), (db) => {
+    const version = schemaVersion(db, path);
+    checkNotNewer(version, migrations.length, path);
+    if (version === migrations.length) return;
+    throw new GrabberError(
+      'STORE_FORMAT',
+      `open store ${path}: its version is ${version}; allowed: ${migrations.length}; "resume" brings it there`,
+    );
+  });
+}
+
+/** @throws GrabberError STORE_FORMAT when there is no database */
+export function checkIsThere(path: string): void {
+  if (statSync(path, { throwIfNoEntry: false })?.isFile() === true) return;
+  throw new GrabberError('STORE_FORMAT', `open store ${path}: no such file; allowed: a folder that the grabber fills`);
+}
+
+/** A reader shares memory with writers through a file beside the database, which cannot be made on a disk without write access. */
+function readable(path: string): Database {
+  const db = new Sqlite(path, { readonly: true, timeout: kBusyTimeout_ms });
+  try {
+    db.pragma('schema_version');
+    return db;
+  } catch (error) {
+    db.close();
+    const code = error instanceof Error && 'code' in error ? String(error.code) : '';
+    // What is in a log that cannot be read would be missing, so then it is an error.
+    if (!/^SQLITE_(CANTOPEN|READONLY)/.test(code) || (statSync(`${path}-wal`, { throwIfNoEntry: false })?.size ?? 0) > 0) throw error;
+    return new Sqlite(`${pathToFileURL(path).href}?immutable=1`, { readonly: true });
+  }
+}
+
+function opened(path: string, open: () => Database, prepare: (db: Database) => void): Database {
+  let db: Database | undefined;
+  try {
+    db = open();
+    prepare(db);
+    return db;
+  } catch (error) {
+    db?.close();
+    throw asStoreError('open store', path, error);
+  }
+}

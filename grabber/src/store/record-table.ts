@@ -1,0 +1,169 @@
+import type { Statement } from 'better-sqlite3';
+import { kStates, type CatalogueSquare, type RecordKey, type State, type StoredFile, type StoreRecord, type Terms } from '../model/square.js';
+import type { Learned, Place, RecordFilter, RecordTable as RecordTableContract, Verified } from '../model/store.js';
+import { GrabberError } from '../util/errors.js';
+import { changing, reading, type Connection } from './connection.js';
+import { Contents } from './contents.js';
+import type { FileKind } from './layout.js';
+import { Learner } from './learner.js';
+import { factsOf, keyOf } from './record-parameters.js';
+import { recordOfRow } from './record-row.js';
+import { recordSql, type RecordSql } from './record-sql.js';
+import { RowReader, type Row } from './row-reader.js';
+import { recordedMessage } from './store-error.js';
+
+/** Squares or orthophotos: the same columns in two tables. Statements are prepared once; each call is one transaction. */
+export class RecordTable implements RecordTableContract {
+  readonly #connection: Connection;
+  readonly #table: 'squares' | 'orthophotos';
+  readonly #kind: FileKind;
+  readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;
+  readonly #contents: Contents;
+  readonly #learner: Learner;
+
+  constructor(connection: Connection, table: 'squares' | 'orthophotos') {
+    this.#connection = connection;
+    this.#table = table;
+    this.#kind = table === 'squares' ? 'lidar' : 'ortho';
+    const entries = Object.entries(recordSql(table)).map(([name, text]) => [name, connection.db.prepare(text)] as const);
+    this.#sql = Object.fromEntries(entries) as Record<keyof RecordSql, Statement>;
+    this.#contents = new Contents(connection.db, table);
+    this.#learner = new Learner(connection.db, table, this.#sql, this.#contents);
+  }
+
+  learn(source: string, grid: string, gridCrs: string | null, terms: Terms, squares: Iterable<CatalogueSquare>): Learned {
+    return changing(this.#connection, () => this.#learner.learn({ source, grid, gridCrs, terms, now: this.#now() }, squares));
+  }
+
+  get(key: RecordKey): StoreRecord | undefined {
+    return reading(this.#connection, () => {
+      const row = this.#sql.get.get(keyOf(key)) as Row | undefined;
+      return row === undefined ? undefined : this.#record(row);
+    });
+  }
+
+  list(filter: RecordFilter): StoreRecord[] {
+    return this.#records(this.#sql.list, filter);
+  }
+
+  unfinished(filter: RecordFilter): StoreRecord[] {
+    return this.#records(this.#sql.unfinished, filter);
+  }
+
+  count(filter: RecordFilter): number {
+    return reading(this.#connection, () => Object.values(this.#sql.count.get(filterOf(filter)) as Record<string, number>)[0] ?? 0);
+  }
+
+  tally(): { source: string; state: State; count: number; bytes: number; points: number }[] {
+    return reading(this.#connection, () =>
+      (this.#sql.tally.all() as Row[]).map((row) => {
+        const read = new RowReader(row, `${this.#table} by source and state`);
+        return {
+          source: read.text('source'),
+          state: read.oneOf('state', kStates),
+          count: read.count('count'),
+          bytes: read.number('bytes'),
+          points: read.number('points'),
+        };
+      }),
+    );
+  }
+
+  places(): Place[] {
+    return reading(this.#connection, () =>
+      (this.#sql.places.all() as Row[]).map((row) => {
+        const read = new RowReader(row, `${this.#table} of ${String(row['source'])}`);
+        const bounds = [read.number('west'), read.number('south'), read.number('east'), read.number('north')] as const;
+        return { source: read.text('source'), grid: read.text('grid'), state: read.oneOf('state', kStates), bounds };
+      }),
+    );
+  }
+
+  lastErrors(limit: number): StoreRecord[] {
+    return reading(this.#connection, () => (this.#sql.errors.all({ limit }) as Row[]).map((row) => this.#record(row)));
+  }
+
+  want(keys: Iterable<RecordKey>, again = false): number {
+    return changing(this.#connection, () => {
+      const now = this.#now();
+      let became = 0;
+      for (const key of keys) {
+        const { changes } = this.#sql.want.run({ ...keyOf(key), now, again: again ? 1 : 0 });
+        if (changes === 0 && this.#sql.learned.get(keyOf(key)) === undefined) throw this.#noRecord('want', key);
+        became += changes;
+      }
+      if (became > 0) this.#contents.touch(now);
+      return became;
+    });
+  }
+
+  begin(key: RecordKey, url: string): void {
+    this.#change('begin', key, { url });
+  }
+
+  located(key: RecordKey, block: string | null, urls: readonly string[]): void {
+    this.#change('located', key, { block, urls: JSON.stringify(urls) });
+  }
+
+  fetched(key: RecordKey, file: StoredFile): void {
+    this.#change('fetched', key, { now: this.#now(), ...file });
+  }
+
+  verified(key: RecordKey, facts: Verified): void {
+    this.#change('verified', key, { now: this.#now(), ...factsOf(facts) });
+  }
+
+  converted(key: RecordKey, file: StoredFile, facts: Verified): void {
+    this.#change('converted', key, { now: this.#now(), ...file, ...factsOf(facts) });
+  }
+
+  missing(key: RecordKey, reason: string): void {
+    this.#change('missing', key, { now: this.#now(), code: 'MISSING', message: recordedMessage(reason) });
+  }
+
+  failed(key: RecordKey, code: string, message: string): void {
+    this.#change('failed', key, { now: this.#now(), code, message: recordedMessage(message) });
+  }
+
+  forget(key: RecordKey): void {
+    this.#change('forget', key, {});
+  }
+
+  #change(call: Exclude<keyof RecordSql, 'want'>, key: RecordKey, values: Readonly<Record<string, unknown>>): void {
+    changing(this.#connection, () => {
+      if (this.#sql[call].run({ ...values, ...keyOf(key) }).changes === 0) throw this.#noRecord(call, key);
+      this.#contents.touch(this.#now());
+    });
+  }
+
+  #records(statement: Statement, filter: RecordFilter): StoreRecord[] {
+    return reading(this.#connection, () => {
+      const records: StoreRecord[] = [];
+      for (const row of statement.iterate(filterOf(filter)) as Iterable<Row>) records.push(this.#record(row));
+      return records;
+    });
+  }
+
+  #record(row: Row): StoreRecord {
+    return recordOfRow(row, this.#table, this.#kind);
+  }
+
+  #noRecord(call: string, key: RecordKey): GrabberError {
+    const there = this.#sql.learned.get(keyOf(key)) !== undefined;
+    const allowed = there ? 'a record whose file is there' : 'a record that was learnt before';
+    return new GrabberError('STORE_CONFLICT', `record "${call}" of ${this.#shown(key)}: ${there ? 'it has no file' : 'no such record'}; allowed: ${allowed}`);
+  }
+
+  #shown(key: RecordKey): string {
+    return `${this.#table} ${key.source}/${key.grid}/${key.name}`;
+  }
+
+  #now(): string {
+    return this.#connection.clock.now().toISOString();
+  }
+}
+
+function filterOf(filter: RecordFilter): Record<string, string | null> {
+  const list = (values: readonly string[] | undefined): string | null => (values === undefined ? null : JSON.stringify(values));
+  return { source: filter.source ?? null, grid: filter.grid ?? null, states: list(filter.states), names: list(filter.names) };
+}

@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""Compares the grabber with curl: the same list of files, the same concurrency, the same server.
+
+    tests/bench/grab/throughput.py [--rounds 5] [--concurrency 4] [--rate BYTES_PER_S] [--netem "delay 20ms rate 200mbit"]
+
+Needs the built grabber (npm run build && npm run build:test in grabber/) and curl. Prints one result line per list:
+name, files, bytes, median seconds of curl and of the grabber, and their ratio (1.00 = as fast as curl; the aim is 0.90).
+The grabber also hashes, checks and records what it fetches; its start is in its time.
+With --netem and as root, the server stands in a network of its own behind a slow line.
+"""
+import argparse
+import os
+import random
+import shutil
+import statistics
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", ".."))
+PORTAL = os.path.join(ROOT, "grabber", "dist-test", "tests", "grabber", "portal", "main.js")
+GRABBER = os.path.join(ROOT, "grabber", "dist", "main.js")
+SPACE = "terravox-bench"
+LISTS = {"large": (24, 25_000_000), "middle": (150, 2_000_000), "small": (1000, 50_000)}
+
+
+def laz(size, east_km, north_km, rng):
+    """LAZ in form only: header, LASzip record, chunk table pointer, filling, chunk table."""
+    header = bytearray(227)
+    header[0:4] = b"LASF"
+    header[24:26] = bytes([1, 2])
+    data = max(0, size - 227 - 88 - 16)
+    struct.pack_into("<HII", header, 94, 227, 227 + 88, 1)
+    struct.pack_into("<BHI", header, 104, 0x81, 28, 10)
+    struct.pack_into("<3d", header, 131, 0.01, 0.01, 0.01)
+    for axis, low in enumerate((east_km * 1000.0, north_km * 1000.0, 280.0)):
+        struct.pack_into("<2d", header, 179 + 16 * axis, low + 999, low)
+    vlr = bytearray(88)
+    vlr[2:16] = b"laszip encoded"
+    struct.pack_into("<HH", vlr, 18, 22204, 34)
+    struct.pack_into("<H", vlr, 54, 2)
+    return bytes(header) + bytes(vlr) + struct.pack("<q", 227 + 88 + 8 + data) + rng.randbytes(data) + struct.pack("<II", 0, 1)
+
+
+def make_files(folder, count, size):
+    rng = random.Random(count)
+    names = []
+    for index in range(count):
+        east, north = 400 + index % 100, 50 + index // 100
+        names.append(f"{east}_{north}")
+        with open(os.path.join(folder, f"TM_{east}_{north}.laz"), "wb") as file:
+            file.write(laz(size, east, north, rng))
+    return names
+
+
+def start_portal(folder, rate=None):
+    pace = ["--rate", str(rate)] if rate else []
+    portal = subprocess.Popen(["node", PORTAL, "--root", folder, *pace], stdout=subprocess.PIPE, text=True)
+    return portal, portal.stdout.readline().strip()
+
+
+def run_curl(base, names, target, concurrency):
+    config = os.path.join(target, "list.txt")
+    with open(config, "w") as file:
+        for name in names:
+            file.write(f'url = "{base}/TM_{name}.laz"\noutput = "{target}/{name}.laz"\n')
+    subprocess.run(["curl", "-sS", "--fail", "--parallel", "--parallel-max", str(concurrency), "-K", config], check=True, stderr=subprocess.DEVNULL)
+
+
+def run_grabber(base, names, target, concurrency):
+    command = ["node", GRABBER, "fetch", "--url-template", base + "/TM_{name}.laz", "--allow-private", "--squares", ",".join(names), "--store", target]
+    command += ["--concurrency", str(concurrency), *os.environ.get("GRAB_OPTIONS", "").split()]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        sys.exit(f"the grabber ended with {done.returncode}: {done.stderr[-2000:]}")
+
+
+def timed(action, *arguments):
+    target = tempfile.mkdtemp(prefix="terravox-bench-")
+    try:
+        began = time.monotonic()
+        action(*arguments[:2], target, *arguments[2:])
+        return time.monotonic() - began
+    finally:
+        shutil.rmtree(target)
+
+
+def slow_line(netem):
+    """The loopback of a network namespace with a queue that delays; False when this user may not make one."""
+    if not netem:
+        return True
+    if os.geteuid() != 0 or shutil.which("tc") is None:
+        return False
+    steps = [["ip", "netns", "add", SPACE], ["ip", "netns", "exec", SPACE, "ip", "link", "set", "lo", "up"]]
+    steps += [["ip", "netns", "exec", SPACE, "tc", "qdisc", "add", "dev", "lo", "root", "netem", *netem.split()]]
+    return all(subprocess.run(step, stderr=subprocess.DEVNULL).returncode == 0 for step in steps)
+
+
+def compare(label, count, size, options):
+    with tempfile.TemporaryDirectory(prefix="terravox-bench-") as folder:
+        names = make_files(folder, count, size)
+        portal, base = start_portal(folder, options.rate)
+        try:
+            times = {"curl": [], "grabber": []}
+            for _ in range(options.rounds):
+                times["curl"].append(timed(run_curl, base, names, options.concurrency))
+                times["grabber"].append(timed(run_grabber, base, names, options.concurrency))
+        finally:
+            portal.terminate()
+            portal.wait()
+    curl, grabber = statistics.median(times["curl"]), statistics.median(times["grabber"])
+    line = f"{label}: {count} files of {size} bytes, {options.concurrency} at a time: curl {curl:.2f} s, grabber {grabber:.2f} s, ratio {curl / grabber:.2f}"
+    print(line, flush=True)
+    return curl / grabber
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--concurrency", type=int, default=4)
+    parser.add_argument("--lists", default=",".join(LISTS))
+    parser.add_argument("--rate", type=int, help="the server paces each body to so many bytes a second, as portals do")
+    parser.add_argument("--netem", default="", help="as tc has it, such as 'delay 10ms rate 200mbit'; needs root")
+    options = parser.parse_args()
+    if options.netem and os.environ.get("TERRAVOX_BENCH_INSIDE") is None:
+        try:
+            if not slow_line(options.netem):
+                print(f"skipped: a slow line ({options.netem}) needs root, ip netns and tc netem")
+                return
+            environment = {**os.environ, "TERRAVOX_BENCH_INSIDE": "1"}
+            sys.exit(subprocess.run(["ip", "netns", "exec", SPACE, sys.executable, *sys.argv], env=environment).returncode)
+        finally:
+            subprocess.run(["ip", "netns", "del", SPACE], stderr=subprocess.DEVNULL)
+    for label in options.lists.split(","):
+        compare(label, *LISTS[label], options)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,99 @@
+"""terravox-laz as a person runs it: what it writes, says and refuses."""
+
+import json
+import pathlib
+import shutil
+import unittest
+
+from support import SHARED, Run, binary, survey, temporary_folder
+
+
+def laz(*arguments, **options):
+    return Run([binary("LAZ"), *arguments], **options)
+
+
+class LazTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = temporary_folder()
+
+    def assertRefused(self, run, code, *said):
+        self.assertEqual(run.code, code, str(run))
+        self.assertEqual(run.out, "", str(run))
+        self.assertEqual(run.err.count("\n"), 1, str(run))
+        self.assertTrue(run.err.startswith("terravox: "), str(run))
+        for text in said:
+            self.assertIn(text, run.err)
+
+    def square(self):
+        found = sorted(pathlib.Path(survey()).rglob("*.laz"))
+        self.assertTrue(found, "the invented survey has no square")
+        return shutil.copy(found[0], self.folder)
+
+    def test_info_is_json_with_the_facts_of_the_header(self):
+        square = self.square()
+        run = laz("info", square)
+        self.assertEqual(run.code, 0, str(run))
+        facts = json.loads(run.out)
+        self.assertEqual(facts["crs"], "EPSG:3794")
+        self.assertTrue(facts["compressed"])
+        self.assertFalse(facts["copc"] or facts["lax"])
+        self.assertEqual(run.err, "")
+        self.assertIn(f"{facts['point_count']} points", laz("check", square).out)
+
+    def test_an_index_appears_beside_the_file(self):
+        square = pathlib.Path(self.square())
+        run = laz("index", square)
+        self.assertEqual(run.code, 0, str(run))
+        self.assertTrue(square.with_suffix(".lax").is_file())
+        self.assertTrue(json.loads(laz("info", square).out)["lax"])
+
+    def test_wrong_usage_ends_with_2(self):
+        for arguments in ([], ["compress", "a"], ["squeeze", "a", "b"], ["info"], ["check", "a", "b"]):
+            with self.subTest(arguments):
+                self.assertEqual(laz(*arguments).code, 2)
+
+    def test_a_file_that_is_not_there_is_named(self):
+        self.assertRefused(laz("check", self.folder / "none.laz"), 1, "none.laz")
+
+    def test_a_full_disk_leaves_nothing(self):
+        if not SHARED.is_dir():
+            self.skipTest(f"{SHARED} is not there")
+        target = self.folder / "out.laz"
+        run = laz("compress", SHARED / "pdal/las/autzen_trim.las", target, file_bytes=20000)
+        self.assertRefused(run, 1, "out.laz")
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_no_real_file_crashes_it(self):
+        if not SHARED.is_dir():
+            self.skipTest(f"{SHARED} is not there")
+        bad = ["lazpy/testdata/malformed", "ign-pdal-tools/check_las"]
+        files = [p for folder in bad for p in sorted((SHARED / folder).rglob("*.la[sz]")) if p.stat().st_size < 3_000_000]
+        files += [SHARED / "pdal/las" / (name + ".las") for name in (
+            "garbage_nVariableLength", "bad_vlr_count", "bad-geotiff-keys", "spurious", "no-points", "1.2-with-color-clipped", "epsg_4326", "extrabytes",
+            "lots_of_vlr", "test1_4", "gps-time-nan", "wontcompress3")]
+        files += [SHARED / "laspy/tests/data" / name for name in ("append-bug-cpy.laz", "simple1_3.las", "simple.copc.laz")]
+        self.assertGreater(len(files), 15)
+        done = 0
+        for path in files:
+            with self.subTest(path.name):
+                copy = self.folder / ("copy" + path.suffix)
+                shutil.copyfile(path, copy)
+                out = self.folder / "out.laz"
+                for arguments in (["info", copy], ["check", copy], ["index", copy], ["compress", copy, out]):
+                    run = laz(*arguments)
+                    if run.code == 0:
+                        self.assertEqual(run.err, "", str(run))
+                        done += 1
+                    else:
+                        self.assertRefused(run, 1)
+                if out.exists():
+                    before, after = (json.loads(laz("info", f).out) for f in (copy, out))
+                    for key in ("point_count", "point_format", "version", "min", "max", "crs"):
+                        self.assertEqual(before[key], after[key], key)
+                for left in self.folder.iterdir():
+                    left.unlink()
+        self.assertGreater(done, 15)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,112 @@
+import assert from 'node:assert/strict';
+import { mkdir, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { test, type TestContext } from 'node:test';
+import { cli } from './support/cli.js';
+import { serve } from './support/http-fixture.js';
+import { temporaryFolder } from './support/store-fixture.js';
+
+test('sources and areas print tables, and JSON where asked', async () => {
+  const table = await cli(['sources']);
+  assert.equal(table.code, 0, table.err);
+  assert.match(table.out, /^id +crs/);
+  assert.match(table.out, /\nsi-lss +EPSG:3794 +1000 m/);
+  assert.match(table.out, /\nus-3dep +EPSG:3857 +- /);
+  const json = JSON.parse((await cli(['sources', '--json'])).out) as { id: string; hosts: string[] }[];
+  assert.deepEqual(json.find(({ id }) => id === 'ch-swisstopo')?.hosts, ['data.geo.admin.ch']);
+
+  const areas = await cli(['areas']);
+  assert.match(areas.out, /^name +latitude +longitude +size +title\n/);
+  assert.match(areas.out, /\nbled +46\.\d{3} N +14\.\d{3} E +\d\.\d x \d\.\d km +Bled, Slovenia/);
+  const all = JSON.parse((await cli(['areas', '--json'])).out) as { name: string; polygon: number[][][] }[];
+  assert.ok((all.find(({ name }) => name === 'bled')?.polygon[0]?.length ?? 0) > 3);
+});
+
+test('list computes the addresses that follow a rule, without asking anybody', async () => {
+  const list = await cli(['list', '--source', 'si-lss', '--block', 'b_35', '--bbox', '462000,101000,463000.5,102000']);
+  assert.equal(list.code, 0, list.err);
+  assert.match(list.out, /^462_101\thttps:\/\/[^\n]*\/b_35\/D96TM\/TM_462_101\.laz\n463_101\t[^\n]*\n$/);
+  const open = await cli(['list', '--source', 'si-lss', '--squares', '462_101']);
+  assert.equal(open.out, '462_101\t?\n', 'which block is found by asking, when it is fetched');
+  const line = await cli(['list', '--url-template', 'http://h/{x:06}_{y}', '--squares', '85_446', '--json']);
+  assert.deepEqual(JSON.parse(line.out), {
+    source: 'adhoc',
+    name: '85_446',
+    block: null,
+    bounds: [85_000, 446_000, 86_000, 447_000],
+    urls: ['http://h/085000_446000'],
+    bytes: null,
+    sha256: null,
+    member: null,
+    published: null,
+  });
+});
+
+/** A configuration with one source that is served by this machine. */
+async function configFolder(t: TestContext, base: string): Promise<string> {
+  const folder = await temporaryFolder(t);
+  await mkdir(join(folder, 'sources'));
+  await mkdir(join(folder, 'areas'));
+  const toml = `
+id = "here"
+title = "Here"
+licence = "CC BY 4.0"
+attribution = "Us"
+crs = "EPSG:3794"
+square_m = 1000
+extent_m = [400000, 50000, 500000, 150000]
+class_table = "asprs"
+max_concurrent = 2
+missing_status = [403]
+allow_private_addresses = true
+[access]
+kind = "wfs"
+url = "${base}/wfs"
+type = "a:b"
+url_field = "url"
+name_field = "name"
+name_pattern = '(?<E>\\d+)_(?<N>\\d+)'
+`;
+  await writeFile(join(folder, 'sources', 'here.toml'), toml);
+  await writeFile(join(folder, 'areas', 'castle.toml'), 'id = "castle"\ntitle = "Castle"\ncircle = { lon = 14.5154, lat = 46.0523, radius_m = 200 }\n');
+  return folder;
+}
+
+test('list asks the catalogues of other sources, and a catalogue that fails ends it', async (t) => {
+  const server = await serve(t, (_request, response, index) => {
+    if (index > 0) return void response.writeHead(404).end();
+    response.end(JSON.stringify({ features: [{ properties: { name: '462_101', url: `${server.base}/a.laz` }, geometry: null }], numberMatched: 1 }));
+  });
+  const config = await configFolder(t, server.base);
+  const args = ['--config', config, 'list', '--source', 'here', '--area', 'Castle'];
+  assert.deepEqual(await cli(args), { code: 0, out: `462_101\t${server.base}/a.laz\n`, err: '' });
+  const failed = await cli(args);
+  assert.equal(failed.code, 1);
+  assert.equal(failed.out, '');
+  assert.match(failed.err, /^error: list here: http:\/\/127\.0\.0\.1:\d+\/wfs\?.* answers HTTP 404; allowed: 200\n$/);
+});
+
+test('wrong usage ends with exit code 2 and one line that says what is allowed', async (t) => {
+  const cases: { args: string[]; message: RegExp }[] = [
+    { args: ['--source', 'de-by', '--bbox', '1,2,3'], message: /--bbox.*'1,2,3' is invalid.*four numbers in metres/ },
+    { args: ['--source', 'de-by', '--bbox', '3,2,1,4'], message: /west < east and south < north/ },
+    { args: ['--source', 'de-by', '--bbox-deg', '11,48,12,98'], message: /--bbox-deg.*-85 to 85/ },
+    { args: ['--source', 'de-by', '--bbox-deg', '179,48,-179,49'], message: /--bbox-deg.*west < east/ },
+    { args: ['--source', 'de-by', '--circle', '690000,5336000,0'], message: /--circle.*radius at most 200000/ },
+    { args: ['--source', 'de-by', '--circle-deg', '11,48'], message: /--circle-deg.*longitude,latitude,radius/ },
+    { args: ['--source', 'de-by', '--area', 'fussn'], message: /did you mean fuessen\?/ },
+    { args: ['--source', 'de-by'], message: /choose squares: none given; allowed: one of --squares, --bbox, --bbox-deg/ },
+    { args: ['--source', 'si-lss', '--squares', '462_101', '--block', 'b_99'], message: /set block: "b_99"; allowed: b_11 to b_37/ },
+    { args: ['--url-template', 'http://h/{e}', '--squares', '1_1'], message: /placeholder \{e\}/ },
+    { args: ['--url-template', 'http://h/{E}_{N}', '--squares', '1_1', '--crs', 'D96'], message: /--crs.*EPSG:<number>/ },
+  ];
+  for (const { args, message } of cases) {
+    await t.test(args.join(' '), async () => {
+      const { code, out, err } = await cli(['list', ...args]);
+      assert.match(err, message);
+      assert.match(err, /^error: [^\n]*\n$/);
+      assert.equal(code, 2);
+      assert.equal(out, '');
+    });
+  }
+});

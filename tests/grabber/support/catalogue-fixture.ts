@@ -1,0 +1,49 @@
+import type { TestContext } from 'node:test';
+import { createHttpClient, type HttpClient } from '../../../grabber/src/fetch/http-client.js';
+import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
+import type { Catalogue, Region } from '../../../grabber/src/model/store.js';
+import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
+import type { CatalogueOptions } from '../../../grabber/src/sources/catalogue/options.js';
+import { parseSource } from '../../../grabber/src/sources/load-sources.js';
+import type { Source } from '../../../grabber/src/sources/source.js';
+import { fakeClock } from './fake-clock.js';
+import { kHere } from './http-fixture.js';
+
+const kNever = new AbortController().signal;
+
+/** A source named "here" of D96/TM kilometre squares, with this [access]. */
+export function sourceWith(access: string, head = 'square_m = 1000', crs = 'EPSG:3794'): Source {
+  return parseSource(
+    `
+id = "here"
+title = "Here"
+licence = "CC0"
+attribution = "Us"
+crs = "${crs}"
+${head}
+extent_m = [370000, 25000, 630000, 200000]
+class_table = "asprs"
+max_concurrent = 4
+missing_status = [404]
+${access}
+`,
+    'here.toml',
+  );
+}
+
+/** Asks without waiting between its tries. */
+export function catalogueOf(t: TestContext, source: Source, options: CatalogueOptions = {}): Catalogue {
+  return openCatalogue(source, clientFor(t), { policy: { retries: 2, base_ms: 1, cap_ms: 1 }, clock: fakeClock(), ...options });
+}
+
+export function clientFor(t: TestContext): HttpClient {
+  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 20_000, access: kHere });
+  t.after(() => http.close());
+  return http;
+}
+
+export async function found(catalogue: Catalogue, region: Region, signal: AbortSignal = kNever): Promise<CatalogueSquare[]> {
+  const squares: CatalogueSquare[] = [];
+  for await (const square of catalogue.find(region, signal)) squares.push(square);
+  return squares;
+}

@@ -1,0 +1,21 @@
+import { openStore } from '../../../grabber/src/store/open-store.js';
+import { catalogueSquare, kTerms, kVerified, keyOfSquare, storedFile } from './record-fixture.js';
+
+/** A child that tests kill: works through squares one after the other, and tells of each call once it has returned. */
+const [root = '', first = '0'] = process.argv.slice(2);
+const store = openStore(root, {}, new AbortController().signal);
+for (let e = Number(first); ; ++e) {
+  const key = keyOfSquare(`${e}_101`);
+  const calls: [string, () => void][] = [
+    ['known', () => void store.squares.learn('si-lss', 'si-lss', 'EPSG:3794', kTerms, [catalogueSquare(e, 101)])],
+    ['wanted', () => void store.squares.want([key])],
+    ['fetching', () => store.squares.begin(key, 'http://h')],
+    ['fetched', () => store.squares.fetched(key, storedFile(key.name))],
+    ['verified', () => store.squares.verified(key, kVerified)],
+  ];
+  for (const [state, call] of calls) {
+    call();
+    // Synchronous on pipes: what was told has happened, and little more than what was told.
+    process.stdout.write(`${e} ${state}\n`);
+  }
+}

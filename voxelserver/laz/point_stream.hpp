@@ -1,0 +1,45 @@
+#pragma once
+
+#include <laszip/laszip_api.h>
+
+#include <cstdint>
+
+#include "voxelserver/lidar/file_bytes.hpp"
+#include "voxelserver/lidar/las_file.hpp"
+
+namespace terravox::laz {
+
+/// All points of a checked file with all their fields, from first to last; LaszipReader unpacks only what voxels need.
+/// Each chunk is checked before LASzip trusts it. For one thread.
+class PointStream {
+public:
+    /// @param info  of read_las_info(); outlives this
+    /// @throws Error naming the file and LASzip's reason
+    explicit PointStream(const lidar::LasInfo& info);
+    ~PointStream();
+    PointStream(const PointStream&) = delete;
+    PointStream& operator=(const PointStream&) = delete;
+
+    /// Decodes the next point into point(). @return false behind the last one @throws Error when the file is damaged
+    [[nodiscard]] bool next();
+    [[nodiscard]] const laszip_header_struct& header() const noexcept { return *m_header; }
+    [[nodiscard]] const laszip_point_struct& point() const noexcept { return *m_point; }
+
+private:
+    void require(laszip_I32 failed) const;
+    void close() noexcept;
+
+    const lidar::LasInfo& m_info;
+    const lidar::FileBytes m_bytes;
+    laszip_POINTER m_reader = nullptr;
+    laszip_header_struct* m_header = nullptr;
+    laszip_point_struct* m_point = nullptr;
+    bool m_open = false;
+    std::uint64_t m_at = 0;
+    std::size_t m_chunk = 0;
+};
+
+/// LASzip's last message as one line without a full stop.
+[[nodiscard]] std::string laszip_message(laszip_POINTER laszip);
+
+}  // namespace terravox::laz
