@@ -6,7 +6,7 @@ import { test, type TestContext } from 'node:test';
 import { run } from '../../grabber/src/cli/program.js';
 import { openStore } from '../../grabber/src/store/open-store.js';
 import { wmsHandler } from './portal/wms.js';
-import { serve } from './support/http-fixture.js';
+import { sendFile, sendStatus, serve } from './support/http-fixture.js';
 import { makeLas, makeLaz } from './support/las-fixture.js';
 import { readPicture, wrongPixels } from './support/ortho-workshop.js';
 import { script } from './support/scripts.js';
@@ -48,6 +48,11 @@ async function configWith(t: TestContext, base: string): Promise<string> {
   return config;
 }
 
+function lidarSource(base: string): string {
+  const head = 'id = "here"\ntitle = "Here"\nlicence = "CC BY 4.0"\nattribution = "Us"\ncrs = "EPSG:3794"\nsquare_m = 1000\nextent_m = [400000, 50000, 500000, 150000]\n';
+  return `${head}class_table = "asprs"\nmax_concurrent = 2\nmissing_status = [404]\nallow_private_addresses = true\n[access]\nkind = "template"\nurls = ["${base}/TM_{E}_{N}.laz"]\n`;
+}
+
 test('ortho makes the picture of each square once', async (t) => {
   const handler = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 100 });
   const server = await serve(t, (request, response) => void handler(request, response));
@@ -67,6 +72,27 @@ test('ortho makes the picture of each square once', async (t) => {
   assert.match((await command(config, [...args, '--resolution-m', '1'])).out, /120 x 120 pixels/);
   const json = await command(config, [...args, '--again', '--json']);
   assert.equal((JSON.parse(json.out.split('\n')[0] ?? '') as { state: string }).state, 'made');
+});
+
+test('fetch brings squares and their orthophotos in one go', async (t) => {
+  const pictures = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 4096 });
+  const laz = makeLaz({ min: [462_000, 101_000, 0], max: [463_000, 102_000, 1] });
+  const server = await serve(t, (request, response) => {
+    if (request.url === '/TM_462_101.laz') sendFile(response, laz);
+    else if (request.url?.startsWith('/TM_') === true) sendStatus(response, 404);
+    else void pictures(request, response);
+  });
+  const config = await configWith(t, server.base);
+  await writeFile(join(config, 'sources', 'here.toml'), lidarSource(server.base));
+  const root = join(await temporaryFolder(t), 'store');
+  const args = ['fetch', '--source', 'here', '--squares', '462_101,463_101', '--store', root];
+
+  const wrong = await command(config, [...args, '--ortho', 'nowhere']);
+  assert.deepEqual([wrong.code, server.seen.length], [2, 0], wrong.err);
+  const both = await command(config, [...args, '--ortho', 'here']);
+  assert.equal(both.code, 3, both.err);
+  assert.match(both.out, /made 462_101 .* 2080 x 2080 pixels/);
+  assert.deepEqual(await storedFiles(root), ['lidar/here/462_101.laz', 'ortho/here/here/462_101.tif']);
 });
 
 test('a server that fails leaves the picture that was there, and the exit code says so', async (t) => {

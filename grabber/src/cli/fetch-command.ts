@@ -11,17 +11,20 @@ import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
 import { accessOf, lidarJob } from './lidar-job.js';
+import { kExit } from './exit-codes.js';
 import { printPlan } from './fetch-plan.js';
+import { findOrthoSource, kDefaultMargin_m, makeOrthophotos } from './ortho-command.js';
 import { addRunOptions, chooseReporter, type RunOptions } from './run-options.js';
 import { addSelectionOptions } from './selection.js';
-import { makeStore } from './with-store.js';
+import { makeStore, readStore } from './with-store.js';
 
-export type FetchOptions = SelectionOptions & RunOptions & { refetch?: boolean; dryRun?: boolean; sizes?: boolean };
+export type FetchOptions = SelectionOptions & RunOptions & { refetch?: boolean; dryRun?: boolean; sizes?: boolean; ortho?: string };
 
 export function addFetchCommand(program: Command, context: CliContext): void {
   const command = addSelectionOptions(program.command('fetch').description('download or copy squares into a store'), context);
   addRunOptions(command)
     .option('--refetch', 'fetch again what is verified already')
+    .option('--ortho <id>', 'then make an orthophoto for each of the squares, from this source of sources/ortho')
     .option('--dry-run', 'only list the squares, their addresses and sizes')
     .option('--sizes', 'with --dry-run: ask the server for sizes that are not known')
     .action(async (options: FetchOptions) => context.exit(await fetchCommand(options, context, conversionFor(context))));
@@ -30,6 +33,8 @@ export function addFetchCommand(program: Command, context: CliContext): void {
 /** Fills a store with what was asked for. @return the exit code */
 async function fetchCommand(options: FetchOptions, context: CliContext, hooks: FetchHooks): Promise<number> {
   const { output, signal } = context;
+  // A name that is wrong is better told now than after hours of fetching.
+  if (options.ortho !== undefined) await findOrthoSource(options.ortho, context);
   // Nobody may be talked to before the selection has told its source.
   const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
   try {
@@ -40,7 +45,8 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
     const reporter = chooseReporter(options, output);
     try {
       for (const path of selection.ignored) reporter.ignored(path, selection.source);
-      return await makeStore(options.store, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
+      const code = await makeStore(options.store, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
+      return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, selection, squares, options, context));
     } finally {
       reporter.close();
     }
@@ -50,6 +56,27 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
   } finally {
     await http.close();
   }
+}
+
+/** With the choices that `ortho` makes when it is not told otherwise. */
+async function orthophotosOf(
+  source: string,
+  { grid }: Selection,
+  squares: readonly CatalogueSquare[],
+  { store, retries, timeoutS, json }: FetchOptions,
+  context: CliContext,
+): Promise<number> {
+  const there = new Set(await readStore(store, context.signal, (open) => open.squares.list({ source: grid, states: kUsable }).map(({ key }) => key.name)));
+  const names = squares.map(({ name }) => name).filter((name) => there.has(name));
+  // Then none could be fetched, which has been said.
+  if (names.length === 0) return kExit.done;
+  const options = { store, source, grid, squares: names, as: grid, marginM: kDefaultMargin_m, retries, timeoutS, json: json ?? false };
+  return makeOrthophotos(options, context);
+}
+
+function worseOf(a: number, b: number): number {
+  const order: readonly number[] = [kExit.failed, kExit.holes, kExit.done];
+  return order.find((code) => code === a || code === b) ?? kExit.done;
 }
 
 async function findSquares(selection: Selection, options: FetchOptions, signal: AbortSignal): Promise<CatalogueSquare[]> {

@@ -23,7 +23,7 @@ import { integerIn, parseNameList, parseSourceId } from './option-parsers.js';
 import { orthoReporter, type OrthoReporter } from './ortho-reporter.js';
 import { storeOption, writeStore } from './with-store.js';
 
-type Options = {
+export type OrthoOptions = {
   store: string;
   source?: string;
   grid?: string;
@@ -42,7 +42,7 @@ type Options = {
   json?: boolean;
 };
 
-const kDefaultMargin_m = 20;
+export const kDefaultMargin_m = 20;
 /** Longest Retry-After to obey. */
 const kMaxWait_ms = 600_000;
 /** Of pictures of the user's own, whose source states none. */
@@ -70,23 +70,25 @@ export function addOrthoCommand(program: Command, context: CliContext): void {
     .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
     .option('--dry-run', 'list what would be made')
     .option('--json', 'one JSON object a line on standard output')
-    .action((options: Options) => orthoCommand(options, context));
+    .action(async (options: OrthoOptions) => context.exit(await makeOrthophotos(options, context)));
 }
 
-async function orthoCommand(options: Options, context: CliContext): Promise<void> {
+/** An orthophoto for each square that was chosen. @return the exit code */
+export async function makeOrthophotos(options: OrthoOptions, context: CliContext): Promise<number> {
   const { signal } = context;
   const source = await chooseSource(options, context);
   const reporter = orthoReporter(context.output, options.json ?? false);
   const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: accessTo(source) });
   try {
-    await writeStore(options.store, signal, async (store) => {
+    return await writeStore(options.store, signal, async (store) => {
       const squares = chooseSquares(store, options);
       if (options.dryRun === true) {
         for (const square of squares) reporter.would(square.key.name);
-        return reporter.summary({ made: 0, kept: 0, missing: 0, failed: 0 });
+        reporter.summary({ made: 0, kept: 0, missing: 0, failed: 0 });
+        return kExit.done;
       }
       await removeStaleWork(store.root);
-      await withWorkFolder(store.root, (cache) => makeAll(squares, source, options, store, http, cache, reporter, context));
+      return await withWorkFolder(store.root, (cache) => makeAll(squares, source, options, store, http, cache, reporter, context));
     });
   } finally {
     await http.close();
@@ -106,13 +108,13 @@ function accessTo(source: OrthoSource | undefined): Access {
 async function makeAll(
   squares: readonly StoreRecord[],
   source: OrthoSource | undefined,
-  options: Options,
+  options: OrthoOptions,
   store: Store,
   http: HttpClient,
   cacheFolder: string,
   reporter: OrthoReporter,
   context: CliContext,
-): Promise<void> {
+): Promise<number> {
   const { signal } = context;
   const found = source === undefined ? undefined : gatherFor(source, cacheFolder);
   const workshop = workshopOf(source, options, http, cacheFolder, found?.gather ?? localGather(options.from ?? '', null), reporter);
@@ -130,7 +132,7 @@ async function makeAll(
     await found?.cache.trim();
   }
   reporter.summary(tally);
-  context.exit(tally.failed > 0 ? kExit.failed : tally.missing > 0 ? kExit.holes : kExit.done);
+  return tally.failed > 0 ? kExit.failed : tally.missing > 0 ? kExit.holes : kExit.done;
 }
 
 async function makeOne(
@@ -159,7 +161,7 @@ async function makeOne(
 
 function workshopOf(
   source: OrthoSource | undefined,
-  options: Options,
+  options: OrthoOptions,
   http: HttpClient,
   cache: string,
   gather: Workshop['gather'],
@@ -187,20 +189,25 @@ function workshopOf(
   };
 }
 
-async function chooseSource(options: Options, context: CliContext): Promise<OrthoSource | undefined> {
+async function chooseSource(options: OrthoOptions, context: CliContext): Promise<OrthoSource | undefined> {
+  if (options.source === undefined && options.from !== undefined) return undefined;
+  if (options.from !== undefined) throw new GrabberError('USAGE', 'choose orthophotos: --source and --from; allowed: one of them');
+  return findOrthoSource(options.source, context);
+}
+
+/** @throws GrabberError USAGE when there is none of that name, or no name was given */
+export async function findOrthoSource(id: string | undefined, context: CliContext): Promise<OrthoSource> {
   const sources = await loadConfigFolder(join(context.configFolder(), 'sources', 'ortho'), kOrthoKind, context.signal);
   const names = [...sources.keys()].join(', ') || 'none, the folder is empty';
-  if (options.source === undefined) {
-    if (options.from !== undefined) return undefined;
+  if (id === undefined) {
     throw new GrabberError('USAGE', `choose orthophotos: neither --source nor --from is given; allowed: --from <path>, or --source of ${names}`);
   }
-  if (options.from !== undefined) throw new GrabberError('USAGE', 'choose orthophotos: --source and --from; allowed: one of them');
-  const source = sources.get(options.source);
-  if (source === undefined) throw new GrabberError('USAGE', `choose orthophotos: "${options.source}"; allowed: ${names}`);
+  const source = sources.get(id);
+  if (source === undefined) throw new GrabberError('USAGE', `choose orthophotos: "${id}"; allowed: ${names}`);
   return source;
 }
 
-function chooseSquares(store: Store, options: Options): StoreRecord[] {
+function chooseSquares(store: Store, options: OrthoOptions): StoreRecord[] {
   const states = options.all === true ? kUsableOrWanted : kUsable;
   const filter = {
     states,
