@@ -10,7 +10,7 @@ for (const name of ['SIGINT', 'SIGTERM'] as const) {
   // Once: a second signal finds Node's own handler, which ends the process at once.
   process.once(name, () => {
     interruptedBy ??= name;
-    stop.abort(new Error(`stopped by ${name}`));
+    stop.abort(new Error(`stopped by ${name}; the next run continues`));
   });
 }
 

@@ -76,15 +76,19 @@ test('fetch fills a store, and its exit code tells holes from failures', async (
     .map((line) => JSON.parse(line) as Record<string, unknown>);
   assert.deepEqual(lines.map((line) => line['state'] ?? line['event']).sort(), [
     'begin',
-    'begin',
     'failed',
     'kept',
-    'missing',
     'plan',
     'summary',
   ]);
   const summary = lines.find((line) => line['event'] === 'summary');
-  assert.deepEqual([summary?.['verified'], summary?.['kept'], summary?.['missing'], summary?.['failed']], [0, 1, 1, 1]);
+  assert.deepEqual([summary?.['verified'], summary?.['kept'], summary?.['missing'], summary?.['known_missing'], summary?.['failed']], [0, 1, 0, 1, 1]);
+
+  assert.equal(server.seen.filter(({ path }) => path === '/TM_463_101.laz').length, 1, 'a hole is remembered');
+  const known = await fetch('462_101,463_101');
+  assert.equal(known.code, 3);
+  assert.match(known.out, /0 missing, 1 known to be missing \(--refetch asks again\), 0 failed/);
+  assert.match((await fetch('463_101', '--refetch')).err, /^hole: here has no square 463_101/);
 
   assert.deepEqual(await storedFiles(store), ['lidar/here/462_101.laz']);
   const opened = await openStore(store, { readOnly: true }, kNever);
@@ -135,7 +139,7 @@ test('fetch copies a local folder, and says which files it could not use', async
 
   const all = await cli(args);
   assert.equal(all.code, 3);
-  assert.match(all.err, /warning: ignored .*notes\.laz: not a file name of source here/);
+  assert.match(all.err, /warning: ignored .*notes\.laz: not a file name of here/);
   assert.match(all.err, /warning: lidar\/here\/464_101\.zlas needs a conversion/);
   assert.match(all.out, /2 fetched, 1 to convert, 0 already there, 0 missing, 0 failed/);
   // LAS is compressed where terravox-laz is built; it can be used as it is, too.
@@ -181,7 +185,7 @@ test(
 
     const stopped = await cli(args, (started) => (child = started));
     assert.equal(stopped.code, 130);
-    assert.equal(stopped.err, 'error: stopped by SIGINT\n');
+    assert.equal(stopped.err, 'error: stopped by SIGINT; the next run continues\n');
     const files = await storedFiles(store);
     assert.deepEqual(
       files.filter((file) => !file.includes('.part')),
@@ -233,7 +237,7 @@ test('resume continues what is unfinished, and says what it cannot', async (t) =
   assert.match(some.err, /error: here not continued, 1 files: they came from a folder/);
   assert.match(some.out, /^verified 462_101 /);
   assert.deepEqual(await storedFiles(store), ['lidar/here/462_101.laz']);
-  assert.equal((await cli(['resume', '--config', sources, '--store', store, '--source', 'nothing'])).code, 0);
+  assert.equal((await cli(['resume', '--config', sources, '--store', store, '--source', 'nothing'])).code, 2);
 });
 
 test('no secret is printed, whatever is asked for', async (t) => {

@@ -45,7 +45,7 @@ test('wrong usage ends with exit code 2 and one line that says what is allowed',
     { args: ['grab'], message: /unknown command 'grab'/ },
     {
       args: ['fetch', '--source', 'de-by', '--squares', '690_5336'],
-      message: /required option '--store <folder>' not specified/,
+      message: /choose store: none given; allowed: --store FOLDER/,
     },
     {
       args: ['fetch', '--store', store, '--source', 'de-by', '--squares', '690_5336', '--concurrency', '0'],

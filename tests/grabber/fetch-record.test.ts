@@ -5,6 +5,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import type { CatalogueSquare } from '../../grabber/src/model/square.js';
+import { GrabberError } from '../../grabber/src/util/errors.js';
 import { sendFile, sendStatus, serve, type Handler } from './support/http-fixture.js';
 import { makeLas, makeLaz } from './support/las-fixture.js';
 import { fetchFixture, kName, squareOf, storedFiles, type FixtureOptions } from './support/store-fixture.js';
@@ -310,6 +311,18 @@ test('a conversion runs after the check, and its failure is the square\'s', asyn
   });
   await good.fetch(one(server.base));
   assert.deepEqual(seen, ['462_101 verified']);
+});
+
+test('a whole file that could not be converted is not fetched again', async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, Buffer.from('ZLAS of which nobody knows more')));
+  const convert = (): Promise<void> => Promise.reject(new GrabberError('CONVERTER', 'convert it: no'));
+  const fixture = await fetchFixture(t, server.base, { job: { convert } });
+  const square = [squareOf(kName, [`${server.base}/${kName}.zlas`])];
+  for (let times = 0; times < 2; ++times) {
+    assert.equal((await fixture.fetch(square))[0]?.state, 'failed');
+    assert.deepEqual([fixture.record()?.state, fixture.record()?.lastError?.code], ['fetched', 'CONVERTER']);
+  }
+  assert.equal(server.seen.length, 1);
 });
 
 test('a full disk stops the run before the download', async (t) => {

@@ -3,7 +3,13 @@ import { test } from 'node:test';
 import { createHttpClient, type Access, type HttpClientOptions } from '../../grabber/src/fetch/http-client.js';
 import { addressAllowed, checkUrl } from '../../grabber/src/fetch/host-policy.js';
 import { readSecretHeaders } from '../../grabber/src/fetch/secret-headers.js';
+import { redactError, redactorOf } from '../../grabber/src/fetch/redact.js';
 import { shownUrl } from '../../grabber/src/fetch/shown-url.js';
+import { GrabberError, describeError } from '../../grabber/src/util/errors.js';
+import { profileOf } from '../../grabber/src/sources/profile.js';
+import { openCatalogue } from '../../grabber/src/sources/catalogue/open-catalogue.js';
+import { regionOfBox } from '../../grabber/src/select/region.js';
+import { found, sourceWith } from './support/catalogue-fixture.js';
 import { sendFile, sendStatus, serve } from './support/http-fixture.js';
 import { makeLaz } from './support/las-fixture.js';
 import { fetchFixture, kName, kNever, squareOf } from './support/store-fixture.js';
@@ -65,7 +71,7 @@ function clientOf(access: Partial<Access>, resolve?: HttpClientOptions['resolve'
   return createHttpClient({
     userAgent: 'terravox-grabber/test',
     timeout_ms: 2000,
-    access: { hosts: [], allowPrivate: false, secretHeaders: {}, ...access },
+    access: { hosts: [], allowPrivate: false, secretHeaders: {}, secretOrigins: [], ...access },
     ...(resolve === undefined ? {} : { resolve }),
   });
 }
@@ -89,7 +95,7 @@ test('a client may talk to nobody before it is told to whom', async (t) => {
   const http = clientOf({});
   t.after(() => http.close());
   await assert.rejects(http.get(server.base, {}, kNever), { code: 'HOST_REFUSED' });
-  http.permit({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {} });
+  http.permit({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {}, secretOrigins: [] });
   assert.equal((await http.get(server.base, {}, kNever)).status, 200);
 });
 
@@ -100,7 +106,7 @@ test('secret headers go to the host that was asked, and on no redirect elsewhere
     if (request.url === '/away') return sendStatus(response, 302, { location: `${other.base}/a.laz` });
     sendFile(response, makeLaz());
   });
-  const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush' } });
+  const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [own.base] });
   t.after(() => http.close());
   for (const path of ['/here', '/there', '/away']) await (await http.get(`${own.base}${path}`, {}, kNever)).discard();
   assert.deepEqual(own.seen.map(({ path, headers }) => [path, headers['x-key']]), [
@@ -113,7 +119,7 @@ test('secret headers go to the host that was asked, and on no redirect elsewhere
 });
 
 test('secret headers do not travel unencrypted through the open net', async (t) => {
-  const http = clientOf({ hosts: ['data.example'], secretHeaders: { 'x-key': 'hush' } });
+  const http = clientOf({ hosts: ['data.example'], secretHeaders: { 'x-key': 'hush' }, secretOrigins: ['http://data.example'] });
   t.after(() => http.close());
   await assert.rejects(http.get('http://data.example/a', {}, kNever), { code: 'SECRET', message: /over http:; allowed: https:/ });
 });
@@ -125,7 +131,7 @@ test('a secret that a server sends back is in no message and no record', async (
   ];
   for (const page of echo) {
     const server = await serve(t, (request, response) => sendFile(response, Buffer.from(page(String(request.headers['x-key'])))));
-    const fixture = await fetchFixture(t, server.base, { retries: 0, access: { secretHeaders: { 'x-key': 'hush/hush 1' } } });
+    const fixture = await fetchFixture(t, server.base, { retries: 0, access: { secretHeaders: { 'x-key': 'hush/hush 1' }, secretOrigins: [server.base] } });
     const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a`])]);
     assert.match(outcome?.state === 'failed' ? outcome.message : '', /Bad key \*\*\*/);
     assert.ok(!JSON.stringify([outcome, fixture.record()]).includes('hush'));
@@ -143,4 +149,91 @@ test('secrets come from the environment, and a bad one is not shown', () => {
 
 test('addresses are shown without what is secret in them', () => {
   assert.equal(shownUrl('https://me:word@h.example/a?X-Amz-Signature=abc&x=1'), 'https://h.example/a?X-Amz-Signature=...&x=1');
+});
+
+test('secret headers go to configured addresses only, not to all hosts that may be talked to', async (t) => {
+  const configured = await serve(t, (_request, response) => sendStatus(response, 200));
+  const other = await serve(t, (_request, response) => sendStatus(response, 200));
+  const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [configured.base] });
+  t.after(() => http.close());
+  for (const { base } of [configured, other]) await (await http.get(base, {}, kNever)).discard();
+  assert.equal(configured.seen[0]?.headers['x-key'], 'hush-hush');
+  assert.ok(other.seen[0] !== undefined && other.seen[0].headers['x-key'] === undefined, 'another port of the same host');
+});
+
+test('the secrets of a source are for the addresses in its file, not for its further hosts', () => {
+  const source = sourceWith(
+    `
+[access]
+kind = "stac"
+items = "https://api.example.org:8443/items"
+sign = "https://sign.example.org/sign?href={href}"
+[[access.assets]]
+href = 'laz$'
+`,
+    'crs_in_files = true\nhosts = ["assets.example.org"]',
+  );
+  const { hosts, secretOrigins } = profileOf(source);
+  assert.deepEqual(hosts, ['api.example.org', 'assets.example.org', 'sign.example.org']);
+  assert.deepEqual(secretOrigins, ['https://api.example.org:8443', 'https://sign.example.org']);
+});
+
+test('secrets are hidden whole, cut, encoded and without their scheme', () => {
+  const cases: { secret: string; text: string; shown: string }[] = [
+    { secret: 'hush', text: 'bad hush, hus', shown: 'bad ***, hus' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hush-hush!', shown: 'bad ***!' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hush-hu', shown: 'bad ***' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hus', shown: 'bad ***' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hu', shown: 'bad hush-hu' },
+    { secret: 'hush/hush 1', text: 'bad hush%2Fhush%201, hush%2Fhu', shown: 'bad ***, ***' },
+    { secret: 'Bearer abcdefghij', text: 'bad token abcdefghij', shown: 'bad token ***' },
+    { secret: 'say "hush"', text: JSON.stringify({ key: 'say "hush"' }), shown: '{"key":"***"}' },
+  ];
+  for (const { secret, text, shown } of cases) assert.equal(redactorOf([secret])(text), shown, `${secret} in ${text}`);
+});
+
+test('an error shows no secret of its cause', () => {
+  const redact = redactorOf(['hush-hush']);
+  const bad = new GrabberError('NETWORK', 'fetch', { cause: new Error('bad hush-hush'), retryable: true, retryAfterMs: 5 });
+  const safe = redactError(bad, redact);
+  assert.ok(safe instanceof GrabberError && safe.retryable && safe.retryAfterMs === 5);
+  assert.equal(describeError(safe), 'fetch: bad ***');
+  const good = new GrabberError('NETWORK', 'fetch');
+  assert.equal(redactError(good, redact), good);
+});
+
+test('a secret in a title is hidden before the title is cut', async (t) => {
+  const filler = 'x'.repeat(195);
+  const page = (key: unknown): Buffer => Buffer.from(`<html><title>${filler}${String(key)}</title></html>`);
+  const server = await serve(t, (request, response) => sendFile(response, page(request.headers['x-key'])));
+  const fixture = await fetchFixture(t, server.base, { retries: 0, access: { secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [server.base] } });
+  const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a`])]);
+  assert.match(outcome?.state === 'failed' ? outcome.message : '', /x\*\*\*"/);
+});
+
+test('what a catalogue throws shows no secret, whoever asked it', async (t) => {
+  const replies: ((key: string) => string)[] = [
+    (key) => `<ows:ExceptionText>Bad key ${key}</ows:ExceptionText>`,
+    (key) => JSON.stringify({ features: [{ id: key, properties: {}, assets: {} }] }),
+    (key) => JSON.stringify({ features: [], links: [{ rel: 'next', href: `http://evil.example/?${key}` }] }),
+    (key) => `no JSON: ${key}`,
+  ];
+  for (const reply of replies) {
+    const server = await serve(t, (request, response) => response.end(reply(String(request.headers['x-key']))));
+    const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush-hush' }, secretOrigins: [server.base] });
+    t.after(() => http.close());
+    const source = sourceWith(`
+[access]
+kind = "stac"
+items = "${server.base}/items"
+name_pattern = '_(?<E>\\d+)-(?<N>\\d+)'
+[[access.assets]]
+href = 'laz$'
+`);
+    await assert.rejects(found(openCatalogue(source, http), regionOfBox([462_000, 101_000, 464_000, 103_000])), (error: Error) => {
+      assert.equal(server.seen[0]?.headers['x-key'], 'hush-hush-hush');
+      assert.match(describeError(error), /\*\*\*|no JSON/);
+      return !describeError(error).includes('hush');
+    });
+  }
 });

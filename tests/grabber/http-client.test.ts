@@ -1,11 +1,20 @@
 import assert from 'node:assert/strict';
+import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { createHttpClient, type HttpClient } from '../../grabber/src/fetch/http-client.js';
-import { serve } from './support/http-fixture.js';
+import { fakeClock } from './support/fake-clock.js';
+import { kHere, sendFile, serve } from './support/http-fixture.js';
 import { kNever } from './support/store-fixture.js';
 
+/** A body that never ends, a byte at a time. */
+function trickle(response: ServerResponse, status: number, headers: Record<string, string> = {}): void {
+  response.writeHead(status, headers);
+  const timer = setInterval(() => response.write('x'), 2);
+  response.on('close', () => clearInterval(timer));
+}
+
 function impatient(t: TestContext): HttpClient {
-  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 200, access: { hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {} } });
+  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 200, access: kHere });
   t.after(() => http.close());
   return http;
 }
@@ -55,4 +64,28 @@ test('a stop is passed on as what it is, before the answer and within the body',
   const response = await impatient(t).get(halting.base, {}, later.signal);
   later.abort(new Error('stopped later'));
   await assert.rejects(readAll(response.body), { message: 'stopped later' });
+});
+
+test('a body that trickles is given up on, whoever reads it', async (t) => {
+  const server = await serve(t, (_request, response) => trickle(response, 200));
+  const clock = fakeClock();
+  // Every look at it finds it 50 s later.
+  const hasty = { ...clock, now: () => (void clock.sleep(50_000, kNever), clock.now()) };
+  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 20_000, access: kHere, clock: hasty });
+  t.after(() => http.close());
+  const response = await http.get(server.base, {}, kNever);
+  await assert.rejects(readAll(response.body), { code: 'TOO_SLOW', retryable: true, message: /allowed: at least 512/ });
+});
+
+test('a body that nobody wants is not waited for', async (t) => {
+  const server = await serve(t, (request, response) => {
+    if (request.url === '/moved') return trickle(response, 302, { location: '/file' });
+    if (request.url === '/file') return sendFile(response, Buffer.from('here'));
+    trickle(response, 404);
+  });
+  // Without an end to the wait, each of these would last for ever.
+  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 20_000, access: kHere });
+  t.after(() => http.close());
+  await (await http.get(`${server.base}/none`, {}, kNever)).discard();
+  assert.equal(await readAll((await http.get(`${server.base}/moved`, {}, kNever)).body), 4);
 });

@@ -110,3 +110,21 @@ test('wrong usage ends with exit code 2 and one line that says what is allowed',
     });
   }
 });
+
+test('--retries and --max-wait-s hold for catalogues, whoever asks them, and the user hears of it', async (t) => {
+  const server = await serve(t, (request, response) =>
+    void response.writeHead(503, { 'retry-after': request.url?.startsWith('/busy') === true ? '7200' : '0' }).end(),
+  );
+  const [config, busy, store] = [await configFolder(t, server.base), await configFolder(t, `${server.base}/busy`), await temporaryFolder(t)];
+  const commands = [['list', '--area', 'castle'], ['fetch', '--area', 'castle', '--store', store], ['fishnet', 'import', '--dry-run']];
+  for (const command of commands) {
+    server.seen.length = 0;
+    const failed = await cli(['--config', config, ...command, '--source', 'here', '--retries', '1']);
+    assert.equal(failed.code, 1, failed.err);
+    assert.match(failed.err, /^retry 1 of the catalogue in \d\.\d s: list here: .*HTTP 503[^\n]*\nerror: list here: .*HTTP 503/);
+    assert.equal(server.seen.length, 2);
+    const late = await cli(['--config', busy, ...command, '--source', 'here', '--max-wait-s', '60']);
+    assert.match(late.err, /^error: list here: .*HTTP 503.*7200 s; allowed: at most 60 s \(--max-wait-s\)\n$/);
+    assert.equal(server.seen.length, 3);
+  }
+});

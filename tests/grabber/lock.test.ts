@@ -1,31 +1,43 @@
 import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
 import { writeFile } from 'node:fs/promises';
-import { hostname } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
 import { lockStore } from '../../grabber/src/store/lock.js';
+import { makeFolder } from '../../grabber/src/util/files.js';
 import { kNever, temporaryFolder } from './support/store-fixture.js';
+
+const kModule = new URL('../../grabber/src/store/lock.js', import.meta.url).href;
 
 test('a store has one grabber at a time', async (t) => {
   const path = join(await temporaryFolder(t), '.lock');
-  const unlock = await lockStore(path, kNever);
-  await assert.rejects(lockStore(path, kNever), {
-    code: 'STORE_LOCKED',
-    message: new RegExp(`process ${process.pid} on`),
-  });
-  await unlock();
-  await (
-    await lockStore(path, kNever)
-  )();
+  const unlock = lockStore(path, kNever);
+  assert.throws(() => lockStore(path, kNever), { code: 'STORE_LOCKED', message: /another grabber holds .*\.lock; allowed: one/ });
+  unlock();
+  lockStore(path, kNever)();
 });
 
-test('the lock of a process that has ended is taken over, that of another machine is not', async (t) => {
+test('a killed process leaves no lock, and an empty file is none', async (t) => {
   const path = join(await temporaryFolder(t), '.lock');
-  // Above the largest process id of any system that Node.js runs on.
-  await writeFile(path, `999999999 ${hostname()}\n`);
-  await (
-    await lockStore(path, kNever)
-  )();
-  await writeFile(path, '999999999 another-machine\n');
-  await assert.rejects(lockStore(path, kNever), { code: 'STORE_LOCKED', message: /on another-machine/ });
+  await writeFile(path, '');
+  const script = `const { lockStore } = await import(${JSON.stringify(kModule)}); globalThis.unlock = lockStore(${JSON.stringify(path)}, new AbortController().signal); console.log('held'); setInterval(() => {}, 1000);`;
+  const child = spawn(process.execPath, ['--input-type=module', '--eval', script], { cwd: fileURLToPath(new URL('.', import.meta.url)) });
+  t.after(() => child.kill('SIGKILL'));
+  await once(child.stdout, 'data');
+  assert.throws(() => lockStore(path, kNever), { code: 'STORE_LOCKED' });
+  child.kill('SIGKILL');
+  await once(child, 'exit');
+  lockStore(path, kNever)();
+});
+
+test('a folder is made with those above it, and where that cannot be the attempt ends', async (t) => {
+  const root = await temporaryFolder(t);
+  await makeFolder(join(root, 'a', 'b', 'c'));
+  await makeFolder(join(root, 'a', 'b', 'c'));
+  await writeFile(join(root, 'file'), '');
+  await assert.rejects(makeFolder(join(root, 'file')), { code: 'EEXIST' });
+  await assert.rejects(makeFolder(join(root, 'file', 'below')), { code: 'ENOTDIR' });
+  await assert.rejects(makeFolder('/proc/no-such-process/x'), { code: 'ENOENT' });
 });

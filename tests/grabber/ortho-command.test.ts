@@ -35,16 +35,16 @@ async function storeWith(t: TestContext, bytes: Buffer, extension: string): Prom
   store.squares.want([kKey]);
   store.squares.begin(kKey, 'http://x/a.laz');
   store.squares.fetched(kKey, { path, bytes: bytes.length, sha256: createHash('sha256').update(bytes).digest('hex') });
-  store.squares.verified(kKey, { points: null, image: null, crs: null, warnings: [] });
+  if (extension !== 'zlas') store.squares.verified(kKey, { points: null, image: null, crs: null, warnings: [] });
   store.close();
   return root;
 }
 
-async function configWith(t: TestContext, base: string): Promise<string> {
+async function configWith(t: TestContext, base: string, more = ''): Promise<string> {
   const config = await temporaryFolder(t);
   await mkdir(join(config, 'sources', 'ortho'), { recursive: true });
   const head = 'id = "here"\ntitle = "Here"\nlicence = "CC BY 4.0"\nattribution = "Us"\ncrs = "EPSG:3794"\nresolution_m = 0.5\nallow_private_addresses = true\n';
-  await writeFile(join(config, 'sources', 'ortho', 'here.toml'), `${head}[access]\nkind = "wms"\nurl = "${base}/wms"\nlayer = "dof"\nmax_pixels = 100\n`);
+  await writeFile(join(config, 'sources', 'ortho', 'here.toml'), `${head}${more}[access]\nkind = "wms"\nurl = "${base}/wms"\nlayer = "dof"\nmax_pixels = 100\n`);
   return config;
 }
 
@@ -72,6 +72,25 @@ test('ortho makes the picture of each square once', async (t) => {
   assert.match((await command(config, [...args, '--resolution-m', '1'])).out, /120 x 120 pixels/);
   const json = await command(config, [...args, '--again', '--json']);
   assert.equal((JSON.parse(json.out.split('\n')[0] ?? '') as { state: string }).state, 'made');
+});
+
+test('a picture that is to be made again stays in use when that is cut off, and the next run makes it', async (t) => {
+  const handler = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 4096 });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const config = await configWith(t, server.base);
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const args = ['ortho', '--store', root, '--source', 'here'];
+  assert.equal((await command(config, args)).code, 0);
+  const store = openStore(root, {}, kNever);
+  const key = { source: 'here', grid: 'si-lss', name: '462_101' };
+  store.orthophotos.want([key], true);
+  store.orthophotos.begin(key, 'http://x/');
+  store.close();
+  assert.match((await command(config, ['status', '--store', root])).out, /\nhere +verified +1 /);
+  assert.match((await command(config, ['verify', '--store', root])).out, /^2 files checked, 0 bad/);
+  assert.match((await command(config, ['resume', '--store', root])).err, /1 orthophotos of here are unfinished/);
+  assert.match((await command(config, args)).out, /1 made, 0 already there/);
+  assert.equal((await command(config, ['resume', '--store', root])).code, 0);
 });
 
 test('fetch brings squares and their orthophotos in one go', async (t) => {
@@ -143,4 +162,25 @@ test('convert brings LAS to LAZ, and tells what failed', async (t) => {
   const failed = await command(config, ['convert', '--store', zlas]);
   assert.equal(failed.code, 1);
   assert.match(failed.err, /error: si-lss\/462_101 NO_CONVERTER: convert lidar\/si-lss\/462_101\.zlas/);
+  const store = openStore(zlas, { readOnly: true }, kNever);
+  t.after(() => store.close());
+  const record = store.squares.get(kKey);
+  assert.deepEqual([record?.state, record?.lastError?.code], ['fetched', 'NO_CONVERTER'], 'it is not to be fetched again');
+});
+
+test('a secret that a map service sends back is in no message and no record', async (t) => {
+  process.env['TERRAVOX_TEST_KEY'] = 'hush-hush-hush';
+  t.after(() => delete process.env['TERRAVOX_TEST_KEY']);
+  const server = await serve(t, (request, response) => {
+    response.writeHead(200, { 'content-type': 'text/xml' });
+    response.end(`<ServiceExceptionReport><ServiceException>Bad key ${String(request.headers['x-key'])}</ServiceException></ServiceExceptionReport>`);
+  });
+  const config = await configWith(t, server.base, 'secret_headers = { x-key = "TERRAVOX_TEST_KEY" }\n');
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const failed = await command(config, ['ortho', '--store', root, '--source', 'here', '--retries', '0']);
+  assert.match(failed.err, /Bad key \*\*\*/);
+  const store = openStore(root, {}, kNever);
+  t.after(() => store.close());
+  assert.match(store.orthophotos.list({})[0]?.lastError?.message ?? '', /Bad key \*\*\*/);
+  assert.ok(!`${failed.out}${failed.err}`.includes('hush'));
 });

@@ -1,15 +1,22 @@
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
-import { writeFile } from 'node:fs/promises';
+import { truncate, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { promisify } from 'node:util';
+import { createHttpClient } from '../../grabber/src/fetch/http-client.js';
+import { DiskSpace, kReserve_bytes } from '../../grabber/src/fetch/disk-space.js';
+import { HostGate } from '../../grabber/src/fetch/host-gate.js';
+import { downloader } from '../../grabber/src/ortho/download.js';
+import { openGdal } from '../../grabber/src/ortho/gdal.js';
 import { localGather } from '../../grabber/src/ortho/local.js';
+import { lookInto } from '../../grabber/src/ortho/piece.js';
 import { squareUrl } from '../../grabber/src/ortho/template.js';
 import { drawPattern, encodePng } from './portal/pattern.js';
-import { sendFile, sendStatus, serve } from './support/http-fixture.js';
+import { fakeClock } from './support/fake-clock.js';
+import { kHere, sendFile, sendStatus, serve } from './support/http-fixture.js';
 import { bench, kCrs, orthoSource, readPicture, wrongPixels, type Bench, type Picture } from './support/ortho-workshop.js';
-import { storedFiles, temporaryFolder } from './support/store-fixture.js';
+import { kNever, storedFiles, temporaryFolder } from './support/store-fixture.js';
 
 const run = promisify(execFile);
 
@@ -146,4 +153,35 @@ test('a picture a square is placed by its square, with its neighbours for the ma
 test('placeholders of addresses', () => {
   assert.equal(squareUrl('{E}_{N}/{x:07}/{y}/{name}', [462_000, 101_000], 1000), '462_101/0462000/101000/462_101');
   assert.throws(() => squareUrl('{block}', [0, 0], 1000), /\{block\}; allowed: \{E\}/);
+});
+
+test('a picture longer than any memory is looked into by its start', async (t) => {
+  const folder = await temporaryFolder(t);
+  const gdal = await openGdal(folder, kNever);
+  const tif = await geoTiff(folder, 'long', [462_000, 101_000, 462_010, 101_020]);
+  for (const path of [tif, join(folder, 'long.png')]) {
+    await truncate(path, 3 * 2 ** 30);
+    const { width_px, height_px, channels } = await lookInto(path, path, gdal, kNever);
+    assert.deepEqual([width_px, height_px, channels], [20, 40, 'rgb'], path);
+  }
+});
+
+test('a picture that would fill the disk is refused before it is fetched', async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, Buffer.alloc(2000)));
+  const folder = await temporaryFolder(t);
+  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
+  t.after(() => http.close());
+  const fetchInto = (free_bytes: number): Promise<boolean> =>
+    downloader({
+      http,
+      policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },
+      clock: fakeClock(),
+      gate: new HostGate(fakeClock(), 1000),
+      disk: new DiskSpace(folder, () => Promise.resolve(free_bytes)),
+      missingStatus: [],
+      onRetry: () => undefined,
+    }).toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 10_000, kNever);
+  await assert.rejects(fetchInto(kReserve_bytes + 1999), { code: 'DISK_FULL', message: /it needs 2000 bytes/ });
+  assert.deepEqual([await storedFiles(folder), server.seen.length], [[], 1]);
+  assert.equal(await fetchInto(kReserve_bytes + 2000), true);
 });

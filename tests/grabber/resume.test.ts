@@ -146,3 +146,33 @@ test('a server that gives the rest in pieces is asked until the file is whole', 
   );
   await assertStored(fixture, kLaz);
 });
+
+test('the rest of another file is never appended, whatever a server makes of If-Range', async (t) => {
+  const cases: { name: string; first: Record<string, string>; second: Record<string, string> }[] = [
+    { name: 'another ETag', first: { etag: '"v1"' }, second: { etag: '"v2"' } },
+    { name: 'a weak ETag', first: { etag: '"v1"' }, second: { etag: 'W/"v1"' } },
+    {
+      name: 'another date',
+      first: { 'last-modified': 'Sun, 21 Jun 2026 10:00:00 GMT' },
+      second: { 'last-modified': 'Sun, 21 Jun 2026 11:00:00 GMT' },
+    },
+  ];
+  for (const { name, first, second } of cases) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, (request, response, index) => {
+        if (index === 0) return sendPart(response, kLaz, kCutAt, first);
+        if (request.headers.range === undefined) return sendFile(response, kNewer, second);
+        response.writeHead(206, {
+          ...second,
+          'content-length': String(kNewer.length - kCutAt),
+          'content-range': `bytes ${kCutAt}-${kNewer.length - 1}/${kNewer.length}`,
+        });
+        response.end(kNewer.subarray(kCutAt));
+      });
+      const fixture = await fetchFixture(t, server.base, cutting(server));
+      assert.equal(await state(fixture, server), 'verified');
+      assert.deepEqual(fixture.retries, ['NETWORK', 'RESUME_REFUSED']);
+      await assertStored(fixture, kNewer);
+    });
+  }
+});

@@ -2,12 +2,13 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { HostGate } from '../../grabber/src/fetch/host-gate.js';
 import { backoffMs, parseRetryAfter, withRetries } from '../../grabber/src/fetch/retry.js';
+import { kSystemClock } from '../../grabber/src/util/clock.js';
 import { GrabberError } from '../../grabber/src/util/errors.js';
 import { seededRandom } from './portal/random.js';
 import { fakeClock } from './support/fake-clock.js';
 import { kNever } from './support/store-fixture.js';
 
-const kPolicy = { retries: 3, base_ms: 1000, cap_ms: 5000 };
+const kPolicy = { retries: 3, base_ms: 1000, cap_ms: 5000, max_wait_ms: 60_000 };
 const kIgnore = (): void => undefined;
 
 test('the backoff is any part of a time that doubles up to its cap', () => {
@@ -105,4 +106,24 @@ test('a host that asks for too much time fails the request instead of being aske
     message: /3600 s; allowed: at most 60 s/,
   });
   assert.deepEqual(clock.slept_ms, []);
+});
+
+test('a request that was told to wait too long is not tried again, and does not wait', async () => {
+  const clock = fakeClock();
+  const notices: number[] = [];
+  const told = (ms: number) => () => Promise.reject(new GrabberError('HTTP_STATUS', 'fetch a: HTTP 503', { retryable: true, retryAfterMs: ms }));
+  await assert.rejects(withRetries(told(60_001), kPolicy, clock, ({ wait_ms }) => notices.push(wait_ms), kNever), {
+    code: 'RETRY_AFTER_TOO_LONG',
+    message: /fetch a: HTTP 503: .*alone for 61 s; allowed: at most 60 s \(--max-wait-s\)/,
+  });
+  assert.deepEqual([clock.slept_ms, notices], [[], []]);
+  await assert.rejects(withRetries(told(60_000), kPolicy, clock, kIgnore, kNever), { code: 'HTTP_STATUS' });
+  assert.deepEqual(clock.slept_ms, [60_000, 60_000, 60_000]);
+});
+
+test('a sleep longer than a timer can count is no shorter', async () => {
+  const stop = new AbortController();
+  const sleeping = kSystemClock.sleep(2 ** 31 + 5, stop.signal);
+  setTimeout(() => stop.abort(new Error('still asleep')), 50);
+  await assert.rejects(sleeping, { message: 'still asleep' });
 });

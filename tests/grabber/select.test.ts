@@ -115,7 +115,7 @@ test('a choice that cannot be meant is a usage error', async (t) => {
   const cases: { name: string; options: SelectionOptions; message: RegExp }[] = [
     { name: 'two ways', options: { source: 'de-by', area: 'bled', bbox: [0, 0, 1, 1] }, message: /choose squares: --bbox and --area; allowed: one of them/ },
     { name: 'none', options: { source: 'de-by' }, message: /choose squares: none given; allowed: one of --squares, --bbox/ },
-    { name: 'another country', options: { source: 'de-by', area: 'bled' }, message: /--area [\d,]+ lies outside the source; allowed: 490000/ },
+    { name: 'another country', options: { source: 'de-by', area: 'bled' }, message: /--area lies outside the source, at [\d,]+; allowed: 490000/ },
     { name: 'degrees for metres', options: { source: 'de-by', bbox: [11, 48, 12, 49] }, message: /lies outside the source/ },
     { name: 'a range backwards', options: { source: 'de-by', squares: ['690_5336:689_5337'] }, message: /from its south-west square to its north-east/ },
     { name: 'a range of three', options: { source: 'de-by', squares: ['690_5336:691_5337:692_5338'] }, message: /E_N or a range/ },
@@ -151,6 +151,7 @@ test('a selection says what to record and whom to ask', async (t) => {
     hosts: ['fsn1.your-objectstorage.com'],
     allowPrivate: false,
     secretHeaders: {},
+    secretOrigins: ['https://fsn1.your-objectstorage.com'],
     square_m: 1000,
   });
   const usa = await chosen(t, { source: 'us-3dep', area: 'autzen' });
@@ -170,6 +171,9 @@ test('an address that was typed needs no source, or stands in for that of one', 
   const instead = await chosen(t, { source: 'si-lss', urlTemplate: 'http://h/{block}/{E}_{N}.laz', squares: ['462_101'], block: 'b_35' });
   assert.equal((await found(instead.catalogue, instead.region))[0]?.urls[0], 'http://h/b_35/462_101.laz');
   assert.equal(instead.terms.classTable, 'si-lss');
+  const own = await chosen(t, { source: 'si-lss', squares: ['462_101'] });
+  assert.ok(!instead.profile.secretOrigins.includes('http://h'), "a source's secrets are not for an address that was typed");
+  assert.deepEqual(instead.profile.secretOrigins, own.profile.secretOrigins);
 });
 
 test('a folder is a catalogue of file addresses, and what it lacks is a hole', async (t) => {

@@ -8,6 +8,7 @@ import { regionOfBox, regionOfSquares } from '../../grabber/src/select/region.js
 import type { Source } from '../../grabber/src/sources/source.js';
 import { squareAt } from '../../grabber/src/sources/square.js';
 import { catalogueOf, found, sourceWith } from './support/catalogue-fixture.js';
+import { fakeClock } from './support/fake-clock.js';
 import { serve, type HttpFixture } from './support/http-fixture.js';
 import { kNever } from './support/store-fixture.js';
 
@@ -179,13 +180,18 @@ test('a reply that cannot be trusted is an error, never fewer squares', async (t
 
 test('a portal that runs wild is stopped', async (t) => {
   const server = await serve(t, (_request, response, index) =>
-    sendJson(response, { features: [], links: [{ rel: 'next', href: `${server.base}/items?page=${index}` }] }),
+    sendJson(response, { features: [item(server.base, 2019, 462, 101, 'las.zip')], links: [{ rel: 'next', href: `${server.base}/items?page=${index}` }] }),
   );
   await assert.rejects(found(catalogueOf(t, stacSource(server.base), { limits: { pages: 7 } }), kRegion), { code: 'CATALOGUE', message: /more than 7 pages/ });
   assert.equal(server.seen.length, 7);
   const long = await serve(t, (_request, response) => response.end(`{"features": [], "x": "${'y'.repeat(5000)}"}`));
   const short = catalogueOf(t, stacSource(long.base), { limits: { reply_bytes: 1000 } });
   await assert.rejects(found(short, kRegion), { code: 'CATALOGUE', message: /more than 1000 bytes/ });
+  const empty = await serve(t, (_request, response, index) =>
+    sendJson(response, { features: [], links: [{ rel: 'next', href: `${empty.base}/items?page=${index}` }] }),
+  );
+  await assert.rejects(found(catalogueOf(t, stacSource(empty.base)), kRegion), { code: 'CATALOGUE', message: /4 pages without items/ });
+  assert.equal(empty.seen.length, 4);
   const many = await portal(t, (base) => [1, 2, 3, 4, 5].map((north) => item(base, 2019, 462, 100 + north, 'las.zip')));
   await assert.rejects(found(catalogueOf(t, stacSource(many.base), { limits: { items: 3 } }), kRegion), { code: 'CATALOGUE', message: /more than 3 items/ });
 });
@@ -203,6 +209,16 @@ test('a busy portal is asked again, a broken one is an error', async (t) => {
   await assert.rejects(found(catalogueOf(t, stacSource(gone.base)), kRegion), { code: 'CATALOGUE', message: /HTTP 404/ });
   assert.equal(gone.seen.length, 1);
   await assert.rejects(found(catalogueOf(t, stacSource('http://127.0.0.1:1')), kRegion), { code: 'CATALOGUE', message: /ECONNREFUSED/ });
+});
+
+test('a portal that asks for more time than allowed is not waited for, and the user hears of every retry', async (t) => {
+  const server = await serve(t, (_request, response, index) => void response.writeHead(503, { 'retry-after': index === 0 ? '30' : '3600' }).end());
+  const clock = fakeClock();
+  const heard: string[] = [];
+  const catalogue = catalogueOf(t, stacSource(server.base), { clock, onRetry: ({ retry, wait_ms, error }) => heard.push(`${retry} ${wait_ms} ${error.code}`) });
+  await assert.rejects(found(catalogue, kRegion), { code: 'RETRY_AFTER_TOO_LONG', message: /HTTP 503.*3600 s; allowed: at most 60 s/ });
+  assert.deepEqual(heard, ['1 30000 CATALOGUE']);
+  assert.deepEqual(clock.slept_ms, [30_000]);
 });
 
 test('a signed address is asked for when its turn has come', async (t) => {

@@ -8,6 +8,7 @@ import type { CatalogueSquare, RecordKey, State } from '../../grabber/src/model/
 import type { Store } from '../../grabber/src/model/store.js';
 import { kPlaces } from '../../grabber/src/store/layout.js';
 import { openStore } from '../../grabber/src/store/open-store.js';
+import { lockStore } from '../../grabber/src/store/lock.js';
 import { cli } from './support/cli.js';
 import { makeLaz } from './support/las-fixture.js';
 import { catalogueSquare, kTerms, kVerified, keyOfSquare } from './support/record-fixture.js';
@@ -110,6 +111,39 @@ test('verify finds files that are gone, cut, changed or no point clouds, and wan
   assert.equal((await cli(['verify', '--store', root])).out, '0 files checked, 0 bad\n');
 });
 
+test('verify reads what waits for its conversion too, under either name, and what is fetched again', async (t) => {
+  const root = await temporaryFolder(t);
+  const store = openStore(root, {}, kNever);
+  store.squares.learn('si-lss', 'si-lss', null, kTerms, [462, 463, 464].map((e) => catalogueSquare(e, 101)));
+  const body = Buffer.from('ZLAS of which nobody knows more');
+  const sha256 = createHash('sha256').update(body).digest('hex');
+  const [zlas, begun, again] = [keyOfSquare('462_101'), keyOfSquare('463_101'), keyOfSquare('464_101')];
+  for (const key of [zlas, begun]) store.squares.fetched(key, { path: kPlaces.finished('lidar', key, 'zlas'), bytes: body.length, sha256 });
+  await put(root, kPlaces.finished('lidar', zlas, 'zlas'), body);
+  await put(root, kPlaces.unfinished('lidar', begun), body);
+  await bringIn(store, again, makeLaz());
+  store.squares.want([again], true);
+  store.close();
+  assert.equal((await cli(['verify', '--store', root])).out, '3 files checked, 0 bad\n');
+  assert.match((await cli(['attribution', '--store', root])).out, /1 LiDAR squares/);
+  await put(root, kPlaces.finished('lidar', zlas, 'zlas'), Buffer.alloc(body.length));
+  await put(root, kPlaces.unfinished('lidar', begun), 'cut');
+  assert.match((await cli(['verify', '--store', root])).out, /^bad si-lss\/462_101 .*SHA-256.*\nbad si-lss\/463_101 .*it is not there\n3 files checked, 2 bad/);
+});
+
+test('resume tells which orthophotos are unfinished, and how they are continued', async (t) => {
+  const root = await temporaryFolder(t);
+  const store = openStore(root, {}, kNever);
+  store.orthophotos.learn('si-dof', 'si-lss', null, kTerms, [catalogueSquare(462, 101), catalogueSquare(463, 101), catalogueSquare(464, 101)]);
+  store.orthophotos.want([keyOfSquare('462_101', 'si-dof', 'si-lss'), keyOfSquare('463_101', 'si-dof', 'si-lss')]);
+  store.squares.learn('de-by', 'de-by', null, kTerms, [catalogueSquare(690, 5336)]);
+  store.close();
+  const told = await cli(['resume', '--store', root]);
+  assert.equal(told.code, 3, told.err);
+  assert.match(told.err, /^warning: 2 orthophotos of si-dof are unfinished \(grab ortho --source si-dof --grid si-lss; /);
+  assert.equal((await cli(['resume', '--store', root, '--source', 'de-by'])).code, 0);
+});
+
 test('verify reads a file whose hash is right, but which is no point cloud', async (t) => {
   const root = await temporaryFolder(t);
   const store = openStore(root, {}, kNever);
@@ -138,9 +172,9 @@ test('gc removes what no record needs, keeps what one does, and never leaves the
   await put(outside, 'precious.laz', 'x');
   await symlink(outside, join(root, 'lidar', 'linked'));
   await symlink(join(outside, 'precious.laz'), join(root, 'lidar', 'si-lss', 'link.laz'));
-  const kept = ['lidar/si-lss/462_101.lax', 'lidar/si-lss/465_101.laz', 'ortho/si-dof/si-lss/462_101.tif.aux.xml', 'other/file.txt', 'lidar/si-lss/.465_101.part', 'lidar/si-lss/.465_101.part.json'];
-  for (const path of kept.slice(0, 4)) await put(root, path, 'k');
-  const gone = ['lidar/si-lss/.462_101.part', 'lidar/si-lss/.464_101.part.json', 'lidar/si-lss/464_101.laz', 'lidar/si-lss/466_101.lax', 'lidar/old/1_1.laz', 'ortho/si-dof/si-lss/463_101.tif', 'ortho/stray.txt'];
+  const kept = ['ortho/stray.txt', 'lidar/si-lss/462_101.lax', 'lidar/si-lss/465_101.laz', 'ortho/si-dof/si-lss/462_101.tif.aux.xml', 'other/file.txt', 'lidar/si-lss/.465_101.part', 'lidar/si-lss/.465_101.part.json'];
+  for (const path of kept.slice(0, 5)) await put(root, path, 'k');
+  const gone = ['lidar/si-lss/.462_101.part', 'lidar/si-lss/.464_101.part.json', 'lidar/si-lss/464_101.laz', 'lidar/si-lss/466_101.lax', 'lidar/old/1_1.laz', 'ortho/si-dof/si-lss/463_101.tif'];
   for (const path of gone) await put(root, path, 'g');
   const before = states();
   const dry = await cli(['gc', '--store', root, '--dry-run']);
@@ -148,8 +182,8 @@ test('gc removes what no record needs, keeps what one does, and never leaves the
   assert.deepEqual([...dry.out.matchAll(/^would remove (\S+) {2}1 B$/gm)].map((match) => match[1] ?? '').sort(), [...gone].sort());
   for (const path of gone) assert.ok(existsSync(join(root, path)), path);
   const real = await cli(['gc', '--store', root]);
-  assert.match(real.out, /\n7 files, 7 B removed\n$/);
-  assert.match(real.err, /left alone lidar\/linked[^]*left alone lidar\/si-lss\/link\.laz/);
+  assert.match(real.out, /\n6 files, 6 B removed\n$/);
+  assert.match(real.err, /left alone lidar\/linked[^]*left alone lidar\/si-lss\/link\.laz[^]*left alone ortho\/stray\.txt/);
   for (const path of gone) assert.ok(!existsSync(join(root, path)), path);
   for (const path of [...kept, ...paths, 'fishnet.gpkg']) assert.ok(existsSync(join(root, path)), path);
   assert.deepEqual(await readdir(outside), ['precious.laz']);
@@ -172,14 +206,14 @@ test('gc --source drops all of one source, and nothing of another', async (t) =>
 
 test('gc and repair refuse a store that another grabber works in, and one whose folder leads away', async (t) => {
   const { root } = await filledStore(t);
-  await writeFile(join(root, '.grabber.lock'), `1 elsewhere\n`);
+  const unlock = lockStore(join(root, '.grabber.lock'), kNever);
   for (const args of [['gc'], ['verify', '--repair']]) {
     const refused = await cli([...args, '--store', root]);
     assert.equal(refused.code, 1);
     assert.match(refused.err, /holds .*one grabber at a time/);
   }
   assert.equal((await cli(['status', '--store', root])).code, 0);
-  await rm(join(root, '.grabber.lock'));
+  unlock();
   const outside = await temporaryFolder(t);
   await put(outside, 'x.laz', 'x');
   await rm(join(root, 'ortho'), { recursive: true });

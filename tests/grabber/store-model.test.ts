@@ -28,7 +28,7 @@ function apply(model: Model, call: (typeof kCalls)[number], bytes: number): bool
   switch (call) {
     case 'want':
     case 'again':
-      if (['known', 'missing', 'failed'].includes(model.state) || (call === 'again' && usable(model))) {
+      if (['known', 'failed'].includes(model.state) || (call === 'again' && (model.state === 'missing' || usable(model)))) {
         Object.assign(model, { state: 'wanted', attempts: 0, error: undefined });
       }
       return true;
@@ -52,7 +52,7 @@ function apply(model: Model, call: (typeof kCalls)[number], bytes: number): bool
       fallBack(model, 'missing', 'MISSING');
       return true;
     case 'failed':
-      fallBack(model, 'failed', 'X');
+      fallBack(model, model.state === 'fetched' ? 'fetched' : 'failed', 'X');
       return true;
     case 'forget':
       Object.assign(model, blank(model.expected));
@@ -114,6 +114,7 @@ test('any sequence of calls leaves what a simple model says', async (t) => {
       }
     }
     assert.equal(store.squares.count({}), models.size);
+    assert.equal(store.squares.list({ usable: true }).length, [...models.values()].filter(({ good }) => good).length);
     store.close();
   }
 });

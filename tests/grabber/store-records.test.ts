@@ -86,6 +86,22 @@ test('a square goes from known to verified, and every step is in its record', as
   assert.deepEqual(store.squares.get(kKey), known);
 });
 
+test('what a source does not have is asked for again after a month, or when that is wanted', async (t) => {
+  const clock = fakeClock(kStart);
+  const store = openStore(await temporaryFolder(t), { clock }, kNever);
+  t.after(() => store.close());
+  learn(store);
+  store.squares.missing(kKey, 'no');
+  const day_ms = 24 * 3600 * 1000;
+  await clock.sleep(30 * day_ms, kNever);
+  assert.equal(store.squares.want([kKey]), 0);
+  await clock.sleep(1, kNever);
+  assert.equal(store.squares.want([kKey]), 1);
+  store.squares.missing(kKey, 'still no');
+  assert.equal(store.squares.want([kKey]), 0, 'from now on');
+  assert.equal(store.squares.want([kKey], true), 1);
+});
+
 test('a conversion keeps what was sent in mind', async (t) => {
   const store = await newStore(t);
   learn(store);
@@ -126,6 +142,8 @@ test('a usable file survives what fails after it', async (t) => {
   assert.equal(store.squares.want([kKey], true), 1);
   store.squares.begin(kKey, 'http://h/second');
   assert.equal(store.squares.get(kKey)?.state, 'fetching');
+  assert.deepEqual(store.squares.list({ usable: true }).map(({ file }) => file), [before?.file], 'also while another is fetched');
+  assert.deepEqual([store.squares.tally()[0]?.state, store.squares.places()[0]?.state], ['verified', 'verified']);
   store.squares.failed(kKey, 'HTTP_STATUS', '503');
   const after = store.squares.get(kKey);
   assert.deepEqual(
@@ -137,8 +155,9 @@ test('a usable file survives what fails after it', async (t) => {
   // A new file that turns out to be bad is another matter: the old one is gone.
   store.squares.begin(kKey, 'http://h/third');
   store.squares.fetched(kKey, storedFile('462_101', 6, '5'));
-  store.squares.failed(kKey, 'LAS_HEADER', 'bad');
-  assert.equal(store.squares.get(kKey)?.state, 'failed');
+  assert.deepEqual(store.squares.list({ usable: true }), []);
+  store.squares.failed(kKey, 'CONVERTER', 'bad');
+  assert.deepEqual([store.squares.get(kKey)?.state, store.squares.get(kKey)?.lastError?.code], ['fetched', 'CONVERTER'], 'its bytes are here');
   assert.equal(store.squares.get(kKey)?.url, 'http://h/third');
 });
 

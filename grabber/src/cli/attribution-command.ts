@@ -1,10 +1,9 @@
-import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import type { Command } from 'commander';
-import { kUsable } from '../model/square.js';
 import { attributionText } from '../report/attribution.js';
 import { loadLicenceAddresses } from '../report/licences.js';
 import { GrabberError, describeError } from '../util/errors.js';
+import { writeFileAtomically } from '../util/files.js';
 import type { CliContext } from './context.js';
 import { readStore, storeOption, type StoreOption } from './with-store.js';
 
@@ -25,11 +24,11 @@ async function attributionCommand(options: AttributionOptions, context: CliConte
   const addresses = await loadLicenceAddresses(join(context.configFolder(), 'licences.toml'), signal);
   const titles = new Map([...sources.values()].map(({ id, title }) => [id, title]));
   const text = await readStore(options.store, signal, (store) =>
-    attributionText(store.squares.list({ states: kUsable }), store.orthophotos.list({ states: kUsable }), { titles, addresses }),
+    attributionText(store.squares.list({ usable: true }), store.orthophotos.list({ usable: true }), { titles, addresses }),
   );
   if (options.output === undefined) return output.out(text);
   try {
-    await writeFile(options.output, text, { signal });
+    await writeFileAtomically(options.output, text, signal);
   } catch (error) {
     signal.throwIfAborted();
     throw new GrabberError('STORE_IO', `write attribution ${options.output}: ${describeError(error)}; allowed: a file that can be written`, { cause: error });

@@ -8,7 +8,7 @@ import { GrabberError, describeError, systemCode } from '../util/errors.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { formatBytes, type Output } from './output.js';
-import { storeOption, writeStore } from './with-store.js';
+import { checkSourceOf, storeOption, writeStore } from './with-store.js';
 
 type Options = { store: string; source?: string; index?: boolean; keepOriginal?: boolean };
 type Tally = { converted: number; indexed: number; failed: number };
@@ -28,6 +28,7 @@ export function addConvertCommand(program: Command, context: CliContext): void {
       const { signal } = context;
       const tools = await convertTools({ configFolder: context.configFolder(), packageRoot: context.info.root }, signal);
       await writeStore(options.store, signal, async (store) => {
+        checkSourceOf(store, options.source);
         await removeStaleWork(store.root);
         const tally = await convertAll(store, options, tools, context);
         context.output.out(`${tally.converted} converted, ${tally.indexed} indexed, ${tally.failed} failed\n`);

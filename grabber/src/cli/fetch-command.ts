@@ -1,20 +1,21 @@
 import { join } from 'node:path';
 import type { Command } from 'commander';
 import { createHttpClient, kNoAccess, type SourceClient } from '../fetch/http-client.js';
+import { redactError } from '../fetch/redact.js';
 import { kUsable, type CatalogueSquare, type RecordKey, type StoreRecord } from '../model/square.js';
 import type { Store } from '../model/store.js';
 import type { Reporter } from '../progress/reporter.js';
 import { select, type Selection, type SelectionOptions } from '../select/selection.js';
 import { GrabberError } from '../util/errors.js';
-import { fileSize } from '../util/files.js';
+import { fileSize, removeIfThere } from '../util/files.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
 import { accessOf, lidarJob } from './lidar-job.js';
-import { kExit } from './exit-codes.js';
+import { kExit, worseOf } from './exit-codes.js';
 import { printPlan } from './fetch-plan.js';
 import { findOrthoSource, kDefaultMargin_m, makeOrthophotos } from './ortho-command.js';
-import { addRunOptions, chooseReporter, type RunOptions } from './run-options.js';
+import { addRunOptions, catalogueAsking, chooseReporter, storeOf, type RunOptions } from './run-options.js';
 import { addSelectionOptions } from './selection.js';
 import { makeStore, readStore } from './with-store.js';
 
@@ -22,8 +23,8 @@ export type FetchOptions = SelectionOptions & RunOptions & { refetch?: boolean; 
 
 export function addFetchCommand(program: Command, context: CliContext): void {
   const command = addSelectionOptions(program.command('fetch').description('download or copy squares into a store'), context);
-  addRunOptions(command)
-    .option('--refetch', 'fetch again what is verified already')
+  addRunOptions(command, 'store to fill; made when it is not there')
+    .option('--refetch', 'fetch again what is verified already, and ask again for what was missing')
     .option('--ortho <id>', 'then make an orthophoto for each of the squares, from this source of sources/ortho')
     .option('--dry-run', 'only list the squares, their addresses and sizes')
     .option('--sizes', 'with --dry-run: ask the server for sizes that are not known')
@@ -38,21 +39,22 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
   // Nobody may be talked to before the selection has told its source.
   const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
   try {
-    const selection = await select(options, await context.sources(), http, signal);
+    const selection = await select(options, await context.sources(), http, signal, catalogueAsking(options, output));
     http.permit(accessOf(selection.profile));
+    if (options.dryRun !== true) storeOf(options);
     const squares = await findSquares(selection, options, signal);
     if (options.dryRun === true) return await printPlan(selection, squares, http, options, output, signal);
+    const folder = storeOf(options);
     const reporter = chooseReporter(options, output);
     try {
       for (const path of selection.ignored) reporter.ignored(path, selection.source);
-      const code = await makeStore(options.store, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
-      return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, selection, squares, options, context));
+      const code = await makeStore(folder, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
+      return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, folder, selection, squares, options, context));
     } finally {
       reporter.close();
     }
   } catch (error) {
-    if (error instanceof GrabberError) throw new GrabberError(error.code, http.redact(error.message), { cause: error.cause });
-    throw error;
+    throw redactError(error, http.redact);
   } finally {
     await http.close();
   }
@@ -61,22 +63,18 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
 /** With the choices that `ortho` makes when it is not told otherwise. */
 async function orthophotosOf(
   source: string,
+  store: string,
   { grid }: Selection,
   squares: readonly CatalogueSquare[],
-  { store, retries, timeoutS, json }: FetchOptions,
+  { retries, timeoutS, json }: FetchOptions,
   context: CliContext,
 ): Promise<number> {
-  const there = new Set(await readStore(store, context.signal, (open) => open.squares.list({ source: grid, states: kUsable }).map(({ key }) => key.name)));
+  const there = new Set(await readStore(store, context.signal, (open) => open.squares.list({ source: grid, usable: true }).map(({ key }) => key.name)));
   const names = squares.map(({ name }) => name).filter((name) => there.has(name));
   // Then none could be fetched, which has been said.
   if (names.length === 0) return kExit.done;
   const options = { store, source, grid, squares: names, as: grid, marginM: kDefaultMargin_m, retries, timeoutS, json: json ?? false };
   return makeOrthophotos(options, context);
-}
-
-function worseOf(a: number, b: number): number {
-  const order: readonly number[] = [kExit.failed, kExit.holes, kExit.done];
-  return order.find((code) => code === a || code === b) ?? kExit.done;
 }
 
 async function findSquares(selection: Selection, options: FetchOptions, signal: AbortSignal): Promise<CatalogueSquare[]> {
@@ -109,9 +107,10 @@ async function fetchInto(
   store.squares.want(keys, options.refetch);
   const names = keys.map(({ name }) => name);
   const kept = await intactOf(store, store.squares.list({ source, grid, names, states: kUsable }), reporter);
+  const known_missing = store.squares.count({ source, grid, names, states: ['missing'] });
   const records = store.squares.unfinished({ source, grid, names });
   const job = lidarJob(records, profile, catalogue, store, http, options.from !== undefined, options, hooks);
-  return fillStore([job], store, { kept, skipped: 0 }, options, reporter, signal);
+  return fillStore([job], store, { kept, known_missing, skipped: 0 }, options, reporter, signal);
 }
 
 /** Without a configured source, names say nothing of where a file came from: the same name from elsewhere is another file. */
@@ -133,7 +132,9 @@ async function intactOf(store: Store, usable: readonly StoreRecord[], reporter: 
   for (const { key, url, file, points, warnings } of usable) {
     const bytes = file === null ? undefined : await fileSize(join(store.root, file.path));
     if (file === null || bytes !== file.bytes) {
-      store.squares.want([key], true);
+      if (file !== null) await removeIfThere(join(store.root, file.path));
+      store.squares.forget(key);
+      store.squares.want([key]);
       continue;
     }
     ++kept;

@@ -10,7 +10,7 @@ import { kSystemClock } from '../util/clock.js';
 import { kExit } from './exit-codes.js';
 import { formatBytes, type Output } from './output.js';
 
-type PlanOptions = { store: string; concurrency?: number; maxWaitS: number; sizes?: boolean; json?: boolean };
+type PlanOptions = { store?: string; concurrency?: number; maxWaitS: number; sizes?: boolean; json?: boolean };
 
 /** Lists what a fetch would ask for, and whether it would fit. Changes nothing. @return the exit code */
 export async function printPlan(
@@ -21,25 +21,31 @@ export async function printPlan(
   output: Output,
   signal: AbortSignal,
 ): Promise<number> {
-  const sizes = options.sizes === true ? await askSizes(selection, squares, http, options, signal) : new Map<string, number>();
-  let [known, unknown] = [0, 0];
+  const sizes = options.sizes === true ? await askSizes(selection, squares, http, options, signal) : new Map<string, Size>();
+  let [known, unknown, missing] = [0, 0, 0];
   for (const square of squares) {
-    const bytes = square.bytes ?? sizes.get(square.name) ?? null;
-    if (bytes === null) ++unknown;
+    const size = square.bytes ?? sizes.get(square.name) ?? null;
+    const bytes = typeof size === 'number' ? size : null;
+    if (size === 'missing') ++missing;
+    else if (bytes === null) ++unknown;
     else known += bytes;
     const url = square.urls[0] ?? null;
-    if (options.json === true) output.out(`${JSON.stringify({ event: 'square', source: selection.source, square: square.name, url, bytes })}\n`);
-    else output.out(`${square.name}\t${bytes === null ? '?' : formatBytes(bytes)}\t${url ?? '(to be looked for)'}\n`);
+    if (options.json === true) output.out(`${JSON.stringify({ event: 'square', source: selection.source, square: square.name, url, bytes, missing: size === 'missing' })}\n`);
+    else output.out(`${square.name}\t${bytes === null ? (size ?? '?') : formatBytes(bytes)}\t${url ?? '(to be looked for)'}\n`);
   }
-  const free_bytes = await freeBytes(nearestFolder(resolve(options.store)));
-  const plan = { event: 'plan', files: squares.length, known_bytes: known, unknown_sizes: unknown, free_bytes };
+  const free_bytes = await freeBytes(nearestFolder(resolve(options.store ?? '.')));
+  const plan = { event: 'plan', files: squares.length, known_bytes: known, unknown_sizes: unknown, missing, free_bytes };
   if (options.json === true) output.out(`${JSON.stringify(plan)}\n`);
   else {
-    const more = unknown === 0 ? '' : ` and ${unknown} of unknown size (--sizes asks)`;
-    output.out(`${squares.length} squares, ${formatBytes(known)}${more}; ${formatBytes(free_bytes)} free\n`);
+    const asks = options.sizes === true ? '' : ' (--sizes asks)';
+    const more = unknown === 0 ? '' : ` and ${unknown} of unknown size${asks}`;
+    const gone = missing === 0 ? '' : `, ${missing} missing`;
+    output.out(`${squares.length} squares, ${formatBytes(known)}${more}${gone}; ${formatBytes(free_bytes)} free\n`);
   }
   return kExit.done;
 }
+
+type Size = number | 'missing';
 
 async function askSizes(
   selection: Selection,
@@ -47,8 +53,8 @@ async function askSizes(
   http: SourceClient,
   options: PlanOptions,
   signal: AbortSignal,
-): Promise<Map<string, number>> {
-  const sizes = new Map<string, number>();
+): Promise<Map<string, Size>> {
+  const sizes = new Map<string, Size>();
   const gate = new HostGate(kSystemClock, options.maxWaitS * 1000);
   const queue = new PQueue({ concurrency: options.concurrency ?? selection.profile.max_concurrent });
   await queue.addAll(
@@ -59,7 +65,8 @@ async function askSizes(
       const response = await http.head(url, { 'accept-encoding': 'identity' }, signal);
       await response.discard();
       const length = response.header('content-length');
-      if (response.status === 200 && length !== undefined && /^\d{1,15}$/.test(length)) sizes.set(square.name, Number(length));
+      if (selection.profile.missing_status.includes(response.status)) sizes.set(square.name, 'missing');
+      else if (response.status === 200 && length !== undefined && /^\d{1,15}$/.test(length)) sizes.set(square.name, Number(length));
     }),
   );
   return sizes;

@@ -3,7 +3,6 @@ import { DiskSpace, freeBytes, kReserve_bytes } from '../fetch/disk-space.js';
 import type { FetchJob, FetchRun } from '../fetch/fetch-job.js';
 import { HostGate } from '../fetch/host-gate.js';
 import { HostLanes } from '../fetch/host-lanes.js';
-import { kBackoff } from '../fetch/retry.js';
 import { runJobs, sealQueue } from '../fetch/run-jobs.js';
 import type { StoreRecord } from '../model/square.js';
 import type { Store } from '../model/store.js';
@@ -13,7 +12,7 @@ import { kSystemClock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
-import type { RunOptions } from './run-options.js';
+import { policyOf, type RunOptions } from './run-options.js';
 
 /** What the conversion part adds to a run. */
 export type FetchHooks = {
@@ -26,7 +25,8 @@ export function conversionFor(context: CliContext): FetchHooks {
   return { converter: (store) => (record, signal) => convert(record, store, signal) };
 }
 
-export type Before = { readonly kept: number; readonly skipped: number };
+/** What no job is for. `known_missing`: the source said so a short while ago. */
+export type Before = { readonly kept: number; readonly known_missing: number; readonly skipped: number };
 
 /** Runs the jobs and tells how it went. @return the exit code */
 export async function fillStore(
@@ -58,7 +58,7 @@ export async function fillStore(
   const run: FetchRun = {
     root: store.root,
     clock: kSystemClock,
-    policy: { ...kBackoff, retries: options.retries },
+    policy: policyOf(options),
     lanes: new HostLanes(new HostGate(kSystemClock, options.maxWaitS * 1000)),
     disk: new DiskSpace(store.root),
     seals: sealQueue(),
@@ -66,8 +66,8 @@ export async function fillStore(
   };
   const tally = await runJobs(jobs, run, signal);
   const seconds = Math.round(performance.now() - began_ms) / 1000;
-  reporter.summary({ ...tally, kept: tally.kept + before.kept, received_bytes, seconds });
-  return exitCodeOf(tally, before.skipped);
+  reporter.summary({ ...tally, kept: tally.kept + before.kept, known_missing: before.known_missing, received_bytes, seconds });
+  return exitCodeOf(tally, before);
 }
 
 /** Better now than after hours; part of it may be there already, so only what can never fit is refused. */
@@ -80,7 +80,7 @@ async function checkRoom(root: string, known_bytes: number): Promise<void> {
   );
 }
 
-function exitCodeOf(tally: Tally, skipped: number): number {
-  if (tally.failed > 0 || skipped > 0) return kExit.failed;
-  return tally.missing > 0 || tally.fetched > 0 ? kExit.holes : kExit.done;
+function exitCodeOf(tally: Tally, before: Before): number {
+  if (tally.failed > 0 || before.skipped > 0) return kExit.failed;
+  return tally.missing > 0 || before.known_missing > 0 || tally.fetched > 0 ? kExit.holes : kExit.done;
 }

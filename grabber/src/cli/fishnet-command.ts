@@ -16,14 +16,15 @@ import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { accessOf } from './lidar-job.js';
 import { formatTable } from './output.js';
-import { integerIn, parseNameList } from './option-parsers.js';
+import { parseNameList } from './option-parsers.js';
+import { addAskOptions, catalogueAsking, type AskOptions } from './run-options.js';
 import { addRegionOptions, addVariableOptions } from './selection.js';
 import { makeStore, readStore, storeOption } from './with-store.js';
 
 /** A whole country is more than one may fetch in a run. */
 const kMaxFishnet = 1_000_000;
 
-type ImportOptions = Omit<SelectionOptions, 'from'> & {
+type ImportOptions = Omit<SelectionOptions, 'from'> & AskOptions & {
   source: string;
   store?: string;
   from?: string;
@@ -32,7 +33,6 @@ type ImportOptions = Omit<SelectionOptions, 'from'> & {
   xField?: string;
   yField?: string;
   dryRun?: boolean;
-  timeoutS: number;
 };
 type ListOptions = { store: string; source?: string; state?: string[]; json?: boolean };
 
@@ -48,9 +48,8 @@ export function addFishnetCommand(program: Command, context: CliContext): void {
     .option('--block-field <column>', 'column of the survey block (default: BLOK, where there is one)')
     .option('--x-field <column>', 'column of the centre, east (default: CENTERX, where there is one)')
     .option('--y-field <column>', 'column of the centre, north (default: CENTERY, where there is one)')
-    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
     .option('--dry-run', 'count, and write nothing');
-  addVariableOptions(addRegionOptions(command, context)).action((options: ImportOptions) => importCommand(options, context));
+  addVariableOptions(addRegionOptions(addAskOptions(command), context)).action((options: ImportOptions) => importCommand(options, context));
   fishnet
     .command('list')
     .description('print the squares that a store knows of')
@@ -93,7 +92,7 @@ async function fromFile(file: string, source: Source, region: Region, options: I
   return all.filter((square) => isAsked(square, region));
 }
 
-async function fromCatalogue(source: Source, region: Region, options: ImportOptions, { info, signal }: CliContext): Promise<CatalogueSquare[]> {
+async function fromCatalogue(source: Source, region: Region, options: ImportOptions, { info, output, signal }: CliContext): Promise<CatalogueSquare[]> {
   const fields = { '--name-field': options.nameField, '--block-field': options.blockField, '--x-field': options.xField, '--y-field': options.yField };
   const needless = Object.entries(fields).find(([, value]) => value !== undefined);
   if (needless !== undefined) throw usage(`import fishnet: ${needless[0]} without --from; allowed: only with a file`);
@@ -101,6 +100,7 @@ async function fromCatalogue(source: Source, region: Region, options: ImportOpti
   try {
     const catalogue = openCatalogue(source, http, {
       variables: givenVariables(options),
+      ...catalogueAsking(options, output),
       maxSquares: kMaxFishnet,
       limits: { items: kMaxFishnet, pages: 20_000 },
     });

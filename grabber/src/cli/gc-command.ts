@@ -5,7 +5,7 @@ import { findLeftovers, removeLeftovers } from '../report/leftovers.js';
 import type { CliContext } from './context.js';
 import { parseSourceId } from './option-parsers.js';
 import { formatBytes } from './output.js';
-import { storeOption, writeStore, type StoreOption } from './with-store.js';
+import { checkSourceOf, storeOption, writeStore, type StoreOption } from './with-store.js';
 
 type GcOptions = StoreOption & { readonly source?: string; readonly dryRun?: boolean };
 
@@ -20,6 +20,7 @@ export function addGcCommand(program: Command, context: CliContext): void {
 }
 
 async function gcCommand(store: Store, { source, dryRun = false }: GcOptions, { output, signal }: CliContext): Promise<void> {
+  checkSourceOf(store, source);
   const { files, leftAlone } = await findLeftovers(store, source, signal);
   // Records first: a run that is cut off here leaves files that no record names, which the next one finds.
   const dropped = source === undefined ? 0 : dropRecords(store, source, dryRun);
@@ -28,7 +29,7 @@ async function gcCommand(store: Store, { source, dryRun = false }: GcOptions, { 
     await removeLeftovers(store, files, signal);
   }
   for (const { path, bytes } of files) output.out(`${dryRun ? 'would remove' : 'removed'} ${path}  ${formatBytes(bytes)}\n`);
-  for (const path of leftAlone) output.err(`warning: left alone ${path}: a link, or not in the store\n`);
+  for (const path of leftAlone) output.err(`warning: left alone ${path}: a link, not in the store, or no file of the grabber's\n`);
   const total = files.reduce((sum, { bytes }) => sum + bytes, 0);
   const records = source === undefined ? '' : `, ${dropped} records of ${source}${dryRun ? ' would be' : ''} dropped`;
   output.out(`${files.length} files, ${formatBytes(total)}${dryRun ? ' would go' : ' removed'}${records}\n`);

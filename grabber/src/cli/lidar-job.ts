@@ -16,6 +16,7 @@ export function accessOf(profile: AccessProfile): Access {
     hosts: profile.hosts,
     allowPrivate: profile.allowPrivate,
     secretHeaders: readSecretHeaders(profile.secretHeaders, process.env),
+    secretOrigins: profile.secretOrigins,
   };
 }
 

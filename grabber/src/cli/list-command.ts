@@ -7,17 +7,17 @@ import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { accessOf } from './lidar-job.js';
 import { formatTable } from './output.js';
-import { integerIn } from './option-parsers.js';
+import { addAskOptions, catalogueAsking, type AskOptions } from './run-options.js';
 import { addSelectionOptions } from './selection.js';
 
-type ListOptions = SelectionOptions & { json?: boolean; timeoutS: number };
+type ListOptions = SelectionOptions & AskOptions & { json?: boolean };
 
 export function addListCommand(program: Command, context: CliContext): void {
-  addSelectionOptions(
+  const command = addSelectionOptions(
     program.command('list').description('print the squares of some ground and their addresses, as their catalogue has them'),
     context,
-  )
-    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
+  );
+  addAskOptions(command)
     .option('--json', 'print one JSON object a line')
     .action((options: ListOptions) => listCommand(options, context));
 }
@@ -35,7 +35,7 @@ async function listCommand(options: ListOptions, context: CliContext): Promise<v
   const { output, signal } = context;
   const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
   try {
-    const { source, profile, catalogue, region } = await select(options, await context.sources(), http, signal);
+    const { source, profile, catalogue, region } = await select(options, await context.sources(), http, signal, catalogueAsking(options, output));
     http.permit(accessOf(profile));
     for await (const square of catalogue.find(region, signal)) {
       if (options.json === true) output.out(`${JSON.stringify({ source, ...square })}\n`);

@@ -2,8 +2,10 @@ import { join } from 'node:path';
 import { InvalidArgumentError, type Command } from 'commander';
 import { loadConfigFolder } from '../config/toml-file.js';
 import { removeStaleWork, withWorkFolder } from '../convert/work-folder.js';
+import { DiskSpace } from '../fetch/disk-space.js';
 import { HostGate } from '../fetch/host-gate.js';
 import { createHttpClient, kNoAccess, type Access, type HttpClient } from '../fetch/http-client.js';
+import type { Redact } from '../fetch/redact.js';
 import { kBackoff } from '../fetch/retry.js';
 import { readSecretHeaders } from '../fetch/secret-headers.js';
 import { kUsable, type State, type StoreRecord } from '../model/square.js';
@@ -13,6 +15,7 @@ import { gatherFor } from '../ortho/gather-for.js';
 import { localGather } from '../ortho/local.js';
 import { isMade, learnOrthophotos, makeOrthophoto, orthoKey, type Workshop } from '../ortho/make-orthophoto.js';
 import { kOrthoKind, orthoHosts, type OrthoSource } from '../ortho/schema.js';
+import { originOfTemplate } from '../sources/hosts.js';
 import { kPlaces } from '../store/layout.js';
 import { kSystemClock } from '../util/clock.js';
 import { GrabberError, describeError, systemCode } from '../util/errors.js';
@@ -47,7 +50,7 @@ export const kDefaultMargin_m = 20;
 const kMaxWait_ms = 600_000;
 /** Of pictures of the user's own, whose source states none. */
 const kLocalResolution_m = 0.25;
-/** States of LiDAR squares that --all takes besides the usable ones. */
+/** States of LiDAR squares that --all takes. */
 const kUsableOrWanted: readonly State[] = [...kUsable, 'known', 'wanted', 'fetching', 'fetched', 'failed'];
 
 export function addOrthoCommand(program: Command, context: CliContext): void {
@@ -102,6 +105,7 @@ function accessTo(source: OrthoSource | undefined): Access {
     hosts: orthoHosts(source),
     allowPrivate: source.allow_private_addresses,
     secretHeaders: readSecretHeaders(source.secret_headers, process.env),
+    secretOrigins: [originOfTemplate(source.access.url)],
   };
 }
 
@@ -128,7 +132,7 @@ async function makeAll(
   }
   store.orthophotos.want(todo.map((square) => orthoKey(workshop.source, square)), true);
   for (const square of todo) {
-    await makeOne(square, store, workshop, reporter, tally, signal);
+    await makeOne(square, store, workshop, http.redact, reporter, tally, signal);
     await found?.cache.trim();
   }
   reporter.summary(tally);
@@ -139,6 +143,7 @@ async function makeOne(
   square: StoreRecord,
   store: Store,
   workshop: Workshop,
+  redact: Redact,
   reporter: OrthoReporter,
   tally: { made: number; missing: number; failed: number },
   signal: AbortSignal,
@@ -153,9 +158,10 @@ async function makeOne(
     // Neither ours nor the system's: a fault in this program, which must not pass for a bad picture.
     if (!(error instanceof GrabberError) && systemCode(error) === undefined) throw error;
     const code = error instanceof GrabberError ? error.code : 'STORE_IO';
-    store.orthophotos.failed(orthoKey(workshop.source, square), code, describeError(error));
+    const message = redact(describeError(error));
+    store.orthophotos.failed(orthoKey(workshop.source, square), code, message);
     ++tally.failed;
-    reporter.failed(square.key.name, code, describeError(error));
+    reporter.failed(square.key.name, code, message);
   }
 }
 
@@ -176,6 +182,7 @@ function workshopOf(
       policy: { ...kBackoff, retries: options.retries },
       clock: kSystemClock,
       gate: new HostGate(kSystemClock, kMaxWait_ms),
+      disk: new DiskSpace(cache),
       missingStatus: source?.missing_status ?? [],
       onRetry: (notice) => reporter.retry(notice),
     }),
@@ -208,9 +215,8 @@ export async function findOrthoSource(id: string | undefined, context: CliContex
 }
 
 function chooseSquares(store: Store, options: OrthoOptions): StoreRecord[] {
-  const states = options.all === true ? kUsableOrWanted : kUsable;
   const filter = {
-    states,
+    ...(options.all === true ? { states: kUsableOrWanted } : { usable: true as const }),
     ...(options.grid === undefined ? {} : { source: options.grid }),
     ...(options.squares === undefined ? {} : { names: options.squares }),
   };

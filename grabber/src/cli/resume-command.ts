@@ -10,9 +10,11 @@ import type { Source } from '../sources/source.js';
 import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
+import { kExit, worseOf } from './exit-codes.js';
 import { accessOf, lidarJob } from './lidar-job.js';
-import { addRunOptions, chooseReporter, type RunOptions } from './run-options.js';
-import { writeStore } from './with-store.js';
+import type { Output } from './output.js';
+import { addRunOptions, catalogueAsking, chooseReporter, storeOf, type RunOptions } from './run-options.js';
+import { checkSourceOf, writeStore } from './with-store.js';
 
 export type ResumeOptions = RunOptions & { source?: string };
 
@@ -20,7 +22,8 @@ const kAdHoc = 'its source has no configuration; allowed: run fetch again with t
 const kFromFolder = 'they came from a folder; allowed: run fetch --from again with the options of the first time';
 
 export function addResumeCommand(program: Command, context: CliContext): void {
-  addRunOptions(program.command('resume').description('finish what earlier runs have begun'))
+  const about = 'finish the squares that earlier runs have begun, and tell which orthophotos are not finished';
+  addRunOptions(program.command('resume').description(about), 'store to continue')
     .option('--source <id>', 'only the squares of this source')
     .action(async (options: ResumeOptions) => context.exit(await resumeCommand(options, context, conversionFor(context))));
 }
@@ -39,16 +42,32 @@ async function resumeCommand(options: ResumeOptions, context: CliContext, hooks:
     clients.push(client);
     return client;
   };
-  const continueIn = (store: Store): Promise<number> => {
-    const { jobs, skipped } = jobsOf(store, sources, clientOf, options, hooks, reporter);
-    return fillStore(jobs, store, { kept: 0, skipped }, options, reporter, context.signal);
+  const continueIn = async (store: Store): Promise<number> => {
+    checkSourceOf(store, options.source);
+    const { jobs, skipped } = jobsOf(store, sources, clientOf, options, hooks, reporter, context.output);
+    const code = await fillStore(jobs, store, { kept: 0, known_missing: 0, skipped }, options, reporter, context.signal);
+    return tellOrthophotos(store, options.source, reporter) > 0 ? worseOf(code, kExit.holes) : code;
   };
   try {
-    return await writeStore(options.store, context.signal, continueIn);
+    return await writeStore(storeOf(options), context.signal, continueIn);
   } finally {
     reporter.close();
     await Promise.all(clients.map((client) => client.close()));
   }
+}
+
+/** Orthophotos are made by another command, with choices that the store does not know. @return how many are unfinished */
+function tellOrthophotos(store: Store, grid: string | undefined, reporter: Reporter): number {
+  const records = store.orthophotos.unfinished(grid === undefined ? {} : { grid });
+  const groups = new Map<string, { source: string; grid: string; count: number }>();
+  for (const { key } of records) {
+    const id = `${key.source}/${key.grid}`;
+    const group = groups.get(id) ?? { source: key.source, grid: key.grid, count: 0 };
+    groups.set(id, group);
+    ++group.count;
+  }
+  for (const { source, grid, count } of groups.values()) reporter.orthophotosLeft(source, grid, count);
+  return records.length;
 }
 
 /** One job per source; how its hosts want to be asked stands in the configuration, not in the store. */
@@ -59,6 +78,7 @@ function jobsOf(
   options: ResumeOptions,
   hooks: FetchHooks,
   reporter: Reporter,
+  output: Output,
 ): { jobs: FetchJob[]; skipped: number } {
   const jobs: FetchJob[] = [];
   let skipped = 0;
@@ -76,7 +96,7 @@ function jobsOf(
     skip(id, local, kFromFolder);
     const http = clientOf(source);
     const rest = records.filter((record) => !local.includes(record));
-    jobs.push(lidarJob(rest, profileOf(source), openCatalogue(source, http), store, http, false, options, hooks));
+    jobs.push(lidarJob(rest, profileOf(source), openCatalogue(source, http, catalogueAsking(options, output)), store, http, false, options, hooks));
   }
   return { jobs, skipped };
 }

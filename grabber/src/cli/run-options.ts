@@ -1,38 +1,55 @@
-import type { Command } from 'commander';
+import { Option, type Command } from 'commander';
+import { kBackoff, type RetryNotice, type RetryPolicy } from '../fetch/retry.js';
 import { jsonReporter } from '../progress/json-reporter.js';
 import { barReporter } from '../progress/bar-reporter.js';
 import type { Reporter } from '../progress/reporter.js';
 import { textReporter } from '../progress/text-reporter.js';
+import type { CatalogueOptions } from '../sources/catalogue/options.js';
+import { GrabberError } from '../util/errors.js';
 import { integerIn } from './option-parsers.js';
 import type { Output } from './output.js';
 
+/** How patiently servers are asked; all commands that ask one have these. */
+export type AskOptions = { retries: number; timeoutS: number; maxWaitS: number };
+
 /** What fetch and resume have in common. */
-export type RunOptions = {
-  store: string;
+export type RunOptions = AskOptions & {
+  store?: string;
   concurrency?: number;
-  retries: number;
-  timeoutS: number;
-  maxWaitS: number;
   maxFileGib: number;
   json?: boolean;
 };
 
-export function addRunOptions(command: Command): Command {
-  addStoreOption(command)
+/** @param store what to say of --store, which the caller checks for */
+export function addRunOptions(command: Command, store: string): Command {
+  return addAskOptions(command.addOption(new Option('--store <folder>', store).env('TERRAVOX_STORE')))
     .option('--concurrency <n>', "files at a time, 1 to 32 (default: the source's, else 4)", integerIn(1, 32, 'files at a time'))
-    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
-    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
-    .option('--max-wait-s <s>', 'longest Retry-After to obey, seconds, 1 to 86400', integerIn(1, 86_400, 'seconds'), 600)
     .option('--max-file-gib <n>', 'largest file to take, GiB, 1 to 1024', integerIn(1, 1024, 'GiB'), 16)
     .option('--json', 'log one JSON object a line to standard output');
-  return command;
 }
 
-export function addStoreOption(command: Command): Command {
-  const fromEnvironment = process.env['TERRAVOX_STORE'];
-  const about = 'store to fill; made when it is not there (default: environment variable TERRAVOX_STORE)';
-  if (fromEnvironment === undefined || fromEnvironment === '') return command.requiredOption('--store <folder>', about);
-  return command.option('--store <folder>', about, fromEnvironment);
+export function addAskOptions(command: Command): Command {
+  return command
+    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
+    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
+    .option('--max-wait-s <s>', 'longest Retry-After to obey, seconds, 1 to 86400', integerIn(1, 86_400, 'seconds'), 600);
+}
+
+export function policyOf({ retries, maxWaitS }: Omit<AskOptions, 'timeoutS'>): RetryPolicy {
+  return { ...kBackoff, retries, max_wait_ms: maxWaitS * 1000 };
+}
+
+/** How a catalogue is asked, and that the user hears of it; on standard error, since results go to standard output. */
+export function catalogueAsking(options: AskOptions, output: Output): Pick<CatalogueOptions, 'policy' | 'onRetry'> {
+  const onRetry = ({ error, retry, wait_ms }: RetryNotice): void =>
+    output.err(`retry ${retry} of the catalogue in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`);
+  return { policy: policyOf(options), onRetry };
+}
+
+/** @throws GrabberError USAGE without a store */
+export function storeOf(options: { readonly store?: string }): string {
+  if (options.store !== undefined) return options.store;
+  throw new GrabberError('USAGE', 'choose store: none given; allowed: --store FOLDER, or the environment variable TERRAVOX_STORE');
 }
 
 /** Bars are for eyes: only where a person looks, and nothing else is written to the terminal. */

@@ -2,12 +2,12 @@ import { rm } from 'node:fs/promises';
 import { join } from 'node:path';
 import type { Command } from 'commander';
 import type { Store } from '../model/store.js';
-import { tableOf, usableFiles, verifyFiles, type BadFile, type VerifyProgress } from '../report/verify-store.js';
+import { tableOf, verifyFiles, wholeFiles, type BadFile, type VerifyProgress } from '../report/verify-store.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { parseSourceId } from './option-parsers.js';
 import { formatBytes, type Output } from './output.js';
-import { readStore, storeOption, writeStore, type StoreOption } from './with-store.js';
+import { checkSourceOf, readStore, storeOption, writeStore, type StoreOption } from './with-store.js';
 
 type VerifyOptions = StoreOption & { readonly source?: string; readonly repair?: boolean; readonly json?: boolean };
 
@@ -28,11 +28,13 @@ export function addVerifyCommand(program: Command, context: CliContext): void {
 }
 
 async function verifyCommand(store: Store, options: VerifyOptions, { output, signal }: CliContext): Promise<number> {
-  const files = usableFiles(store, options.source);
+  checkSourceOf(store, options.source);
+  const files = wholeFiles(store, options.source);
   const bad = await verifyFiles(store, files, progressTo(output, process.stderr.isTTY), signal);
   if (options.repair === true) for (const one of bad) await repair(store, one);
   if (options.json === true) {
-    output.out(`${JSON.stringify({ checked: files.length, repaired: options.repair === true, bad }, undefined, 2)}\n`);
+    const told = bad.map(({ kind, key, file, reason }) => ({ kind, key, file, reason }));
+    output.out(`${JSON.stringify({ checked: files.length, repaired: options.repair === true, bad: told }, undefined, 2)}\n`);
   } else {
     for (const { key, file, reason } of bad) output.out(`bad ${key.source}/${key.name}  ${file.path}: ${reason}\n`);
     const then = bad.length === 0 ? '' : options.repair === true ? ', wanted again' : '; --repair wants them again';

@@ -1,4 +1,3 @@
-import { mkdir } from 'node:fs/promises';
 import { resolve } from 'node:path';
 import { Option } from 'commander';
 import type { Store } from '../model/store.js';
@@ -7,12 +6,21 @@ import { storeLayout } from '../store/layout.js';
 import { lockStore } from '../store/lock.js';
 import { openStore } from '../store/open-store.js';
 import { GrabberError, describeError } from '../util/errors.js';
+import { makeFolder } from '../util/files.js';
 
 export type StoreOption = { readonly store: string };
 
 /** A new one for each command: commander keeps what it was given in it. */
 export function storeOption(): Option {
   return new Option('--store <folder>', 'the store').env('TERRAVOX_STORE').makeOptionMandatory();
+}
+
+/** A slip in --source must not pass for nothing to do. @throws GrabberError USAGE unless the store has records of it */
+export function checkSourceOf(store: Store, source: string | undefined): void {
+  if (source === undefined) return;
+  const known = new Set([...store.squares.tally(), ...store.orthophotos.tally()].map((row) => row.source));
+  if (known.has(source)) return;
+  throw new GrabberError('USAGE', `choose source: the store ${store.root} has nothing of "${source}"; allowed: ${[...known].join(', ') || 'none yet'}`);
 }
 
 /** Works with a store that others may be writing to. */
@@ -35,13 +43,13 @@ export async function writeStore<T>(folder: string, signal: AbortSignal, work: (
 export async function makeStore<T>(folder: string, signal: AbortSignal, work: (store: Store) => Promise<T>): Promise<T> {
   const { root, lock } = storeLayout(resolve(folder));
   try {
-    await mkdir(root, { recursive: true });
+    await makeFolder(root);
   } catch (error) {
     throw new GrabberError('STORE_IO', `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`, {
       cause: error,
     });
   }
-  const unlock = await lockStore(lock, signal);
+  const unlock = lockStore(lock, signal);
   try {
     const store = openStore(root, {}, signal);
     try {
@@ -50,6 +58,6 @@ export async function makeStore<T>(folder: string, signal: AbortSignal, work: (s
       store.close();
     }
   } finally {
-    await unlock();
+    unlock();
   }
 }

@@ -9,10 +9,6 @@ const kBatch_bytes = 512 * 1024;
 /** A slow line fills no batch for long; what a killed run has received should be on the disk by then. */
 const kBatch_ms = 1000;
 
-/** A body that trickles keeps every time-out of silence from firing, and its host's queue from moving. */
-export const kSlowest_bytes_per_s = 512;
-export const kSlowWindow_ms = 120_000;
-
 export type BodySink = {
   readonly path: string;
   readonly file: FileHandle;
@@ -39,7 +35,6 @@ export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink,
   let writing: Promise<void> = Promise.resolve();
   let flushedAt_ms = clock.now().getTime();
   let [told, whole] = [false, false];
-  const pace = new Pace(clock, sink.shown);
 
   const flush = async (): Promise<void> => {
     await writing;
@@ -61,7 +56,6 @@ export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink,
       batch.push(piece);
       waiting_bytes += piece.length;
       const now_ms = clock.now().getTime();
-      pace.check(piece.length, now_ms);
       if (waiting_bytes < kBatch_bytes && now_ms - flushedAt_ms < kBatch_ms) continue;
       flushedAt_ms = now_ms;
       if (!told) sink.onUnfinished?.();
@@ -99,32 +93,4 @@ function unwritten(pieces: readonly Uint8Array[], bytesWritten: number): Uint8Ar
 
 export function tooLarge(shown: string, bytes: number, max_bytes: number): GrabberError {
   return new GrabberError('TOO_LARGE', `fetch ${shown}: it has ${bytes} bytes or more; allowed: ${max_bytes} (--max-file-gib)`);
-}
-
-/** Gives up on a body that comes too slowly over a whole window. */
-class Pace {
-  readonly #shown: string;
-  #since_ms: number;
-  #bytes = 0;
-
-  constructor(clock: Clock, shown: string) {
-    this.#shown = shown;
-    this.#since_ms = clock.now().getTime();
-  }
-
-  check(bytes: number, now_ms: number): void {
-    this.#bytes += bytes;
-    const spent_ms = now_ms - this.#since_ms;
-    if (spent_ms < kSlowWindow_ms) return;
-    const rate = (this.#bytes * 1000) / spent_ms;
-    if (rate < kSlowest_bytes_per_s) {
-      throw new GrabberError(
-        'TOO_SLOW',
-        `fetch ${this.#shown}: ${Math.round(rate)} bytes a second over ${Math.round(spent_ms / 1000)} s; allowed: at least ${kSlowest_bytes_per_s}`,
-        { retryable: true },
-      );
-    }
-    this.#since_ms = now_ms;
-    this.#bytes = 0;
-  }
 }

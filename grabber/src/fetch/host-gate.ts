@@ -1,5 +1,5 @@
 import type { Clock } from '../util/clock.js';
-import { GrabberError } from '../util/errors.js';
+import { tooLongWait } from './retry.js';
 
 /**
  * Holds back all requests to a host that asked to be left alone for a while (Retry-After), not only the one it told,
@@ -30,12 +30,7 @@ export class HostGate {
       signal.throwIfAborted();
       const left_ms = (this.#openAt_ms.get(host) ?? 0) - this.#clock.now().getTime();
       if (left_ms <= 0) break;
-      if (left_ms > this.#max_wait_ms) {
-        throw new GrabberError(
-          'RETRY_AFTER_TOO_LONG',
-          `ask ${host}: it wants to be left alone for ${Math.ceil(left_ms / 1000)} s; allowed: at most ${this.#max_wait_ms / 1000} s (--max-wait-s)`,
-        );
-      }
+      if (left_ms > this.#max_wait_ms) throw tooLongWait(`ask ${host}`, left_ms, this.#max_wait_ms);
       await this.#clock.sleep(left_ms, signal);
     }
     if (max_per_s !== null) await this.#keepApart(host, 1000 / max_per_s, signal);

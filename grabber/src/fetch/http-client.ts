@@ -1,15 +1,18 @@
-import { Agent, request } from 'undici';
+import { Agent, request, type Dispatcher } from 'undici';
+import { kSystemClock, type Clock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import { checkUrl, policedLookup, type HostAccess, type Resolve } from './host-policy.js';
-import { redactorOf, shownUrl } from './shown-url.js';
+import { Pace } from './pace.js';
+import { redactError, redactorOf, withoutSecrets, type Redact } from './redact.js';
+import { shownUrl } from './shown-url.js';
 
 export type HttpResponse = {
   readonly status: number;
   /** First value of a header; `name` in lower case. */
   header(name: string): string | undefined;
-  /** @throws GrabberError NETWORK while reading */
+  /** @throws GrabberError NETWORK or TOO_SLOW while reading */
   readonly body: AsyncIterable<Uint8Array>;
-  /** Drops the body without reading all of it. */
+  /** Drops the body without reading all of it, and without waiting for more of it than a moment. Never throws. */
   discard(): Promise<void>;
 };
 
@@ -19,15 +22,16 @@ type Headers = Readonly<Record<string, string>>;
 export type HttpClient = {
   /** Follows redirects. @throws GrabberError NETWORK, REDIRECT or HOST_REFUSED, or the signal's reason */
   get(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
+  /** Hides the secrets in text; whoever cuts text of a server does this before. What the client throws shows none. */
+  readonly redact: Redact;
   close(): Promise<void>;
 };
 
 export type Access = HostAccess & {
-  /**
-   * Sent to the host that a request is made to, when it is one of `hosts`; never on a redirect to another, since only
-   * the first address was chosen by us. Lower-case names.
-   */
+  /** Sent to `secretOrigins` only; never on a redirect to another than was asked first. Lower-case names. */
   readonly secretHeaders: Headers;
+  /** Scheme, host and port of the addresses that the configuration gives, as URL.origin writes them. */
+  readonly secretOrigins: readonly string[];
 };
 
 /** A client that speaks to the hosts of one source only. */
@@ -36,8 +40,6 @@ export type SourceClient = HttpClient & {
   head(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
   /** Replaces whom it may talk to: a selection knows the hosts of its source only after it was read. */
   permit(access: Access): void;
-  /** Hides the secrets in text that goes to people, logs or the store. */
-  redact(text: string): string;
 };
 
 export type HttpClientOptions = {
@@ -46,18 +48,25 @@ export type HttpClientOptions = {
   readonly timeout_ms: number;
   readonly access: Access;
   readonly resolve?: Resolve;
+  /** Judges how fast bodies come; the system's when left out. */
+  readonly clock?: Clock;
 };
 
 /** Nobody may be talked to, until permit() says otherwise. */
-export const kNoAccess: Access = { hosts: [], allowPrivate: false, secretHeaders: {} };
+export const kNoAccess: Access = { hosts: [], allowPrivate: false, secretHeaders: {}, secretOrigins: [] };
 
 const kMaxRedirects = 5;
 const kRedirects = [301, 302, 303, 307, 308];
 /** Servers close idle connections after 5 to 60 s; ours are given up a little earlier. */
 const kKeepAlive_ms = 4000;
+/** A short rest of a body is read, so that its connection can be used again. */
+const kRest_bytes = 16 * 1024;
+const kRest_ms = 1000;
 
 export function createHttpClient(options: HttpClientOptions): SourceClient {
   let access = options.access;
+  const clock = options.clock ?? kSystemClock;
+  const redact: Redact = (text) => redactorOf(Object.values(access.secretHeaders))(text);
   const agent = new Agent({
     connect: { timeout: options.timeout_ms, lookup: policedLookup(() => access, options.resolve) },
     headersTimeout: options.timeout_ms,
@@ -80,8 +89,8 @@ export function createHttpClient(options: HttpClientOptions): SourceClient {
           const value = response.headers[name];
           return Array.isArray(value) ? value[0] : value;
         },
-        body: namingErrors(response.body, url.href, signal),
-        discard: () => response.body.dump(),
+        body: checkedBody(response.body, url.href, clock, redact, signal),
+        discard: () => dropBody(response.body),
       };
     } catch (error) {
       throw networkError(url.href, error, signal);
@@ -93,7 +102,8 @@ export function createHttpClient(options: HttpClientOptions): SourceClient {
     const first = checkUrl(address, access);
     let url = first;
     for (let hop = 0; hop <= kMaxRedirects; ++hop) {
-      const secrets = url.origin === first.origin ? access.secretHeaders : {};
+      const trusted = url.origin === first.origin && access.secretOrigins.includes(url.origin);
+      const secrets = trusted ? access.secretHeaders : {};
       checkSecretsTravelSafely(url, secrets, access);
       const response = await askOnce(method, url, { ...headers, ...secrets }, signal);
       if (!kRedirects.includes(response.status)) return response;
@@ -107,12 +117,12 @@ export function createHttpClient(options: HttpClientOptions): SourceClient {
   }
 
   return {
-    get: (url, headers, signal) => ask('GET', url, headers, signal),
-    head: (url, headers, signal) => ask('HEAD', url, headers, signal),
+    get: (url, headers, signal) => withoutSecrets(redact, () => ask('GET', url, headers, signal)),
+    head: (url, headers, signal) => withoutSecrets(redact, () => ask('HEAD', url, headers, signal)),
     permit: (next) => {
       access = next;
     },
-    redact: (text) => redactorOf(Object.values(access.secretHeaders))(text),
+    redact,
     close: () => agent.destroy(),
   };
 }
@@ -136,11 +146,26 @@ function redirectTarget(from: URL, response: HttpResponse, access: Access): URL 
   return target;
 }
 
-async function* namingErrors(body: AsyncIterable<unknown>, url: string, signal: AbortSignal): AsyncGenerator<Uint8Array> {
+type RawBody = Dispatcher.ResponseData['body'];
+
+async function dropBody(body: RawBody): Promise<void> {
   try {
-    for await (const chunk of body) yield chunk as Uint8Array;
+    await body.dump({ limit: kRest_bytes, signal: AbortSignal.timeout(kRest_ms) });
+  } catch {
+    // What breaks here is of use to nobody any more.
+  }
+}
+
+/** Names the address in what the network throws, and gives up on a body that trickles. */
+async function* checkedBody(body: RawBody, url: string, clock: Clock, redact: Redact, signal: AbortSignal): AsyncGenerator<Uint8Array> {
+  const pace = new Pace(clock, shownUrl(url));
+  try {
+    for await (const chunk of body as AsyncIterable<Uint8Array>) {
+      pace.check(chunk.length);
+      yield chunk;
+    }
   } catch (error) {
-    throw networkError(url, error, signal);
+    throw redactError(networkError(url, error, signal), redact);
   }
 }
 

@@ -60,8 +60,21 @@ function restPlan(
       { retryable: true },
     );
   }
+  checkSameFile(url, response, resumable);
   const rest = length === undefined ? undefined : resumable.offset_bytes + length;
   return { offset_bytes: resumable.offset_bytes, total_bytes: total ?? resumable.total_bytes ?? rest, coding: undefined };
+}
+
+/** If-Range asks for this, but servers were seen to send the rest of whatever file they have now. */
+function checkSameFile(url: string, response: HttpResponse, { if_range, offset_bytes }: Resumable): void {
+  const name = if_range.startsWith('"') ? 'ETag' : 'Last-Modified';
+  const found = response.header(name.toLowerCase());
+  if (found === undefined || found === if_range) return;
+  throw new GrabberError(
+    'RESUME_REFUSED',
+    `continue ${shownUrl(url)} at byte ${offset_bytes}: ${name} is ${found}; allowed: ${if_range}, as before; the next try starts anew`,
+    { retryable: true },
+  );
 }
 
 function contentLength(url: string, response: HttpResponse): number | undefined {

@@ -1,5 +1,6 @@
 import { GrabberError } from '../util/errors.js';
 import type { HttpResponse } from './http-client.js';
+import type { Redact } from './redact.js';
 import { parseRetryAfter } from './retry.js';
 import { shownUrl } from './shown-url.js';
 
@@ -31,7 +32,7 @@ export function statusError(
  * Portals send error pages, log-in pages and "file moved" pages with status 200. Worth another try: most of them are
  * gone when the portal is well again.
  */
-export function htmlError(url: string, response: HttpResponse, start: Uint8Array): GrabberError | undefined {
+export function htmlError(url: string, response: HttpResponse, start: Uint8Array, redact: Redact): GrabberError | undefined {
   const text = Buffer.from(start.subarray(0, kSniffBytes))
     .toString('utf8')
     .replace(/^\uFEFF/, '')
@@ -41,7 +42,7 @@ export function htmlError(url: string, response: HttpResponse, start: Uint8Array
   if (!declared && !/^<(!doctype|html|head|body|\?xml)/i.test(text)) return undefined;
   // A file with the right magic is believed over a wrong Content-Type.
   if (/^(LASF|PK\u0003\u0004)/.test(text)) return undefined;
-  const title = /<title[^>]*>([^<]{1,200})/i.exec(text)?.[1];
+  const title = /<title[^>]*>([^<]{1,200})/i.exec(redact(text))?.[1];
   const shown = title === undefined ? 'an HTML or XML page' : `an HTML page titled "${title.trim()}"`;
   return new GrabberError('HTML_BODY', `fetch ${shownUrl(url)}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`, {
     retryable: true,

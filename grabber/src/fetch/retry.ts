@@ -6,9 +6,11 @@ export type RetryPolicy = {
   readonly retries: number;
   readonly base_ms: number;
   readonly cap_ms: number;
+  /** Longest Retry-After to obey; who asks for more is not asked again. */
+  readonly max_wait_ms: number;
 };
 
-export const kBackoff = { base_ms: 1000, cap_ms: 60_000 } as const;
+export const kBackoff = { base_ms: 1000, cap_ms: 60_000, max_wait_ms: 600_000 } as const;
 
 /**
  * A random part of a time that doubles from `base_ms` up to `cap_ms`: many clients that failed together come back
@@ -53,9 +55,21 @@ export async function withRetries<T>(
       if (!(error instanceof GrabberError) || !error.retryable) throw error;
       if (advanced()) retry = 0;
       if (retry >= policy.retries) throw error;
+      checkWait(error, policy.max_wait_ms);
       const wait_ms = Math.max(error.retryAfterMs ?? 0, backoffMs(retry, policy, clock.random()));
       notify({ error, retry: retry + 1, wait_ms });
       await clock.sleep(wait_ms, signal);
     }
   }
+}
+
+function checkWait({ message, retryAfterMs = 0 }: GrabberError, max_wait_ms: number): void {
+  if (retryAfterMs > max_wait_ms) throw tooLongWait(message, retryAfterMs, max_wait_ms);
+}
+
+export function tooLongWait(attempt: string, wait_ms: number, max_wait_ms: number): GrabberError {
+  return new GrabberError(
+    'RETRY_AFTER_TOO_LONG',
+    `${attempt}: it wants to be left alone for ${Math.ceil(wait_ms / 1000)} s; allowed: at most ${max_wait_ms / 1000} s (--max-wait-s)`,
+  );
 }

@@ -14,9 +14,3 @@ export function shownUrl(text: string): string {
   }
   return url.href;
 }
-
-/** Makes text safe that came from a server, which may send back what it was sent. */
-export function redactorOf(secrets: readonly string[]): (text: string) => string {
-  const words = secrets.flatMap((secret) => [secret, encodeURIComponent(secret)]).filter((word) => word !== '');
-  return (text) => words.reduce((shown, word) => shown.replaceAll(word, '***'), text);
-}

@@ -9,6 +9,7 @@ import { storing, type DiskSpace } from './disk-space.js';
 import type { HostGate } from './host-gate.js';
 import type { HttpClient, HttpResponse } from './http-client.js';
 import { findPartial, forgetState, rememberState, removePartial, type Resumable } from './partial.js';
+import { withoutSecrets } from './redact.js';
 import { bodyPlan, kRangeRefused, type BodyPlan } from './response-check.js';
 import { htmlError, statusError } from './response-error.js';
 import { shownUrl } from './shown-url.js';
@@ -34,7 +35,11 @@ export type TransferResult =
   | { readonly kind: 'missing'; readonly reason: string };
 
 /** One attempt to fetch a file; a call after a broken one continues where that stopped. */
-export async function transferOnce(url: string, partial: string, context: TransferContext, signal: AbortSignal): Promise<TransferResult> {
+export function transferOnce(url: string, partial: string, context: TransferContext, signal: AbortSignal): Promise<TransferResult> {
+  return withoutSecrets(context.http.redact, () => transfer(url, partial, context, signal));
+}
+
+async function transfer(url: string, partial: string, context: TransferContext, signal: AbortSignal): Promise<TransferResult> {
   const found = await findPartial(partial, url, signal);
   const hash = createHash('sha256');
   if (found.kind !== 'nothing') await hashFileInto(hash, partial, signal);
@@ -140,7 +145,7 @@ async function store(
     const body = coding === undefined ? response.body : decoded(response.body, coding, url);
     const onPiece = (piece: Uint8Array, before: number): void => {
       if (before === 0) {
-        const html = htmlError(url, response, piece);
+        const html = htmlError(url, response, piece, context.http.redact);
         if (html !== undefined) throw html;
         context.checkStart(shownUrl(url), piece);
       }

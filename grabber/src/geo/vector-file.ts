@@ -76,7 +76,8 @@ function runOgr2ogr(args: readonly string[], env: Readonly<Record<string, string
     execFile('ogr2ogr', args, { ...limits, encoding: 'utf8' }, (error, stdout, stderr) => {
       if (error === null) return done(stdout);
       if (signal.aborted) return fail(signal.reason as Error);
-      fail(new GrabberError(code, `${what}: ${reasonOf(error, stderr)}; allowed: ${kVectorFormats}, with one layer`, { cause: error }));
+      // Without its cause, whose message is the whole command line.
+      fail(new GrabberError(code, `${what}: ${reasonOf(error, stderr)}; allowed: ${kVectorFormats}, with one layer`));
     });
   });
 }
@@ -85,6 +86,7 @@ function reasonOf(error: Error & { killed?: boolean }, stderr: string): string {
   if (systemCode(error) === 'ENOENT') return 'the program ogr2ogr (GDAL) is missing';
   if (systemCode(error) === 'ERR_CHILD_PROCESS_STDIO_MAXBUFFER') return `it holds more than ${kMaxOutput_bytes} bytes as GeoJSON`;
   if (error.killed === true) return `ogr2ogr took longer than ${kTimeout_ms / 1000} s`;
-  const told = oneLine(stderr).slice(0, 300);
+  // The list of all drivers follows.
+  const told = oneLine(stderr.split(/with the following drivers/i)[0] ?? '').slice(0, 300);
   return told === '' ? describeError(error) : told;
 }

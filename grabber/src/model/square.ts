@@ -29,7 +29,7 @@ export const kStates = [
 ] as const;
 export type State = (typeof kStates)[number];
 
-/** States in which the file of a record can be used. */
+/** States in which the file of a record can be used. It still can while another is fetched: then only `verifiedAt` tells. */
 export const kUsable: readonly State[] = ['verified', 'converted'];
 
 /** What a catalogue says of a square, before anything is fetched. */
@@ -119,6 +119,7 @@ export type StoreRecord = Terms & {
   readonly knownAt: string;
   readonly wantedAt: string | null;
   readonly fetchedAt: string | null;
+  /** Of `file`, which can be used whenever this is set. */
   readonly verifiedAt: string | null;
   readonly convertedAt: string | null;
 };

@@ -6,6 +6,8 @@ export type RecordFilter = {
   readonly grid?: string;
   readonly states?: readonly State[];
   readonly names?: readonly string[];
+  /** Those whose file can be used, also while it is fetched again. */
+  readonly usable?: true;
 };
 
 export type Place = { readonly source: string; readonly grid: string; readonly state: State; readonly bounds: BoundsM };
@@ -22,13 +24,19 @@ export type RecordTable = {
   get(key: RecordKey): StoreRecord | undefined;
   list(filter: RecordFilter): StoreRecord[];
   count(filter: RecordFilter): number;
-  /** Counts by source and state, for a summary that reads no records. Bytes and points of the files that are there. */
+  /**
+   * Counts by source and state, for a summary that reads no records. Bytes and points of the files that are there. What can
+   * be used while it is fetched again counts as what it is.
+   */
   tally(): { source: string; state: State; count: number; bytes: number; points: number }[];
-  /** Where the records with bounds lie, by source and grid: what a map needs, without reading records. */
+  /** Where the records with bounds lie, by source and grid: what a map needs, without reading records; states as in `tally`. */
   places(): Place[];
   /** Those with a `lastError`, the latest first. */
   lastErrors(limit: number): StoreRecord[];
-  /** Known, missing and failed become wanted, and with `again` also what can be used already. @return how many did */
+  /**
+   * Known, failed, and what has been missing for a month become wanted; with `again` all that is missing and what can be used
+   * already, whose file stays in use until another replaces it. @return how many did
+   */
   want(keys: Iterable<RecordKey>, again?: boolean): number;
   /** Wanted, fetching, fetched: what a run that was cut off has left to do. */
   unfinished(filter: RecordFilter): StoreRecord[];
@@ -40,7 +48,7 @@ export type RecordTable = {
   verified(key: RecordKey, facts: Verified): void;
   converted(key: RecordKey, file: StoredFile, facts: Verified): void;
   missing(key: RecordKey, reason: string): void;
-  /** A file that could be used before still can: the state stays, `lastError` tells. */
+  /** A file that could be used before still can, and a whole one that waits for its conversion still waits: `lastError` tells. */
   failed(key: RecordKey, code: string, message: string): void;
   /** Back to known; the caller has removed the file. */
   forget(key: RecordKey): void;

@@ -1,6 +1,8 @@
 import { open, type FileHandle } from 'node:fs/promises';
+import type { DiskSpace } from '../fetch/disk-space.js';
 import type { HostGate } from '../fetch/host-gate.js';
 import type { HttpClient, HttpResponse } from '../fetch/http-client.js';
+import { withoutSecrets } from '../fetch/redact.js';
 import { statusError } from '../fetch/response-error.js';
 import { withRetries, type RetryNotice, type RetryPolicy } from '../fetch/retry.js';
 import type { Clock } from '../util/clock.js';
@@ -11,6 +13,8 @@ export type DownloadSettings = {
   readonly policy: RetryPolicy;
   readonly clock: Clock;
   readonly gate: HostGate;
+  /** Of the folder that files go to. */
+  readonly disk: DiskSpace;
   readonly missingStatus: readonly number[];
   readonly onRetry: (notice: RetryNotice) => void;
 };
@@ -39,20 +43,39 @@ export function downloader(settings: DownloadSettings): Downloader {
     throw error;
   }
 
+  async function store(url: string, response: HttpResponse, path: string, most_bytes: number): Promise<void> {
+    const release = await reserve(url, response);
+    try {
+      const file = await open(path, 'w');
+      try {
+        await copy(url, response, file, most_bytes);
+      } finally {
+        await file.close();
+      }
+    } finally {
+      release();
+    }
+  }
+
+  /** @throws GrabberError DISK_FULL before the body is read, where its length is announced */
+  async function reserve(url: string, response: HttpResponse): Promise<() => void> {
+    try {
+      return await settings.disk.reserve(announcedBytes(response) ?? 0, url);
+    } catch (error) {
+      await response.discard();
+      throw error;
+    }
+  }
+
   const again = <T>(attempt: () => Promise<T>, signal: AbortSignal): Promise<T> =>
-    withRetries(attempt, policy, clock, settings.onRetry, signal);
+    withRetries(() => withoutSecrets(http.redact, attempt), policy, clock, settings.onRetry, signal);
 
   return {
     toFile: (url, path, most_bytes, signal) =>
       again(async () => {
         const response = await get(url, signal);
         if (response === undefined) return false;
-        const file = await open(path, 'w');
-        try {
-          await copy(url, response, file, most_bytes);
-        } finally {
-          await file.close();
-        }
+        await store(url, response, path, most_bytes);
         return true;
       }, signal),
     text: (url, most_bytes, signal) =>
@@ -72,7 +95,7 @@ async function copy(url: string, response: HttpResponse, file: FileHandle, most_
 
 /** The body, which must be as long as announced and no longer than allowed. */
 async function* limited(url: string, response: HttpResponse, most_bytes: number): AsyncGenerator<Uint8Array> {
-  const announced = Number(response.header('content-length') ?? Number.NaN);
+  const announced = announcedBytes(response);
   let bytes = 0;
   for await (const part of response.body) {
     bytes += part.length;
@@ -81,7 +104,12 @@ async function* limited(url: string, response: HttpResponse, most_bytes: number)
     }
     yield part;
   }
-  if (Number.isInteger(announced) && announced !== bytes) {
+  if (announced !== undefined && announced !== bytes) {
     throw new GrabberError('LENGTH', `fetch ${url}: ${bytes} bytes; allowed: ${announced}, as announced`, { retryable: true });
   }
+}
+
+function announcedBytes(response: HttpResponse): number | undefined {
+  const announced = Number(response.header('content-length') ?? Number.NaN);
+  return Number.isInteger(announced) && announced >= 0 ? announced : undefined;
 }

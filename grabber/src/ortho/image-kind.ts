@@ -40,10 +40,16 @@ export function requireImage(start: Uint8Array, shown: string): ImageKind {
 }
 
 export async function readImageKind(path: string, shown: string): Promise<ImageKind> {
+  return requireImage(await readStart(path, kSniffBytes), shown);
+}
+
+/** The first bytes of a file; all, where it has no more than these. */
+export async function readStart(path: string, most_bytes: number): Promise<Buffer> {
   const file = await open(path, 'r');
   try {
-    const { buffer, bytesRead } = await file.read(Buffer.alloc(kSniffBytes), 0, kSniffBytes, 0);
-    return requireImage(buffer.subarray(0, bytesRead), shown);
+    const { size } = await file.stat();
+    const { buffer, bytesRead } = await file.read(Buffer.alloc(Math.min(size, most_bytes)), 0, Math.min(size, most_bytes), 0);
+    return buffer.subarray(0, bytesRead);
   } finally {
     await file.close();
   }

@@ -1,8 +1,7 @@
-import { readFile } from 'node:fs/promises';
 import { GrabberError } from '../util/errors.js';
 import type { Downloader } from './download.js';
 import type { Gdal } from './gdal.js';
-import { requireImage, type ImageKind } from './image-kind.js';
+import { readImageKind, readStart, type ImageKind } from './image-kind.js';
 import type { Target } from './target.js';
 
 /** What the samples of a pixel are. */
@@ -47,18 +46,21 @@ export type GatherContext = {
 /** @return undefined when the source has nothing there */
 export type Gather = (target: Target, context: GatherContext, signal: AbortSignal) => Promise<Gathered | undefined>;
 
+/** The size of a JPEG stands behind its profiles and previews, which have at most 64 KiB a segment. */
+const kMostBeforeSize_bytes = 16 << 20;
+
 type Look = { readonly kind: ImageKind; readonly width_px: number; readonly height_px: number; readonly channels: Channels };
 
 /**
- * Looks into a picture that came from somewhere: its kind by its bytes, its size. JPEG and PNG are read here, since a
- * square may have hundreds; whatever else the bytes hold, GDAL sees them only after their size was found to be sane.
+ * Looks into a picture that came from somewhere: its kind by its bytes, its size. The start of JPEG and PNG is read here,
+ * since a square may have hundreds; whatever else the bytes hold, GDAL sees them only after their size was found to be sane.
  */
 export async function lookInto(path: string, shown: string, gdal: Gdal, signal: AbortSignal): Promise<Look> {
-  const bytes = await readFile(path, { signal });
-  const kind = requireImage(bytes, shown);
-  const found = kind.driver === 'PNG' ? pngFacts(bytes) : kind.driver === 'JPEG' ? jpegFacts(bytes) : undefined;
-  if (found !== undefined) return { kind, ...found };
+  const kind = await readImageKind(path, shown);
   if (kind.driver === 'PNG' || kind.driver === 'JPEG') {
+    const start = await readStart(path, kMostBeforeSize_bytes);
+    const found = kind.driver === 'PNG' ? pngFacts(start) : jpegFacts(start);
+    if (found !== undefined) return { kind, ...found };
     throw new GrabberError('NOT_IMAGE', `read the picture ${shown}: a ${kind.driver} that is cut short or damaged; allowed: a whole one`);
   }
   const facts = await gdal.info(path, kind, {}, signal);

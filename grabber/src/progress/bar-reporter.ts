@@ -3,7 +3,7 @@ import { formatBytes, type Output } from '../cli/output.js';
 import type { RecordKey } from '../model/square.js';
 import { Rate } from './rate.js';
 import type { Reporter } from './reporter.js';
-import { ignoredLine, outcomeLine, skippedLine, summaryLine, warningLines } from './text-reporter.js';
+import { ignoredLine, orthophotosLine, outcomeLine, skippedLine, summaryLine, warningLines } from './text-reporter.js';
 
 const kTotalFormat = '{name} [{bar}] {value}/{total} files  {bytes}  {rate}/s  {left}';
 const kFileFormat = '{name} [{bar}] {bytes} of {size}';
@@ -56,6 +56,7 @@ export function barReporter(output: Output, stream: NodeJS.WritableStream, now_m
     retry: (key, { error, retry, wait_ms }) => line(`retry ${retry} of ${key.name} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}`),
     ignored: (path, source) => line(ignoredLine(path, source)),
     skipped: (source, count, why) => line(skippedLine(source, count, why)),
+    orthophotosLeft: (source, grid, count) => output.err(`${orthophotosLine(source, grid, count)}\n`),
     summary(sum) {
       bars.stop();
       output.out(`${summaryLine(sum)}\n`);

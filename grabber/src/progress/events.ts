@@ -20,7 +20,7 @@ export type Tally = Record<OutcomeState, number>;
 /** What is known before the first request. */
 export type Plan = { readonly files: number; readonly kept: number; readonly known_bytes: number; readonly unknown_sizes: number };
 
-export type Summary = Tally & { readonly received_bytes: number; readonly seconds: number };
+export type Summary = Tally & { readonly known_missing: number; readonly received_bytes: number; readonly seconds: number };
 
 /** Hears how a run goes. Called often, so an implementation decides itself what it shows; must not throw. */
 export type FetchEvents = {

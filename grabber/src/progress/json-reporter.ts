@@ -3,6 +3,7 @@ import type { Output } from '../cli/output.js';
 import type { RecordKey } from '../model/square.js';
 import type { Outcome } from './events.js';
 import type { Reporter } from './reporter.js';
+import { orthophotosLine } from './text-reporter.js';
 
 const kProgressEvery_ms = 1000;
 
@@ -38,6 +39,7 @@ export function jsonReporter(output: Output, now_ms: () => number = () => perfor
     },
     ignored: (path, source) => log.warn({ event: 'ignored', path, source }, 'not a file name of the source'),
     skipped: (source, files, why) => log.error({ event: 'skipped', source, files }, why),
+    orthophotosLeft: (source, grid, files) => log.warn({ event: 'unfinished', source, grid, files }, orthophotosLine(source, grid, files)),
     summary: (sum) => log.info({ event: 'summary', ...sum }, 'done'),
     close: () => undefined,
   };

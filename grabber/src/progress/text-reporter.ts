@@ -19,6 +19,7 @@ export function textReporter(output: Output): Reporter {
     },
     ignored: (path, source) => output.err(`${ignoredLine(path, source)}\n`),
     skipped: (source, files, why) => output.err(`${skippedLine(source, files, why)}\n`),
+    orthophotosLeft: (source, grid, count) => output.err(`${orthophotosLine(source, grid, count)}\n`),
     summary: (sum) => output.out(`${summaryLine(sum)}\n`),
     close: () => undefined,
   };
@@ -39,11 +40,15 @@ export function warningLines(outcome: Outcome): string[] {
 }
 
 export function ignoredLine(path: string, source: string): string {
-  return `warning: ignored ${path}: not a file name of source ${source}`;
+  return `warning: ignored ${path}: not a file name of ${source}`;
 }
 
 export function skippedLine(source: string, files: number, why: string): string {
   return `error: ${source} not continued, ${files} files: ${why}`;
+}
+
+export function orthophotosLine(source: string, grid: string, count: number): string {
+  return `warning: ${count} orthophotos of ${source} are unfinished (grab ortho --source ${source} --grid ${grid}; pictures of your own: --from)`;
 }
 
 export function summaryLine(sum: Summary): string {
@@ -52,6 +57,7 @@ export function summaryLine(sum: Summary): string {
     ...(sum.fetched === 0 ? [] : [`${sum.fetched} to convert`]),
     `${sum.kept} already there`,
     `${sum.missing} missing`,
+    ...(sum.known_missing === 0 ? [] : [`${sum.known_missing} known to be missing (--refetch asks again)`]),
     `${sum.failed} failed`,
     formatBytes(sum.received_bytes),
     `${sum.seconds.toFixed(1)} s`,

@@ -13,16 +13,24 @@ import { fileSize, sha256OfFile } from '../util/files.js';
 export async function whatIsWrong(root: string, file: StoredFile, kind: FileKind, signal: AbortSignal): Promise<string | undefined> {
   const path = join(root, file.path);
   try {
-    const bytes = await fileSize(path);
-    if (bytes === undefined) return 'it is not there';
-    if (bytes !== file.bytes) return `it has ${bytes} bytes; recorded: ${file.bytes}`;
-    const sha256 = await sha256OfFile(path, signal);
-    if (sha256 !== file.sha256) return `its SHA-256 is ${sha256}; recorded: ${file.sha256}`;
-    return await (kind === 'lidar' ? lasProblem(path, file.path, signal) : tiffProblem(path, bytes));
+    const wrong = await wrongBytes(root, file, signal);
+    // zLAS is Esri's own; nobody else knows its header.
+    if (wrong !== undefined || file.path.endsWith('.zlas')) return wrong;
+    return await (kind === 'lidar' ? lasProblem(path, file.path, signal) : tiffProblem(path, file.bytes));
   } catch (error) {
     signal.throwIfAborted();
     return describeError(error);
   }
+}
+
+/** @return in what way its bytes are not those that are recorded */
+export async function wrongBytes(root: string, file: StoredFile, signal: AbortSignal): Promise<string | undefined> {
+  const path = join(root, file.path);
+  const bytes = await fileSize(path);
+  if (bytes === undefined) return 'it is not there';
+  if (bytes !== file.bytes) return `it has ${bytes} bytes; recorded: ${file.bytes}`;
+  const sha256 = await sha256OfFile(path, signal);
+  return sha256 === file.sha256 ? undefined : `its SHA-256 is ${sha256}; recorded: ${file.sha256}`;
 }
 
 async function lasProblem(path: string, shown: string, signal: AbortSignal): Promise<undefined> {

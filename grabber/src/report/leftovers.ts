@@ -10,11 +10,13 @@ export type Leftover = { readonly path: string; readonly bytes: number };
 export type Leftovers = {
   /** Files that no record names, by path. */
   readonly files: readonly Leftover[];
-  /** Links, and folders outside of the store: nobody's business but the user's. */
+  /** Links, folders outside of the store, and names that this program does not give: nobody's business but the user's. */
   readonly leftAlone: readonly string[];
 };
 
 const kKinds: readonly FileKind[] = ['lidar', 'ortho'];
+/** Names that this program gives: finished and unfinished files, and what lies beside them. */
+const kOurs = /\.(laz|las|zlas|lax|tif|tif\.(aux\.xml|ovr|msk))$|\/\.[^/]+\.part(\.json(\.tmp)?)?$/i;
 const kPutAway = /^lidar\/[^/]+\/original\//;
 const kUnfinished = new Set(['wanted', 'fetching', 'fetched']);
 
@@ -33,7 +35,7 @@ export async function findLeftovers(store: Store, dropped: string | undefined, s
   for (const kind of kKinds) {
     const folder = dropped === undefined ? kind : `${kind}/${dropped}`;
     for await (const found of walk(store.root, folder, signal)) {
-      if (found.link) leftAlone.push(found.path);
+      if (found.link || !(kOurs.test(found.path) || needed.has(found.path))) leftAlone.push(found.path);
       else if (!needed.has(found.path)) files.push({ path: found.path, bytes: (await stat(join(store.root, found.path))).size });
     }
   }

@@ -1,9 +1,15 @@
-import { kUsable, type RecordKey, type StoredFile } from '../model/square.js';
+import type { RecordKey, StoredFile, StoreRecord } from '../model/square.js';
 import type { RecordTable, Store } from '../model/store.js';
-import type { FileKind } from '../store/layout.js';
-import { whatIsWrong } from './check-file.js';
+import { kPlaces, type FileKind } from '../store/layout.js';
+import { whatIsWrong, wrongBytes } from './check-file.js';
 
-export type FileToCheck = { readonly kind: FileKind; readonly key: RecordKey; readonly file: StoredFile };
+export type FileToCheck = {
+  readonly kind: FileKind;
+  readonly key: RecordKey;
+  readonly file: StoredFile;
+  /** False: a run that was cut off, or is not through yet, may have left it under its unfinished name. */
+  readonly placed: boolean;
+};
 export type BadFile = FileToCheck & { readonly reason: string };
 export type VerifyProgress = (done: number, total: number, bytes: number) => void;
 
@@ -14,13 +20,18 @@ export function tableOf(store: Store, kind: FileKind): RecordTable {
   return kind === 'lidar' ? store.squares : store.orthophotos;
 }
 
-export function usableFiles(store: Store, source: string | undefined): FileToCheck[] {
-  const filter = { states: kUsable, ...(source === undefined ? {} : { source }) };
-  return (['lidar', 'ortho'] as const).flatMap((kind) =>
-    tableOf(store, kind)
-      .list(filter)
-      .flatMap(({ key, file }) => (file === null ? [] : [{ kind, key, file }])),
-  );
+/** Those that can be used, and whole ones that wait for somebody to look into them. */
+export function wholeFiles(store: Store, source: string | undefined): FileToCheck[] {
+  const of = source === undefined ? {} : { source };
+  return (['lidar', 'ortho'] as const).flatMap((kind) => {
+    const table = tableOf(store, kind);
+    return [...table.list({ ...of, usable: true }), ...table.list({ ...of, states: ['fetched'] })].flatMap((record) => toCheck(kind, record) ?? []);
+  });
+}
+
+function toCheck(kind: FileKind, { key, file, state, verifiedAt }: StoreRecord): FileToCheck | undefined {
+  const whole = verifiedAt !== null || state === 'fetched';
+  return file === null || !whole ? undefined : { kind, key, file, placed: state !== 'fetched' };
 }
 
 /** @return the bad ones, in the order of `files` */
@@ -51,6 +62,7 @@ async function checkOne(store: Store, one: FileToCheck, signal: AbortSignal): Pr
   let now: FileToCheck | undefined = one;
   while (now !== undefined) {
     signal.throwIfAborted();
+    if (!now.placed && (await liesUnfinished(store, now, signal))) return undefined;
     const reason = await whatIsWrong(store.root, now.file, now.kind, signal);
     if (reason === undefined) return undefined;
     const later = currentOf(store, now);
@@ -60,8 +72,11 @@ async function checkOne(store: Store, one: FileToCheck, signal: AbortSignal): Pr
   return undefined;
 }
 
+async function liesUnfinished(store: Store, { kind, key, file }: FileToCheck, signal: AbortSignal): Promise<boolean> {
+  return (await wrongBytes(store.root, { ...file, path: kPlaces.unfinished(kind, key) }, signal)) === undefined;
+}
+
 function currentOf(store: Store, { kind, key }: FileToCheck): FileToCheck | undefined {
   const record = tableOf(store, kind).get(key);
-  if (record === undefined || record.file === null || !kUsable.includes(record.state)) return undefined;
-  return { kind, key, file: record.file };
+  return record === undefined ? undefined : toCheck(kind, record);
 }

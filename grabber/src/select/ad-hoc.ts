@@ -31,6 +31,7 @@ export function adHocProfile(options: SelectionOptions, hosts: readonly string[]
     hosts,
     allowPrivate: options.allowPrivate ?? false,
     secretHeaders: {},
+    secretOrigins: [],
     square_m,
   };
 }

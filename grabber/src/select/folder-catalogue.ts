@@ -9,7 +9,7 @@ import type { Square } from '../sources/square.js';
 import { GrabberError } from '../util/errors.js';
 import { plain } from './ad-hoc-catalogue.js';
 import { bestOf, findPointFiles, type PointFile } from './point-files.js';
-import { plainSquare } from './square-names.js';
+import { plainSquareOrNone } from './square-names.js';
 import { usage } from './usage.js';
 
 export type FolderCatalogue = {
@@ -26,7 +26,7 @@ type Held = { readonly square: Square; readonly files: PointFile[] };
  */
 export async function openFolder(folder: string, source: Source | undefined, signal: AbortSignal): Promise<FolderCatalogue> {
   const size = source?.square_m;
-  const readName = source === undefined || size === undefined ? plainSquare : fileNameReader(source);
+  const readName = source === undefined || size === undefined ? plainSquareOrNone : fileNameReader(source);
   const held = new Map<string, Held>();
   const ignored: string[] = [];
   for (const file of await findPointFiles(folder, signal)) {

@@ -46,7 +46,7 @@ export async function chosenRegion(options: SelectionOptions, ground: Ground, si
   if (ground.extent_m === undefined || overlap(region.bounds, ground.extent_m)) return region;
   const asked = region.bounds.map(Math.round).join(',');
   const allowed = `${ground.extent_m.join(',')} (west,south,east,north in metres)`;
-  throw usage(`choose squares: ${kWays[way]} ${asked} lies outside the source; allowed: ${allowed}`);
+  throw usage(`choose squares: ${kWays[way]} lies outside the source, at ${asked}; allowed: ${allowed}`);
 }
 
 function squaresOf(names: readonly string[], { square_m, extent_m }: Ground): Square[] {

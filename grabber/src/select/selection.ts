@@ -4,7 +4,8 @@ import type { HttpClient } from '../fetch/http-client.js';
 import type { Catalogue, Region } from '../model/store.js';
 import type { BoundsM, Terms } from '../model/square.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
-import { hostOfTemplate } from '../sources/hosts.js';
+import type { CatalogueOptions } from '../sources/catalogue/options.js';
+import { hostOfTemplate, secretOriginsOf } from '../sources/hosts.js';
 import { profileOf, termsOf, type AccessProfile } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
 import type { Variables } from '../sources/url-template.js';
@@ -58,6 +59,9 @@ export type Selection = {
   readonly ignored: readonly string[];
 };
 
+/** How patiently a catalogue is asked. */
+type Asking = Pick<CatalogueOptions, 'policy' | 'onRetry'>;
+
 /**
  * Turns the command line into squares and how to get them. Reads area and polygon files, asks no host.
  * The catalogue gives every square that was asked for by name; one that the source does not have comes without
@@ -69,6 +73,7 @@ export async function select(
   sources: ReadonlyMap<string, Source>,
   http: HttpClient,
   signal: AbortSignal,
+  asking: Asking = {},
 ): Promise<Selection> {
   chosenWay(options);
   const source = findSource(options, sources);
@@ -76,18 +81,25 @@ export async function select(
     options.from !== undefined
       ? await fromFolder(options.from, options, source, signal)
       : source !== undefined
-        ? await fromSource(options, source, http, signal)
+        ? await fromSource(options, source, http, asking, signal)
         : await fromTemplate(options, signal);
   return { ...selection, catalogue: withAskedNames(selection.catalogue, selection.profile.square_m) };
 }
 
-async function fromSource(options: SelectionOptions, configured: Source, http: HttpClient, signal: AbortSignal): Promise<Selection> {
+async function fromSource(
+  options: SelectionOptions,
+  configured: Source,
+  http: HttpClient,
+  asking: Asking,
+  signal: AbortSignal,
+): Promise<Selection> {
   const given = givenVariables(options);
   const source = options.urlTemplate === undefined ? configured : withTemplate(configured, options.urlTemplate, given);
-  const catalogue = openCatalogue(source, http, { variables: given });
+  const catalogue = openCatalogue(source, http, { ...asking, variables: given });
   return {
     ...recordsOf(source),
-    profile: profileOf(source),
+    // Secrets are for the addresses in the source's file, not for one that was typed.
+    profile: { ...profileOf(source), secretOrigins: secretOriginsOf(configured) },
     catalogue,
     region: await neededRegion(options, groundOf(source), signal),
     ignored: [],

@@ -2,7 +2,7 @@ import { kMaxSquares, parseSquare, squareAt, type Grid, type Square } from '../s
 import { usage } from './usage.js';
 
 /** Becomes a file name in the store. */
-const kPlainName = /^[A-Za-z0-9][A-Za-z0-9._-]{0,119}$/;
+const kPlainName = /^[\p{L}\p{N}][\p{L}\p{N} ._()+-]{0,118}(?<! )$/u;
 
 /** Squares of a grid by name, or by the names of two corner squares: `462_101:465_103` is all twelve. */
 export function squaresByName(names: readonly string[], grid: Grid): Square[] {
@@ -30,8 +30,13 @@ function* oneOrRange(text: string, grid: Grid): Generator<Square> {
   }
 }
 
+/** @return undefined for a name that the store could not give a file */
+export function plainSquareOrNone(name: string): Square | undefined {
+  return kPlainName.test(name) ? { name, corner: undefined } : undefined;
+}
+
 /** A square of which only the name matters. */
 export function plainSquare(name: string): Square {
   if (kPlainName.test(name)) return { name, corner: undefined };
-  throw usage(`read square name: "${name}"; allowed: letters, digits, ".", "_" and "-", at most 120, the first a letter or digit`);
+  throw usage(`read square name: "${name}"; allowed: letters, digits, spaces, and ".", "_", "-", "+", "(" and ")", at most 120, the first a letter or digit`);
 }

@@ -1,5 +1,5 @@
 import type { Terms } from '../model/square.js';
-import { hostsOf } from './hosts.js';
+import { hostsOf, secretOriginsOf } from './hosts.js';
 import type { Source } from './source.js';
 
 /** How the hosts of a source want to be asked. */
@@ -16,6 +16,8 @@ export type AccessProfile = {
   readonly allowPrivate: boolean;
   /** Header name -> NAME of the environment variable that holds its value; neither value nor header is ever logged. */
   readonly secretHeaders: Readonly<Record<string, string>>;
+  /** Who may hear them, as URL.origin writes it (sources/hosts.ts). */
+  readonly secretOrigins: readonly string[];
   /** Edge of a square; null where files have no grid. */
   readonly square_m: number | null;
 };
@@ -28,6 +30,7 @@ export function profileOf(source: Source): AccessProfile {
     hosts: hostsOf(source),
     allowPrivate: source.allow_private_addresses,
     secretHeaders: source.secret_headers,
+    secretOrigins: secretOriginsOf(source),
     square_m: source.square_m ?? null,
   };
 }

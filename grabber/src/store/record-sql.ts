@@ -2,9 +2,9 @@ import { kUsable } from '../model/square.js';
 
 const kKey = 'source = @source AND grid = @grid AND name = @name';
 const kUsableStates = kUsable.map((state) => `'${state}'`).join(', ');
-/** A file that was verified stays usable when something after it fails. */
-const kFallback = (state: string): string =>
-  `state = CASE WHEN verified_at IS NULL THEN '${state}' WHEN converted_at IS NULL THEN 'verified' ELSE 'converted' END`;
+/** What was verified once is usable, until another file replaces it; @param otherwise the state of what is not */
+const kUsableOr = (otherwise: string): string =>
+  `CASE WHEN verified_at IS NULL THEN ${otherwise} WHEN converted_at IS NULL THEN 'verified' ELSE 'converted' END`;
 const kNoError = 'error_code = NULL, error_message = NULL, error_at = NULL';
 const kError = 'error_code = @code, error_message = @message, error_at = @now';
 const kFacts =
@@ -17,7 +17,8 @@ const kFile = 'file_path = @path, file_bytes = @bytes, file_sha256 = @sha256';
 const kFilter =
   '(@source IS NULL OR source = @source) AND (@grid IS NULL OR grid = @grid) ' +
   'AND (@states IS NULL OR state IN (SELECT value FROM json_each(@states))) ' +
-  'AND (@names IS NULL OR name IN (SELECT value FROM json_each(@names)))';
+  'AND (@names IS NULL OR name IN (SELECT value FROM json_each(@names))) ' +
+  'AND (@usable IS NULL OR verified_at IS NOT NULL)';
 
 /** What `learn` compares and writes, by column. */
 export const kLearned = [
@@ -48,10 +49,10 @@ export function recordSql(table: 'squares' | 'orthophotos') {
     list: `SELECT * FROM ${table} WHERE ${kFilter} ORDER BY source, grid, name`,
     count: `SELECT count(*) FROM ${table} WHERE ${kFilter}`,
     tally:
-      'SELECT source, state, count(*) AS count, total(file_bytes) AS bytes, total(point_count) AS points ' +
-      `FROM ${table} GROUP BY source, state ORDER BY source, state`,
+      `SELECT source, ${kUsableOr('state')} AS shown, count(*) AS count, total(file_bytes) AS bytes, total(point_count) AS points ` +
+      `FROM ${table} GROUP BY source, shown ORDER BY source, shown`,
     unfinished: `SELECT * FROM ${table} WHERE state IN ('wanted', 'fetching', 'fetched') AND ${kFilter} ORDER BY source, grid, name`,
-    places: `SELECT source, grid, state, west, south, east, north FROM ${table} WHERE west IS NOT NULL ORDER BY source, grid`,
+    places: `SELECT source, grid, ${kUsableOr('state')} AS state, west, south, east, north FROM ${table} WHERE west IS NOT NULL ORDER BY source, grid`,
     errors: `SELECT * FROM ${table} WHERE error_at IS NOT NULL ORDER BY error_at DESC, source, grid, name LIMIT @limit`,
 
     learned: `SELECT fid, warnings, file_path, ${kLearned.join(', ')} FROM ${table} WHERE ${kKey}`,
@@ -63,7 +64,7 @@ export function recordSql(table: 'squares' | 'orthophotos') {
 
     want: update(
       `state = 'wanted', wanted_at = @now, attempts = 0, ${kNoError}`,
-      ` AND (state IN ('known', 'missing', 'failed') OR (@again = 1 AND state IN (${kUsableStates})))`,
+      ` AND (state IN ('known', 'failed') OR (state = 'missing' AND error_at < @stale) OR (@again = 1 AND state IN ('missing', ${kUsableStates})))`,
     ),
     begin: update(
       "state = 'fetching', attempts = attempts + 1, asked_url = @url, url = CASE WHEN verified_at IS NULL THEN @url ELSE url END",
@@ -85,8 +86,9 @@ export function recordSql(table: 'squares' | 'orthophotos') {
         `verified_at = CASE WHEN state IN (${kUsableStates}) THEN verified_at ELSE @now END, ` +
         `state = 'converted', ${kFile}, ${kFacts}, crs = coalesce(@crs, source_crs), warnings = @warnings, ${kNoError}, converted_at = @now`,
     ),
-    missing: update(`${kFallback('missing')}, ${kError}`),
-    failed: update(`${kFallback('failed')}, ${kError}`),
+    missing: update(`state = ${kUsableOr("'missing'")}, ${kError}`),
+    // A whole file that cannot be converted is not to be fetched again.
+    failed: update(`state = ${kUsableOr("CASE state WHEN 'fetched' THEN state ELSE 'failed' END")}, ${kError}`),
     forget: update(
       "state = 'known', url = NULL, asked_url = NULL, file_path = NULL, file_bytes = NULL, file_sha256 = NULL, " +
         'original_bytes = NULL, original_sha256 = NULL, ' +

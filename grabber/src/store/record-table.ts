@@ -12,6 +12,9 @@ import { recordSql, type RecordSql } from './record-sql.js';
 import { RowReader, type Row } from './row-reader.js';
 import { recordedMessage } from './store-error.js';
 
+/** A source may have got what it did not have; asking for all of its holes at every run would be rude. */
+const kMissingFor_ms = 30 * 24 * 3600 * 1000;
+
 /** Squares or orthophotos: the same columns in two tables. Statements are prepared once; each call is one transaction. */
 export class RecordTable implements RecordTableContract {
   readonly #connection: Connection;
@@ -60,7 +63,7 @@ export class RecordTable implements RecordTableContract {
         const read = new RowReader(row, `${this.#table} by source and state`);
         return {
           source: read.text('source'),
-          state: read.oneOf('state', kStates),
+          state: read.oneOf('shown', kStates),
           count: read.count('count'),
           bytes: read.number('bytes'),
           points: read.number('points'),
@@ -86,9 +89,10 @@ export class RecordTable implements RecordTableContract {
   want(keys: Iterable<RecordKey>, again = false): number {
     return changing(this.#connection, () => {
       const now = this.#now();
+      const stale = new Date(Date.parse(now) - kMissingFor_ms).toISOString();
       let became = 0;
       for (const key of keys) {
-        const { changes } = this.#sql.want.run({ ...keyOf(key), now, again: again ? 1 : 0 });
+        const { changes } = this.#sql.want.run({ ...keyOf(key), now, stale, again: again ? 1 : 0 });
         if (changes === 0 && this.#sql.learned.get(keyOf(key)) === undefined) throw this.#noRecord('want', key);
         became += changes;
       }
@@ -163,7 +167,8 @@ export class RecordTable implements RecordTableContract {
   }
 }
 
-function filterOf(filter: RecordFilter): Record<string, string | null> {
+function filterOf(filter: RecordFilter): Record<string, string | number | null> {
   const list = (values: readonly string[] | undefined): string | null => (values === undefined ? null : JSON.stringify(values));
-  return { source: filter.source ?? null, grid: filter.grid ?? null, states: list(filter.states), names: list(filter.names) };
+  const { source = null, grid = null } = filter;
+  return { source, grid, states: list(filter.states), names: list(filter.names), usable: filter.usable === true ? 1 : null };
 }

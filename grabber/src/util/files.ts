@@ -1,6 +1,7 @@
-import { open, readdir, rename, rm, stat } from 'node:fs/promises';
+import { mkdir, open, readdir, rename, rm, stat } from 'node:fs/promises';
 import { createHash, type Hash } from 'node:crypto';
 import { createReadStream } from 'node:fs';
+import { dirname } from 'node:path';
 import { systemCode } from './errors.js';
 
 /** Replaces `path` in one step: a reader sees the old text or the new text, never a part of it. */
@@ -38,6 +39,24 @@ export async function sha256OfFile(path: string, signal: AbortSignal): Promise<s
   const hash = createHash('sha256');
   await hashFileInto(hash, path, signal);
   return hash.digest('hex');
+}
+
+/** With all that is missing above it. Node's own recursive way never ends where the system refuses a name with ENOENT, as in /proc. */
+export async function makeFolder(path: string): Promise<void> {
+  const makeOne = async (): Promise<void> => {
+    try {
+      await mkdir(path);
+    } catch (error) {
+      if (systemCode(error) !== 'EEXIST' || !(await stat(path)).isDirectory()) throw error;
+    }
+  };
+  try {
+    await makeOne();
+  } catch (error) {
+    if (systemCode(error) !== 'ENOENT' || dirname(path) === path) throw error;
+    await makeFolder(dirname(path));
+    await makeOne();
+  }
 }
 
 export async function removeIfThere(path: string): Promise<void> {

@@ -33,7 +33,7 @@ ${access}
 
 /** Asks without waiting between its tries. */
 export function catalogueOf(t: TestContext, source: Source, options: CatalogueOptions = {}): Catalogue {
-  return openCatalogue(source, clientFor(t), { policy: { retries: 2, base_ms: 1, cap_ms: 1 }, clock: fakeClock(), ...options });
+  return openCatalogue(source, clientFor(t), { policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 }, clock: fakeClock(), ...options });
 }
 
 export function clientFor(t: TestContext): HttpClient {

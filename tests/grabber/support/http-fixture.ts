@@ -3,7 +3,7 @@ import type { AddressInfo } from 'node:net';
 import type { TestContext } from 'node:test';
 
 /** What a client needs to talk to the servers of the tests. */
-export const kHere = { hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {} } as const;
+export const kHere = { hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {}, secretOrigins: [] } as const;
 
 export type Seen = { readonly path: string; readonly headers: IncomingMessage['headers'] };
 export type Handler = (request: IncomingMessage, response: ServerResponse, index: number) => void;

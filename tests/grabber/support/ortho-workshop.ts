@@ -6,6 +6,7 @@ import { promisify } from 'node:util';
 import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
 import type { StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
+import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
 import { HostGate } from '../../../grabber/src/fetch/host-gate.js';
 import { downloader } from '../../../grabber/src/ortho/download.js';
 import { gatherFor } from '../../../grabber/src/ortho/gather-for.js';
@@ -45,7 +46,7 @@ export async function bench(t: TestContext, source: OrthoSource, bounds: readonl
     source: source.id,
     terms: { licence: source.licence, attribution: source.attribution },
     gather: gather ?? gatherFor(source, cache).gather,
-    download: downloader({ http, policy: { retries: 2, base_ms: 1, cap_ms: 1 }, clock: fakeClock(), gate: new HostGate(fakeClock(), 60_000), missingStatus: source.missing_status, onRetry: () => undefined }),
+    download: downloader({ http, policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 }, clock: fakeClock(), gate: new HostGate(fakeClock(), 60_000), disk: new DiskSpace(cache), missingStatus: source.missing_status, onRetry: () => undefined }),
     concurrency: 2,
     time: undefined,
     resolution_m: source.resolution_m,

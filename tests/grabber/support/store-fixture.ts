@@ -85,7 +85,7 @@ function watched(http: SourceClient, onStored: (bytes: number) => void): SourceC
 export async function fetchFixture(t: TestContext, base: string, options: FixtureOptions = {}): Promise<Fixture> {
   const root = options.root ?? (await temporaryFolder(t));
   const clock = fakeClock('2026-06-21T12:00:00.000Z', 0.5);
-  const access: Access = { hosts: [new URL(base).host], allowPrivate: true, secretHeaders: {}, ...options.access };
+  const access: Access = { hosts: [new URL(base).host], allowPrivate: true, secretHeaders: {}, secretOrigins: [], ...options.access };
   const http = watched(
     createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: options.timeout_ms ?? 20_000, access }),
     options.onStored ?? (() => undefined),
@@ -100,7 +100,7 @@ export async function fetchFixture(t: TestContext, base: string, options: Fixtur
   const run: FetchRun = {
     root,
     clock,
-    policy: { retries: options.retries ?? 3, base_ms: 1000, cap_ms: 60_000 },
+    policy: { retries: options.retries ?? 3, base_ms: 1000, cap_ms: 60_000, max_wait_ms: options.maxWaitMs ?? 600_000 },
     lanes: new HostLanes(new HostGate(clock, options.maxWaitMs ?? 600_000)),
     disk: new DiskSpace(root, options.freeBytes === undefined ? undefined : () => Promise.resolve(options.freeBytes?.() ?? 0)),
     seals: sealQueue(),
@@ -153,7 +153,7 @@ export async function fetchFixture(t: TestContext, base: string, options: Fixtur
 export async function storedFiles(root: string): Promise<string[]> {
   const names = await readdir(root, { recursive: true, withFileTypes: true });
   return names
-    .filter((entry) => entry.isFile() && !entry.name.startsWith('fishnet.gpkg'))
+    .filter((entry) => entry.isFile() && !/^(fishnet\.gpkg|\.grabber\.lock)/.test(entry.name))
     .map((entry) => join(entry.parentPath, entry.name).slice(root.length + 1).replaceAll('\\', '/'))
     .sort();
 }

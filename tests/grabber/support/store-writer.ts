@@ -1,5 +1,17 @@
+import { writeSync } from 'node:fs';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { catalogueSquare, kTerms, kVerified, keyOfSquare, storedFile } from './record-fixture.js';
+
+/** Waits for a reader that is slow: process.stdout would queue the text, and a kill would take what has happened and was not told. */
+function tell(text: string): void {
+  for (let rest = Buffer.from(text); rest.length > 0; ) {
+    try {
+      rest = rest.subarray(writeSync(1, rest));
+    } catch (error) {
+      if (!(error instanceof Error && 'code' in error && error.code === 'EAGAIN')) throw error;
+    }
+  }
+}
 
 /** A child that tests kill: works through squares one after the other, and tells of each call once it has returned. */
 const [root = '', first = '0'] = process.argv.slice(2);
@@ -15,7 +27,6 @@ for (let e = Number(first); ; ++e) {
   ];
   for (const [state, call] of calls) {
     call();
-    // Synchronous on pipes: what was told has happened, and little more than what was told.
-    process.stdout.write(`${e} ${state}\n`);
+    tell(`${e} ${state}\n`);
   }
 }

@@ -61,6 +61,25 @@ TEST_CASE("a compressed file has every field of every point, and its header", "[
     CHECK(after.substr(131, 96) == before.substr(131, 96));
 }
 
+TEST_CASE("points that are all the same are compressed too, to less than any others", "[voxelserver][laz]") {
+    const TemporaryFolder folder;
+    const int format = GENERATE(0, 1, 6);
+    CAPTURE(format);
+    const fs::path las = folder.path() / "a.las", laz = folder.path() / "a.laz";
+    write_sample(las, format, 1);
+    constexpr std::uint32_t kPoints = 2'000'000;
+    std::string bytes = file_bytes(las);
+    const std::string point = bytes.substr(at<std::uint32_t>(bytes, 96), at<std::uint16_t>(bytes, 105));
+    bytes.resize(at<std::uint32_t>(bytes, 96));
+    for (std::uint32_t i = 0; i < kPoints; ++i) bytes += point;
+    if (format < 6) put(bytes, 107, kPoints);
+    else put(bytes, 247, std::uint64_t{kPoints});
+    write_bytes(las, bytes);
+    const auto done = laz::compress(las, laz);
+    CHECK(done.points == kPoints);
+    CHECK(laz::check(laz) == kPoints);
+}
+
 TEST_CASE("every format of the real files keeps its points, with waveforms and extra bytes", "[voxelserver][laz][data]") {
     const fs::path data = fs::path(TERRAVOX_SHARED_DATA) / "lazpy/testdata";
     if (!fs::exists(data)) {

@@ -1,5 +1,6 @@
 import type { z } from 'zod';
 import type { HttpClient, HttpResponse } from '../../fetch/http-client.js';
+import { withoutSecrets } from '../../fetch/redact.js';
 import { parseRetryAfter, withRetries } from '../../fetch/retry.js';
 import { GrabberError, describeError } from '../../util/errors.js';
 import { catalogueError } from './listing.js';
@@ -19,19 +20,19 @@ const kTemporary = [408, 425, 429];
 /** Asks for JSON, several times if need be. @throws GrabberError CATALOGUE */
 export async function getJson<T>(asker: Asker, url: string, schema: z.ZodType<T>, signal: AbortSignal): Promise<T> {
   checkHost(asker, url);
-  const { policy, clock, limits } = asker.settings;
+  const { policy, clock, limits, onRetry } = asker.settings;
   const text = await withRetries(
-    () => asCatalogueError(asker, async () => {
+    () => withoutSecrets(asker.http.redact, () => asCatalogueError(asker, async () => {
       const response = await asker.http.get(url, { accept: 'application/geo+json, application/json' }, signal);
       if (response.status !== 200) {
         await response.discard();
         throw statusError(asker, url, response);
       }
       return readText(asker, url, response, limits.reply_bytes);
-    }, signal),
+    }, signal)),
     policy,
     clock,
-    () => undefined,
+    onRetry,
     signal,
   );
   return parseReply(asker, url, text, schema);
@@ -77,7 +78,7 @@ async function readText(asker: Asker, url: string, response: HttpResponse, most:
 
 function parseReply<T>(asker: Asker, url: string, text: string, schema: z.ZodType<T>): T {
   if (text.trimStart().startsWith('<')) {
-    throw catalogueError(asker.what, `${url} answers ${shownMarkup(text)}`, 'JSON');
+    throw catalogueError(asker.what, `${url} answers ${shownMarkup(asker.http.redact(text))}`, 'JSON');
   }
   let raw: unknown;
   try {

@@ -1,14 +1,33 @@
 import type { HttpClient } from '../../fetch/http-client.js';
-import type { Catalogue } from '../../model/store.js';
+import { redactError, withoutSecrets, type Redact } from '../../fetch/redact.js';
+import type { CatalogueSquare } from '../../model/square.js';
+import type { Catalogue, Region } from '../../model/store.js';
 import type { Source } from '../source.js';
-import { settingsOf, type CatalogueOptions } from './options.js';
+import { settingsOf, type CatalogueOptions, type CatalogueSettings } from './options.js';
 import { stacCatalogue } from './stac-catalogue.js';
 import { templateCatalogue } from './template-catalogue.js';
 import { wfsCatalogue } from './wfs-catalogue.js';
 
-/** What a source has. Asks nobody yet. @throws GrabberError USAGE for variables that are missing or not allowed */
+/** What a source has. Asks nobody yet; what it throws shows no secret. @throws GrabberError USAGE for variables that are missing or not allowed */
 export function openCatalogue(source: Source, http: HttpClient, options: CatalogueOptions = {}): Catalogue {
-  const settings = settingsOf(options);
+  const catalogue = catalogueOf(source, http, settingsOf(options));
+  const { locate } = catalogue;
+  return {
+    ...catalogue,
+    find: (region, signal) => findWithoutSecrets(catalogue, http.redact, region, signal),
+    ...(locate === undefined ? {} : { locate: (...asked) => withoutSecrets(http.redact, () => locate(...asked)) }),
+  };
+}
+
+async function* findWithoutSecrets(catalogue: Catalogue, redact: Redact, region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
+  try {
+    yield* catalogue.find(region, signal);
+  } catch (error) {
+    throw redactError(error, redact);
+  }
+}
+
+function catalogueOf(source: Source, http: HttpClient, settings: CatalogueSettings): Catalogue {
   const { access } = source;
   switch (access.kind) {
     case 'template':

@@ -1,4 +1,4 @@
-import { kBackoff, type RetryPolicy } from '../../fetch/retry.js';
+import { kBackoff, type RetryNotice, type RetryPolicy } from '../../fetch/retry.js';
 import { kSystemClock, type Clock } from '../../util/clock.js';
 import { kMaxSquares } from '../square.js';
 import type { Variables } from '../url-template.js';
@@ -10,6 +10,8 @@ export type CatalogueOptions = {
   readonly maxSquares?: number;
   readonly limits?: Partial<CatalogueLimits>;
   readonly policy?: RetryPolicy;
+  /** Hears of every request that will be tried again. */
+  readonly onRetry?: (notice: RetryNotice) => void;
   readonly clock?: Clock;
 };
 
@@ -21,7 +23,7 @@ export type CatalogueLimits = {
   readonly reply_bytes: number;
 };
 
-export const kLimits: CatalogueLimits = { pages: 2000, items: 100_000, reply_bytes: 64 * 1024 * 1024 };
+export const kLimits: CatalogueLimits = { pages: 2000, items: 100_000, reply_bytes: 16 * 1024 * 1024 };
 const kRetries = 4;
 
 /** All options, none left out. */
@@ -33,6 +35,7 @@ export function settingsOf(options: CatalogueOptions): CatalogueSettings {
     maxSquares: options.maxSquares ?? kMaxSquares,
     limits: { ...kLimits, ...options.limits },
     policy: options.policy ?? { ...kBackoff, retries: kRetries },
+    onRetry: options.onRetry ?? (() => undefined),
     clock: options.clock ?? kSystemClock,
   };
 }

@@ -19,6 +19,8 @@ const pageSchema = z.looseObject({ features: z.array(itemSchema), links: z.array
 const signedSchema = z.looseObject({ href: z.string() });
 
 const kDegreeDigits = 7;
+/** In a row; some APIs end with one. */
+const kMaxEmptyPages = 3;
 
 /** Items of a STAC API. Ref: "STAC API - Features", "OGC API - Features - Part 1". */
 export function stacCatalogue(source: Source, access: StacAccess, http: HttpClient, settings: CatalogueSettings): Catalogue {
@@ -67,6 +69,7 @@ async function* itemsIn(asker: Asker, source: Source, access: StacAccess, box: B
   first.searchParams.set('bbox', degrees.join(','));
   first.searchParams.set('limit', String(access.page_size));
   const seen = new Set<string>();
+  let empty = 0;
   for (let url: string | undefined = first.href; url !== undefined; ) {
     if (seen.has(url)) throw catalogueError(asker.what, `the next page of ${url} is one that was read before`, 'pages that end');
     if (seen.size >= limits.pages) throw catalogueError(asker.what, `more than ${limits.pages} pages`, 'less ground');
@@ -75,6 +78,10 @@ async function* itemsIn(asker: Asker, source: Source, access: StacAccess, box: B
     const page: z.infer<typeof pageSchema> = await getJson(asker, base, pageSchema, signal);
     for (const item of page.features) yield { item, base };
     url = nextOf(asker, page.links, base);
+    empty = page.features.length > 0 ? 0 : empty + 1;
+    if (url !== undefined && empty > kMaxEmptyPages) {
+      throw catalogueError(asker.what, `${empty} pages without items, and another is promised`, `at most ${kMaxEmptyPages}`);
+    }
   }
 }
 
