@@ -2,10 +2,11 @@ import assert from 'node:assert/strict';
 import type { ChildProcess } from 'node:child_process';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import { test, type TestContext } from 'node:test';
+import { test } from 'node:test';
 import { openStore } from '../../grabber/src/store/open-store.js';
 import { readPackageInfo } from '../../grabber/src/util/package-info.js';
 import { cli } from './support/cli.js';
+import { configFolder, templateAccess } from './support/config-fixture.js';
 import { sendFile, sendStatus, serve } from './support/http-fixture.js';
 import { makeLas, makeLaz } from './support/las-fixture.js';
 import { kNever, storedFiles, temporaryFolder } from './support/store-fixture.js';
@@ -17,38 +18,13 @@ const kSecretTable = `
 X-Key = "${kSecretVariable}"
 `;
 
-/** A sources folder with one source that is served by this machine. */
-async function configFolder(t: TestContext, base: string): Promise<string> {
-  const folder = await temporaryFolder(t);
-  await mkdir(join(folder, 'sources'));
-  const toml = `
-id = "here"
-title = "Here"
-licence = "CC BY 4.0"
-attribution = "Us"
-crs = "EPSG:3794"
-square_m = 1000
-extent_m = [400000, 50000, 500000, 150000]
-class_table = "asprs"
-max_concurrent = 2
-missing_status = [403]
-allow_private_addresses = true
-
-[access]
-kind = "template"
-urls = ["${base}/TM_{E}_{N}.laz"]
-`;
-  await writeFile(join(folder, 'sources', 'here.toml'), toml);
-  return folder;
-}
-
 test('fetch fills a store, and its exit code tells holes from failures', async (t) => {
   const server = await serve(t, (request, response) => {
     if (request.url === '/TM_463_101.laz') return sendStatus(response, 403);
     if (request.url === '/TM_464_101.laz') return sendStatus(response, 401);
     sendFile(response, kLaz);
   });
-  const sources = await configFolder(t, server.base);
+  const sources = await configFolder(t, templateAccess(server.base));
   const store = join(await temporaryFolder(t), 'new', 'store');
   const fetch = (squares: string, ...more: string[]) =>
     cli(['fetch', '--config', sources, '--source', 'here', '--squares', squares, '--store', store, ...more]);
@@ -133,7 +109,7 @@ test('fetch copies a local folder, and says which files it could not use', async
   await writeFile(join(folder, 'TM_463_101.las'), makeLas({ min: [463_000, 101_000, 0], max: [464_000, 102_000, 1] }));
   await writeFile(join(folder, 'notes.laz'), kLaz);
   await writeFile(join(folder, 'TM_464_101.zlas'), 'zlas');
-  const sources = await configFolder(t, 'http://127.0.0.1:1');
+  const sources = await configFolder(t, templateAccess('http://127.0.0.1:1'));
   const store = await temporaryFolder(t);
   const args = ['fetch', '--config', sources, '--source', 'here', '--from', folder, '--store', store];
 
@@ -167,7 +143,7 @@ test(
       response.writeHead(200, { 'content-length': String(body.length), etag: '"v1"' });
       response.write(body.subarray(0, 50_000), () => child?.kill('SIGINT'));
     });
-    const sources = await configFolder(t, server.base);
+    const sources = await configFolder(t, templateAccess(server.base));
     const store = await temporaryFolder(t);
     const args = [
       'fetch',
@@ -202,7 +178,7 @@ test(
 
 test('a dry run lists squares, addresses and sizes, and makes nothing', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
-  const sources = await configFolder(t, server.base);
+  const sources = await configFolder(t, templateAccess(server.base));
   const store = join(await temporaryFolder(t), 'not', 'there');
   const args = ['fetch', '--config', sources, '--source', 'here', '--squares', '462_101,463_101', '--store', store, '--dry-run'];
   const plain = await cli(args);
@@ -218,7 +194,7 @@ test('a dry run lists squares, addresses and sizes, and makes nothing', async (t
 
 test('resume continues what is unfinished, and says what it cannot', async (t) => {
   const server = await serve(t, (_request, response) => sendFile(response, kLaz));
-  const sources = await configFolder(t, server.base);
+  const sources = await configFolder(t, templateAccess(server.base));
   const store = await temporaryFolder(t);
   const none = await cli(['resume', '--config', sources, '--store', store]);
   assert.deepEqual([none.code, none.err.includes('fishnet.gpkg: no such file')], [1, true]);
@@ -246,7 +222,7 @@ test('no secret is printed, whatever is asked for', async (t) => {
     if (request.url === '/TM_463_101.laz') return sendFile(response, Buffer.from(`<html><title>${request.headers['x-key']}</title>`));
     sendFile(response, kLaz);
   });
-  const sources = await configFolder(t, server.base);
+  const sources = await configFolder(t, templateAccess(server.base));
   const toml = join(sources, 'sources', 'here.toml');
   await writeFile(toml, `${await readFile(toml, 'utf8')}${kSecretTable}`);
   for (const json of [[], ['--json']]) {

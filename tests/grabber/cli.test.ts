@@ -1,35 +1,11 @@
 import assert from 'node:assert/strict';
-import { mkdir, writeFile } from 'node:fs/promises';
+import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import { test, type TestContext } from 'node:test';
+import { test } from 'node:test';
 import { readPackageInfo } from '../../grabber/src/util/package-info.js';
 import { cli } from './support/cli.js';
+import { configFolder, templateAccess } from './support/config-fixture.js';
 import { temporaryFolder } from './support/store-fixture.js';
-
-/** A sources folder with one source that is served by this machine. */
-async function configFolder(t: TestContext, base: string): Promise<string> {
-  const folder = await temporaryFolder(t);
-  await mkdir(join(folder, 'sources'));
-  const toml = `
-id = "here"
-title = "Here"
-licence = "CC BY 4.0"
-attribution = "Us"
-crs = "EPSG:3794"
-square_m = 1000
-extent_m = [400000, 50000, 500000, 150000]
-class_table = "asprs"
-max_concurrent = 2
-missing_status = [403]
-allow_private_addresses = true
-
-[access]
-kind = "template"
-urls = ["${base}/TM_{E}_{N}.laz"]
-`;
-  await writeFile(join(folder, 'sources', 'here.toml'), toml);
-  return folder;
-}
 
 test('help and version go to standard output with exit code 0', async () => {
   const help = await cli(['--help']);
@@ -74,7 +50,7 @@ test('wrong usage ends with exit code 2 and one line that says what is allowed',
 });
 
 test('a broken source file ends with exit code 1 and names the file', async (t) => {
-  const folder = await configFolder(t, 'http://127.0.0.1:1');
+  const folder = await configFolder(t, templateAccess('http://127.0.0.1:1'));
   await writeFile(join(folder, 'sources', 'worse.toml'), 'id = "worse"');
   const { code, err } = await cli(['--config', folder, 'sources']);
   assert.equal(code, 1);

@@ -3,6 +3,7 @@ import { mkdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { cli } from './support/cli.js';
+import { configFolder } from './support/config-fixture.js';
 import { serve } from './support/http-fixture.js';
 import { temporaryFolder } from './support/store-fixture.js';
 
@@ -42,32 +43,11 @@ test('list computes the addresses that follow a rule, without asking anybody', a
   });
 });
 
-/** A configuration with one source that is served by this machine. */
-async function configFolder(t: TestContext, base: string): Promise<string> {
-  const folder = await temporaryFolder(t);
-  await mkdir(join(folder, 'sources'));
+/** A catalogue, and an area that lies in it. */
+async function catalogueFolder(t: TestContext, base: string): Promise<string> {
+  const access = ['kind = "wfs"', `url = "${base}/wfs"`, 'type = "a:b"', 'url_field = "url"', 'name_field = "name"', "name_pattern = '(?<E>\\d+)_(?<N>\\d+)'"];
+  const folder = await configFolder(t, access.join('\n'));
   await mkdir(join(folder, 'areas'));
-  const toml = `
-id = "here"
-title = "Here"
-licence = "CC BY 4.0"
-attribution = "Us"
-crs = "EPSG:3794"
-square_m = 1000
-extent_m = [400000, 50000, 500000, 150000]
-class_table = "asprs"
-max_concurrent = 2
-missing_status = [403]
-allow_private_addresses = true
-[access]
-kind = "wfs"
-url = "${base}/wfs"
-type = "a:b"
-url_field = "url"
-name_field = "name"
-name_pattern = '(?<E>\\d+)_(?<N>\\d+)'
-`;
-  await writeFile(join(folder, 'sources', 'here.toml'), toml);
   await writeFile(join(folder, 'areas', 'castle.toml'), 'id = "castle"\ntitle = "Castle"\ncircle = { lon = 14.5154, lat = 46.0523, radius_m = 200 }\n');
   return folder;
 }
@@ -77,7 +57,7 @@ test('list asks the catalogues of other sources, and a catalogue that fails ends
     if (index > 0) return void response.writeHead(404).end();
     response.end(JSON.stringify({ features: [{ properties: { name: '462_101', url: `${server.base}/a.laz` }, geometry: null }], numberMatched: 1 }));
   });
-  const config = await configFolder(t, server.base);
+  const config = await catalogueFolder(t, server.base);
   const args = ['--config', config, 'list', '--source', 'here', '--area', 'Castle'];
   assert.deepEqual(await cli(args), { code: 0, out: `462_101\t${server.base}/a.laz\n`, err: '' });
   const failed = await cli(args);
@@ -115,7 +95,7 @@ test('--retries and --max-wait-s hold for catalogues, whoever asks them, and the
   const server = await serve(t, (request, response) =>
     void response.writeHead(503, { 'retry-after': request.url?.startsWith('/busy') === true ? '7200' : '0' }).end(),
   );
-  const [config, busy, store] = [await configFolder(t, server.base), await configFolder(t, `${server.base}/busy`), await temporaryFolder(t)];
+  const [config, busy, store] = [await catalogueFolder(t, server.base), await catalogueFolder(t, `${server.base}/busy`), await temporaryFolder(t)];
   const commands = [['list', '--area', 'castle'], ['fetch', '--area', 'castle', '--store', store], ['fishnet', 'import', '--dry-run']];
   for (const command of commands) {
     server.seen.length = 0;

@@ -6,6 +6,7 @@ import { test, type TestContext } from 'node:test';
 import { run } from '../../grabber/src/cli/program.js';
 import { openStore } from '../../grabber/src/store/open-store.js';
 import { wmsHandler } from './portal/wms.js';
+import { sourceHere, templateAccess } from './support/config-fixture.js';
 import { sendFile, sendStatus, serve } from './support/http-fixture.js';
 import { makeLas, makeLaz } from './support/las-fixture.js';
 import { readPicture, wrongPixels } from './support/ortho-workshop.js';
@@ -46,11 +47,6 @@ async function configWith(t: TestContext, base: string, more = ''): Promise<stri
   const head = 'id = "here"\ntitle = "Here"\nlicence = "CC BY 4.0"\nattribution = "Us"\ncrs = "EPSG:3794"\nresolution_m = 0.5\nallow_private_addresses = true\n';
   await writeFile(join(config, 'sources', 'ortho', 'here.toml'), `${head}${more}[access]\nkind = "wms"\nurl = "${base}/wms"\nlayer = "dof"\nmax_pixels = 100\n`);
   return config;
-}
-
-function lidarSource(base: string): string {
-  const head = 'id = "here"\ntitle = "Here"\nlicence = "CC BY 4.0"\nattribution = "Us"\ncrs = "EPSG:3794"\nsquare_m = 1000\nextent_m = [400000, 50000, 500000, 150000]\n';
-  return `${head}class_table = "asprs"\nmax_concurrent = 2\nmissing_status = [404]\nallow_private_addresses = true\n[access]\nkind = "template"\nurls = ["${base}/TM_{E}_{N}.laz"]\n`;
 }
 
 test('ortho makes the picture of each square once', async (t) => {
@@ -102,7 +98,7 @@ test('fetch brings squares and their orthophotos in one go', async (t) => {
     else void pictures(request, response);
   });
   const config = await configWith(t, server.base);
-  await writeFile(join(config, 'sources', 'here.toml'), lidarSource(server.base));
+  await writeFile(join(config, 'sources', 'here.toml'), sourceHere(templateAccess(server.base), 404));
   const root = join(await temporaryFolder(t), 'store');
   const args = ['fetch', '--source', 'here', '--squares', '462_101,463_101', '--store', root];
 
