@@ -1,5 +1,6 @@
 #include "tests/bench/serve_script.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -26,6 +27,17 @@ bool installed(const std::string& program) {
 
 }  // namespace
 
+std::string missing_for_grabbing() {
+    for (const char* file : {"dist/main.js", "dist-test/tests/grabber/portal/main.js"}) {
+        const auto path = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "grabber" / file;
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(path, ignored)) return "no " + path.string() + " (terravox demo builds it)";
+    }
+    for (const char* program : {"python3", "node", "curl"})
+        if (!installed(program)) return std::string(program) + " is not installed";
+    return {};
+}
+
 std::string missing_for_serving(const Context& context, const std::vector<std::string>& others) {
     for (const char* program : {"terravox-voxelserver", "terravox-survey"}) {
         std::error_code ignored;
@@ -39,6 +51,10 @@ std::string missing_for_serving(const Context& context, const std::vector<std::s
 }
 
 nlohmann::json run_serve_script(const Context& context, const std::string& name, const std::vector<std::string>& arguments) {
+    return run_script(context, "serve/" + name, arguments);
+}
+
+nlohmann::json run_script(const Context& context, const std::string& name, const std::vector<std::string>& arguments) {
     const auto program = [&](const char* file) { return (context.programs / file).string(); };
     std::vector<std::string> command = {"env",
                                         "PATH=" + search_path(),
@@ -48,14 +64,16 @@ nlohmann::json run_serve_script(const Context& context, const std::string& name,
                                         "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
                                         "python3",
                                         "-B",
-                                        std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/serve/" + name + ".py"};
+                                        std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/" + name + ".py"};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    const auto output = context.scratch / ("serve-" + name + ".txt");
+    std::string file = name;
+    std::replace(file.begin(), file.end(), '/', '-');
+    const auto output = context.scratch / (file + ".txt");
     const ChildOutcome outcome = context.children.run(command, output);
     const std::string said = last_line(output);
-    if (outcome.exit_code != 0) throw Error("run tests/bench/serve/" + name + ".py: exit code " + std::to_string(outcome.exit_code) + ": " + said);
+    if (outcome.exit_code != 0) throw Error("run tests/bench/" + name + ".py: exit code " + std::to_string(outcome.exit_code) + ": " + said);
     nlohmann::json figures = nlohmann::json::parse(said, nullptr, false);
-    if (!figures.is_object()) throw Error("run tests/bench/serve/" + name + ".py: no figures: " + said);
+    if (!figures.is_object()) throw Error("run tests/bench/" + name + ".py: no figures: " + said);
     return figures;
 }
 
