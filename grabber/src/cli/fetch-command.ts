@@ -46,13 +46,14 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
     if (options.dryRun === true) return await printPlan(selection, squares, http, options, output, signal);
     const folder = storeOf(options);
     const reporter = chooseReporter(options, output);
+    let code: number;
     try {
       for (const path of selection.ignored) reporter.ignored(path, selection.source);
-      const code = await makeStore(folder, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
-      return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, folder, selection, squares, options, context));
+      code = await makeStore(folder, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
     } finally {
       reporter.close();
     }
+    return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, folder, selection, squares, options, context));
   } catch (error) {
     throw redactError(error, http.redact);
   } finally {
