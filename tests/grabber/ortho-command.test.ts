@@ -66,6 +66,8 @@ test('ortho makes the picture of each square once', async (t) => {
   assert.match((await command(config, args)).out, /0 made, 1 already there/);
   assert.equal(server.seen.length, asked);
   assert.match((await command(config, [...args, '--resolution-m', '1'])).out, /120 x 120 pixels/);
+  assert.match((await command(config, [...args, '--resolution-m', '1', '--time', '2023'])).out, /1 made, 0 already there/);
+  assert.match((await command(config, [...args, '--resolution-m', '1', '--time', '2023'])).out, /0 made, 1 already there/);
   const json = await command(config, [...args, '--again', '--json']);
   assert.equal((JSON.parse(json.out.split('\n')[0] ?? '') as { state: string }).state, 'made');
 });

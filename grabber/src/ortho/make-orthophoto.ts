@@ -36,24 +36,18 @@ export function orthoKey(source: string, square: StoreRecord): RecordKey {
   return { source, grid: square.key.source, name: square.key.name };
 }
 
-/** Makes the rows of orthophotos known, so that they can be worked on; nothing else changes. */
+/**
+ * Makes the rows of orthophotos known, so that they can be worked on; nothing else changes: of when a picture is says its
+ * row once it is made, or another year would pass for what is there.
+ */
 export function learnOrthophotos(store: Store, workshop: Workshop, squares: readonly StoreRecord[]): void {
-  const byGrid = new Map<string, StoreRecord[]>();
-  for (const square of squares) byGrid.set(square.key.source, [...(byGrid.get(square.key.source) ?? []), square]);
-  for (const [grid, members] of byGrid) {
-    const crs = members[0]?.gridCrs ?? null;
-    const rows = members.map((square) => ({
-      name: square.key.name,
-      block: null,
-      bounds: square.bounds,
-      urls: [],
-      bytes: null,
-      sha256: null,
-      member: null,
-      published: workshop.time ?? null,
-    }));
-    store.orthophotos.learn(workshop.source, grid, crs, { crs, classTable: null, ...workshop.terms }, rows);
-  }
+  for (const square of squares) learnOne(store, workshop, square, store.orthophotos.get(orthoKey(workshop.source, square))?.published ?? null);
+}
+
+function learnOne(store: Store, { source, terms }: Workshop, square: StoreRecord, published: string | null): void {
+  const { key, bounds, gridCrs: crs } = square;
+  const row = { name: key.name, block: null, bounds, urls: [], bytes: null, sha256: null, member: null, published };
+  store.orthophotos.learn(source, key.source, crs, { crs, classTable: null, ...terms }, [row]);
 }
 
 /** A picture that is there and is what is asked for now. */
@@ -93,6 +87,7 @@ export async function makeOrthophoto(square: StoreRecord, store: Store, workshop
     const { width_px, height_px } = target;
     const image = { width_px, height_px, resolution_m: workshop.resolution_m, margin_m: workshop.margin_m };
     const warnings = [...gathered.warnings, ...cut.warnings];
+    learnOne(store, workshop, square, workshop.time ?? null);
     store.orthophotos.fetched(key, file);
     store.orthophotos.verified(key, { points: null, image, crs: square.gridCrs, warnings });
     return { state: 'made', file, image, warnings };
