@@ -1,7 +1,12 @@
 #!/usr/bin/env node
+import { setFlagsFromString } from 'node:v8';
 import { run } from './cli/program.js';
 import { kExit } from './cli/exit-codes.js';
 import { describeError } from './util/errors.js';
+
+// Left alone, garbage grows to four times what lives before it is collected; at twice, a run over a country needs less
+// than 200 MB and no more time.
+setFlagsFromString('--heap-growing-percent=100');
 
 const stop = new AbortController();
 let interruptedBy: 'SIGINT' | 'SIGTERM' | undefined;

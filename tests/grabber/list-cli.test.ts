@@ -4,7 +4,8 @@ import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { cli } from './support/cli.js';
 import { configFolder } from './support/config-fixture.js';
-import { serve } from './support/http-fixture.js';
+import { sendFile, serve } from './support/http-fixture.js';
+import { makeLaz } from './support/las-fixture.js';
 import { temporaryFolder } from './support/store-fixture.js';
 
 test('sources and areas print tables, and JSON where asked', async () => {
@@ -107,4 +108,27 @@ test('--retries and --max-wait-s hold for catalogues, whoever asks them, and the
     assert.match(late.err, /^error: list here: .*HTTP 503.*7200 s; allowed: at most 60 s \(--max-wait-s\)\n$/);
     assert.equal(server.seen.length, 3);
   }
+});
+
+test('what cannot be read of a catalogue is told, the rest is fetched, and the exit code says that squares may be missing', async (t) => {
+  const laz = makeLaz({ dataBytes: 1000 });
+  const server = await serve(t, (request, response) => {
+    if (request.url?.startsWith('/a.laz') === true) return sendFile(response, laz);
+    const entry = (name: string): object => ({ id: name, properties: { name, url: `${server.base}/a.laz` }, geometry: null });
+    response.end(JSON.stringify({ features: [entry('462_101'), entry('castle')], numberMatched: 2 }));
+  });
+  const config = await catalogueFolder(t, server.base);
+  const store = await temporaryFolder(t);
+  const ask = ['--source', 'here', '--squares', '462_101,463_101'];
+  const warning = /warning: left out of the catalogue \(1\): list here: [^\n]*castle/;
+  const list = await cli(['--config', config, 'list', ...ask]);
+  assert.equal(list.code, 3, list.err);
+  assert.equal(list.out, `462_101\t${server.base}/a.laz\n`);
+  assert.match(list.err, warning);
+  const fetch = await cli(['--config', config, 'fetch', ...ask, '--store', store]);
+  assert.equal(fetch.code, 3, fetch.err);
+  assert.match(fetch.err, warning);
+  assert.match(fetch.out, /^verified 462_101[^]*1 fetched, 0 already there, 0 missing/);
+  const imported = await cli(['--config', config, 'fishnet', 'import', '--source', 'here', '--store', store, '--bbox', '462000,101000,463000,102000']);
+  assert.equal(imported.code, 3, imported.err);
 });

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { truncate, writeFile } from 'node:fs/promises';
+import { statSync } from 'node:fs';
 import { join } from 'node:path';
 import { test, type TestContext } from 'node:test';
 import { promisify } from 'node:util';
@@ -177,11 +178,31 @@ test('a picture that would fill the disk is refused before it is fetched', async
       policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },
       clock: fakeClock(),
       gate: new HostGate(fakeClock(), 1000),
-      disk: new DiskSpace(folder, () => Promise.resolve(free_bytes)),
+      disk: new DiskSpace(folder, () => free_bytes),
       missingStatus: [],
       onRetry: () => undefined,
     }).toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 10_000, kNever);
   await assert.rejects(fetchInto(kReserve_bytes + 1999), { code: 'DISK_FULL', message: /it needs 2000 bytes/ });
   assert.deepEqual([await storedFiles(folder), server.seen.length], [[], 1]);
   assert.equal(await fetchInto(kReserve_bytes + 2000), true);
+});
+
+test('a picture of unknown length stops when it would fill the disk', async (t) => {
+  const server = await serve(t, (_request, response) => {
+    response.writeHead(200);
+    const more = (): void => {
+      if (!response.destroyed && response.write(Buffer.alloc(1 << 20))) setImmediate(more);
+      else response.once('drain', more);
+    };
+    more();
+  });
+  const folder = await temporaryFolder(t);
+  const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
+  t.after(() => http.close());
+  const free_bytes = 60 << 20;
+  const disk = new DiskSpace(folder, (): number => kReserve_bytes + free_bytes - (statSync(join(folder, 'a.tif'), { throwIfNoEntry: false })?.size ?? 0));
+  const policy = { retries: 0, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 };
+  const download = downloader({ http, policy, clock: fakeClock(), gate: new HostGate(fakeClock(), 1000), disk, missingStatus: [], onRetry: () => undefined });
+  await assert.rejects(download.toFile(`${server.base}/a.tif`, join(folder, 'a.tif'), 2 ** 40, kNever), { code: 'DISK_FULL' });
+  assert.ok(statSync(join(folder, 'a.tif')).size <= free_bytes);
 });

@@ -42,6 +42,16 @@ test('matrices that stand in the configuration need no capabilities', async (t) 
   assert.ok(server.seen.every(({ path }) => !path.includes('GetCapabilities')));
 });
 
+test('tiles that are not square are joined all the same', async (t) => {
+  for (const tile_height_px of [48, 96]) {
+    const server = await tileServer(t, { ...kServer, tile_height_px, tiles: 16 });
+    const at = await bench(t, wmtsSource(server.base));
+    assert.equal((await at.make()).state, 'made');
+    const picture = await readPicture(join(at.store.root, 'ortho/here/lidar/462_101.tif'), at.store.root);
+    assert.deepEqual(wrongPixels(picture), { count: 0, first: '' }, `${tile_height_px} pixels high`);
+  }
+});
+
 test('a tile that is not there is a hole under the mask, and said; a grey one is grey', async (t) => {
   const server = await tileServer(t, { ...kServer, missing: new Set(['m2/5/4']), grey: new Set(['m2/6/4']) });
   const at = await bench(t, wmtsSource(server.base));

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdir, writeFile } from 'node:fs/promises';
+import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { test, type TestContext } from 'node:test';
@@ -281,4 +281,20 @@ test('the catalogue of a probed source still knows how to find a block', async (
   const source = sources.get('nl-ahn6');
   assert.ok(source);
   assert.ok(openCatalogue(source, clientFor(t)).locate);
+});
+
+test('the program that reads polygons is told no secrets', async (t) => {
+  const folder = await temporaryFolder(t);
+  const seen = join(folder, 'environment');
+  await writeFile(join(folder, 'ogr2ogr'), `#!/bin/sh\nenv > ${seen}\nexec /usr/bin/ogr2ogr "$@"\n`, { mode: 0o755 });
+  const polygon = await polygonFile(t, kTriangle);
+  const before = { ...process.env };
+  t.after(() => {
+    process.env = before;
+  });
+  Object.assign(process.env, { PATH: `${folder}:${before['PATH']}`, PORTAL_TOKEN: 'hush', LD_PRELOAD_NOT: 'x', GDAL_DATA: before['GDAL_DATA'] ?? '/usr/share/gdal' });
+  assert.deepEqual((await names(t, { source: 'si-lss', polygon })).sort(), kTriangleSquares);
+  const told = (await readFile(seen, 'utf8')).split('\n').flatMap((line) => /^\w+(?==)/.exec(line) ?? []);
+  const shell = ['PWD', 'OLDPWD', 'SHLVL', '_'];
+  assert.deepEqual(told.filter((name) => !shell.includes(name)).sort(), ['GDAL_DATA', 'HOME', 'LANG', 'LC_ALL', 'OGR_SKIP', 'PATH', 'TMPDIR']);
 });

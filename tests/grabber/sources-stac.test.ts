@@ -262,3 +262,35 @@ test('a stop is passed on', async (t) => {
   const server = await serve(t, () => stop.abort(new Error('stopped')));
   await assert.rejects(found(catalogueOf(t, stacSource(server.base)), kRegion, stop.signal), { message: 'stopped' });
 });
+
+test('an item that cannot be read is told and left out, and the rest of the area comes', async (t) => {
+  const good = (base: string, north: number): Item => item(base, 2019, 462, north, 'las.zip');
+  const bad: { name: string; change: (one: Item) => unknown; message: RegExp }[] = [
+    { name: 'no assets of ours', change: (one) => ({ ...one, assets: {} }), message: /item swiss\S+: assets none/ },
+    { name: 'a name of another form', change: (one) => ({ ...one, id: 'other' }), message: /item other: its name tells no square/ },
+    { name: 'no properties', change: (one) => ({ ...one, properties: undefined }), message: /item swiss\S+: properties has/ },
+    { name: 'no id', change: (one) => ({ ...one, id: 7 }), message: /item without an id: id has/ },
+    { name: 'no object', change: () => null, message: /item without an id: it has/ },
+    { name: 'a file elsewhere', change: (one) => ({ ...one, assets: { 'a.las.zip': { href: 'https://evil.example.org/a.las.zip' } } }), message: /evil\.example\.org/ },
+  ];
+  for (const { name, change, message } of bad) {
+    await t.test(name, async (t) => {
+      const server = await portal(t, (base) => [good(base, 101), change(good(base, 102)) as Item, good(base, 102)]);
+      const told: string[] = [];
+      const squares = await found(catalogueOf(t, stacSource(server.base), { onLeftOut: (error) => void told.push(error.message) }), kRegion);
+      assert.deepEqual(squares.map((square) => square.name), ['462_101', '462_102']);
+      assert.equal(told.length, 1);
+      assert.match(told[0] ?? '', message);
+    });
+  }
+});
+
+test('a catalogue none of whose items can be read is another one than configured, and an error', async (t) => {
+  for (const count of [1, 250]) {
+    const server = await portal(t, (base) => Array.from({ length: count }, (_unused, index) => ({ ...item(base, 2019, 462, 101, 'las.zip'), id: `other${index}` })));
+    let told = 0;
+    const catalogue = catalogueOf(t, stacSource(server.base), { onLeftOut: () => void ++told });
+    await assert.rejects(found(catalogue, kRegion), { code: 'CATALOGUE', message: /item other0: its name tells no square/ });
+    assert.equal(told, Math.min(count, 100));
+  }
+});

@@ -222,3 +222,22 @@ test('gc and repair refuse a store that another grabber works in, and one whose 
   assert.match(away.err, /left alone ortho/);
   assert.deepEqual(await readdir(outside), ['x.laz']);
 });
+
+test('commands that only read leave nothing beside the database, and touch no log that is there', async (t) => {
+  const { root } = await filledStore(t);
+  const names = async (): Promise<string[]> => (await readdir(root)).filter((name) => name.startsWith('fishnet')).sort();
+  const before = await readFile(join(root, 'fishnet.gpkg'));
+  for (const command of [['status'], ['attribution'], ['fishnet', 'list'], ['verify']]) {
+    await cli([...command, '--store', root]);
+    assert.deepEqual(await names(), ['fishnet.gpkg'], command.join(' '));
+  }
+  assert.ok(before.equals(await readFile(join(root, 'fishnet.gpkg'))), 'the database is as it was');
+
+  const writer = openStore(root, {}, kNever);
+  writer.squares.want([keyOfSquare('466_101')]);
+  assert.equal((await cli(['status', '--store', root])).code, 0);
+  assert.deepEqual(await names(), ['fishnet.gpkg', 'fishnet.gpkg-shm', 'fishnet.gpkg-wal']);
+  assert.equal(writer.squares.get(keyOfSquare('466_101'))?.state, 'wanted');
+  writer.close();
+  assert.deepEqual(await names(), ['fishnet.gpkg']);
+});

@@ -39,21 +39,24 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
   // Nobody may be talked to before the selection has told its source.
   const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
   try {
-    const selection = await select(options, await context.sources(), http, signal, catalogueAsking(options, output));
+    const asking = catalogueAsking(options, output);
+    const selection = await select(options, await context.sources(), http, signal, asking);
     http.permit(accessOf(selection.profile));
     if (options.dryRun !== true) storeOf(options);
     const squares = await findSquares(selection, options, signal);
-    if (options.dryRun === true) return await printPlan(selection, squares, http, options, output, signal);
+    if (options.dryRun === true) return worseOf(await printPlan(selection, squares, http, options, output, signal), asking.code());
     const folder = storeOf(options);
+    const names = squares.map(({ name }) => name);
     const reporter = chooseReporter(options, output);
     let code: number;
     try {
       for (const path of selection.ignored) reporter.ignored(path, selection.source);
-      code = await makeStore(folder, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
+      const filled = await makeStore(folder, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
+      code = worseOf(filled, asking.code());
     } finally {
       reporter.close();
     }
-    return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, folder, selection, squares, options, context));
+    return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, folder, selection, names, options, context));
   } catch (error) {
     throw redactError(error, http.redact);
   } finally {
@@ -66,12 +69,12 @@ async function orthophotosOf(
   source: string,
   store: string,
   { grid }: Selection,
-  squares: readonly CatalogueSquare[],
+  fetched: readonly string[],
   { retries, timeoutS, json }: FetchOptions,
   context: CliContext,
 ): Promise<number> {
   const there = new Set(await readStore(store, context.signal, (open) => open.squares.list({ source: grid, usable: true }).map(({ key }) => key.name)));
-  const names = squares.map(({ name }) => name).filter((name) => there.has(name));
+  const names = fetched.filter((name) => there.has(name));
   // Then none could be fetched, which has been said.
   if (names.length === 0) return kExit.done;
   const options = { store, source, grid, squares: names, as: grid, marginM: kDefaultMargin_m, retries, timeoutS, json: json ?? false };
@@ -91,10 +94,11 @@ async function findSquares(selection: Selection, options: FetchOptions, signal: 
   throw new GrabberError('USAGE', `choose squares of ${selection.source}: none lie there; allowed: ground that the source covers`);
 }
 
+/** @param squares are learnt, and then forgotten: all of a country's take memory that the run has no use for */
 async function fetchInto(
   store: Store,
   selection: Selection,
-  squares: readonly CatalogueSquare[],
+  squares: CatalogueSquare[],
   http: SourceClient,
   options: FetchOptions,
   hooks: FetchHooks,
@@ -105,6 +109,7 @@ async function fetchInto(
   const keys = squares.map(({ name }): RecordKey => ({ source, grid, name }));
   if (options.source === undefined && options.refetch !== true) checkSameAddresses(store, keys, squares);
   store.squares.learn(source, grid, gridCrs, terms, squares);
+  squares.length = 0;
   store.squares.want(keys, options.refetch);
   const names = keys.map(({ name }) => name);
   const kept = await intactOf(store, store.squares.list({ source, grid, names, states: kUsable }), reporter);

@@ -33,7 +33,7 @@ export async function printPlan(
     if (options.json === true) output.out(`${JSON.stringify({ event: 'square', source: selection.source, square: square.name, url, bytes, missing: size === 'missing' })}\n`);
     else output.out(`${square.name}\t${bytes === null ? (size ?? '?') : formatBytes(bytes)}\t${url ?? '(to be looked for)'}\n`);
   }
-  const free_bytes = await freeBytes(nearestFolder(resolve(options.store ?? '.')));
+  const free_bytes = freeBytes(nearestFolder(resolve(options.store ?? '.')));
   const plan = { event: 'plan', files: squares.length, known_bytes: known, unknown_sizes: unknown, missing, free_bytes };
   if (options.json === true) output.out(`${JSON.stringify(plan)}\n`);
   else {

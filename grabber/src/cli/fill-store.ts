@@ -3,7 +3,7 @@ import { DiskSpace, freeBytes, kReserve_bytes } from '../fetch/disk-space.js';
 import type { FetchJob, FetchRun } from '../fetch/fetch-job.js';
 import { HostGate } from '../fetch/host-gate.js';
 import { HostLanes } from '../fetch/host-lanes.js';
-import { runJobs, sealQueue } from '../fetch/run-jobs.js';
+import { runJobs, syncQueue } from '../fetch/run-jobs.js';
 import type { StoreRecord } from '../model/square.js';
 import type { Store } from '../model/store.js';
 import type { FetchEvents, Tally } from '../progress/events.js';
@@ -48,7 +48,7 @@ export async function fillStore(
   };
   const records = jobs.flatMap((job) => job.records);
   const known_bytes = records.reduce((sum, record) => sum + (record.expectedBytes ?? 0), 0);
-  await checkRoom(store.root, known_bytes);
+  checkRoom(store.root, known_bytes);
   events.plan({
     files: records.length,
     kept: before.kept,
@@ -61,7 +61,7 @@ export async function fillStore(
     policy: policyOf(options),
     lanes: new HostLanes(new HostGate(kSystemClock, options.maxWaitS * 1000)),
     disk: new DiskSpace(store.root),
-    seals: sealQueue(),
+    syncs: syncQueue(),
     events,
   };
   const tally = await runJobs(jobs, run, signal);
@@ -71,8 +71,8 @@ export async function fillStore(
 }
 
 /** Better now than after hours; part of it may be there already, so only what can never fit is refused. */
-async function checkRoom(root: string, known_bytes: number): Promise<void> {
-  const free = await freeBytes(root);
+function checkRoom(root: string, known_bytes: number): void {
+  const free = freeBytes(root);
   if (known_bytes <= free) return;
   throw new GrabberError(
     'DISK_FULL',

@@ -92,20 +92,22 @@ async function fromFile(file: string, source: Source, region: Region, options: I
   return all.filter((square) => isAsked(square, region));
 }
 
-async function fromCatalogue(source: Source, region: Region, options: ImportOptions, { info, output, signal }: CliContext): Promise<CatalogueSquare[]> {
+async function fromCatalogue(source: Source, region: Region, options: ImportOptions, { info, output, signal, exit }: CliContext): Promise<CatalogueSquare[]> {
   const fields = { '--name-field': options.nameField, '--block-field': options.blockField, '--x-field': options.xField, '--y-field': options.yField };
   const needless = Object.entries(fields).find(([, value]) => value !== undefined);
   if (needless !== undefined) throw usage(`import fishnet: ${needless[0]} without --from; allowed: only with a file`);
   const http = createHttpClient({ userAgent: userAgent(info), timeout_ms: options.timeoutS * 1000, access: accessOf(profileOf(source)) });
+  const asking = catalogueAsking(options, output);
   try {
     const catalogue = openCatalogue(source, http, {
       variables: givenVariables(options),
-      ...catalogueAsking(options, output),
+      ...asking,
       maxSquares: kMaxFishnet,
       limits: { items: kMaxFishnet, pages: 20_000 },
     });
     const squares: CatalogueSquare[] = [];
     for await (const square of catalogue.find(region, signal)) squares.push(square);
+    exit(asking.code());
     return squares;
   } finally {
     await http.close();

@@ -35,12 +35,14 @@ async function listCommand(options: ListOptions, context: CliContext): Promise<v
   const { output, signal } = context;
   const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
   try {
-    const { source, profile, catalogue, region } = await select(options, await context.sources(), http, signal, catalogueAsking(options, output));
+    const asking = catalogueAsking(options, output);
+    const { source, profile, catalogue, region } = await select(options, await context.sources(), http, signal, asking);
     http.permit(accessOf(profile));
     for await (const square of catalogue.find(region, signal)) {
       if (options.json === true) output.out(`${JSON.stringify({ source, ...square })}\n`);
       else output.out(`${square.name}\t${square.urls[0] ?? '?'}\n`);
     }
+    context.exit(asking.code());
   } finally {
     await http.close();
   }

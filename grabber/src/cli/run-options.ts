@@ -6,6 +6,7 @@ import type { Reporter } from '../progress/reporter.js';
 import { textReporter } from '../progress/text-reporter.js';
 import type { CatalogueOptions } from '../sources/catalogue/options.js';
 import { GrabberError } from '../util/errors.js';
+import { kExit } from './exit-codes.js';
 import { integerIn } from './option-parsers.js';
 import type { Output } from './output.js';
 
@@ -39,11 +40,21 @@ export function policyOf({ retries, maxWaitS }: Omit<AskOptions, 'timeoutS'>): R
   return { ...kBackoff, retries, max_wait_ms: maxWaitS * 1000 };
 }
 
+export type CatalogueAsking = Pick<CatalogueOptions, 'policy' | 'onRetry' | 'onLeftOut'> & {
+  /** @return the exit code as far as the catalogue goes: there may be squares in what could not be read */
+  code(): number;
+};
+
 /** How a catalogue is asked, and that the user hears of it; on standard error, since results go to standard output. */
-export function catalogueAsking(options: AskOptions, output: Output): Pick<CatalogueOptions, 'policy' | 'onRetry'> {
+export function catalogueAsking(options: AskOptions, output: Output): CatalogueAsking {
+  let leftOut = 0;
   const onRetry = ({ error, retry, wait_ms }: RetryNotice): void =>
     output.err(`retry ${retry} of the catalogue in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`);
-  return { policy: policyOf(options), onRetry };
+  const onLeftOut = (error: GrabberError): void => {
+    ++leftOut;
+    output.err(`warning: left out of the catalogue (${leftOut}): ${error.message}\n`);
+  };
+  return { policy: policyOf(options), onRetry, onLeftOut, code: () => (leftOut === 0 ? kExit.done : kExit.holes) };
 }
 
 /** @throws GrabberError USAGE without a store */

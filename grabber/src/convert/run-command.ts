@@ -2,6 +2,7 @@ import { spawn, type ChildProcess } from 'node:child_process';
 import { existsSync } from 'node:fs';
 import { basename } from 'node:path';
 import { GrabberError, oneLine } from '../util/errors.js';
+import { programEnvironment } from '../util/environment.js';
 import { watchFolder } from './folder-size.js';
 
 /** What a program may use. Programs outside this one read files that strangers made. */
@@ -63,7 +64,7 @@ export async function runCommand(command: Command, signal: AbortSignal): Promise
   if (program === undefined) throw new GrabberError('CONFIG', `${command.what}: the command is empty; allowed: a program and its words`);
   const child = spawn(program, rest, {
     cwd: command.folder,
-    env: environmentOf(command),
+    env: { ...programEnvironment(command.folder), ...command.environment },
     stdio: ['pipe', 'pipe', 'pipe'],
     detached: true,
   });
@@ -116,13 +117,6 @@ function withLimits(words: string[], limits: CommandLimits): string[] {
   if (!existsSync(kPrlimit)) return words;
   const memory = limits.memory_bytes === undefined ? [] : [`--as=${limits.memory_bytes}`];
   return [kPrlimit, `--fsize=${limits.disk_bytes}`, '--core=0', ...memory, '--', ...words];
-}
-
-/** Nothing of ours goes in: no tokens, no proxies, no library paths. */
-function environmentOf(command: Command): NodeJS.ProcessEnv {
-  const { folder } = command;
-  const path = process.env['PATH'] ?? '/usr/local/bin:/usr/bin:/bin';
-  return { PATH: path, HOME: folder, TMPDIR: folder, LANG: 'C.UTF-8', LC_ALL: 'C.UTF-8', ...command.environment };
 }
 
 function collect(child: ChildProcess, text: { out: string; err: string }, stop: (why: string) => void): void {

@@ -1,17 +1,21 @@
 import type { Hash } from 'node:crypto';
-import type { FileHandle } from 'node:fs/promises';
+import { writev, writevSync } from 'node:fs';
+import { promisify } from 'node:util';
 import type { Clock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
-import { storing } from './disk-space.js';
+import { storing, storingNow } from './disk-space.js';
 
 /** Pieces of a body are as small as the network's; written one by one, the calls cost more than the bytes. */
 const kBatch_bytes = 512 * 1024;
 /** A slow line fills no batch for long; what a killed run has received should be on the disk by then. */
 const kBatch_ms = 1000;
 
+const writeMany = promisify(writev);
+
 export type BodySink = {
   readonly path: string;
-  readonly file: FileHandle;
+  /** Open for writing, at its end. */
+  readonly fd: number;
   readonly hash: Hash;
   /** Before the first piece. */
   readonly offset_bytes: number;
@@ -19,13 +23,14 @@ export type BodySink = {
   readonly shown: string;
   /** Called with every piece, before it is written. */
   onPiece(piece: Uint8Array, bytesBefore: number): void;
-  /** Called once, before the first bytes are written that are not the last. */
-  onUnfinished?(): void;
+  /** Called when the body has ended, before its last bytes are written. */
+  onWhole?(bytes: number): void;
 };
 
 /**
- * Appends a body to a file and to its hash. One batch is written while the next is received; so at most two are in
- * memory, and when the body breaks all that came of it is written.
+ * Appends a body to a file and to its hash. The first piece is written at once: from then on a killed run has something
+ * to continue. A full batch is written by another thread while the next is received, so at most two are in memory; a
+ * smaller one costs less than the way to that thread. When the body breaks, all that came of it is written.
  * @return length of the file
  */
 export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink, clock: Clock): Promise<number> {
@@ -33,16 +38,16 @@ export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink,
   let batch: Uint8Array[] = [];
   let waiting_bytes = 0;
   let writing: Promise<void> = Promise.resolve();
-  let flushedAt_ms = clock.now().getTime();
-  let [told, whole] = [false, false];
+  let flushedAt_ms = -Infinity;
 
   const flush = async (): Promise<void> => {
     await writing;
-    if (batch.length === 0) return;
     const pieces = batch;
+    const full = waiting_bytes >= kBatch_bytes;
     batch = [];
     waiting_bytes = 0;
-    writing = writeAll(sink, pieces);
+    if (full) writing = writeBeside(sink, pieces);
+    else writeNow(sink, pieces);
     // Whoever awaits it next sees its error; until then it must not count as unhandled.
     writing.catch(() => undefined);
     for (const piece of pieces) sink.hash.update(piece);
@@ -58,25 +63,28 @@ export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink,
       const now_ms = clock.now().getTime();
       if (waiting_bytes < kBatch_bytes && now_ms - flushedAt_ms < kBatch_ms) continue;
       flushedAt_ms = now_ms;
-      if (!told) sink.onUnfinished?.();
-      told = true;
       await flush();
     }
-    whole = true;
+    sink.onWhole?.(bytes);
   } finally {
-    if (!whole && !told) sink.onUnfinished?.();
     await flush();
     await writing;
   }
   return bytes;
 }
 
-async function writeAll(sink: BodySink, pieces: readonly Uint8Array[]): Promise<void> {
-  let left = pieces.filter((piece) => piece.length > 0);
-  while (left.length > 0) {
+async function writeBeside(sink: BodySink, pieces: readonly Uint8Array[]): Promise<void> {
+  for (let left = unwritten(pieces, 0); left.length > 0; ) {
     const batch = left;
-    const { bytesWritten } = await storing(sink.path, () => sink.file.writev(batch));
+    const { bytesWritten } = await storing(sink.path, () => writeMany(sink.fd, batch));
     left = unwritten(batch, bytesWritten);
+  }
+}
+
+function writeNow(sink: BodySink, pieces: readonly Uint8Array[]): void {
+  for (let left = unwritten(pieces, 0); left.length > 0; ) {
+    const batch = left;
+    left = unwritten(batch, storingNow(sink.path, () => writevSync(sink.fd, batch)));
   }
 }
 

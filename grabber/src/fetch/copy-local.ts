@@ -21,11 +21,11 @@ export async function copyLocal(url: string, partial: string, context: TransferC
     throw new GrabberError('LOCAL_FILE', `copy ${path}: ${describeError(error)}; allowed: a file that can be read`, { cause: error });
   }
   if (bytes > context.max_bytes) throw tooLarge(path, bytes, context.max_bytes);
-  const giveBack = await context.disk.reserve(bytes, path);
+  const giveBack = context.disk.reserve(bytes, path);
   try {
     signal.throwIfAborted();
-    await removePartial(partial);
-    await storing(partial, () => copyFile(path, partial, constants.COPYFILE_FICLONE));
+    removePartial(partial);
+    await storing(partial, () => copyFile(path, partial, constants.COPYFILE_FICLONE | constants.COPYFILE_EXCL));
     context.onBytes(bytes, bytes, bytes);
     return { kind: 'complete', bytes, sha256: await sha256OfFile(partial, signal) };
   } finally {

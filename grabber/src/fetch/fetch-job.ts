@@ -49,7 +49,7 @@ export type FetchRun = {
   readonly policy: RetryPolicy;
   readonly lanes: HostLanes;
   readonly disk: DiskSpace;
-  /** Checks, two at a time: they read the disk that the downloads write. */
-  readonly seals: PQueue;
+  /** What keeps the disk busy beside the downloads, a few at a time: unpacking, and waiting until a file is on it. */
+  readonly syncs: PQueue;
   readonly events: FetchEvents;
 };

@@ -27,9 +27,10 @@ export async function fetchRecord(
       job.table.missing(key, reason);
       return { state: 'missing', key, url: job.table.get(key)?.url ?? null, reason };
     }
-    const stored = job.table.get(key);
-    if (job.convert !== undefined && stored !== undefined) await job.convert(stored, signal);
-    return outcomeOf(job.table.get(key) ?? record, done);
+    const stored = job.table.get(key) ?? record;
+    if (job.convert === undefined) return outcomeOf(stored, done);
+    await job.convert(stored, signal);
+    return outcomeOf(job.table.get(key) ?? stored, done);
   } catch (error) {
     signal.throwIfAborted();
     if (stopsRun(error)) throw error;

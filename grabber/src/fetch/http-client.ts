@@ -149,10 +149,15 @@ function redirectTarget(from: URL, response: HttpResponse, access: Access): URL 
 type RawBody = Dispatcher.ResponseData['body'];
 
 async function dropBody(body: RawBody): Promise<void> {
+  // AbortSignal.timeout would outlive this by its whole time; thousands of holes a second would pile up.
+  const stop = new AbortController();
+  const timer = setTimeout(() => stop.abort(), kRest_ms);
   try {
-    await body.dump({ limit: kRest_bytes, signal: AbortSignal.timeout(kRest_ms) });
+    await body.dump({ limit: kRest_bytes, signal: stop.signal });
   } catch {
     // What breaks here is of use to nobody any more.
+  } finally {
+    clearTimeout(timer);
   }
 }
 

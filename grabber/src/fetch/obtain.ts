@@ -5,7 +5,7 @@ import { GrabberError } from '../util/errors.js';
 import { copyLocal } from './copy-local.js';
 import { stopsRun } from './disk-space.js';
 import type { FetchJob, FetchRun } from './fetch-job.js';
-import { readPartialState, rememberWhole, removePartial } from './partial.js';
+import { readPartialState, removePartial } from './partial.js';
 import { withRetries } from './retry.js';
 import { checkHash, seal, type Sealed } from './seal.js';
 import { shownUrl } from './shown-url.js';
@@ -111,25 +111,22 @@ async function attempt(
   const places = placesOf(record, job, run);
   const transfer = await transferFrom(url, places.transfer, context, job, run, signal);
   if (transfer.kind === 'missing') return transfer;
-  // A file that must wait, or an archive that takes its time, is not fetched again when the run is killed meanwhile.
-  if (record.member !== null || run.seals.pending >= run.seals.concurrency) rememberWhole(places.transfer, url, transfer.bytes);
-  return run.seals.add(async () => {
-    try {
-      checkHash(shownUrl(url), transfer.sha256, record.expectedSha256);
-      const { bytes, sha256 } =
-        record.member === null
-          ? transfer
-          : await unzipMember(places.transfer, record.member, places.file, shownUrl(url), { ...context, max_bytes: job.max_bytes }, signal);
-      // A stop does not reach in here: what has arrived is brought home, which takes a moment.
-      const sealed = await seal(record, { partial: places.file, url, bytes, sha256 }, job, run, kNoStop);
-      if (record.member !== null) await removePartial(places.transfer);
-      return sealed;
-    } catch (error) {
-      // Whole but bad: the next try must start anew. Trouble of the disk says nothing of the file.
-      if (!signal.aborted && !stopsRun(error)) await removePartial(places.transfer);
-      throw error;
-    }
-  });
+  try {
+    checkHash(shownUrl(url), transfer.sha256, record.expectedSha256);
+    const { member } = record;
+    const { bytes, sha256 } =
+      member === null
+        ? transfer
+        : await run.syncs.add(() => unzipMember(places.transfer, member, places.file, shownUrl(url), { ...context, max_bytes: job.max_bytes }, signal));
+    // A stop does not reach in here: what has arrived is brought home, which takes a moment.
+    const sealed = await seal(record, { partial: places.file, url, bytes, sha256 }, job, run, kNoStop);
+    if (member !== null) removePartial(places.transfer);
+    return sealed;
+  } catch (error) {
+    // Whole but bad: the next try must start anew. Trouble of the disk says nothing of the file.
+    if (!signal.aborted && !stopsRun(error)) removePartial(places.transfer);
+    throw error;
+  }
 }
 
 function transferFrom(

@@ -1,9 +1,8 @@
-import { writeFileSync } from 'node:fs';
-import { readFile, unlink } from 'node:fs/promises';
+import { constants, lstatSync, openSync, unlinkSync, writeFileSync } from 'node:fs';
+import { readFile } from 'node:fs/promises';
 import { z } from 'zod';
-import { fileSize } from '../util/files.js';
 import { systemCode } from '../util/errors.js';
-import { storeError } from './disk-space.js';
+import { storeError, storingNow } from './disk-space.js';
 import type { HttpResponse } from './http-client.js';
 
 /** What must be known to continue an unfinished file; lies beside it as JSON. */
@@ -25,7 +24,7 @@ export type Found =
   | { readonly kind: 'whole'; readonly bytes: number };
 
 export async function findPartial(partial: string, url: string, signal: AbortSignal): Promise<Found> {
-  const offset_bytes = (await fileSize(partial)) ?? 0;
+  const offset_bytes = sizeOf(partial) ?? 0;
   const state = offset_bytes === 0 ? undefined : await readPartialState(partial, signal);
   if (state === undefined || state.url !== url) return { kind: 'nothing' };
   if (state.total_bytes === offset_bytes) return { kind: 'whole', bytes: offset_bytes };
@@ -35,7 +34,7 @@ export async function findPartial(partial: string, url: string, signal: AbortSig
 
 /** @return undefined when there is none, or one that a crash has cut: that only costs a fetch from the start */
 export async function readPartialState(partial: string, signal: AbortSignal): Promise<PartialState | undefined> {
-  if ((await fileSize(statePath(partial))) === undefined) return undefined;
+  if (sizeOf(statePath(partial)) === undefined) return undefined;
   const text = await readFile(statePath(partial), { encoding: 'utf8', signal });
   try {
     return stateSchema.safeParse(JSON.parse(text)).data;
@@ -45,41 +44,63 @@ export async function readPartialState(partial: string, signal: AbortSignal): Pr
 }
 
 /**
- * Remembers what the server said of the file. Written at once and without a sync: it is one small write per file, and
- * one that a power cut swallows is no worse than none.
+ * Opens an unfinished file for writing at its end; with `offset_bytes` 0 a new one takes the place of whatever is there.
+ * What stands at its name may be a link that somebody else has put there: it is not followed.
+ * @return file descriptor
+ */
+export function openPartial(partial: string, offset_bytes: number): number {
+  return storingNow(partial, () => {
+    if (offset_bytes > 0) return openSync(partial, constants.O_WRONLY | constants.O_APPEND | constants.O_NOFOLLOW);
+    unlinkIfThere(partial);
+    return openSync(partial, 'wx');
+  });
+}
+
+/**
+ * Remembers what the server said of the file, before its first byte is written: whatever part of it is on the disk when
+ * the process dies can be continued, and when all of it is, then that is known. Written at once and without a sync: it
+ * is one small write per file, and one that a power cut swallows is no worse than none.
  */
 export function rememberState(partial: string, url: string, response: HttpResponse, total_bytes: number | undefined): void {
   writeState(partial, { url, if_range: validatorOf(response) ?? null, total_bytes: total_bytes ?? null });
 }
 
-/** Of a file that has arrived whole, but whose check must wait: a run that is killed meanwhile need not fetch it again. */
+/** Of a file whose length nobody knew before it was there. */
 export function rememberWhole(partial: string, url: string, bytes: number): void {
   writeState(partial, { url, if_range: null, total_bytes: bytes });
 }
 
 function writeState(partial: string, state: PartialState): void {
+  const path = statePath(partial);
+  storingNow(path, () => {
+    unlinkIfThere(path);
+    writeFileSync(path, JSON.stringify(state), { flag: 'wx' });
+  });
+}
+
+export function removePartial(partial: string): void {
+  unlinkIfThere(statePath(partial));
+  unlinkIfThere(partial);
+}
+
+export function forgetState(partial: string): void {
+  unlinkIfThere(statePath(partial));
+}
+
+function unlinkIfThere(path: string): void {
+  // Mostly there is nothing, and an error costs more than a question.
+  if (lstatSync(path, { throwIfNoEntry: false }) === undefined) return;
   try {
-    writeFileSync(statePath(partial), JSON.stringify(state));
+    unlinkSync(path);
   } catch (error) {
-    throw storeError(statePath(partial), error);
+    if (systemCode(error) !== 'ENOENT') throw storeError(path, error);
   }
 }
 
-export async function removePartial(partial: string): Promise<void> {
-  await unlinkIfThere(statePath(partial));
-  await unlinkIfThere(partial);
-}
-
-export async function forgetState(partial: string): Promise<void> {
-  await unlinkIfThere(statePath(partial));
-}
-
-async function unlinkIfThere(path: string): Promise<void> {
-  try {
-    await unlink(path);
-  } catch (error) {
-    if (systemCode(error) !== 'ENOENT') throw error;
-  }
+/** Of a file, not of what a link leads to. Asked at once: the way to another thread and back costs more than the answer. */
+function sizeOf(path: string): number | undefined {
+  const found = lstatSync(path, { throwIfNoEntry: false });
+  return found?.isFile() === true ? found.size : undefined;
 }
 
 function statePath(partial: string): string {

@@ -57,7 +57,7 @@ async function adoptFinished(record: StoreRecord, job: FetchJob, run: FetchRun, 
     if (checked?.extension !== extension) continue;
     const file = { path, bytes, sha256 };
     job.table.fetched(record.key, file);
-    await removePartial(partial);
+    removePartial(partial);
     if (checked.facts !== null) job.table.verified(record.key, checked.facts);
     return { kind: 'stored', file, checked };
   }

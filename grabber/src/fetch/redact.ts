@@ -28,7 +28,7 @@ function hide(text: string, word: string): string {
 }
 
 /** The same error when it shows no secret; else one without its cause, whose words are as bad. */
-export function redactError(error: unknown, redact: Redact): unknown {
+export function redactError<T>(error: T, redact: Redact): T | GrabberError {
   if (!(error instanceof GrabberError)) return error;
   const text = describeError(error);
   const safe = redact(text);

@@ -15,6 +15,15 @@ export type BodyPlan = {
   readonly coding: Coding | undefined;
 };
 
+/**
+ * Whether the server refuses to send a rest since there is none: what we have is the whole file, and is still the same
+ * one. Ref: RFC 9110 section 13.1.5: where If-Range does not hold, Range is ignored and not refused.
+ */
+export function isWhole(response: HttpResponse, resumable: Resumable): boolean {
+  const whole = response.status === kRangeRefused && response.header('content-range') === `bytes */${resumable.offset_bytes}`;
+  return whole && otherValidator(response, resumable) === undefined;
+}
+
 /** @throws GrabberError when the body cannot be put anywhere; the partial file is then of no use either */
 export function bodyPlan(url: string, response: HttpResponse, resumable: Resumable | undefined): BodyPlan {
   const coding = codingOf(url, response);
@@ -66,15 +75,21 @@ function restPlan(
 }
 
 /** If-Range asks for this, but servers were seen to send the rest of whatever file they have now. */
-function checkSameFile(url: string, response: HttpResponse, { if_range, offset_bytes }: Resumable): void {
-  const name = if_range.startsWith('"') ? 'ETag' : 'Last-Modified';
-  const found = response.header(name.toLowerCase());
-  if (found === undefined || found === if_range) return;
+function checkSameFile(url: string, response: HttpResponse, resumable: Resumable): void {
+  const other = otherValidator(response, resumable);
+  if (other === undefined) return;
   throw new GrabberError(
     'RESUME_REFUSED',
-    `continue ${shownUrl(url)} at byte ${offset_bytes}: ${name} is ${found}; allowed: ${if_range}, as before; the next try starts anew`,
+    `continue ${shownUrl(url)} at byte ${resumable.offset_bytes}: ${other}; allowed: ${resumable.if_range}, as before; the next try starts anew`,
     { retryable: true },
   );
+}
+
+/** @return what the server says of another file than the one before; undefined when it is the same, or it says nothing */
+function otherValidator(response: HttpResponse, { if_range }: Resumable): string | undefined {
+  const name = if_range.startsWith('"') ? 'ETag' : 'Last-Modified';
+  const found = response.header(name.toLowerCase());
+  return found === undefined || found === if_range ? undefined : `${name} is ${found}`;
 }
 
 function contentLength(url: string, response: HttpResponse): number | undefined {

@@ -33,6 +33,8 @@ export function statusError(
  * gone when the portal is well again.
  */
 export function htmlError(url: string, response: HttpResponse, start: Uint8Array, redact: Redact): GrabberError | undefined {
+  // A file with the right magic is believed over a wrong Content-Type.
+  if (/^(LASF|PK\u0003\u0004)/.test(Buffer.from(start.subarray(0, 4)).toString('latin1'))) return undefined;
   const text = Buffer.from(start.subarray(0, kSniffBytes))
     .toString('utf8')
     .replace(/^\uFEFF/, '')
@@ -40,8 +42,6 @@ export function htmlError(url: string, response: HttpResponse, start: Uint8Array
   const type = response.header('content-type') ?? '';
   const declared = /^\s*(text\/html|application\/xhtml\+xml)/i.test(type);
   if (!declared && !/^<(!doctype|html|head|body|\?xml)/i.test(text)) return undefined;
-  // A file with the right magic is believed over a wrong Content-Type.
-  if (/^(LASF|PK\u0003\u0004)/.test(text)) return undefined;
   const title = /<title[^>]*>([^<]{1,200})/i.exec(redact(text))?.[1];
   const shown = title === undefined ? 'an HTML or XML page' : `an HTML page titled "${title.trim()}"`;
   return new GrabberError('HTML_BODY', `fetch ${shownUrl(url)}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`, {

@@ -9,14 +9,15 @@ import type { FetchJob, FetchRun } from './fetch-job.js';
 import { fetchRecord } from './fetch-record.js';
 import { NearBlocks } from './near-blocks.js';
 
-const kSealsAtOnce = 2;
+/** Syncs that wait together share a commit of the file system's journal; more would fill the four threads that there are. */
+const kSyncsAtOnce = 3;
 
-/** The queue of checks that all jobs of a run share. */
-export function sealQueue(): PQueue {
-  return new PQueue({ concurrency: kSealsAtOnce });
+/** The queue of slow work on the disk that all jobs of a run share. */
+export function syncQueue(): PQueue {
+  return new PQueue({ concurrency: kSyncsAtOnce });
 }
 
-/** Files that wait for another try or for their check keep no place at the host; so more are under way than it serves. */
+/** Files that wait for another try or for the disk keep no place at the host; so more are under way than it serves. */
 const kUnderWayPerRequest = 4;
 
 /**
@@ -48,29 +49,23 @@ async function runJob(
 ): Promise<void> {
   const [first] = job.records;
   if (first === undefined) return;
-  const queue = new PQueue({ concurrency: job.limits.max_concurrent * kUnderWayPerRequest });
-  const clear = (): void => queue.clear();
-  signal.addEventListener('abort', clear, { once: true });
   try {
     signal.throwIfAborted();
     for (const folder of new Set(job.records.map(({ key }) => dirname(join(run.root, kPlaces.unfinished(job.kind, key)))))) {
       await storing(folder, () => mkdir(folder, { recursive: true }));
     }
     const blocks = new NearBlocks(job.locate === undefined ? [] : job.table.list({ source: first.key.source, grid: first.key.grid }));
-    for (const record of job.records) {
-      void queue.add(async () => {
-        try {
-          signal.throwIfAborted();
-          done(await fetchRecord(record, job, run, blocks, signal));
-        } catch (error) {
-          stop.abort(error);
-        }
-      });
-    }
-    await queue.onIdle();
+    // All take from one iterator: a queue would hold a promise and more for each of a country's squares.
+    const records = job.records.values();
+    const work = async (): Promise<void> => {
+      for (const record of records) {
+        signal.throwIfAborted();
+        done(await fetchRecord(record, job, run, blocks, signal));
+      }
+    };
+    const workers = Array.from({ length: job.limits.max_concurrent * kUnderWayPerRequest }, work);
+    await Promise.all(workers.map((worker) => worker.catch((error: unknown) => stop.abort(error))));
   } catch (error) {
     stop.abort(error);
-  } finally {
-    signal.removeEventListener('abort', clear);
   }
 }

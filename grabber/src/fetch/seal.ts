@@ -1,12 +1,15 @@
-import { open, rename } from 'node:fs/promises';
+import { closeSync, fdatasync, openSync, renameSync } from 'node:fs';
 import { join } from 'node:path';
+import { promisify } from 'node:util';
 import type { StoreRecord, StoredFile } from '../model/square.js';
 import { kPlaces } from '../store/layout.js';
 import { GrabberError } from '../util/errors.js';
 import { removeIfThere } from '../util/files.js';
-import { storing } from './disk-space.js';
+import { storing, storingNow } from './disk-space.js';
 import type { Checked, FetchJob, FetchRun } from './fetch-job.js';
 import { forgetState, removePartial } from './partial.js';
+
+const datasync = promisify(fdatasync);
 
 export type Arrived = { readonly partial: string; readonly url: string; readonly bytes: number; readonly sha256: string };
 export type Sealed = { readonly kind: 'stored'; readonly file: StoredFile; readonly checked: Checked };
@@ -14,7 +17,8 @@ export type Sealed = { readonly kind: 'stored'; readonly file: StoredFile; reado
 /**
  * Checks a whole file and gives it its final name: check, record, sync, rename, record. In this order a file under its
  * final name is always whole and checked, and its record knows it before: a run that was killed in between finds the
- * file by its hash under either name (recover.ts) and fetches nothing again.
+ * file by its hash under either name (recover.ts) and fetches nothing again. All but the sync is done at once: each of
+ * these calls takes less time than the way to another thread and back. The disk may take long, so syncs are queued.
  */
 export async function seal(record: StoreRecord, arrived: Arrived, job: FetchJob, run: FetchRun, signal: AbortSignal): Promise<Sealed> {
   const { partial, url, bytes, sha256 } = arrived;
@@ -23,14 +27,14 @@ export async function seal(record: StoreRecord, arrived: Arrived, job: FetchJob,
     checked = await job.check(partial, record, url, signal);
   } catch (error) {
     // A whole file that is bad cannot be continued; the next try must start anew.
-    if (!signal.aborted) await removePartial(partial);
+    if (!signal.aborted) removePartial(partial);
     throw error;
   }
   const file = { path: kPlaces.finished(job.kind, record.key, checked.extension), bytes, sha256 };
   job.table.fetched(record.key, file);
-  await storing(partial, () => syncFile(partial));
-  await storing(file.path, () => rename(partial, join(run.root, file.path)));
-  await forgetState(partial);
+  await run.syncs.add(() => storing(partial, () => syncFile(partial)));
+  storingNow(file.path, () => renameSync(partial, join(run.root, file.path)));
+  forgetState(partial);
   await removeOldFile(record, file.path, job, run);
   if (checked.facts !== null) job.table.verified(record.key, checked.facts);
   return { kind: 'stored', file, checked };
@@ -38,11 +42,11 @@ export async function seal(record: StoreRecord, arrived: Arrived, job: FetchJob,
 
 /** Once per file, since the data of a renamed file may reach the disk after its name. */
 async function syncFile(path: string): Promise<void> {
-  const file = await open(path, 'r+');
+  const fd = openSync(path, 'r+');
   try {
-    await file.datasync();
+    await datasync(fd);
   } finally {
-    await file.close();
+    closeSync(fd);
   }
 }
 

@@ -1,16 +1,16 @@
 import { createHash, type Hash } from 'node:crypto';
-import { open } from 'node:fs/promises';
+import { closeSync } from 'node:fs';
 import type { Clock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
 import { hashFileInto } from '../util/files.js';
 import { tooLarge, writeBody } from './body-writer.js';
 import { decoded } from './content-coding.js';
-import { storing, type DiskSpace } from './disk-space.js';
+import type { DiskSpace, Growing } from './disk-space.js';
 import type { HostGate } from './host-gate.js';
 import type { HttpClient, HttpResponse } from './http-client.js';
-import { findPartial, forgetState, rememberState, removePartial, type Resumable } from './partial.js';
+import { findPartial, forgetState, openPartial, rememberState, rememberWhole, removePartial, type Resumable } from './partial.js';
 import { withoutSecrets } from './redact.js';
-import { bodyPlan, kRangeRefused, type BodyPlan } from './response-check.js';
+import { bodyPlan, isWhole, kRangeRefused, type BodyPlan } from './response-check.js';
 import { htmlError, statusError } from './response-error.js';
 import { shownUrl } from './shown-url.js';
 
@@ -49,8 +49,12 @@ async function transfer(url: string, partial: string, context: TransferContext, 
   const response = await context.http.get(url, requestHeaders(resumable), signal);
   if (context.missingStatus.includes(response.status)) {
     await response.discard();
-    await removePartial(partial);
+    removePartial(partial);
     return { kind: 'missing', reason: `HTTP ${response.status}` };
+  }
+  if (resumable !== undefined && isWhole(response, resumable)) {
+    await response.discard();
+    return { kind: 'complete', bytes: resumable.offset_bytes, sha256: hash.digest('hex') };
   }
   const plan = await planOf(url, partial, response, resumable, context);
   try {
@@ -96,7 +100,7 @@ async function planOf(
   } catch (error) {
     await response.discard();
     // A busy server says nothing of the file; any other refusal makes what we have of it useless.
-    if (!(error instanceof GrabberError) || error.code !== 'HTTP_STATUS') await removePartial(partial);
+    if (!(error instanceof GrabberError) || error.code !== 'HTTP_STATUS') removePartial(partial);
     throw error;
   }
 }
@@ -109,20 +113,22 @@ async function receive(
   hash: Hash,
   context: TransferContext,
 ): Promise<TransferResult> {
-  const giveBack = await context.disk.reserve(
-    Math.max(0, (plan.total_bytes ?? context.expected_bytes) - plan.offset_bytes),
-    shownUrl(url),
-  );
+  const room = roomFor(plan, context, shownUrl(url));
   try {
-    const bytes = await store(url, partial, response, plan, hash, context);
+    const bytes = await store(url, partial, response, plan, hash, context, room);
     if (plan.total_bytes !== undefined && bytes !== plan.total_bytes) await refuseLength(url, partial, bytes, plan.total_bytes);
     return { kind: 'complete', bytes, sha256: hash.digest('hex') };
   } catch (error) {
-    if (error instanceof GrabberError && ['HTML_BODY', 'NOT_LAS', 'TOO_LARGE'].includes(error.code)) await removePartial(partial);
+    if (error instanceof GrabberError && ['HTML_BODY', 'NOT_LAS', 'TOO_LARGE'].includes(error.code)) removePartial(partial);
     throw error;
   } finally {
-    giveBack();
+    room.giveBack();
   }
+}
+
+function roomFor({ total_bytes, offset_bytes }: BodyPlan, { disk, expected_bytes }: TransferContext, shown: string): Growing {
+  if (total_bytes === undefined) return disk.growing(expected_bytes - offset_bytes, shown);
+  return { grow: () => undefined, giveBack: disk.reserve(Math.max(0, total_bytes - offset_bytes), shown) };
 }
 
 async function store(
@@ -132,16 +138,18 @@ async function store(
   plan: BodyPlan,
   hash: Hash,
   context: TransferContext,
+  room: Growing,
 ): Promise<number> {
   const { offset_bytes, total_bytes, coding } = plan;
-  const file = await storing(partial, () => open(partial, offset_bytes > 0 ? 'a' : 'w'));
+  // A state of before would claim that the new file is the old one.
+  if (offset_bytes === 0) forgetState(partial);
+  const fd = openPartial(partial, offset_bytes);
   try {
-    // A file that came in one piece needs no word on how to continue it, and writing that costs more than the file.
-    const onUnfinished = (): void => {
-      if (coding === undefined) rememberState(partial, url, response, total_bytes);
-    };
     // What a compressed body gives has no place in the compressed file, so it cannot be continued.
-    if (coding !== undefined) await forgetState(partial);
+    if (offset_bytes === 0 && coding === undefined) rememberState(partial, url, response, total_bytes);
+    const onWhole = (bytes: number): void => {
+      if (total_bytes === undefined) rememberWhole(partial, url, bytes);
+    };
     const body = coding === undefined ? response.body : decoded(response.body, coding, url);
     const onPiece = (piece: Uint8Array, before: number): void => {
       if (before === 0) {
@@ -149,18 +157,19 @@ async function store(
         if (html !== undefined) throw html;
         context.checkStart(shownUrl(url), piece);
       }
+      room.grow(piece.length);
       context.onBytes(before + piece.length, piece.length, total_bytes);
     };
-    const sink = { path: partial, file, hash, offset_bytes, max_bytes: context.max_bytes, shown: shownUrl(url), onPiece, onUnfinished };
+    const sink = { path: partial, fd, hash, offset_bytes, max_bytes: context.max_bytes, shown: shownUrl(url), onPiece, onWhole };
     return await writeBody(body, sink, context.clock);
   } finally {
-    await file.close();
+    closeSync(fd);
   }
 }
 
 async function refuseLength(url: string, partial: string, bytes: number, total: number): Promise<never> {
   // Too few bytes can be continued; too many are a different file.
-  if (bytes > total) await removePartial(partial);
+  if (bytes > total) removePartial(partial);
   throw new GrabberError('LENGTH', `fetch ${shownUrl(url)}: got ${bytes} bytes; allowed: ${total}, as announced`, {
     retryable: true,
   });

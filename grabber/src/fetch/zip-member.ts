@@ -1,12 +1,13 @@
 import { createHash } from 'node:crypto';
-import { open } from 'node:fs/promises';
+import { closeSync } from 'node:fs';
 import { crc32 } from 'node:zlib';
 import { openPromise, type Entry, type ZipFile } from 'yauzl';
 import type { Clock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import { tooLarge, writeBody } from './body-writer.js';
 import { checkGrowth } from './content-coding.js';
-import { storing, type DiskSpace } from './disk-space.js';
+import type { DiskSpace } from './disk-space.js';
+import { openPartial } from './partial.js';
 
 const kPointFile = /\.(laz|las)$/i;
 /** Archives of portals hold one file to a few; a directory of millions is meant to keep us busy. */
@@ -37,7 +38,7 @@ export async function unzipMember(
   try {
     const entry = await findMember(zip, member, shown, signal);
     checkEntry(entry, shown, context.max_bytes);
-    const giveBack = await context.disk.reserve(entry.uncompressedSize, `member of ${shown}`);
+    const giveBack = context.disk.reserve(entry.uncompressedSize, `member of ${shown}`);
     try {
       return await unpack(zip, entry, target, shown, context);
     } finally {
@@ -89,13 +90,13 @@ async function unpack(
 ): Promise<{ bytes: number; sha256: string }> {
   const hash = createHash('sha256');
   let sum = 0;
-  const file = await storing(target, () => open(target, 'w'));
+  const fd = openPartial(target, 0);
   try {
     const body = (await zip.openReadStreamPromise(entry)) as AsyncIterable<Buffer>;
     const onPiece = (piece: Uint8Array): void => {
       sum = crc32(piece, sum);
     };
-    const sink = { path: target, file, hash, offset_bytes: 0, max_bytes: context.max_bytes, shown: `member of ${shown}`, onPiece };
+    const sink = { path: target, fd, hash, offset_bytes: 0, max_bytes: context.max_bytes, shown: `member of ${shown}`, onPiece };
     const bytes = await writeBody(body, sink, context.clock);
     if (sum !== entry.crc32) throw archiveError(shown, `CRC is ${sum.toString(16)}; allowed: ${entry.crc32.toString(16)}`, true);
     return { bytes, sha256: hash.digest('hex') };
@@ -103,7 +104,7 @@ async function unpack(
     if (error instanceof GrabberError) throw error;
     throw archiveError(shown, describeError(error), true);
   } finally {
-    await file.close();
+    closeSync(fd);
   }
 }
 

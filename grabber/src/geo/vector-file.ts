@@ -1,7 +1,9 @@
 import { execFile } from 'node:child_process';
 import { stat } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
 import { resolve } from 'node:path';
 import { z } from 'zod';
+import { programEnvironment } from '../util/environment.js';
 import { GrabberError, describeError, oneLine, systemCode, type ErrorCode } from '../util/errors.js';
 
 const featureSchema = z.looseObject({
@@ -72,7 +74,7 @@ async function otherDrivers(run: Run, signal: AbortSignal): Promise<string> {
 
 function runOgr2ogr(args: readonly string[], env: Readonly<Record<string, string>>, { what, code }: Run, signal: AbortSignal): Promise<string> {
   return new Promise((done, fail) => {
-    const limits = { env: { ...process.env, ...env }, signal, timeout: kTimeout_ms, maxBuffer: kMaxOutput_bytes, killSignal: 'SIGKILL' as const };
+    const limits = { env: { ...programEnvironment(tmpdir()), ...env }, signal, timeout: kTimeout_ms, maxBuffer: kMaxOutput_bytes, killSignal: 'SIGKILL' as const };
     execFile('ogr2ogr', args, { ...limits, encoding: 'utf8' }, (error, stdout, stderr) => {
       if (error === null) return done(stdout);
       if (signal.aborted) return fail(signal.reason as Error);

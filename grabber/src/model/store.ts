@@ -104,7 +104,7 @@ export type Region = {
 
 /** What a source has. */
 export type Catalogue = {
-  /** Squares of the region, each once, from south to north, then west to east. @throws GrabberError CATALOGUE: never fewer squares instead */
+  /** Squares of the region, each once, from south to north, then west to east. @throws GrabberError CATALOGUE: never fewer squares instead, unless whoever opened it is told of each */
   find(region: Region, signal: AbortSignal): AsyncIterable<CatalogueSquare>;
   /** Addresses that were found are good for a while only, so that each run finds them anew. */
   readonly addressesExpire?: boolean;

@@ -1,5 +1,5 @@
-import { open, type FileHandle } from 'node:fs/promises';
-import type { DiskSpace } from '../fetch/disk-space.js';
+import { open } from 'node:fs/promises';
+import { storing, type DiskSpace, type Growing } from '../fetch/disk-space.js';
 import type { HostGate } from '../fetch/host-gate.js';
 import type { HttpClient, HttpResponse } from '../fetch/http-client.js';
 import { withoutSecrets } from '../fetch/redact.js';
@@ -44,23 +44,28 @@ export function downloader(settings: DownloadSettings): Downloader {
   }
 
   async function store(url: string, response: HttpResponse, path: string, most_bytes: number): Promise<void> {
-    const release = await reserve(url, response);
+    const room = await reserve(url, response);
     try {
       const file = await open(path, 'w');
       try {
-        await copy(url, response, file, most_bytes);
+        for await (const part of limited(url, response, most_bytes)) {
+          room.grow(part.length);
+          await storing(path, () => file.write(part));
+        }
       } finally {
         await file.close();
       }
     } finally {
-      release();
+      room.giveBack();
     }
   }
 
-  /** @throws GrabberError DISK_FULL before the body is read, where its length is announced */
-  async function reserve(url: string, response: HttpResponse): Promise<() => void> {
+  /** @throws GrabberError DISK_FULL before the body is read, where its length is announced; and later where it is not */
+  async function reserve(url: string, response: HttpResponse): Promise<Growing> {
     try {
-      return await settings.disk.reserve(announcedBytes(response) ?? 0, url);
+      const announced = announcedBytes(response);
+      if (announced === undefined) return settings.disk.growing(0, url);
+      return { grow: () => undefined, giveBack: settings.disk.reserve(announced, url) };
     } catch (error) {
       await response.discard();
       throw error;
@@ -87,10 +92,6 @@ export function downloader(settings: DownloadSettings): Downloader {
         return Buffer.concat(parts).toString('utf8').replace(/^\uFEFF/, '');
       }, signal),
   };
-}
-
-async function copy(url: string, response: HttpResponse, file: FileHandle, most_bytes: number): Promise<void> {
-  for await (const part of limited(url, response, most_bytes)) await file.write(part);
 }
 
 /** The body, which must be as long as announced and no longer than allowed. */

@@ -24,7 +24,7 @@ export const kAllowed = {
   'access.max_pixels': 'an integer from 64 to 10000, the longest side of a picture',
   'access.format': '"image/jpeg", "image/png" or "image/tiff"',
   'access.asset': 'a regular expression that the address of an asset matches',
-  'access.matrices': 'a list of tables with id, resolution_m, left_m, top_m, tile_px, columns, rows',
+  'access.matrices': 'a list of tables with id, resolution_m, left_m, top_m, tile_px, columns, rows, and tile_height_px where tiles are not square',
   'access.place': '"square" (the picture covers its square) or "file" (a GeoTIFF says where it lies)',
 } as const;
 
@@ -53,6 +53,7 @@ const matrix = z.strictObject({
   left_m: z.number(),
   top_m: z.number(),
   tile_px: z.int().min(16).max(4096),
+  tile_height_px: z.int().min(16).max(4096).optional(),
   columns: z.int().min(1),
   rows: z.int().min(1),
 });

@@ -62,7 +62,6 @@ export function parseCapabilities(xml: string, url: string, wanted: Wanted): Til
   const crs = crsOf(set.SupportedCRS);
   if (crs === undefined) return fail(`matrix set ${wanted.matrixSet} in ${set.SupportedCRS}`, 'an EPSG system in metres');
   const matrices = set.TileMatrix.map((matrix): TileMatrix => {
-    if (matrix.TileWidth !== matrix.TileHeight) return fail(`tiles of ${matrix.TileWidth} x ${matrix.TileHeight} pixels`, 'square ones');
     const corner = matrix.TopLeftCorner.trim().split(/\s+/).map(Number);
     const [left_m, top_m] = wanted.axis === 'ne' ? [corner[1], corner[0]] : corner;
     if (left_m === undefined || top_m === undefined || !Number.isFinite(left_m + top_m)) {
@@ -74,6 +73,7 @@ export function parseCapabilities(xml: string, url: string, wanted: Wanted): Til
       left_m,
       top_m,
       tile_px: matrix.TileWidth,
+      tile_height_px: matrix.TileHeight,
       columns: matrix.MatrixWidth,
       rows: matrix.MatrixHeight,
     };

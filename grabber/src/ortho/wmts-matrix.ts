@@ -9,7 +9,9 @@ export type TileMatrix = {
   readonly resolution_m: number;
   readonly left_m: number;
   readonly top_m: number;
+  /** Width, and height too where that is not given. */
   readonly tile_px: number;
+  readonly tile_height_px?: number | undefined;
   readonly columns: number;
   readonly rows: number;
 };
@@ -26,16 +28,21 @@ export function chooseMatrix(matrices: readonly TileMatrix[], wanted: number): T
   return byStep.find((matrix) => matrix.resolution_m <= wanted * kAsFine) ?? byStep.at(-1);
 }
 
+/** Pixels across and down. */
+export function tileSize({ tile_px, tile_height_px = tile_px }: TileMatrix): [number, number] {
+  return [tile_px, tile_height_px];
+}
+
 /** @return the tiles that touch `bounds`, as far as the matrix goes; undefined when none does */
 export function tilesIn(matrix: TileMatrix, bounds: BoundsM): TileRange | undefined {
-  const side = matrix.resolution_m * matrix.tile_px;
+  const [width, height] = tileSize(matrix).map((side_px) => side_px * matrix.resolution_m) as [number, number];
   const [west, south, east, north] = bounds;
   // Room for one pixel around, which resampling reads.
   const pad = matrix.resolution_m;
-  const column = Math.max(0, Math.floor((west - pad - matrix.left_m) / side));
-  const row = Math.max(0, Math.floor((matrix.top_m - north - pad) / side));
-  const columns = Math.min(matrix.columns, Math.ceil((east + pad - matrix.left_m) / side)) - column;
-  const rows = Math.min(matrix.rows, Math.ceil((matrix.top_m - south + pad) / side)) - row;
+  const column = Math.max(0, Math.floor((west - pad - matrix.left_m) / width));
+  const row = Math.max(0, Math.floor((matrix.top_m - north - pad) / height));
+  const columns = Math.min(matrix.columns, Math.ceil((east + pad - matrix.left_m) / width)) - column;
+  const rows = Math.min(matrix.rows, Math.ceil((matrix.top_m - south + pad) / height)) - row;
   if (columns < 1 || rows < 1) return undefined;
   if (columns * rows > kMostTiles) {
     throw new GrabberError('ORTHO', `gather tiles of matrix ${matrix.id}: ${columns * rows} of them; allowed: at most ${kMostTiles} a square (--resolution-m)`);
@@ -45,14 +52,15 @@ export function tilesIn(matrix: TileMatrix, bounds: BoundsM): TileRange | undefi
 
 /** The pixels of a range of tiles. */
 export function gridOfTiles(matrix: TileMatrix, range: TileRange, crs: string): Target {
-  const side = matrix.resolution_m * matrix.tile_px;
-  const west = matrix.left_m + range.column * side;
-  const north = matrix.top_m - range.row * side;
+  const [width_px, height_px] = tileSize(matrix);
+  const [width, height] = [width_px * matrix.resolution_m, height_px * matrix.resolution_m];
+  const west = matrix.left_m + range.column * width;
+  const north = matrix.top_m - range.row * height;
   return {
     crs,
-    bounds: [west, north - range.rows * side, west + range.columns * side, north],
+    bounds: [west, north - range.rows * height, west + range.columns * width, north],
     resolution_m: matrix.resolution_m,
-    width_px: range.columns * matrix.tile_px,
-    height_px: range.rows * matrix.tile_px,
+    width_px: range.columns * width_px,
+    height_px: range.rows * height_px,
   };
 }

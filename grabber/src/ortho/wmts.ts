@@ -8,7 +8,7 @@ import { boundsIn } from './request-grid.js';
 import type { OrthoSource, WmtsAccess } from './schema.js';
 import { boundsOfBlock, type Target } from './target.js';
 import { parseCapabilities, type TileService } from './wmts-capabilities.js';
-import { chooseMatrix, gridOfTiles, tilesIn, type TileMatrix } from './wmts-matrix.js';
+import { chooseMatrix, gridOfTiles, tileSize, tilesIn, type TileMatrix } from './wmts-matrix.js';
 
 const kMostCapabilities_bytes = 32 << 20;
 const kMostTile_bytes = 8 << 20;
@@ -58,6 +58,7 @@ async function fetchTiles(
   context: GatherContext,
   signal: AbortSignal,
 ): Promise<{ found: Piece[]; holes: number }> {
+  const [width_px, height_px] = tileSize(matrix);
   const places = Array.from({ length: range.columns * range.rows }, (_unused, index) => index);
   const pieces = await allOf(
     places.map((index) => async (signal: AbortSignal): Promise<Piece | undefined> => {
@@ -66,11 +67,11 @@ async function fetchTiles(
       const raw = join(context.folder, `tile-${y}-${x}.raw`);
       if (!(await context.download.toFile(url, raw, kMostTile_bytes, signal))) return undefined;
       const look = await lookInto(raw, url, context.gdal, signal);
-      requireSize(look, matrix.tile_px, matrix.tile_px, url);
+      requireSize(look, width_px, height_px, url);
       const path = join(context.folder, `tile-${y}-${x}.${look.kind.extension}`);
       await rename(raw, path);
-      const block = { x_px: x * matrix.tile_px, y_px: y * matrix.tile_px, width_px: matrix.tile_px, height_px: matrix.tile_px };
-      await writeWorldFile(path, look.kind, boundsOfBlock(grid, block), matrix.tile_px, matrix.tile_px);
+      const block = { x_px: x * width_px, y_px: y * height_px, width_px, height_px };
+      await writeWorldFile(path, look.kind, boundsOfBlock(grid, block), width_px, height_px);
       return { path, kind: look.kind, channels: look.channels, crs: service.crs };
     }),
     context.concurrency,

@@ -3,6 +3,7 @@ import type { BoundsDeg } from '../geo/bounds.js';
 import type { HttpClient } from '../fetch/http-client.js';
 import type { Catalogue, Region } from '../model/store.js';
 import type { BoundsM, Terms } from '../model/square.js';
+import type { GrabberError } from '../util/errors.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
 import type { CatalogueOptions } from '../sources/catalogue/options.js';
 import { hostOfTemplate, secretOriginsOf } from '../sources/hosts.js';
@@ -60,7 +61,7 @@ export type Selection = {
 };
 
 /** How patiently a catalogue is asked. */
-type Asking = Pick<CatalogueOptions, 'policy' | 'onRetry'>;
+type Asking = Pick<CatalogueOptions, 'policy' | 'onRetry' | 'onLeftOut'>;
 
 /**
  * Turns the command line into squares and how to get them. Reads area and polygon files, asks no host.
@@ -76,14 +77,20 @@ export async function select(
   asking: Asking = {},
 ): Promise<Selection> {
   chosenWay(options);
+  let complete = true;
+  const { onLeftOut } = asking;
+  const heard = (error: GrabberError): void => {
+    complete = false;
+    onLeftOut?.(error);
+  };
   const source = findSource(options, sources);
   const selection =
     options.from !== undefined
       ? await fromFolder(options.from, options, source, signal)
       : source !== undefined
-        ? await fromSource(options, source, http, asking, signal)
+        ? await fromSource(options, source, http, onLeftOut === undefined ? asking : { ...asking, onLeftOut: heard }, signal)
         : await fromTemplate(options, signal);
-  return { ...selection, catalogue: withAskedNames(selection.catalogue, selection.profile.square_m) };
+  return { ...selection, catalogue: withAskedNames(selection.catalogue, selection.profile.square_m, () => complete) };
 }
 
 async function fromSource(

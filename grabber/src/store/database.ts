@@ -60,6 +60,29 @@ function readable(path: string): Database {
   }
 }
 
+/** Whether files lie beside the database that its users share: its log, and an index of it. */
+export function hasLog(path: string): boolean {
+  return ['-wal', '-shm'].some((end) => statSync(`${path}${end}`, { throwIfNoEntry: false }) !== undefined);
+}
+
+/**
+ * Removes an empty log that only readers have made, which they may not do themselves: the last to leave a database must
+ * have been able to write. SQLite sees to it that nobody else is there. On a disk without write access it stays.
+ */
+export function leaveNoLog(path: string): void {
+  if (!hasLog(path)) return;
+  try {
+    const db = new Sqlite(path, { fileMustExist: true, timeout: 0 });
+    try {
+      db.pragma('schema_version');
+    } finally {
+      db.close();
+    }
+  } catch {
+    // Somebody else is there, or it cannot be written.
+  }
+}
+
 function opened(path: string, open: () => Database, prepare: (db: Database) => void): Database {
   let db: Database | undefined;
   try {

@@ -1,7 +1,7 @@
 import type { Store } from '../model/store.js';
 import { kSystemClock, type Clock } from '../util/clock.js';
 import { AreaTable } from './area-table.js';
-import { checkIsThere, openForReading, openForWriting } from './database.js';
+import { checkIsThere, hasLog, leaveNoLog, openForReading, openForWriting } from './database.js';
 import { storeLayout } from './layout.js';
 import { migrationsFolder, readMigrations } from './migrations.js';
 import { RecordTable } from './record-table.js';
@@ -32,6 +32,7 @@ export function openStore(root: string, options: OpenStoreOptions, signal: Abort
   const migrations = readMigrations(options.migrations ?? migrationsFolder());
   const readOnly = options.readOnly ?? false;
   if (options.mustExist === true) checkIsThere(path);
+  const logBefore = readOnly && hasLog(path);
   const db = readOnly ? openForReading(path, migrations) : openForWriting(root, path, migrations, clock.now());
   const connection = { db, path, clock, readOnly };
   try {
@@ -40,7 +41,10 @@ export function openStore(root: string, options: OpenStoreOptions, signal: Abort
       squares: new RecordTable(connection, 'squares'),
       orthophotos: new RecordTable(connection, 'orthophotos'),
       areas: new AreaTable(connection),
-      close: () => db.close(),
+      close: () => {
+        db.close();
+        if (readOnly && !logBefore) leaveNoLog(path);
+      },
     };
   } catch (error) {
     // A table or a column is missing.

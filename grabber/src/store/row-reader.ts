@@ -1,5 +1,8 @@
 import { GrabberError } from '../util/errors.js';
 
+const kLabels = new Map<string, string>();
+const kMostLabels = 1000;
+
 export type Row = Readonly<Record<string, unknown>>;
 
 /** Reads columns of one row, each with its type: a damaged or foreign row is an error that names it, never a guess. */
@@ -20,6 +23,17 @@ export class RowReader {
   textOrNull(column: string): string | null {
     const value = this.#row[column];
     return value === null || typeof value === 'string' ? value : this.fail(column, 'text');
+  }
+
+  /** Text that many rows have: of a country's, all share one copy. */
+  labelOrNull(column: string): string | null {
+    const text = this.textOrNull(column);
+    if (text === null) return null;
+    const known = kLabels.get(text);
+    if (known !== undefined) return known;
+    if (kLabels.size >= kMostLabels) kLabels.clear();
+    kLabels.set(text, text);
+    return text;
   }
 
   /** From 0 to 2^53 - 1. */

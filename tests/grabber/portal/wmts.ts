@@ -8,6 +8,8 @@ export type WmtsOptions = {
   readonly left_m: number;
   readonly top_m: number;
   readonly tile_px: number;
+  /** The width when left out. */
+  readonly tile_height_px?: number;
   readonly resolutions_m: readonly number[];
   /** Tiles to each side. */
   readonly tiles: number;
@@ -44,13 +46,13 @@ function sendTile(options: WmtsOptions, [matrix = '', row = '', column = '']: re
     response.writeHead(404).end();
     return;
   }
-  const side = step * options.tile_px;
-  const [west, north] = [options.left_m + Number(column) * side, options.top_m - Number(row) * side];
-  const px = options.tile_px;
+  const [px, height_px] = [options.tile_px, options.tile_height_px ?? options.tile_px];
+  const [width, height] = [px * step, height_px * step];
+  const [west, north] = [options.left_m + Number(column) * width, options.top_m - Number(row) * height];
   const png =
     options.grey?.has(name) === true
-      ? encodePng(Buffer.alloc(px * px, 128), px, px, 1)
-      : encodePng(drawPattern([west, north - side, west + side, north], px, px), px, px);
+      ? encodePng(Buffer.alloc(px * height_px, 128), px, height_px, 1)
+      : encodePng(drawPattern([west, north - height, west + width, north], px, height_px), px, height_px);
   response.writeHead(200, { 'content-type': 'image/png', 'content-length': String(png.length) }).end(png);
 }
 
@@ -58,7 +60,7 @@ function capabilities(options: WmtsOptions, origin: string): string {
   const corner = options.northingFirst === true ? `${options.top_m} ${options.left_m}` : `${options.left_m} ${options.top_m}`;
   const matrices = options.resolutions_m.map(
     (step, index) => `<TileMatrix><ows:Identifier>m${index}</ows:Identifier><ScaleDenominator>${step / 0.00028}</ScaleDenominator>
-      <TopLeftCorner>${corner}</TopLeftCorner><TileWidth>${options.tile_px}</TileWidth><TileHeight>${options.tile_px}</TileHeight>
+      <TopLeftCorner>${corner}</TopLeftCorner><TileWidth>${options.tile_px}</TileWidth><TileHeight>${options.tile_height_px ?? options.tile_px}</TileHeight>
       <MatrixWidth>${options.tiles}</MatrixWidth><MatrixHeight>${options.tiles}</MatrixHeight></TileMatrix>`,
   );
   const resource = `<ResourceURL format="image/png" resourceType="tile" template="${origin}/wmts/{TileMatrixSet}/{Style}/{TileMatrix}/{TileRow}/{TileCol}.png"/>`;

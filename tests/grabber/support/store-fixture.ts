@@ -8,7 +8,7 @@ import { HostGate } from '../../../grabber/src/fetch/host-gate.js';
 import { HostLanes } from '../../../grabber/src/fetch/host-lanes.js';
 import { createHttpClient, type Access, type SourceClient } from '../../../grabber/src/fetch/http-client.js';
 import { checkLidar, checkLidarStart, kLidarExtensions } from '../../../grabber/src/fetch/lidar-check.js';
-import { runJobs, sealQueue } from '../../../grabber/src/fetch/run-jobs.js';
+import { runJobs, syncQueue } from '../../../grabber/src/fetch/run-jobs.js';
 import type { CatalogueSquare, RecordKey, StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
 import type { Outcome } from '../../../grabber/src/progress/events.js';
@@ -102,8 +102,8 @@ export async function fetchFixture(t: TestContext, base: string, options: Fixtur
     clock,
     policy: { retries: options.retries ?? 3, base_ms: 1000, cap_ms: 60_000, max_wait_ms: options.maxWaitMs ?? 600_000 },
     lanes: new HostLanes(new HostGate(clock, options.maxWaitMs ?? 600_000)),
-    disk: new DiskSpace(root, options.freeBytes === undefined ? undefined : () => Promise.resolve(options.freeBytes?.() ?? 0)),
-    seals: sealQueue(),
+    disk: new DiskSpace(root, options.freeBytes === undefined ? undefined : () => options.freeBytes?.() ?? 0),
+    syncs: syncQueue(),
     events: {
       plan: () => undefined,
       begin: () => undefined,

@@ -2,6 +2,7 @@ import type { HttpClient } from '../../fetch/http-client.js';
 import { redactError, withoutSecrets, type Redact } from '../../fetch/redact.js';
 import type { CatalogueSquare } from '../../model/square.js';
 import type { Catalogue, Region } from '../../model/store.js';
+import type { GrabberError } from '../../util/errors.js';
 import type { Source } from '../source.js';
 import { settingsOf, type CatalogueOptions, type CatalogueSettings } from './options.js';
 import { stacCatalogue } from './stac-catalogue.js';
@@ -10,7 +11,9 @@ import { wfsCatalogue } from './wfs-catalogue.js';
 
 /** What a source has. Asks nobody yet; what it throws shows no secret. @throws GrabberError USAGE for variables that are missing or not allowed */
 export function openCatalogue(source: Source, http: HttpClient, options: CatalogueOptions = {}): Catalogue {
-  const catalogue = catalogueOf(source, http, settingsOf(options));
+  const { onLeftOut } = options;
+  const told = onLeftOut === undefined ? {} : { onLeftOut: (error: GrabberError) => onLeftOut(redactError(error, http.redact)) };
+  const catalogue = catalogueOf(source, http, settingsOf({ ...options, ...told }));
   const { locate } = catalogue;
   return {
     ...catalogue,

@@ -1,6 +1,7 @@
 import { kBackoff, type RetryNotice, type RetryPolicy } from '../../fetch/retry.js';
 import { kSystemClock, type Clock } from '../../util/clock.js';
 import { kMaxSquares } from '../square.js';
+import type { GrabberError } from '../../util/errors.js';
 import type { Variables } from '../url-template.js';
 
 export type CatalogueOptions = {
@@ -12,6 +13,8 @@ export type CatalogueOptions = {
   readonly policy?: RetryPolicy;
   /** Hears of every request that will be tried again. */
   readonly onRetry?: (notice: RetryNotice) => void;
+  /** Hears of entries that cannot be read, which are left out. Without it they are errors: nobody gets fewer squares unawares. */
+  readonly onLeftOut?: (error: GrabberError) => void;
   readonly clock?: Clock;
 };
 
@@ -36,6 +39,11 @@ export function settingsOf(options: CatalogueOptions): CatalogueSettings {
     limits: { ...kLimits, ...options.limits },
     policy: options.policy ?? { ...kBackoff, retries: kRetries },
     onRetry: options.onRetry ?? (() => undefined),
+    onLeftOut: options.onLeftOut ?? refuse,
     clock: options.clock ?? kSystemClock,
   };
+}
+
+function refuse(error: GrabberError): never {
+  throw error;
 }

@@ -9,13 +9,14 @@ import { hostsOf } from '../hosts.js';
 import type { Source } from '../source.js';
 import { chooseVariables } from '../variables.js';
 import { boxesOf } from './boxes.js';
+import { Entries } from './entries.js';
 import { checkHost, getJson, type Asker } from './json-request.js';
 import { catalogueError, isAsked, Listing } from './listing.js';
 import type { CatalogueSettings } from './options.js';
-import { itemSchema, readItem, type StacItem } from './stac-item.js';
+import { itemSchema, parseItem, readItem } from './stac-item.js';
 
 const linkSchema = z.looseObject({ rel: z.string(), href: z.string(), method: z.string().optional() });
-const pageSchema = z.looseObject({ features: z.array(itemSchema), links: z.array(linkSchema).default([]) });
+const pageSchema = z.looseObject({ features: z.array(z.unknown()), links: z.array(linkSchema).default([]) });
 const signedSchema = z.looseObject({ href: z.string() });
 
 const kDegreeDigits = 7;
@@ -30,16 +31,23 @@ export function stacCatalogue(source: Source, access: StacAccess, http: HttpClie
 
   async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
     const listing = new Listing(asker.what, settings.maxSquares);
+    const entries = new Entries(settings);
     let items = 0;
     for (const box of boxesOf(region, source)) {
       for await (const { item, base } of itemsIn(asker, source, access, box, signal)) {
         if (++items > settings.limits.items) throw catalogueError(asker.what, `more than ${settings.limits.items} items`, 'less ground');
-        const { square, rank, hrefs } = readItem(item, source, access, base);
-        for (const href of hrefs) checkHost(asker, href);
+        const read = entries.read(() => {
+          const found = readItem(parseItem(item, asker.what), source, access, base);
+          for (const href of found.hrefs) checkHost(asker, href);
+          return found;
+        });
+        if (read === undefined) continue;
+        const { square, rank } = read;
         // A signed address is good for an hour: it is asked for when its turn has come.
         if (isAsked(square, region)) listing.add(sign === undefined ? square : { ...square, urls: [] }, rank);
       }
     }
+    entries.end();
     yield* listing.sorted();
   }
 
@@ -60,7 +68,7 @@ export function stacCatalogue(source: Source, access: StacAccess, http: HttpClie
   };
 }
 
-type Found = { readonly item: StacItem; readonly base: string };
+type Found = { readonly item: unknown; readonly base: string };
 
 async function* itemsIn(asker: Asker, source: Source, access: StacAccess, box: BoundsM, signal: AbortSignal): AsyncGenerator<Found> {
   const { limits } = asker.settings;

@@ -24,6 +24,17 @@ export const itemSchema = z.looseObject({
   assets: z.record(z.string(), assetSchema),
 });
 export type StacItem = z.infer<typeof itemSchema>;
+
+/** @throws GrabberError CATALOGUE, which names the item as far as it has a name */
+export function parseItem(raw: unknown, what: string): StacItem {
+  const result = itemSchema.safeParse(raw);
+  if (result.success) return result.data;
+  const { id } = z.looseObject({ id: z.string().max(300).catch('without an id') }).catch({ id: 'without an id' }).parse(raw);
+  const issue = result.error.issues[0];
+  const where = issue?.path.map(String).join('.') ?? '';
+  throw catalogueError(`${what}: item ${id}`, `${where || 'it'} has ${issue?.message ?? 'another form'}`, 'a STAC item', result.error);
+}
+
 type Asset = z.infer<typeof assetSchema>;
 
 /** Half of what a footprint may differ from its square: footprints follow the data, and were projected. */

@@ -9,6 +9,7 @@ import type { Source } from '../source.js';
 import { parseSquare } from '../square.js';
 import { blockVariableOf, chooseVariables } from '../variables.js';
 import { boxesOf } from './boxes.js';
+import { Entries } from './entries.js';
 import { checkHost, getJson, type Asker } from './json-request.js';
 import { catalogueError, isAsked, Listing } from './listing.js';
 import type { CatalogueSettings } from './options.js';
@@ -28,17 +29,23 @@ export function wfsCatalogue(source: Source, access: WfsAccess, http: HttpClient
 
   async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
     const listing = new Listing(asker.what, settings.maxSquares);
+    const entries = new Entries(settings);
     for (const box of boxesOf(region, source)) {
       for await (const feature of featuresIn(asker, { ...access, crs: layerCrs }, inLayerCrs(box, source, layerCrs), signal)) {
         if (isUnpublished(feature, access)) continue;
-        const read = readFeature(feature, access, size, asker.what);
-        if (read.url !== null) checkHost(asker, read.url);
+        const read = entries.read(() => {
+          const found = readFeature(feature, access, size, asker.what);
+          if (found.url !== null) checkHost(asker, found.url);
+          return found;
+        });
+        if (read === undefined) continue;
         const block = fixed ?? read.block;
         const urls = read.url === null ? addresses.of(read.square, block) : [read.url];
         const square = { ...gridSquare(read.square, size, block, urls), published: read.published };
         if (isAsked(square, region)) listing.add(square, read.rank);
       }
     }
+    entries.end();
     yield* listing.sorted();
   }
 
