@@ -17,7 +17,7 @@ enum class Grain : std::uint8_t {
     kShell,    ///< walls, roofs, bridges, towers: often one voxel thick with air behind
     kObject,   ///< objects and unknown things: opaque, often a lone voxel
     kWater,
-    kSparse,   ///< leaves and wires
+    kSparse,   ///< leaves, trunks and wires
 };
 [[nodiscard]] constexpr Grain grain_of(Material material) noexcept;
 
@@ -93,8 +93,8 @@ inline constexpr std::array<Grain, 256> kGrainOf = [] {
     set(Grain::kTerrain, {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow});
     set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower});
     set(Grain::kWater, {kWater});
-    set(Grain::kObject, {kObject, kUnknown, kTrunk});
-    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kWire});
+    set(Grain::kObject, {kObject, kUnknown});
+    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kTrunk, kWire});  // a trunk that grew would darken its wood
     return grains;
 }();
 
