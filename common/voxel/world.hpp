@@ -57,6 +57,9 @@ public:
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;
+
+    /// Requests under way and later ones end soon with an Error: for Ctrl-C.
+    virtual void stop() noexcept {}
 };
 
 /// Where everything lies that shaped a box: box columns of level 0, half-open.

@@ -11,6 +11,11 @@
 #include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox {
+namespace {
+
+constexpr std::chrono::milliseconds kStopPeriod{10};
+
+}  // namespace
 
 Progressive::~Progressive() { stop(); }
 
@@ -49,8 +54,9 @@ void Progressive::run(const View& view) {
     const auto [width, height] = view.scene.output.size_px;
     const auto begin = std::chrono::steady_clock::now();
     Film film(width, height);
+    foresee_boxes(view, m_blocks);
     ThreadProcessor processor(view, m_blocks, m_threads);
-    const auto passes = plan_tiles(width, height, q.coarse_step, q.tile_px, q.tile_order);
+    const auto passes = plan_tiles(width, height, q.coarse_step, q.tile.in_picture(width), q.tile_order);
     {
         const std::lock_guard lock(m_mutex);
         m_status.tiles_total = passes.size() * passes.front().size();
@@ -58,8 +64,9 @@ void Progressive::run(const View& view) {
     for (const auto& tiles : passes) {
         std::size_t submitted = 0, done = 0;
         while (done < tiles.size()) {
+            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(ThreadProcessor::tiles_in_flight(m_threads))) processor.submit(tiles[submitted++]);
+            while (!processor.wait(kStopPeriod) && !m_stop) {}
             if (m_stop) return;  // the processor's destructor cancels what is left
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(m_threads) * 2) processor.submit(tiles[submitted++]);
             const auto result = processor.take();
             if (!result) return;
             film.add(*result);
@@ -67,7 +74,7 @@ void Progressive::run(const View& view) {
             develop_tile(view, film, result->tile);
             const std::lock_guard lock(m_mutex);
             ++m_status.tiles_done;
-            m_status.rays += result->rays;
+            m_status.rays += result->counts.all_rays();
             m_status.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         }
     }

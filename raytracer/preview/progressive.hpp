@@ -9,6 +9,7 @@
 
 #include "raytracer/output/film.hpp"
 #include "raytracer/scene/scene.hpp"
+#include "raytracer/shade/view.hpp"
 #include "raytracer/world/block_manager.hpp"
 
 namespace terravox {

@@ -6,28 +6,43 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
-#include "common/util/version.hpp"
 #include "raytracer/output/progress.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/walk/surroundings.hpp"
+#include "raytracer/world/boxes_in_sight.hpp"
 
 namespace terravox {
 namespace {
 
+constexpr std::size_t kMostForeseen = 65'536;
+constexpr std::chrono::milliseconds kStopPeriod{50};
+
+bool stopped(const RenderJob& job) noexcept { return job.stop != nullptr && *job.stop; }
+
+/// Whether a voxel of a level is solid; waits for its box.
+bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int level) {
+    BlockReader reader(blocks);
+    Surroundings surroundings(reader, cut);
+    bool solid = false;
+    while (!surroundings.look(at, level, solid)) (void)blocks.get(surroundings.missing());
+    return solid;
+}
+
 void check_camera(const View& view, BlockManager& blocks) {
     if (view.scene.camera.inside_rock) return;
-    BlockReader reader(blocks, view.scene.quality.level);
-    const Vec3 p = view.camera.position() * (1.0 / (1 << view.scene.quality.level));
+    const int level = view.scene.quality.level;
+    const Vec3 p = view.camera.position() * (1.0 / (1 << level));
     for (const double c : {p.x, p.y, p.z})
         if (!(std::abs(c) < 1.0e9)) throw UsageError("place the camera: its position lies beyond 10^9 voxels");
-    const VoxelCoord at{static_cast<std::int32_t>(std::floor(p.x)), static_cast<std::int32_t>(std::floor(p.y)), static_cast<std::int32_t>(std::floor(p.z))};
+    VoxelCoord at{static_cast<std::int32_t>(std::floor(p.x)), static_cast<std::int32_t>(std::floor(p.y)), static_cast<std::int32_t>(std::floor(p.z))};
+    const voxel::VoxelBounds& bounds = view.cut.bounds(level);
     for (int a = 0; a < 3; ++a)
-        if (at[a] < view.bounds.min[static_cast<std::size_t>(a)] || at[a] >= view.bounds.max[static_cast<std::size_t>(a)]) return;
-    if (!reader.solid(at.x, at.y, at.z)) return;
-    std::int32_t free_y = at.y;
-    while (free_y < view.bounds.max[1] && reader.solid(at.x, free_y, at.z)) ++free_y;
-    throw UsageError("place the camera: voxel (" + std::to_string(at.x) + ", " + std::to_string(at.y) + ", " + std::to_string(at.z) +
-                     ") is solid; allowed: " + std::to_string(static_cast<int>(std::ceil((free_y - at.y) * view.voxel_m * (1 << view.scene.quality.level)))) +
+        if (at[a] < bounds.min[static_cast<std::size_t>(a)] || at[a] >= bounds.max[static_cast<std::size_t>(a)]) return;
+    if (!solid_at(blocks, view.cut, at, level)) return;
+    const VoxelCoord found = at;
+    while (at.y < bounds.max[1] && solid_at(blocks, view.cut, at, level)) ++at.y;
+    throw UsageError("place the camera: voxel (" + std::to_string(found.x) + ", " + std::to_string(found.y) + ", " + std::to_string(found.z) +
+                     ") is solid; allowed: " + std::to_string(static_cast<int>(std::ceil((at.y - found.y) * view.voxel_m * (1 << level)))) +
                      " m higher, or --camera-inside-rock yes");
 }
 
@@ -38,50 +53,44 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     const int level = scene.quality.level;
     if (level >= world.levels) throw UsageError("choose the level: quality.level = " + std::to_string(level) + "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
-    voxel::VoxelBounds bounds = world.bounds;
-    for (std::size_t a = 0; a < 3; ++a) {
-        bounds.min[a] = voxel::floor_div(bounds.min[a], 1 << level);
-        bounds.max[a] = voxel::floor_div(bounds.max[a] - 1, 1 << level) + 1;
-    }
-    View view{scene, make_camera(scene, world, world.bounds), Sky(sun_of(scene.sun, world.centre ? &*world.centre : nullptr), scene.sun, scene.sky),
-              voxel::load_palette(util::config_dir() / "materials.toml"), bounds, world.voxel_m};
+    const Camera camera = make_camera(scene, world, world.bounds);
+    const LevelCut cut(world.bounds, camera.position(), camera.pixel_rad(), scene.quality.detail, level, world.levels - 1);
+    View view{scene, camera, Sky(sun_of(scene.sun, world.centre ? &*world.centre : nullptr), scene.sun, scene.sky),
+              voxel::load_palette(util::config_dir() / "materials.toml"), cut, world.voxel_m};
     check_camera(view, blocks);
     return view;
 }
 
 RenderCounts render_film(const RenderJob& job, Film& film) {
     const auto& q = job.view.scene.quality;
-    const auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step, q.tile_px, q.tile_order);
+    const auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step, q.tile.in_picture(film.width_px()), q.tile_order);
     RenderCounts counts;
     Progress progress(passes.size() * passes.front().size(), static_cast<std::uint64_t>(film.width_px()) * static_cast<std::uint64_t>(film.height_px()), job.quiet);
     for (const auto& tiles : passes) {
         std::size_t submitted = 0, done = 0;
         while (done < tiles.size()) {
-            if (job.stop != nullptr && *job.stop) {
+            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(job.tiles_in_flight)) job.processor.submit(tiles[submitted++]);
+            // A world may take minutes over a box: who asks to stop is heard all the same.
+            while (!job.processor.wait(kStopPeriod) && !stopped(job)) {}
+            if (stopped(job)) {
                 job.processor.cancel();
                 throw Error("render: interrupted; no picture was written");
             }
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(job.tiles_in_flight)) job.processor.submit(tiles[submitted++]);
             const auto result = job.processor.take();
             if (!result) throw Error("render: the processor ended before the picture was finished");
             film.add(*result);
             ++done, ++counts.tiles;
-            counts.rays += result->rays, counts.steps += result->steps, counts.hole_rays += result->hole_rays;
-            progress.tile_done(result->samples.size(), result->rays);
+            counts.trace.add(result->counts);
+            progress.tile_done(result->samples.size(), result->counts.all_rays());
         }
     }
     progress.finish();
     return counts;
 }
 
-ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, std::size_t holes) {
-    const Vec3 p = view.camera.position();
-    const auto text = [](double v) { return std::to_string(v); };
-    ImageMetadata out = {{"Software", std::string("terravox ") + kVersion}, {"ImageDescription", world.title}, {"terravox:voxel_m", text(world.voxel_m)},
-                         {"terravox:camera", text(p.x) + " " + text(p.y) + " " + text(p.z)}, {"terravox:holes", std::to_string(holes)}};
-    if (!world.crs.empty()) out.emplace_back("terravox:crs", world.crs);
-    if (!world.attribution.empty()) out.emplace_back("Copyright", world.attribution);
-    return out;
+void foresee_boxes(const View& view, BlockManager& blocks) {
+    const auto [width, height] = view.scene.output.size_px;
+    blocks.prefetch(boxes_in_sight(view.camera, width, height, view.cut, kMostForeseen));
 }
 
 }  // namespace terravox

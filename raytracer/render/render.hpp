@@ -2,20 +2,17 @@
 
 #include <atomic>
 #include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <string>
-#include <vector>
 
-#include "common/util/stage_times.hpp"
 #include "raytracer/output/film.hpp"
-#include "raytracer/output/image_writer.hpp"
 #include "raytracer/sched/processor.hpp"
+#include "raytracer/shade/view.hpp"
+#include "raytracer/world/block_manager.hpp"
 
 namespace terravox {
 
 struct RenderCounts {
-    std::uint64_t rays = 0, steps = 0, hole_rays = 0, tiles = 0;
+    TraceCounts trace;
+    std::uint64_t tiles = 0;
 };
 
 /// Everything about rendering that does not change while it runs.
@@ -34,7 +31,7 @@ struct RenderJob {
 /// The view that a scene gives of a world. @throws UsageError for a camera inside rock, a level the world does not have, ...
 [[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
 
-/// What a person should know of a picture, stored in it.
-[[nodiscard]] ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, std::size_t holes);
+/// Begins to load what the view may see, nearest first.
+void foresee_boxes(const View& view, BlockManager& blocks);
 
 }  // namespace terravox

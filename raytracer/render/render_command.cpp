@@ -14,12 +14,10 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
-#include "common/util/version.hpp"
-#include "raytracer/render/render.hpp"
+#include "raytracer/render/statistics.hpp"
 #include "raytracer/render/world_arguments.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/sched/thread_processor.hpp"
-#include "raytracer/world/block_manager.hpp"
 #include "raytracer/world/open_world.hpp"
 
 namespace terravox {
@@ -34,29 +32,6 @@ struct Arguments {
 
 std::atomic<bool> g_stop{false};
 
-struct Outcome {
-    RenderCounts counts;
-    double seconds = 0;
-    std::size_t holes = 0;
-    int threads = 1;
-};
-
-nlohmann::json report_of(const Outcome& o, const util::StageTimes& times, const View& view) {
-    nlohmann::json stages = nlohmann::json::array();
-    for (const auto& s : times.stages()) stages.push_back({{"name", s.name}, {"seconds", s.seconds}, {"count", s.count}});
-    return {{"software", std::string("terravox ") + kVersion}, {"seconds", o.seconds}, {"threads", o.threads}, {"stages", stages},
-            {"rays", o.counts.rays}, {"steps", o.counts.steps}, {"tiles", o.counts.tiles}, {"holes", o.holes}, {"size", view.scene.output.size_px}};
-}
-
-void print_times(const Outcome& o, const util::StageTimes& times) {
-    // Stages that run on several threads sum up to more than the clock shows.
-    std::printf("\n%-22s %9s %7s\n", "stage", "seconds", "times");
-    for (const auto& s : times.stages()) std::printf("%-22s %9.3f %7llu\n", s.name.c_str(), s.seconds, static_cast<unsigned long long>(s.count));
-    std::printf("%-22s %9.3f\n", "whole (clock)", o.seconds);
-    std::printf("%.2f million rays, %.1f steps a ray, %d threads\n", static_cast<double>(o.counts.rays) / 1e6,
-                static_cast<double>(o.counts.steps) / static_cast<double>(std::max<std::uint64_t>(o.counts.rays, 1)), o.threads);
-}
-
 ExitCode run(const Arguments& args) {
     util::set_up_log(args.quiet ? "error" : args.world.log_level);
     const auto start = std::chrono::steady_clock::now();
@@ -70,37 +45,41 @@ ExitCode run(const Arguments& args) {
     std::signal(SIGTERM, [](int) { g_stop = true; });
 
     util::StageTimes times;
-    Outcome outcome;
-    outcome.threads = thread::thread_count(scene.processing.threads);
+    RenderStatistics statistics;
+    statistics.threads = thread::thread_count(scene.processing.threads);
     const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
-    BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20);
+    BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20, loaders_for(args.world.inputs, statistics.threads));
     const View view = make_view(scene, blocks);
-    {
-        const util::StageTimes::Clock timed(times, "boxes (clock)");
-        blocks.prefetch(scene.quality.level, world->info().bounds, outcome.threads, g_stop);
-    }
+    foresee_boxes(view, blocks);
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     {
         const util::StageTimes::Clock timed(times, "ray tracing (clock)");
-        ThreadProcessor processor(view, blocks, outcome.threads);
-        outcome.counts = render_film({view, processor, outcome.threads * 2, args.quiet, &g_stop}, film);
+        ThreadProcessor processor(view, blocks, statistics.threads);
+        statistics.counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(statistics.threads), args.quiet, &g_stop}, film);
         processor.close();
     }
-    outcome.holes = blocks.hole_count();
+    statistics.blocks = blocks.stats();
+    statistics.limit_bytes = blocks.limit_bytes();
+    statistics.peak_rss_bytes = peak_rss_bytes();
+    const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    statistics.seconds = seconds();
     {
         const util::StageTimes::Scope timed(times, "write pictures");
-        const ImageMetadata metadata = metadata_of(view, world->info(), outcome.holes);
-        thread::parallel_for(args.outputs.size(), outcome.threads,
-                             [&](std::size_t i) { write_image(film, args.outputs[i], scene.output.exposure_ev, scene.output.tone, metadata); });
+        const ImageMetadata plain = metadata_of(view, world->info(), statistics.blocks.holes), taken = metadata_of(statistics);
+        thread::parallel_for(args.outputs.size(), statistics.threads, [&](std::size_t i) {
+            ImageMetadata metadata = plain;
+            if (args.outputs[i].ends_with(".exr")) metadata.insert(metadata.end(), taken.begin(), taken.end());
+            write_image(film, args.outputs[i], scene.output.exposure_ev, scene.output.tone, metadata);
+        });
     }
-    outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (!args.report.empty()) util::write_file_atomically(args.report, report_of(outcome, times, view).dump(2) + "\n");
+    statistics.seconds = seconds();
+    if (!args.report.empty()) util::write_file_atomically(args.report, report_of(statistics, times, view).dump(2) + "\n");
     if (!args.quiet) {
-        print_times(outcome, times);
+        print_statistics(statistics, times);
         for (const std::string& output : args.outputs) std::printf("wrote %s\n", output.c_str());
     }
-    if (outcome.holes > 0) {
-        spdlog::error("the picture has holes: {} boxes could not be had", outcome.holes);
+    if (statistics.blocks.holes > 0) {
+        spdlog::error("the picture has holes: {} boxes could not be had", statistics.blocks.holes);
         return ExitCode::kHoles;
     }
     return ExitCode::kDone;

@@ -14,6 +14,8 @@ public:
     /// The ray through picture coordinates: px in [0, width), py in [0, height), y down; direction of unit length.
     [[nodiscard]] Ray ray(double px, double py) const noexcept;
     [[nodiscard]] Vec3 position() const noexcept { return m_position; }
+    /// Angle that the pixel in the middle of the picture covers.
+    [[nodiscard]] double pixel_rad() const noexcept { return 2 * length(m_up) / m_height; }
     [[nodiscard]] Vec3 forward() const noexcept { return m_forward; }
 
 private:

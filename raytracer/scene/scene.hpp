@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/scene/tile_size.hpp"
+
 namespace terravox {
 
 /// Everything about a picture but the world it is taken of. One TOML file, and every field a flag (scene_fields.hpp names them,
@@ -39,9 +41,10 @@ struct Scene {
     } output;
     struct Quality {
         int samples = 4;  ///< per pixel
-        int level = 0;    ///< of the boxes
+        int level = 0;    ///< finest level of the boxes
+        double detail = 1;  ///< pixels that a voxel may cover at most, where coarser levels are used; 0: only `level`
         int coarse_step = 8;  ///< the first pass traces one of step x step pixels; 1 = a single pass
-        int tile_px = 64;
+        TileSize tile;
         std::string tile_order = "spiral";
         bool shadows = true, ambient_occlusion = true, reflections = true;
         std::string colour = "mix";  ///< material, true, or mix
@@ -50,6 +53,7 @@ struct Scene {
     struct Processing {
         int threads = 0;  ///< 0 = one for each core
         int memory_mib = 2048;  ///< boxes in memory
+        int box_patience_s = 300;  ///< after which a box of a voxel server is given up
     } processing;
     struct World {
         std::string crs, classes = "asprs", vertical_unit, settings;

@@ -41,10 +41,11 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops", -20, 20, {}, "--exposure"});
     visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "linear"}});
     visit("quality.samples", s.quality.samples, FieldRule{"samples per pixel", 1, 4096, {}, "--samples"});
-    visit("quality.level", s.quality.level, FieldRule{"level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
+    visit("quality.level", s.quality.level, FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
+    visit("quality.detail", s.quality.detail, FieldRule{"pixels that a voxel of a coarser level may cover, far away; 0 = the finest level everywhere", 0, 64, {}, "--detail"});
     visit("quality.coarse_step", s.quality.coarse_step, FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});
-    visit("quality.tile_px", s.quality.tile_px, FieldRule{"edge of a tile, pixels", 1, 4096});
-    visit("quality.tile_order", s.quality.tile_order, FieldRule{"order of the tiles", 0, 0, {"spiral", "vertical", "rows"}});
+    visit("quality.tile", s.quality.tile, FieldRule{"edge of a tile: 1 to 4096 pixels, or 0.1% to 100% of the picture's width", 0, 0, {}, "--tile"});
+    visit("quality.tile_order", s.quality.tile_order, FieldRule{"order of the tiles", 0, 0, {"spiral", "vertical", "vertical-split", "hilbert", "rows"}});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
     visit("quality.reflections", s.quality.reflections, FieldRule{"mirror rays on water"});
@@ -52,6 +53,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.colour_mix", s.quality.colour_mix, FieldRule{"share of the true colour for mix", 0, 1});
     visit("processing.threads", s.processing.threads, FieldRule{"threads; 0 = one for each core", 0, 1024, {}, "--threads"});
     visit("processing.memory_mib", s.processing.memory_mib, FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
+    visit("processing.box_patience_s", s.processing.box_patience_s, FieldRule{"how long to try for a box of a voxel server, seconds", 1, 86400});
     visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of the LiDAR files, instead of their own", 0, 0, {}, "--crs"});
     visit("world.classes", s.world.classes, FieldRule{"class table of the LiDAR files: an id of config/classes, or a path", 0, 0, {}, "--classes"});
     visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the LiDAR heights; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});

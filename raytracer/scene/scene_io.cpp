@@ -60,6 +60,11 @@ public:
             if (v != std::floor(v) || !(v >= m_rule.min && v <= m_rule.max)) fail(number(v), "whole numbers from " + allowed(m_rule));
         field = {static_cast<int>(value[0]), static_cast<int>(value[1])};
     }
+    void put(const std::string& value, TileSize& field) const {
+        const auto size = TileSize::parse(value);
+        if (!size) fail("'" + value + "'", TileSize::kAllowed);
+        field = *size;
+    }
     [[noreturn]] void fail(const std::string& value, const std::string& range) const { throw UsageError(m_where + " = " + value + "; allowed: " + range); }
 
 private:
@@ -93,6 +98,7 @@ void put_text(const Setter& s, const std::string& text, int& f) { s.put(parse_nu
 void put_text(const Setter& s, const std::string& text, std::string& f) { s.put(text, f); }
 void put_text(const Setter& s, const std::string& text, std::optional<Triple>& f) { s.put(parse_numbers(s, text, ','), f); }
 void put_text(const Setter& s, const std::string& text, Size& f) { s.put(parse_numbers(s, text, 'x'), f); }
+void put_text(const Setter& s, const std::string& text, TileSize& f) { s.put(text, f); }
 void put_text(const Setter& s, const std::string& text, bool& f) {
     if (text == "true" || text == "yes" || text == "on" || text == "1") f = true;
     else if (text == "false" || text == "no" || text == "off" || text == "0") f = false;
@@ -122,6 +128,10 @@ void put_node(const Setter& s, const toml::node& node, Size& f) {
     if (const auto text = node.value<std::string>()) put_text(s, *text, f);
     else s.put(numbers_of(s, node), f);
 }
+void put_node(const Setter& s, const toml::node& node, TileSize& f) {
+    if (!node.is_string() && !node.is_integer()) s.fail("a value of another kind", std::string("a whole number, or text: ") + TileSize::kAllowed);
+    s.put(node.is_integer() ? std::to_string(**node.as_integer()) : **node.as_string(), f);
+}
 template <class Number> void put_node(const Setter& s, const toml::node& node, Number& f) {
     const auto v = node.value<double>();
     if (!v) s.fail("a value of another kind", "a number");
@@ -133,6 +143,7 @@ void write(std::ostream& out, int v) { out << v; }
 void write(std::ostream& out, bool v) { out << (v ? "true" : "false"); }
 void write(std::ostream& out, const std::string& v) { out << toml::value<std::string>(v); }
 void write(std::ostream& out, const Size& v) { out << '"' << v[0] << 'x' << v[1] << '"'; }
+void write(std::ostream& out, const TileSize& v) { write(out, v.text()); }
 void write(std::ostream& out, const Triple& v) {
     out << '[';
     for (std::size_t i = 0; i < 3; ++i) out << (i == 0 ? "" : ", "), write(out, v[i]);

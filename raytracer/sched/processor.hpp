@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 
 #include "raytracer/tiles/tile.hpp"
@@ -14,6 +15,8 @@ public:
     TileProcessor& operator=(const TileProcessor&) = delete;
     virtual ~TileProcessor() = default;
     virtual void submit(RenderTile tile) = 0;  ///< blocks while full; thread-safe; ignored once closed
+    /// Waits until take() has an answer, but no longer than this. @return whether it has
+    [[nodiscard]] virtual bool wait(std::chrono::milliseconds most) = 0;
     /// @return a finished tile, or nullopt once closed and drained
     /// @throws whatever the tile's task threw, with its type kept
     virtual std::optional<TileResult> take() = 0;

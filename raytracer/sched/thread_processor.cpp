@@ -3,13 +3,15 @@
 namespace terravox {
 
 ThreadProcessor::ThreadProcessor(const View& view, BlockManager& blocks, int threads)
-    : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(threads) * 2), m_running(threads) {
+    : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(threads) * 2), m_most_jobs(static_cast<std::size_t>(threads) * kJobsPerThread),
+      m_thread_count(threads), m_running(threads) {
     for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { run(); });
 }
 
 ThreadProcessor::~ThreadProcessor() {
     cancel();
     for (std::thread& t : m_threads) t.join();
+    m_blocks.forget(*this);
 }
 
 void ThreadProcessor::submit(RenderTile tile) {
@@ -20,9 +22,14 @@ void ThreadProcessor::submit(RenderTile tile) {
     m_work.notify_one();
 }
 
+bool ThreadProcessor::wait(std::chrono::milliseconds most) {
+    std::unique_lock lock(m_mutex);
+    return m_done.wait_for(lock, most, [&] { return has_answer(); });
+}
+
 std::optional<TileResult> ThreadProcessor::take() {
     std::unique_lock lock(m_mutex);
-    m_done.wait(lock, [&] { return !m_results.empty() || m_failure || m_running == 0; });
+    m_done.wait(lock, [&] { return has_answer(); });
     if (m_failure) std::rethrow_exception(m_failure);
     if (m_results.empty()) return std::nullopt;
     TileResult result = std::move(m_results.front());
@@ -46,31 +53,22 @@ void ThreadProcessor::cancel() noexcept {
     m_room.notify_all();
 }
 
+void ThreadProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
+    const std::lock_guard lock(m_mutex);
+    const auto found = m_jobs.find(ticket);
+    if (found == m_jobs.end()) return;
+    Job& job = *found->second;
+    job.came.push_back(key);
+    if (job.running || job.queued) return;
+    job.queued = true;
+    m_ready.push_back(ticket);
+    m_work.notify_one();
+}
+
 void ThreadProcessor::run() {
     try {
-        Shader shader(m_view, m_blocks);
-        while (true) {
-            RenderTile tile;
-            {
-                std::unique_lock lock(m_mutex);
-                m_work.wait(lock, [&] { return m_closed || !m_waiting.empty(); });
-                if (m_waiting.empty()) break;
-                tile = m_waiting.front();
-                m_waiting.pop_front();
-                m_room.notify_one();
-            }
-            TileResult result;
-            result.tile = tile;
-            const std::uint64_t rays = shader.rays(), steps = shader.steps(), holes = shader.hole_rays();
-            tile.each_pixel([&](int x, int y) {
-                if (!m_cancelled.load(std::memory_order_relaxed)) result.samples.push_back(shader.pixel(x, y));
-            });
-            if (m_cancelled) break;
-            result.rays = shader.rays() - rays, result.steps = shader.steps() - steps, result.hole_rays = shader.hole_rays() - holes;
-            const std::lock_guard lock(m_mutex);
-            m_results.push_back(std::move(result));
-            m_done.notify_one();
-        }
+        TracerTools tools(m_view, m_blocks, m_blocks.limit_bytes() / 8 / static_cast<std::size_t>(m_thread_count));
+        trace_tiles(tools);
     } catch (...) {
         const std::lock_guard lock(m_mutex);
         if (!m_failure) m_failure = std::current_exception();
@@ -82,6 +80,59 @@ void ThreadProcessor::run() {
     const std::lock_guard lock(m_mutex);
     --m_running;
     m_done.notify_all();
+}
+
+void ThreadProcessor::trace_tiles(TracerTools& tools) {
+    std::unique_lock lock(m_mutex);
+    while (true) {
+        const auto may_begin = [&] { return !m_waiting.empty() && m_jobs.size() < m_most_jobs; };
+        m_work.wait(lock, [&] { return m_cancelled || !m_ready.empty() || may_begin() || (m_closed && m_waiting.empty() && m_jobs.empty()); });
+        if (m_cancelled || (m_ready.empty() && !may_begin())) return;
+        std::uint64_t ticket = 0;
+        Job* job = nullptr;
+        if (!m_ready.empty()) {
+            ticket = m_ready.front();
+            m_ready.pop_front();
+            job = m_jobs.at(ticket).get();
+            job->queued = false, job->running = true;
+        } else {
+            ticket = m_next_ticket++;
+            job = m_jobs.emplace(ticket, std::make_unique<Job>(m_waiting.front())).first->second.get();
+            m_waiting.pop_front();
+            m_room.notify_one();
+        }
+        for (const voxel::BoxKey& key : job->came) job->job.box_came(key);
+        job->came.clear();
+        lock.unlock();
+        go_on(tools, ticket, *job);
+        lock.lock();
+    }
+}
+
+void ThreadProcessor::go_on(TracerTools& tools, std::uint64_t ticket, Job& job) {
+    const bool finished = job.job.run(tools, m_cancelled);
+    if (m_cancelled) return;
+    if (finished) {
+        TileResult result = job.job.take_result();
+        const std::lock_guard lock(m_mutex);
+        m_jobs.erase(ticket);
+        m_results.push_back(std::move(result));
+        m_done.notify_one();
+        m_work.notify_all();  // room for another job; or the last has ended
+        return;
+    }
+    const std::vector<voxel::BoxKey> missing = job.job.take_missing();
+    {
+        const std::lock_guard lock(m_mutex);
+        job.running = false;
+        if (!job.came.empty()) {
+            job.queued = true;
+            m_ready.push_back(ticket);
+            m_work.notify_one();
+        }
+    }
+    // From here on another thread may have the job.
+    for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, ticket);
 }
 
 }  // namespace terravox

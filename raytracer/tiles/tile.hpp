@@ -3,7 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytracer/shade/shader.hpp"
+#include "raytracer/shade/colour.hpp"
+#include "raytracer/tiles/trace_counts.hpp"
 
 namespace terravox {
 
@@ -25,11 +26,17 @@ struct RenderTile {
     }
 };
 
+struct PixelSample {
+    Colour colour;      ///< linear
+    float alpha = 0;    ///< share of samples that hit the world
+    float depth_m = 0;  ///< mean distance of those samples; infinity where none hit
+};
+
 /// A finished tile: one sample for each pixel that each_pixel visits, in its order.
 struct TileResult {
     RenderTile tile;
     std::vector<PixelSample> samples;
-    std::uint64_t rays = 0, steps = 0, hole_rays = 0;
+    TraceCounts counts;
 };
 
 }  // namespace terravox

@@ -2,47 +2,36 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "common/util/error.hpp"
+#include "raytracer/tiles/tile_order.hpp"
 
 namespace terravox {
 namespace {
 
-struct Cell {
-    int column, row;
-};
+/// Tiles of one pass; more would need more memory than the pictures they are for.
+constexpr std::int64_t kMostTiles = std::int64_t{1} << 20;
 
-// From the middle outwards, ring by ring, clockwise: what people look at first comes first.
-void sort_as_spiral(std::vector<Cell>& cells, int columns, int rows) {
-    const auto key = [&](const Cell& c) {
-        const double dx = c.column - (columns - 1) / 2.0, dy = c.row - (rows - 1) / 2.0;
-        const double ring = std::max(std::abs(dx), std::abs(dy));
-        return std::pair(ring, std::atan2(dy, dx));
-    };
-    std::stable_sort(cells.begin(), cells.end(), [&](const Cell& a, const Cell& b) { return key(a) < key(b); });
+void check(int width_px, int height_px, int coarse_step, int tile_px, std::int64_t tiles) {
+    if (coarse_step < 1 || !std::has_single_bit(static_cast<unsigned>(coarse_step)))
+        throw UsageError("plan the passes: quality.coarse_step = " + std::to_string(coarse_step) + "; allowed: 1, 2, 4, 8, 16, 32, 64");
+    if (tiles > kMostTiles)
+        throw UsageError("plan the tiles: " + std::to_string(tiles) + " tiles of " + std::to_string(tile_px) + " pixels in a picture of " +
+                         std::to_string(width_px) + "x" + std::to_string(height_px) + "; allowed: up to " +
+                         std::to_string(kMostTiles) + ", so make quality.tile larger");
 }
 
 }  // namespace
 
 std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int coarse_step, int tile_px, const std::string& order) {
-    if (coarse_step < 1 || !std::has_single_bit(static_cast<unsigned>(coarse_step)))
-        throw UsageError("plan the passes: quality.coarse_step = " + std::to_string(coarse_step) + "; allowed: 1, 2, 4, 8, 16, 32, 64");
     const int columns = (width_px + tile_px - 1) / tile_px, rows = (height_px + tile_px - 1) / tile_px;
-    std::vector<Cell> cells;
-    if (order == "vertical") {
-        for (int c = 0; c < columns; ++c)
-            for (int r = 0; r < rows; ++r) cells.push_back({c, r});
-    } else {
-        for (int r = 0; r < rows; ++r)
-            for (int c = 0; c < columns; ++c) cells.push_back({c, r});
-    }
-    if (order == "spiral") sort_as_spiral(cells, columns, rows);
-
+    check(width_px, height_px, coarse_step, tile_px, std::int64_t{columns} * rows);
+    const std::vector<TileCell> cells = order_cells(columns, rows, order);
     std::vector<std::vector<RenderTile>> passes;
     for (int step = coarse_step; step >= 1; step /= 2) {
         std::vector<RenderTile> tiles;
-        for (const Cell& c : cells) {
+        tiles.reserve(cells.size());
+        for (const TileCell& c : cells) {
             RenderTile tile;
             tile.index = static_cast<std::uint32_t>(tiles.size());
             tile.pass = static_cast<std::uint32_t>(passes.size());

@@ -1,46 +1,121 @@
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <set>
 #include <string>
+#include <thread>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
 
-#include "common/util/cache.hpp"
 #include "common/voxel/world.hpp"
 
 namespace terravox {
 
 /// A box as the walker meets it. A hole is a box that could not be made or fetched: it is shown and counted, never taken for air.
-struct BlockRef {
+struct Block {
     std::shared_ptr<const voxel::Box> box;  ///< nullptr: air, or a hole
     bool hole = false;
+    [[nodiscard]] std::size_t memory_bytes() const noexcept { return kOverhead_bytes + (box ? box->memory_bytes() : 0); }
+    static constexpr std::size_t kOverhead_bytes = 256;  ///< of an entry and its place in maps and lists
+};
+/// Who holds one keeps it in memory: it is not evicted.
+using BlockPin = std::shared_ptr<const Block>;
+
+/// Told when boxes it waits for have come.
+class BlockListener {
+public:
+    virtual ~BlockListener() = default;
+    /// Called once for each wait, from any thread, the manager's lock held: must be short and must not call the manager.
+    virtual void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept = 0;
 };
 
-/// The boxes of a world in memory: a cache hashed by Morton code with a byte limit, which asks the world for what is missing.
-/// Several threads that miss the same box wait for one making. Thread-safe.
+struct BlockStats {
+    struct Level {
+        std::uint64_t loaded = 0, evicted = 0, reloaded = 0, bytes_loaded = 0;
+    };
+    std::array<Level, voxel::kMaxLevel + 1> levels{};
+    std::uint64_t hits = 0, misses = 0;  ///< of find(): what readers did not remember themselves
+    std::uint64_t waits = 0;             ///< rays' tiles that had to wait for a box
+    std::size_t bytes = 0, peak_bytes = 0, entries = 0, holes = 0;
+};
+
+/// The boxes of a world in memory, hashed by Morton code, and the threads that fetch what is missing.
+///
+/// Nobody who traces ever waits here: find() answers at once, and wait_for() calls back when the box has come. Boxes that somebody waits
+/// for are loaded before those that are only foreseen (prefetch). Least recently used boxes go when the limit is reached, never one that
+/// is pinned or that has come for somebody who has not looked at it yet; loaders pause while a quarter of the memory is full of such.
+/// Thread-safe: one lock, not held while the world makes a box.
 class BlockManager {
 public:
-    BlockManager(voxel::World& world, std::size_t memory_bytes) : m_world(world), m_cache(memory_bytes) {}
+    /// @param memory_bytes limit for boxes @param loaders threads that ask the world, at least 1
+    BlockManager(voxel::World& world, std::size_t memory_bytes, int loaders = 2);
+    /// Stops the world's requests and ends the loaders.
+    ~BlockManager();
+    BlockManager(const BlockManager&) = delete;
+    BlockManager& operator=(const BlockManager&) = delete;
 
-    [[nodiscard]] BlockRef get(const voxel::BoxKey& key);
+    /// @return nullptr when the box is not in memory
+    [[nodiscard]] BlockPin find(const voxel::BoxKey& key);
+    /// Calls listener.block_came(key, ticket) once the box is in memory; at once when it is.
+    void wait_for(const voxel::BoxKey& key, BlockListener& listener, std::uint64_t ticket);
+    /// No call reaches the listener after this.
+    void forget(const BlockListener& listener);
+    /// Waits for the box. Not for threads that trace.
+    [[nodiscard]] BlockPin get(const voxel::BoxKey& key);
+    /// Boxes to load, the first first, while nobody waits for others, until three quarters of the memory are full. Replaces earlier ones.
+    void prefetch(std::vector<voxel::BoxKey> keys);
+
     [[nodiscard]] const voxel::WorldInfo& world_info() const noexcept { return m_world.info(); }
-    [[nodiscard]] util::CacheStats stats() const { return m_cache.stats(); }
-    [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_cache.limit_bytes(); }
+    [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_limit_bytes; }
+    [[nodiscard]] BlockStats stats() const;
     /// Boxes that could not be made or fetched so far.
     [[nodiscard]] std::size_t hole_count() const;
 
-    /// Makes boxes ahead on all cores, nearest columns of boxes first, until the memory limit is three quarters full.
-    void prefetch(int level, const voxel::VoxelBounds& bounds, int threads, const std::atomic<bool>& stop);
-
 private:
+    struct Wait {
+        BlockListener* listener;
+        std::uint64_t ticket;
+    };
+    struct Entry {
+        BlockPin block;  ///< nullptr while it is queued or being loaded
+        std::list<voxel::BoxKey>::iterator place;  ///< in m_order, with a block only
+        std::vector<Wait> waits;
+        bool loading = false, wanted = false;
+        bool unseen = false;  ///< came for somebody who has not looked yet
+    };
+    void load_boxes();
+    [[nodiscard]] bool next_key(voxel::BoxKey& key);
+    [[nodiscard]] BlockPin make(const voxel::BoxKey& key);
+    void keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted);
+    void evict(std::vector<BlockPin>& evicted);
+    void touch(Entry& entry);
+    void note_hole(const voxel::BoxKey& key, const std::string& reason);
+
     voxel::World& m_world;
-    util::Cache<voxel::BoxKey, BlockRef, voxel::BoxKeyHash> m_cache;
-    mutable std::mutex m_holes_mutex;
+    const std::size_t m_limit_bytes;
+    std::array<voxel::BoxRange, voxel::kMaxLevel + 1> m_ranges;
+    const BlockPin m_air = std::make_shared<const Block>();
+
+    mutable std::mutex m_mutex;
+    std::condition_variable m_work, m_came;
+    std::unordered_map<voxel::BoxKey, Entry, voxel::BoxKeyHash> m_entries;
+    std::list<voxel::BoxKey> m_order;  ///< least recently used last
+    std::deque<voxel::BoxKey> m_wanted, m_foreseen;
+    std::unordered_set<voxel::BoxKey, voxel::BoxKeyHash> m_loaded_once;
+    BlockStats m_stats;
+    std::size_t m_unseen_bytes = 0;
+    bool m_stop = false;
     std::set<voxel::BoxKey> m_holes;
-    static constexpr std::size_t kMostReasons = 100;
     std::set<std::string> m_hole_reasons;
+    std::vector<std::thread> m_loaders;
 };
 
 }  // namespace terravox

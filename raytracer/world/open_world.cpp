@@ -2,6 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <chrono>
+
 #include "common/util/error.hpp"
 #include "raytracer/world/remote_world.hpp"
 #include "voxelserver/voxelize/lidar_world.hpp"
@@ -19,7 +22,7 @@ std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs,
     if (is_url(inputs.front())) {
         if (inputs.size() > 1) throw UsageError("open the world: " + std::to_string(inputs.size()) + " inputs of which one is an address; allowed: one address, or files");
         if (!orthophotos.empty()) throw UsageError("open the world " + inputs.front() + ": --ortho belongs to the server's own command line");
-        return open_remote_world(inputs.front(), times);
+        return open_remote_world(inputs.front(), times, std::chrono::seconds(scene.processing.box_patience_s));
     }
     voxelize::LidarWorldOptions options;
     for (const std::string& input : inputs) {
@@ -39,6 +42,11 @@ std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs,
     const auto stats = world->stats();
     spdlog::info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points, stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
     return world;
+}
+
+int loaders_for(const std::vector<std::string>& inputs, int threads) {
+    constexpr int kRemote = 8;
+    return !inputs.empty() && is_url(inputs.front()) ? std::max(kRemote, threads) : threads;
 }
 
 }  // namespace terravox

@@ -17,4 +17,7 @@ namespace terravox {
 [[nodiscard]] std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs, const std::vector<std::filesystem::path>& orthophotos,
                                                        const Scene& scene, util::StageTimes& times, const std::filesystem::path& cache_dir = {});
 
+/// How many boxes of the world that open_world() opens are worth asking for at once: a server takes its time over each.
+[[nodiscard]] int loaders_for(const std::vector<std::string>& inputs, int threads);
+
 }  // namespace terravox

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -10,8 +11,15 @@ namespace terravox {
 
 /// The world of a voxel server (docs/formats.md: HTTP). Connections are kept alive, one for each thread that asks.
 /// The environment variable TERRAVOX_TOKEN holds the token for a server that wants one.
+///
+/// The server may be late, silent, restarting or damaged: box() and column() try again what is worth it (raytracer/world/retry.hpp), and
+/// throw Error no later than about `box_patience` after they were called. When many boxes in a row had to be given up without one answer
+/// between them, the rest get a twentieth of the patience each, until something comes: a dead server must not hold a picture for days.
+/// stop() ends what is under way within about a second.
 /// @param url http(s)://host[:port]
+/// @param box_patience at least 1 ms; opening waits that long too, but no longer than a minute
 /// @throws UsageError for a malformed address; Error when the server cannot be reached or speaks another version
-[[nodiscard]] std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::StageTimes& times);
+[[nodiscard]] std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::StageTimes& times,
+                                                              std::chrono::milliseconds box_patience = std::chrono::seconds(300));
 
 }  // namespace terravox

@@ -60,6 +60,7 @@ nlohmann::json run_script(const Context& context, const std::string& name, const
                                         "PATH=" + search_path(),
                                         "TERRAVOX_VOXELSERVER=" + program("terravox-voxelserver"),
                                         "TERRAVOX_SURVEY=" + program("terravox-survey"),
+                                        "TERRAVOX_RAYTRACER=" + program("terravox-raytracer"),
                                         "TERRAVOX_BENCH_DATA=" + context.data.string(),
                                         "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
                                         "python3",

@@ -30,8 +30,8 @@ class Render(Case):
 
     def test_the_picture_does_not_depend_on_threads_tiles_passes_or_memory(self):
         out = temporary_folder()
-        variants = {"a": ["--threads", "1"], "b": ["--threads", "3", "--quality-tile-px", "1000", "--quality-coarse-step", "1"],
-                    "c": ["--threads", "2", "--quality-tile-px", "7", "--quality-tile-order", "vertical", "--memory-mib", "1", "--world-memory-mib", "64"]}
+        variants = {"a": ["--threads", "1"], "b": ["--threads", "3", "--tile", "100%", "--quality-coarse-step", "1"],
+                    "c": ["--threads", "2", "--tile", "7", "--quality-tile-order", "vertical-split", "--memory-mib", "1", "--world-memory-mib", "64"]}
         for name, flags in variants.items():
             self.assertDone(render(survey(), *SMALL, *flags, "-o", out / f"{name}.exr"))
         self.assertAlike(out / "a.exr", out / "b.exr", exact=True)

@@ -46,6 +46,9 @@ public:
     /// Asking for this box throws from now on. @param thrower what it throws; default: a runtime_error
     void make_hole(const voxel::BoxKey& key, std::function<void()> thrower = [] { throw std::runtime_error("the disk is gone"); }) { m_holes[key] = std::move(thrower); }
 
+    /// Asking for this box does that first.
+    void delay(const voxel::BoxKey& key, std::function<void()> before) { m_delays[key] = std::move(before); }
+
     [[nodiscard]] voxel::Material at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
         if (x < m_bounds.min[0] || y < m_bounds.min[1] || z < m_bounds.min[2] || x >= m_bounds.max[0] || y >= m_bounds.max[1] || z >= m_bounds.max[2])
             return voxel::Material::kAir;
@@ -65,6 +68,7 @@ public:
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         ++m_asked;
         if (key.level != m_level) throw std::logic_error("box of another level asked: " + voxel::to_string(key));
+        if (const auto delay = m_delays.find(key); delay != m_delays.end()) delay->second();
         if (const auto hole = m_holes.find(key); hole != m_holes.end()) hole->second();
         voxel::BoxBuilder builder;
         const std::int32_t x0 = key.bx * voxel::kBoxSizeX, y0 = key.by * voxel::kBoxSizeY, z0 = key.bz * voxel::kBoxSizeZ;
@@ -78,6 +82,7 @@ public:
         const auto range = voxel::boxes_over(m_info.bounds, m_level);
         return {range.min.by, range.max.by};
     }
+    [[nodiscard]] int level() const noexcept { return m_level; }
     [[nodiscard]] int asked() const noexcept { return m_asked; }
 
 private:
@@ -90,7 +95,7 @@ private:
     std::vector<std::uint8_t> m_cells;
     voxel::VoxelBounds m_bounds;
     voxel::WorldInfo m_info;
-    std::map<voxel::BoxKey, std::function<void()>> m_holes;
+    std::map<voxel::BoxKey, std::function<void()>> m_holes, m_delays;
     std::atomic<int> m_asked{0};
 };
 

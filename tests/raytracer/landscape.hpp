@@ -32,7 +32,7 @@ inline Scene small_scene() {
     Scene scene;
     scene.output.size_px = {97, 53};
     scene.quality.samples = 2;
-    scene.quality.tile_px = 16;
+    scene.quality.tile = {16};
     scene.sun.altitude_deg = 30, scene.sun.azimuth_deg = 240;
     return scene;
 }
@@ -50,7 +50,7 @@ inline Film render(Job& job, int threads) {
     const auto [width, height] = job.view.scene.output.size_px;
     Film film(width, height);
     ThreadProcessor processor(job.view, job.blocks, threads);
-    (void)render_film({job.view, processor, threads * 2, true, nullptr}, film);
+    (void)render_film({job.view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film);
     return film;
 }
 

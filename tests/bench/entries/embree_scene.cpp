@@ -3,140 +3,161 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <numeric>
 
 #include "common/util/error.hpp"
+#include "tests/bench/entries/embree_mesh.hpp"
 
 namespace terravox::bench {
 namespace {
 
+constexpr int kW = NeutralScene::kWidthPx, kH = NeutralScene::kHeightPx;
+constexpr int kPacket = 16, kPacketPx = 4;  // rays of a packet; edge of its pixels
+static_assert(kPacketPx * kPacketPx == kPacket && kTracedTilePx % kPacketPx == 0);
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kOffFace = 0.01F;  // voxels that a shadow ray starts before its face: single precision would hit it again
+// Voxels that a shadow ray starts before its face. A place 1000 voxels away is known to 0.0002 or so in single precision: nearer, the ray would
+// hit its own face; farther, it would look past the edges that shade it.
+constexpr float kOffFace = 0.002F;
 
-struct Mesh {
-    std::vector<float> vertices;
-    std::vector<unsigned> quads;
-
-    /// A rectangle on the plane `axis = at`, from (a0, b0) to (a1, b1) on the two other axes in order.
-    void add(int axis, int at, int a0, int b0, int a1, int b1) {
-        const int corners[4][2] = {{a0, b0}, {a1, b0}, {a1, b1}, {a0, b1}};
-        const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-        for (const auto& corner : corners) {
-            float v[3] = {};
-            v[axis] = static_cast<float>(at), v[a] = static_cast<float>(corner[0]), v[b] = static_cast<float>(corner[1]);
-            quads.push_back(static_cast<unsigned>(vertices.size() / 3));
-            vertices.insert(vertices.end(), v, v + 3);
-        }
-    }
+struct Vec3f {
+    float x = 0, y = 0, z = 0;
+    Vec3f() = default;
+    explicit Vec3f(Vec3 v) noexcept : x(static_cast<float>(v.x)), y(static_cast<float>(v.y)), z(static_cast<float>(v.z)) {}
 };
 
-/// Faces of one direction in the row (x, y, *): along z they join to runs, across z each stands alone.
-void add_row(Mesh& mesh, const NeutralScene& scene, int x, int y, Face face) {
-    const int axis = axis_of(face), step = sign_of(face), far = step > 0 ? 1 : 0;
-    const auto exposed = [&](int z) {
-        const int dx = axis == 0 ? step : 0, dy = axis == 1 ? step : 0, dz = axis == 2 ? step : 0;
-        return scene.at(x, y, z) != 0 && scene.at(x + dx, y + dy, z + dz) == 0;
-    };
-    for (int z = 0; z < NeutralScene::kSide; ++z) {
-        if (!exposed(z)) continue;
-        const int first = z;
-        if (axis == 2) {
-            mesh.add(2, z + far, x, y, x + 1, y + 1);
-            continue;
-        }
-        while (z + 1 < NeutralScene::kSide && exposed(z + 1)) ++z;
-        if (axis == 0) mesh.add(0, x + far, y, first, y + 1, z + 1);
-        else mesh.add(1, y + far, x, first, x + 1, z + 1);
+/// Camera in single precision, as Embree's rays are: making rays should cost it as little as it can.
+struct FloatCamera {
+    explicit FloatCamera(const NeutralView& view) noexcept : origin(view.position) {
+        const Vec3 ahead = normalized(view.target - view.position), aside = normalized(cross(ahead, {0, 1, 0}));
+        const double half = std::tan(view.fov_deg * std::numbers::pi / 360);
+        forward = Vec3f(ahead), right = Vec3f(aside * (half * kW / kH)), up = Vec3f(cross(aside, ahead) * half);
     }
+    /// Unit vector through the centre of a pixel.
+    void direction(int px, int py, float& x, float& y, float& z) const noexcept {
+        const float a = 2 * (static_cast<float>(px) + 0.5F) / kW - 1, b = 1 - 2 * (static_cast<float>(py) + 0.5F) / kH;
+        x = forward.x + right.x * a + up.x * b, y = forward.y + right.y * a + up.y * b, z = forward.z + right.z * a + up.z * b;
+        const float scale = 1 / std::sqrt(x * x + y * y + z * z);
+        x *= scale, y *= scale, z *= scale;
+    }
+    Vec3f origin, forward, right, up;
+};
+
+std::size_t pixel(int x, int y) noexcept { return static_cast<std::size_t>(y * kW + x); }
+
+extern "C" bool add_to_memory(void* total_bytes, ssize_t bytes, bool) noexcept {
+    *static_cast<std::atomic<std::int64_t>*>(total_bytes) += bytes;
+    return true;
 }
 
-Mesh mesh_of(const NeutralScene& scene) {
-    Mesh mesh;
-    for (int x = 0; x < NeutralScene::kSide; ++x)
-        for (int y = 0; y < NeutralScene::kHeight; ++y)
-            for (const Face face : {Face::kWest, Face::kEast, Face::kBottom, Face::kTop, Face::kNorth, Face::kSouth})
-                add_row(mesh, scene, x, y, face);
-    return mesh;
+struct Release {
+    void operator()(RTCDevice device) const noexcept { rtcReleaseDevice(device); }
+    void operator()(RTCScene scene) const noexcept { rtcReleaseScene(scene); }
+    void operator()(RTCGeometry geometry) const noexcept { rtcReleaseGeometry(geometry); }
+};
+
+class Embree final : public EmbreeScene {
+public:
+    Embree(const NeutralScene& scene, int threads);
+    [[nodiscard]] const Building& building() const noexcept override { return m_building; }
+    void begin(const NeutralView& view) override;
+    void trace_primary(int x0, int y0, int thread) override;
+    void trace_shadow(int x0, int y0, int thread) override;
+    [[nodiscard]] std::size_t hits() const override {
+        return static_cast<std::size_t>(std::count_if(m_depths.begin(), m_depths.end(), [](float t) { return t < kInfinity; }));
+    }
+    [[nodiscard]] std::size_t shadowed() const override { return static_cast<std::size_t>(std::count(m_shadowed.begin(), m_shadowed.end(), 1)); }
+
+private:
+    void fill_buffers(RTCGeometry geometry, const std::vector<QuadMesh>& slabs);
+    std::atomic<std::int64_t> m_bytes{0};  ///< that Embree holds; its device writes to it until the end
+    std::unique_ptr<RTCDeviceTy, Release> m_device;
+    std::unique_ptr<RTCSceneTy, Release> m_scene;
+    Building m_building;
+    FloatCamera m_camera{neutral_views().front()};
+    std::vector<float> m_depths;  ///< row by row, infinite where nothing was hit
+    std::vector<char> m_shadowed;
+};
+
+Embree::Embree(const NeutralScene& scene, int threads) : m_device(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
+    if (!m_device) throw Error("start Embree: error " + std::to_string(rtcGetDeviceError(nullptr)));
+    rtcSetDeviceMemoryMonitorFunction(m_device.get(), add_to_memory, &m_bytes);
+    m_scene.reset(rtcNewScene(m_device.get()));
+    const std::unique_ptr<RTCGeometryTy, Release> geometry(rtcNewGeometry(m_device.get(), RTC_GEOMETRY_TYPE_QUAD));
+    m_building.mesh_s = seconds_of([&] { fill_buffers(geometry.get(), mesh_slabs(scene, threads)); });
+    m_building.mesh_bytes = static_cast<std::size_t>(m_bytes);
+    m_building.bvh_s = seconds_of([&] {
+        rtcCommitGeometry(geometry.get());
+        rtcAttachGeometry(m_scene.get(), geometry.get());
+        rtcCommitScene(m_scene.get());
+    });
+    const RTCError error = rtcGetDeviceError(m_device.get());
+    if (error != RTC_ERROR_NONE) throw Error("build in Embree: error " + std::to_string(error));
+    m_building.bvh_bytes = static_cast<std::size_t>(m_bytes) - m_building.mesh_bytes;
 }
 
-RTCRay ray_of(Vec3 origin, Vec3 direction) noexcept {
-    RTCRay ray{};
-    ray.org_x = static_cast<float>(origin.x), ray.org_y = static_cast<float>(origin.y), ray.org_z = static_cast<float>(origin.z);
-    ray.dir_x = static_cast<float>(direction.x), ray.dir_y = static_cast<float>(direction.y), ray.dir_z = static_cast<float>(direction.z);
-    ray.tfar = kInfinity;
-    ray.mask = ~0U;
-    return ray;
+void Embree::fill_buffers(RTCGeometry geometry, const std::vector<QuadMesh>& slabs) {
+    m_building.quads = std::accumulate(slabs.begin(), slabs.end(), std::size_t{0}, [](std::size_t n, const QuadMesh& s) { return n + s.quads(); });
+    const std::size_t corners = 4 * m_building.quads;
+    auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), corners));
+    auto* quads = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(unsigned), m_building.quads));
+    if (to == nullptr || quads == nullptr) throw Error("put the mesh into Embree: error " + std::to_string(rtcGetDeviceError(m_device.get())));
+    for (const QuadMesh& slab : slabs) to = std::copy(slab.corners.begin(), slab.corners.end(), to);
+    std::iota(quads, quads + corners, 0U);
+}
+
+void Embree::begin(const NeutralView& view) {
+    m_camera = FloatCamera(view);
+    m_depths.assign(pixel(0, kH), kInfinity);
+    m_shadowed.assign(pixel(0, kH), 0);
+}
+
+void Embree::trace_primary(int x0, int y0, int) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    alignas(64) int valid[kPacket];
+    std::fill(valid, valid + kPacket, -1);
+    for (int y = y0; y < y0 + kTracedTilePx; y += kPacketPx)
+        for (int x = x0; x < x0 + kTracedTilePx; x += kPacketPx) {
+            RTCRayHit16 rays{};
+            for (int i = 0; i < kPacket; ++i) {
+                m_camera.direction(x + i % kPacketPx, y + i / kPacketPx, rays.ray.dir_x[i], rays.ray.dir_y[i], rays.ray.dir_z[i]);
+                rays.ray.org_x[i] = m_camera.origin.x, rays.ray.org_y[i] = m_camera.origin.y, rays.ray.org_z[i] = m_camera.origin.z;
+                rays.ray.tfar[i] = kInfinity, rays.ray.mask[i] = ~0U, rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+            }
+            rtcIntersect16(valid, m_scene.get(), &context, &rays);
+            // What was not hit keeps its end: infinity.
+            for (int i = 0; i < kPacket; ++i) m_depths[pixel(x + i % kPacketPx, y + i / kPacketPx)] = rays.ray.tfar[i];
+        }
+}
+
+void Embree::trace_shadow(int x0, int y0, int) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    const Vec3f sun(neutral_sun());
+    for (int y = y0; y < y0 + kTracedTilePx; ++y)
+        for (int x = x0; x < x0 + kTracedTilePx; ++x) {
+            const float depth = m_depths[pixel(x, y)] - kOffFace;
+            if (depth == kInfinity) continue;
+            float dx = 0, dy = 0, dz = 0;
+            m_camera.direction(x, y, dx, dy, dz);
+            RTCRay ray{};
+            ray.org_x = m_camera.origin.x + dx * depth, ray.org_y = m_camera.origin.y + dy * depth, ray.org_z = m_camera.origin.z + dz * depth;
+            ray.dir_x = sun.x, ray.dir_y = sun.y, ray.dir_z = sun.z;
+            ray.tfar = kInfinity, ray.mask = ~0U;
+            rtcOccluded1(m_scene.get(), &context, &ray);
+            m_shadowed[pixel(x, y)] = ray.tfar < 0;
+        }
 }
 
 }  // namespace
 
-struct EmbreeScene::Impl {
-    RTCDevice device = nullptr;
-    RTCScene scene = nullptr;
-    std::size_t quads = 0;
-    ~Impl() {
-        if (scene != nullptr) rtcReleaseScene(scene);
-        if (device != nullptr) rtcReleaseDevice(device);
-    }
-};
-
-EmbreeScene::EmbreeScene(const NeutralScene& scene) : m_impl(std::make_unique<Impl>()) {
-    const Mesh mesh = mesh_of(scene);
-    m_impl->quads = mesh.quads.size() / 4;
-    m_impl->device = rtcNewDevice(nullptr);
-    if (m_impl->device == nullptr) throw Error("start Embree: error " + std::to_string(rtcGetDeviceError(nullptr)));
-    m_impl->scene = rtcNewScene(m_impl->device);
-    RTCGeometry geometry = rtcNewGeometry(m_impl->device, RTC_GEOMETRY_TYPE_QUAD);
-    void* vertices =
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size() / 3);
-    void* quads = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(unsigned), m_impl->quads);
-    if (vertices == nullptr || quads == nullptr)
-        throw Error("build the mesh in Embree: error " + std::to_string(rtcGetDeviceError(m_impl->device)));
-    std::copy(mesh.vertices.begin(), mesh.vertices.end(), static_cast<float*>(vertices));
-    std::copy(mesh.quads.begin(), mesh.quads.end(), static_cast<unsigned*>(quads));
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(m_impl->scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(m_impl->scene);
-}
-
-EmbreeScene::~EmbreeScene() = default;
-
-std::size_t EmbreeScene::quads() const noexcept { return m_impl->quads; }
-
-ViewTimes EmbreeScene::trace_view(const Camera& camera) {
-    constexpr int kW = NeutralScene::kWidthPx, kH = NeutralScene::kHeightPx;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    std::vector<float> depths(std::size_t{kW} * kH, kInfinity);
-    ViewTimes out;
-    out.primary_s = seconds_of([&] {
-        for (int y = 0; y < kH; ++y)
-            for (int x = 0; x < kW; ++x) {
-                const Ray ray = camera.ray(x + 0.5, y + 0.5);
-                RTCRayHit hit{};
-                hit.ray = ray_of(ray.origin, ray.direction);
-                hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-                rtcIntersect1(m_impl->scene, &context, &hit);
-                if (hit.hit.geomID != RTC_INVALID_GEOMETRY_ID) depths[static_cast<std::size_t>(y * kW + x)] = hit.ray.tfar;
-            }
-    });
-    const Vec3 sun = neutral_sun();
-    out.shadow_s = seconds_of([&] {
-        for (int y = 0; y < kH; ++y)
-            for (int x = 0; x < kW; ++x) {
-                const float depth = depths[static_cast<std::size_t>(y * kW + x)];
-                if (depth == kInfinity) continue;
-                ++out.hits;
-                const Ray view = camera.ray(x + 0.5, y + 0.5);
-                RTCRay ray = ray_of(view.origin + view.direction * static_cast<double>(depth - kOffFace), sun);
-                rtcOccluded1(m_impl->scene, &context, &ray);
-                if (ray.tfar < 0) ++out.shadowed;
-            }
-    });
-    return out;
-}
+std::unique_ptr<EmbreeScene> make_embree_scene(const NeutralScene& scene, int threads) { return std::make_unique<Embree>(scene, threads); }
 
 }  // namespace terravox::bench

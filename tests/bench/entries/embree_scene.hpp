@@ -3,27 +3,25 @@
 #include <cstddef>
 #include <memory>
 
-#include "tests/bench/entries/neutral_scene.hpp"
+#include "tests/bench/entries/tile_tracer.hpp"
 
 namespace terravox::bench {
 
-/// The neutral scene as a mesh in Embree: every face between solid and air, runs of faces along z as one quad. Built only where Embree
-/// 3 is installed.
-class EmbreeScene {
+/// The peer on the neutral scene: Embree 3 on a mesh of every face between solid and air, runs of faces along z as one quad. Primary rays
+/// go in packets of 16 (4 x 4 pixels), shadow rays one by one.
+class EmbreeScene : public TileTracer {
 public:
-    /// @throws Error when Embree cannot start
-    explicit EmbreeScene(const NeutralScene& scene);
-    ~EmbreeScene();
-    EmbreeScene(const EmbreeScene&) = delete;
-    EmbreeScene& operator=(const EmbreeScene&) = delete;
-
-    [[nodiscard]] std::size_t quads() const noexcept;
-    /// The same rays as walk_view, one after the other on this thread. Steps are not known.
-    [[nodiscard]] ViewTimes trace_view(const Camera& camera);
-
-private:
-    struct Impl;
-    std::unique_ptr<Impl> m_impl;
+    /// What it took to make, and what it keeps.
+    struct Building {
+        double mesh_s = 0, bvh_s = 0;
+        std::size_t quads = 0, mesh_bytes = 0, bvh_bytes = 0;
+        [[nodiscard]] double seconds() const noexcept { return mesh_s + bvh_s; }
+        [[nodiscard]] std::size_t bytes() const noexcept { return mesh_bytes + bvh_bytes; }
+    };
+    [[nodiscard]] virtual const Building& building() const noexcept = 0;
 };
+
+/// @param threads that build; @return nullptr in a build without Embree (Debian package libembree-dev) @throws Error
+[[nodiscard]] std::unique_ptr<EmbreeScene> make_embree_scene(const NeutralScene& scene, int threads);
 
 }  // namespace terravox::bench

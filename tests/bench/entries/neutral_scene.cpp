@@ -1,9 +1,11 @@
 #include "tests/bench/entries/neutral_scene.hpp"
 
+#include <bit>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <map>
-#include <tuple>
 
+#include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
 
@@ -14,6 +16,10 @@ using voxel::Box;
 using voxel::BoxKey;
 using voxel::Material;
 
+constexpr std::int32_t kSideBoxes = NeutralScene::kSide / voxel::kBoxSizeX;
+static_assert(voxel::kBoxSizeX == voxel::kBoxSizeZ && NeutralScene::kSide % voxel::kBoxSizeX == 0);
+static_assert(NeutralScene::kHeight == voxel::kBoxSizeY, "one box on each column of boxes");
+
 Material material_of(std::uint8_t code) noexcept {
     switch (code) {
         case 5: return Material::kHighVegetation;
@@ -23,46 +29,37 @@ Material material_of(std::uint8_t code) noexcept {
     }
 }
 
+/// The first voxel from y on that is another than the one at y.
+int run_end(const std::uint8_t* column, int y) noexcept {
+    static_assert(std::endian::native == std::endian::little);
+    const std::uint64_t same = column[y] * std::uint64_t{0x0101010101010101};
+    for (; y + 8 <= NeutralScene::kHeight; y += 8) {
+        std::uint64_t eight = 0;
+        std::memcpy(&eight, column + y, sizeof eight);
+        if (eight != same) return y + (std::countr_zero(eight ^ same) >> 3);
+    }
+    while (y < NeutralScene::kHeight && column[y] == static_cast<std::uint8_t>(same)) ++y;
+    return y;
+}
+
 std::shared_ptr<const Box> build_box(const NeutralScene& scene, const BoxKey& key) {
     const int x0 = key.bx * voxel::kBoxSizeX, z0 = key.bz * voxel::kBoxSizeZ;
     voxel::BoxBuilder builder;
     for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
-        for (int x = -1; x <= voxel::kBoxSizeX; ++x)
-            for (int y = 0, end = 0; y < NeutralScene::kHeight; y = end) {
-                const std::uint8_t code = scene.at(x0 + x, y, z0 + z);
-                for (end = y + 1; end < NeutralScene::kHeight && scene.at(x0 + x, end, z0 + z) == code;) ++end;
-                if (code != 0) builder.add(x, z, y, end, !see_through(material_of(code)));
+        for (int x = -1; x <= voxel::kBoxSizeX; ++x) {
+            const std::uint8_t* column = scene.column(x0 + x, z0 + z);
+            for (int y = 0, end = 0; column != nullptr && y < NeutralScene::kHeight; y = end) {
+                end = run_end(column, y);
+                if (column[y] != 0) builder.add(x, z, y, end, !see_through(material_of(column[y])));
             }
+        }
     return builder.build(key, [&](int x, int y, int z) {
         voxel::VoxelAttr attr;
-        attr.source_class = scene.at(x0 + x, y, z0 + z);
+        attr.source_class = scene.column(x0 + x, z0 + z)[y];
         attr.material = material_of(attr.source_class);
         return attr;
     });
 }
-
-class NeutralWorld final : public voxel::World {
-public:
-    explicit NeutralWorld(const NeutralScene& scene) {
-        m_info.title = "neutral scene";
-        m_info.bounds = NeutralScene::bounds();
-        for (std::int32_t bx = 0; bx < NeutralScene::kSide / voxel::kBoxSizeX; ++bx)
-            for (std::int32_t bz = 0; bz < NeutralScene::kSide / voxel::kBoxSizeZ; ++bz)
-                m_boxes[{0, bx, 0, bz}] = build_box(scene, {0, bx, 0, bz});
-    }
-    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
-    [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
-        const auto found = m_boxes.find(key);
-        return found == m_boxes.end() ? nullptr : found->second;
-    }
-    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        return m_boxes.contains({level, bx, 0, bz}) ? voxel::ColumnExtent{0, 1} : voxel::ColumnExtent{};
-    }
-
-private:
-    voxel::WorldInfo m_info;
-    std::map<BoxKey, std::shared_ptr<const Box>> m_boxes;
-};
 
 std::filesystem::path script_of(const Context& c) { return c.data.parent_path() / "bench" / "voxel_scene.py"; }
 
@@ -71,12 +68,6 @@ std::string python_with_numpy(const Context& c) {
     for (const char* python : {"python3", "/usr/bin/python3"})
         if (c.children.run({python, "-c", "import numpy"}, c.scratch / "numpy.txt").exit_code == 0) return python;
     return {};
-}
-
-VoxelCoord in_front_of(const Hit& hit) noexcept {
-    std::int32_t v[3] = {hit.voxel.x, hit.voxel.y, hit.voxel.z};
-    if (hit.face != Face::kNone) v[axis_of(hit.face)] += sign_of(hit.face);
-    return {v[0], v[1], v[2]};
 }
 
 }  // namespace
@@ -101,40 +92,42 @@ NeutralScene::NeutralScene(const Context& c) : m_voxels(std::size_t{kSide} * kSi
         throw Error("read the neutral scene " + raw.string() + ": not " + std::to_string(m_voxels.size()) + " bytes");
 }
 
-std::unique_ptr<voxel::World> NeutralScene::make_world() const { return std::make_unique<NeutralWorld>(*this); }
+NeutralWorld::NeutralWorld(const NeutralScene& scene, int threads) : m_boxes(std::size_t{kSideBoxes} * kSideBoxes) {
+    m_info.title = "neutral scene";
+    m_info.bounds = NeutralScene::bounds();
+    thread::parallel_for(m_boxes.size(), threads, [&](std::size_t i) {
+        const auto at = static_cast<std::int32_t>(i);
+        m_boxes[i] = build_box(scene, {0, at / kSideBoxes, 0, at % kSideBoxes});
+    });
+}
 
-std::array<NamedCamera, 3> neutral_cameras() {
+std::size_t NeutralWorld::index(std::int32_t bx, std::int32_t bz) noexcept {
+    const bool inside = bx >= 0 && bx < kSideBoxes && bz >= 0 && bz < kSideBoxes;
+    return inside ? static_cast<std::size_t>(bx * kSideBoxes + bz) : std::size_t{kSideBoxes} * kSideBoxes;
+}
+
+std::shared_ptr<const Box> NeutralWorld::box(const BoxKey& key) {
+    const std::size_t i = index(key.bx, key.bz);
+    return key.level == 0 && key.by == 0 && i < m_boxes.size() ? m_boxes[i] : nullptr;
+}
+
+voxel::ColumnExtent NeutralWorld::column(int level, std::int32_t bx, std::int32_t bz) {
+    return box({level, bx, 0, bz}) ? voxel::ColumnExtent{0, 1} : voxel::ColumnExtent{};
+}
+
+std::size_t NeutralWorld::memory_bytes() const noexcept {
+    std::size_t out = 0;
+    for (const auto& box : m_boxes) out += box ? box->memory_bytes() : 0;
+    return out;
+}
+
+std::array<NeutralView, 3> neutral_views() noexcept {
     constexpr double kN = NeutralScene::kSide;
-    constexpr int kW = NeutralScene::kWidthPx, kH = NeutralScene::kHeightPx;
-    return {NamedCamera{"bird", Camera({kN * 0.5, 500, -200}, {kN * 0.5, 60, kN * 0.45}, 40, kW, kH)},
-            NamedCamera{"oblique", Camera({kN * 0.1, 220, kN * 0.1}, {kN * 0.6, 60, kN * 0.6}, 60, kW, kH)},
-            NamedCamera{"ground", Camera({kN * 0.5, 190, kN * 0.5}, {kN * 0.9, 150, kN * 0.8}, 70, kW, kH)}};
+    return {NeutralView{"bird", {kN * 0.5, 500, -200}, {kN * 0.5, 60, kN * 0.45}, 40},
+            NeutralView{"oblique", {kN * 0.1, 220, kN * 0.1}, {kN * 0.6, 60, kN * 0.6}, 60},
+            NeutralView{"ground", {kN * 0.5, 190, kN * 0.5}, {kN * 0.9, 150, kN * 0.8}, 70}};
 }
 
 Vec3 neutral_sun() noexcept { return normalized({0.5, 0.7, 0.3}); }
-
-ViewTimes walk_view(BlockReader& reader, const Camera& camera) {
-    constexpr int kW = NeutralScene::kWidthPx, kH = NeutralScene::kHeightPx;
-    Walker walker(reader, NeutralScene::bounds());
-    std::vector<std::optional<Hit>> hits(std::size_t{kW} * kH);
-    ViewTimes out;
-    out.primary_s = seconds_of([&] {
-        for (int y = 0; y < kH; ++y)
-            for (int x = 0; x < kW; ++x) hits[static_cast<std::size_t>(y * kW + x)] = walker.first_hit(camera.ray(x + 0.5, y + 0.5));
-    });
-    out.primary_steps = walker.steps();
-    const Vec3 sun = neutral_sun();
-    out.shadow_s = seconds_of([&] {
-        for (int y = 0; y < kH; ++y)
-            for (int x = 0; x < kW; ++x) {
-                const auto& hit = hits[static_cast<std::size_t>(y * kW + x)];
-                if (!hit) continue;
-                ++out.hits;
-                const Ray ray = camera.ray(x + 0.5, y + 0.5);
-                if (walker.first_hit_from({ray.origin + ray.direction * hit->t, sun}, in_front_of(*hit))) ++out.shadowed;
-            }
-    });
-    return out;
-}
 
 }  // namespace terravox::bench

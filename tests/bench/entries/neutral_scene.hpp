@@ -1,13 +1,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/voxel/world.hpp"
 #include "raytracer/scene/camera.hpp"
-#include "raytracer/walk/walker.hpp"
 #include "tests/bench/bench.hpp"
 
 namespace terravox::bench {
@@ -15,7 +16,7 @@ namespace terravox::bench {
 /// The scene that tracers are compared on: made by the shared script bench/voxel_scene.py, N x N columns, 256 high, one byte a voxel.
 class NeutralScene {
 public:
-    static constexpr int kSide = 256, kHeight = 256, kSeed = 7;
+    static constexpr int kSide = 1024, kHeight = 256, kSeed = 7;
     static constexpr int kWidthPx = 1280, kHeightPx = 720;
 
     /// Why it cannot be made: no script, no Python with NumPy. Empty: it can.
@@ -25,37 +26,44 @@ public:
 
     /// 0 = air; outside everything is air.
     [[nodiscard]] std::uint8_t at(int x, int y, int z) const noexcept {
-        const bool inside = x >= 0 && x < kSide && y >= 0 && y < kHeight && z >= 0 && z < kSide;
-        return inside
-                   ? m_voxels[(static_cast<std::size_t>(x) * kSide + static_cast<std::size_t>(z)) * kHeight + static_cast<std::size_t>(y)]
-                   : std::uint8_t{0};
+        const std::uint8_t* voxels = y >= 0 && y < kHeight ? column(x, z) : nullptr;
+        return voxels != nullptr ? voxels[y] : std::uint8_t{0};
+    }
+    /// The kHeight voxels of a column, lowest first; nullptr outside.
+    [[nodiscard]] const std::uint8_t* column(int x, int z) const noexcept {
+        if (x < 0 || x >= kSide || z < 0 || z >= kSide) return nullptr;
+        return &m_voxels[(static_cast<std::size_t>(x) * kSide + static_cast<std::size_t>(z)) * kHeight];
     }
     [[nodiscard]] static voxel::VoxelBounds bounds() noexcept { return {{0, 0, 0}, {kSide, kHeight, kSide}}; }
-    [[nodiscard]] std::unique_ptr<voxel::World> make_world() const;
 
 private:
     std::vector<std::uint8_t> m_voxels;
 };
 
-struct NamedCamera {
-    const char* name;
-    Camera camera;
-};
-/// Bird, oblique and ground view; the same for every tracer.
-[[nodiscard]] std::array<NamedCamera, 3> neutral_cameras();
-[[nodiscard]] Vec3 neutral_sun() noexcept;  ///< direction towards it, unit length
+/// The scene as boxes of level 0, all made at once and kept.
+class NeutralWorld final : public voxel::World {
+public:
+    /// @param threads that make boxes, at least 1
+    NeutralWorld(const NeutralScene& scene, int threads);
+    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
+    [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override;
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override;
+    [[nodiscard]] std::size_t memory_bytes() const noexcept;  ///< of all boxes
 
-/// What one view of the scene took on one thread.
-struct ViewTimes {
-    double primary_s = 0, shadow_s = 0;
-    std::size_t hits = 0, shadowed = 0;
-    std::uint64_t primary_steps = 0;
-    [[nodiscard]] double primary_rate() const noexcept {
-        return NeutralScene::kWidthPx * NeutralScene::kHeightPx / primary_s / 1e6;
-    }                                                                                                         ///< Mray/s
-    [[nodiscard]] double shadow_rate() const noexcept { return static_cast<double>(hits) / shadow_s / 1e6; }  ///< Mray/s
+private:
+    [[nodiscard]] static std::size_t index(std::int32_t bx, std::int32_t bz) noexcept;
+    voxel::WorldInfo m_info;
+    std::vector<std::shared_ptr<const voxel::Box>> m_boxes;
 };
-/// One primary ray through each pixel's centre, then one from each hit towards the sun.
-[[nodiscard]] ViewTimes walk_view(BlockReader& reader, const Camera& camera);
+
+/// A camera on the scene; the same for every tracer.
+struct NeutralView {
+    const char* name;
+    Vec3 position, target;
+    double fov_deg;  ///< vertical
+    [[nodiscard]] Camera camera() const { return {position, target, fov_deg, NeutralScene::kWidthPx, NeutralScene::kHeightPx}; }
+};
+[[nodiscard]] std::array<NeutralView, 3> neutral_views() noexcept;  ///< bird, oblique and ground
+[[nodiscard]] Vec3 neutral_sun() noexcept;                          ///< direction towards it, unit length
 
 }  // namespace terravox::bench

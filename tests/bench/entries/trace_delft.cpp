@@ -1,8 +1,7 @@
-#include <atomic>
-
 #include "common/util/error.hpp"
 #include "raytracer/render/render.hpp"
 #include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/walk/walker.hpp"
 #include "raytracer/world/block_manager.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
@@ -14,8 +13,10 @@ constexpr std::size_t kBoxMemory_bytes = std::size_t{2} << 30;
 /// Delft with every box in memory, and the views to trace.
 struct Traced {
     explicit Traced(const Context& c) : opened(open_data_set(delft(), c, c.threads)), blocks(*opened.world, kBoxMemory_bytes) {
-        const std::atomic<bool> never{false};
-        blocks.prefetch(0, opened.world->info().bounds, c.threads, never);
+        const voxel::BoxRange range = voxel::boxes_over(opened.world->info().bounds, 0);
+        for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
+            for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
+                for (key.by = range.min.by; key.by < range.max.by; ++key.by) (void)blocks.get(key);
         full = std::make_unique<View>(make_view(Scene{}, blocks));
         Scene bare;
         bare.quality.samples = 1;
@@ -34,8 +35,8 @@ void add_rates(const std::string& what, double rays, double steps, double second
 
 /// Rays through pixel centres, no shading, on this thread.
 void trace_primary(Traced& t, Readings& readings) {
-    BlockReader reader(t.blocks, 0);
-    Walker walker(reader, t.plain->bounds);
+    BlockReader reader(t.blocks);
+    Walker walker(reader, t.plain->cut);
     const auto [width, height] = t.plain->scene.output.size_px;
     std::size_t hits = 0;
     const double seconds = seconds_of([&] {
@@ -53,10 +54,10 @@ void trace_view(Traced& t, const View& view, int threads, const std::string& wha
     Film film(width, height);
     const double seconds = seconds_of([&] {
         ThreadProcessor processor(view, t.blocks, threads);
-        counts = render_film({view, processor, threads * 2, true, nullptr}, film);
+        counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film);
     });
-    if (counts.hole_rays != 0) throw Error("trace Delft: " + std::to_string(counts.hole_rays) + " rays met holes");
-    add_rates(what, static_cast<double>(counts.rays), static_cast<double>(counts.steps), seconds, readings);
+    if (counts.trace.hole_rays != 0) throw Error("trace Delft: " + std::to_string(counts.trace.hole_rays) + " rays met holes");
+    add_rates(what, static_cast<double>(counts.trace.all_rays()), static_cast<double>(counts.trace.steps), seconds, readings);
 }
 
 Entry entry() {

@@ -22,6 +22,7 @@ std::map<std::string, std::string> values_of(const Scene& scene) {
     const auto text = [](const auto& v) {
         using T = std::decay_t<decltype(v)>;
         if constexpr (std::is_same_v<T, std::string>) return v;
+        else if constexpr (std::is_same_v<T, TileSize>) return v.text();
         else if constexpr (std::is_arithmetic_v<T>) return std::to_string(v) + "/" + std::to_string(static_cast<double>(v) * 1e6);
         else {
             std::string list;
@@ -44,7 +45,8 @@ std::string other_value(std::string_view path, const FieldRule& rule, const auto
         for (const auto word : rule.words)
             if (word != field && !word.empty()) return std::string(word);
         return path == "sun.date" ? "1999-12-31" : "some \"text\" č \\ '1'";
-    } else if constexpr (std::is_same_v<T, std::array<int, 2>>) return "321x123";
+    } else if constexpr (std::is_same_v<T, TileSize>) return "12.5%";
+    else if constexpr (std::is_same_v<T, std::array<int, 2>>) return "321x123";
     else if constexpr (std::is_same_v<T, std::optional<std::array<double, 3>>>) return "461999.125,-101000.1,1e3";
     else if constexpr (std::is_same_v<T, int>) return path == "quality.coarse_step" ? "4" : std::to_string(static_cast<int>(rule.min) + 5);
     else return path == "quality.colour_mix" || path == "camera.margin" ? "0.1" : "1.7";
@@ -132,6 +134,9 @@ TEST_CASE("a scene file changes what it names and nothing else", "[raytracer][sc
 TEST_CASE("sizes are text or lists in a file", "[raytracer][scene]") {
     CHECK(SceneFile("[output]\nsize = \"640x480\"").read().output.size_px == std::array{640, 480});
     CHECK(SceneFile("[output]\nsize = [640, 480]").read().output.size_px == std::array{640, 480});
+    CHECK(SceneFile("[quality]\ntile = 32").read().quality.tile == TileSize{32, 0});
+    CHECK(SceneFile("[quality]\ntile = \"32\"").read().quality.tile == TileSize{32, 0});
+    CHECK(SceneFile("[quality]\ntile = \"2.5%\"").read().quality.tile == TileSize{64, 2.5});
     CHECK(SceneFile("[quality]\nsamples = 3.0").read().quality.samples == 3);
     CHECK(SceneFile("[camera]\nfov_deg = 50").read().camera.fov_deg == 50);
 }
@@ -158,7 +163,11 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
         {"zero samples", "[quality]\nsamples = 0", "quality.samples = 0; allowed: 1 to 4096"},
         {"a huge whole number", "[quality]\nsamples = 1e300", "quality.samples"},
         {"another word", "[quality]\ncolour = \"red\"", "quality.colour = 'red'; allowed: material, true, mix"},
-        {"another order", "[quality]\ntile_order = \"hilbert\"", "allowed: spiral, vertical, rows"},
+        {"another order", "[quality]\ntile_order = \"zigzag\"", "allowed: spiral, vertical, vertical-split, hilbert, rows"},
+        {"a tile of no size", "[quality]\ntile = 0", "quality.tile = '0'; allowed: 1 to 4096 pixels, or 0.1% to 100%"},
+        {"a tile that is too large", "[quality]\ntile = \"100.1%\"", "quality.tile = '100.1%'"},
+        {"a tile with a broken number", "[quality]\ntile = 64.5", "quality.tile = a value of another kind"},
+        {"no patience", "[processing]\nbox_patience_s = 0", "processing.box_patience_s = 0; allowed: 1 to 86400"},
         {"two coordinates", "[camera]\nposition = [1, 2]", "camera.position = 2 numbers; allowed: three finite numbers"},
         {"four coordinates", "[camera]\nposition = [1, 2, 3, 4]", "camera.position = 4 numbers"},
         {"a coordinate that is text", "[camera]\nposition = [1, \"2\", 3]", "camera.position = a list with other things than numbers"},
@@ -206,6 +215,7 @@ TEST_CASE("a value on the command line that cannot be is refused, naming field, 
     const auto c = GENERATE(values<Case>({
         {"camera.fov_deg", "", "allowed: a number"}, {"camera.fov_deg", "40deg", "'40deg'"}, {"camera.fov_deg", " 40", "' 40'"}, {"camera.fov_deg", "0x20", "'0x20'"},
         {"camera.fov_deg", "nan", "camera.fov_deg = nan"}, {"camera.fov_deg", "1e999", "'1e999'"}, {"camera.fov_deg", "160.001", "allowed: 1 to 160"},
+        {"quality.tile", "", "0.1% to 100%"}, {"quality.tile", "5 %", "'5 %'"}, {"quality.tile", "4097", "1 to 4096"},
         {"quality.samples", "4.5", "whole numbers"}, {"quality.samples", "-1", "allowed: 1 to 4096"}, {"quality.shadows", "maybe", "allowed: yes, no"}, {"quality.shadows", "", "allowed: yes, no"},
         {"output.size", "640", "WIDTHxHEIGHT"}, {"output.size", "640x480x3", "3 numbers"}, {"output.size", "640X480", "'640X480'"}, {"output.size", "640x", "'640x'"},
         {"output.size", "0x0", "allowed: whole numbers from 1 to 65536"}, {"output.size", "70000x10", "70000"}, {"camera.position", "1,2", "three"},

@@ -1,6 +1,7 @@
 #include "raytracer/tiles/tile_plan.hpp"
 
 #include <algorithm>
+#include <random>
 #include <set>
 
 #include "common/util/error.hpp"
@@ -11,7 +12,7 @@ using terravox::test::contains;
 
 namespace {
 
-const std::string kOrders[] = {"spiral", "vertical", "rows"};
+const std::string kOrders[] = {"spiral", "vertical", "vertical-split", "hilbert", "rows"};
 
 }  // namespace
 
@@ -44,17 +45,36 @@ TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][til
 
 TEST_CASE("every order of tiles is a permutation of the same tiles, numbered as they come", "[raytracer][tiles]") {
     using Corner = std::pair<int, int>;
-    std::set<Corner> corners[3];
-    for (std::size_t i = 0; i < 3; ++i) {
+    std::set<Corner> corners[std::size(kOrders)];
+    for (std::size_t i = 0; i < std::size(kOrders); ++i) {
         const auto tiles = plan_tiles(333, 200, 1, 32, kOrders[i]).front();
         for (std::size_t k = 0; k < tiles.size(); ++k) {
             CHECK(tiles[k].index == k);
             CHECK(corners[i].insert({tiles[k].x0, tiles[k].y0}).second);
         }
         CHECK(corners[i].size() == 11 * 7);
+        CHECK(corners[i] == corners[0]);
     }
-    CHECK(corners[0] == corners[1]);
-    CHECK(corners[0] == corners[2]);
+}
+
+TEST_CASE("pictures, tiles and passes of any size trace every pixel exactly once", "[raytracer][tiles]") {
+    std::mt19937 random(2016);
+    const auto up_to = [&](int most) { return 1 + static_cast<int>(random() % static_cast<unsigned>(most)); };
+    for (int run = 0; run < 300; ++run) {
+        const int width = up_to(150), height = up_to(150), tile = up_to(run % 2 == 0 ? 12 : 200), coarse = 1 << random() % 7;
+        const std::string order = kOrders[random() % std::size(kOrders)];
+        INFO(width << "x" << height << ", tile " << tile << ", first step " << coarse << ", " << order);
+        std::vector<int> traced(static_cast<std::size_t>(width * height));
+        for (const auto& tiles : plan_tiles(width, height, coarse, tile, order))
+            for (const RenderTile& t : tiles) t.each_pixel([&](int x, int y) { ++traced.at(static_cast<std::size_t>(y * width + x)); });
+        CHECK(std::all_of(traced.begin(), traced.end(), [](int n) { return n == 1; }));
+    }
+}
+
+TEST_CASE("more tiles than memory is meant for are refused, and the largest picture in tiles of 64 is not", "[raytracer][tiles]") {
+    CHECK(plan_tiles(65'536, 65'536, 1, 64, "hilbert").front().size() == 1 << 20);
+    CHECK_THROWS_AS(plan_tiles(65'536, 65'536, 1, 1, "rows"), UsageError);
+    CHECK_THROWS_WITH(plan_tiles(65'536, 65'536, 1, 63, "rows"), contains("65536x65536") && contains("quality.tile larger"));
 }
 
 TEST_CASE("the spiral starts in the middle and moves outwards", "[raytracer][tiles]") {

@@ -23,6 +23,7 @@ inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
     // On the plane where the world ends, on its way out: it has left already.
     for (int a = 0; a < 3; ++a)
         if (!start && ray.direction[a] < 0 && ray.origin[a] == b.min[static_cast<std::size_t>(a)]) return std::nullopt;
+    const auto level = static_cast<std::int8_t>(world.level());
     double t = 0;
     Face face = Face::kNone;
     while (t <= t_max) {
@@ -35,12 +36,12 @@ inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
             inside = inside && !before && !beyond;
         }
         if (inside) {
-            if (world.is_hole(v[0], v[1], v[2])) return Hit{t, {v[0], v[1], v[2]}, face, {}, true};
+            if (world.is_hole(v[0], v[1], v[2])) return Hit{t, {v[0], v[1], v[2]}, face, level, true, {}};
             const auto m = world.at(v[0], v[1], v[2]);
             if (m != voxel::Material::kAir && (stop == StopAt::kSolid || m != voxel::Material::kWater)) {
                 voxel::VoxelAttr attr;
                 if (!world.hidden(v[0], v[1], v[2])) attr.material = m;
-                return Hit{t, {v[0], v[1], v[2]}, face, attr, false};
+                return Hit{t, {v[0], v[1], v[2]}, face, level, false, attr};
             }
         }
         int axis = -1;

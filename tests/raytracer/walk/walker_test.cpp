@@ -34,17 +34,22 @@ std::string text_of(const Ray& r) {
 
 bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
     if (a.has_value() != b.has_value()) return false;
-    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->attr == b->attr && a->hole == b->hole);
+    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level && a->attr == b->attr && a->hole == b->hole);
 }
 
 /// A walker beside the reference, over one world.
 class Pair {
 public:
-    explicit Pair(ArrayWorld& world, int level = 0) : m_world(world), m_blocks(world, kPlenty), m_reader(m_blocks, level), m_walker(m_reader, world.level_bounds()) {}
+    explicit Pair(ArrayWorld& world, int level = 0)
+        : m_world(world), m_blocks(world, kPlenty), m_reader(m_blocks), m_cut(world.info().bounds, level), m_walker(m_reader, m_cut) {}
 
-    void check(const Ray& ray, StopAt stop = StopAt::kSolid, double t_max = Walker::kFar) { compare(m_walker.first_hit(ray, stop, t_max), ray, std::nullopt, stop, t_max); }
-    void check_from(const Ray& ray, VoxelCoord start, StopAt stop = StopAt::kSolid, double t_max = Walker::kFar) {
-        compare(m_walker.first_hit_from(ray, start, stop, t_max), ray, start, stop, t_max);
+    /// @param ray in voxels of the world's level
+    void check(const Ray& ray, StopAt stop = StopAt::kSolid, double t_max = kFar) {
+        const double scale = 1 << m_cut.finest();
+        compare(m_walker.first_hit({ray.origin * scale, ray.direction * scale}, stop, t_max), ray, std::nullopt, stop, t_max);
+    }
+    void check_from(const Ray& ray, VoxelCoord start, StopAt stop = StopAt::kSolid, double t_max = kFar) {
+        compare(m_walker.first_hit_from(ray, start, 0, stop, t_max), ray, start, stop, t_max);
     }
     std::optional<Hit> hit(const Ray& ray, StopAt stop = StopAt::kSolid) { return m_walker.first_hit(ray, stop); }
     Walker& walker() { return m_walker; }
@@ -67,6 +72,7 @@ private:
     ArrayWorld& m_world;
     BlockManager m_blocks;
     BlockReader m_reader;
+    LevelCut m_cut;
     Walker m_walker;
     int m_rays = 0, m_hits = 0, m_holes = 0, m_differences = 0;
 };
@@ -211,7 +217,7 @@ TEST_CASE("the walker finds the voxel, face and time that single steps find", "[
                 Random random(seed);
                 for (int i = 0; i < kind.count; ++i) {
                     const Ray ray = kind.make(random, world.level_bounds());
-                    pair.check(ray, i % 4 == 3 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 4 ? real(random, 0, 200) : Walker::kFar);
+                    pair.check(ray, i % 4 == 3 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 4 ? real(random, 0, 200) : kFar);
                 }
                 CHECK(pair.differences() == 0);
             }
@@ -241,7 +247,7 @@ TEST_CASE("the walker agrees with single steps from faces of voxels it has hit",
                 const Vec3 n = normal_of(hit->face);
                 Vec3 d = normalized({component(random), component(random), component(random)});
                 if (dot(d, n) < 0) d = -d;
-                pair.check_from({at, d}, outside, i % 3 == 0 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 0 ? 30.0 : Walker::kFar);
+                pair.check_from({at, d}, outside, i % 3 == 0 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 0 ? 30.0 : kFar);
                 pair.check_from({at, -d}, hit->voxel, StopAt::kNotWater);
             }
             if (w.max[0] - w.min[0] > 1) CHECK(started > 40);
@@ -323,11 +329,12 @@ TEST_CASE("a swimmer sees through water and stops at what is not", "[raytracer][
 TEST_CASE("an empty world has nothing to hit", "[raytracer][walker]") {
     ArrayWorld world({0, 0, 0}, {4, 4, 4});
     BlockManager blocks(world, kPlenty);
-    BlockReader reader(blocks, 0);
+    BlockReader reader(blocks);
     struct Case { const char* name; voxel::VoxelBounds bounds; };
     const auto c = GENERATE(values<Case>({{"nothing", {}}, {"no width", {{0, 0, 0}, {0, 4, 4}}}, {"no height", {{0, 4, 0}, {4, 4, 4}}}, {"inside out", {{4, 4, 4}, {0, 0, 0}}}}));
     DYNAMIC_SECTION(c.name) {
-        Walker walker(reader, c.bounds);
+        const LevelCut cut(c.bounds, 0);
+        Walker walker(reader, cut);
         for (const Vec3 d : {Vec3{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0.3, 0.2, -0.9}}) CHECK_FALSE(walker.first_hit({{2, 2, 2}, d}));
         CHECK(world.asked() == 0);
     }

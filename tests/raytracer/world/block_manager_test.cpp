@@ -1,6 +1,9 @@
 #include "raytracer/world/block_manager.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <map>
 #include <thread>
 
 #include "tests/catch.hpp"
@@ -14,6 +17,15 @@ namespace {
 
 constexpr std::size_t kPlenty = std::size_t{256} << 20;
 
+std::vector<voxel::BoxKey> all_keys(const ArrayWorld& world) {
+    const auto range = voxel::boxes_over(world.info().bounds, 0);
+    std::vector<voxel::BoxKey> out;
+    for (int bx = range.min.bx; bx < range.max.bx; ++bx)
+        for (int by = range.min.by; by < range.max.by; ++by)
+            for (int bz = range.min.bz; bz < range.max.bz; ++bz) out.push_back({0, bx, by, bz});
+    return out;
+}
+
 }  // namespace
 
 TEST_CASE("a box that cannot be had is a hole, counted once; the others are there", "[raytracer][world]") {
@@ -26,10 +38,10 @@ TEST_CASE("a box that cannot be had is a hole, counted once; the others are ther
         for (int bx = range.min.bx; bx < range.max.bx; ++bx)
             for (int by = range.min.by; by < range.max.by; ++by)
                 for (int bz = range.min.bz; bz < range.max.bz; ++bz) {
-                    const BlockRef ref = blocks.get({0, bx, by, bz});
-                    CHECK(ref.hole == (bx == 0 && by == 0 && bz == -1));
-                    CHECK_FALSE((ref.hole && ref.box));
-                    holes += ref.hole ? 1 : 0, boxes += ref.box ? 1 : 0;
+                    const BlockPin block = blocks.get({0, bx, by, bz});
+                    CHECK(block->hole == (bx == 0 && by == 0 && bz == -1));
+                    CHECK_FALSE((block->hole && block->box));
+                    holes += block->hole ? 1 : 0, boxes += block->box ? 1 : 0;
                 }
     CHECK(blocks.hole_count() == 1);
     CHECK(holes == 3);
@@ -51,36 +63,76 @@ TEST_CASE("holes are counted once, however often and by however many threads the
     CHECK(world->asked() >= 2);
 }
 
-TEST_CASE("fetching ahead makes every box once, so that a walk asks the world for nothing", "[raytracer][world]") {
+TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothing", "[raytracer][world]") {
     const auto world = landscape();
     BlockManager blocks(*world, kPlenty);
-    const std::atomic<bool> stop{false};
-    blocks.prefetch(0, world->info().bounds, 2, stop);
-    const auto range = voxel::boxes_over(world->info().bounds, 0);
-    const int all = (range.max.bx - range.min.bx) * (range.max.by - range.min.by) * (range.max.bz - range.min.bz);
-    CHECK(world->asked() == all);
-    for (int bx = range.min.bx; bx < range.max.bx; ++bx) (void)blocks.get({0, bx, 0, 0});
-    CHECK(world->asked() == all);
+    const auto keys = all_keys(*world);
+    blocks.prefetch(keys);
+    while (blocks.stats().entries < keys.size()) std::this_thread::yield();
+    CHECK(world->asked() == static_cast<int>(keys.size()));
+    for (const auto& key : keys) CHECK(blocks.find(key) != nullptr);
+    CHECK(world->asked() == static_cast<int>(keys.size()));
 }
 
-TEST_CASE("fetching ahead ends when asked to, and when memory is nearly full", "[raytracer][world]") {
+TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][world]") {
     const auto world = landscape();
-    SECTION("asked to stop") {
-        BlockManager blocks(*world, kPlenty);
-        const std::atomic<bool> stop{true};
-        blocks.prefetch(0, world->info().bounds, 2, stop);
-        CHECK(world->asked() == 0);
-    }
-    SECTION("memory") {
-        constexpr std::size_t kLittle = 40'000;
-        BlockManager blocks(*world, kLittle);
-        const std::atomic<bool> stop{false};
-        blocks.prefetch(0, world->info().bounds, 1, stop);
-        const auto range = voxel::boxes_over(world->info().bounds, 0);
-        const int all = (range.max.bx - range.min.bx) * (range.max.by - range.min.by) * (range.max.bz - range.min.bz);
-        CHECK(world->asked() < all);
-        CHECK(blocks.stats().bytes <= kLittle);
-    }
+    constexpr std::size_t kLittle = 40'000;
+    BlockManager blocks(*world, kLittle, 1);
+    const auto keys = all_keys(*world);
+    blocks.prefetch(keys);
+    while (blocks.stats().bytes < kLittle / 4 * 3) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    CHECK(world->asked() < static_cast<int>(keys.size()));
+    CHECK(blocks.stats().peak_bytes <= kLittle);
+}
+
+TEST_CASE("who waits for a box is told once, also when it is there already", "[raytracer][world]") {
+    struct Ear final : BlockListener {
+        void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override { heard[key].push_back(ticket), ++count; }
+        std::map<voxel::BoxKey, std::vector<std::uint64_t>> heard;  // the manager's lock guards it
+        std::atomic<int> count{0};
+    };
+    const auto world = landscape();
+    world->make_hole({0, -1, 0, 0});
+    Ear ear;
+    BlockManager blocks(*world, kPlenty);
+    for (std::uint64_t i = 0; i < 3; ++i) blocks.wait_for({0, 0, 0, 0}, ear, i);
+    blocks.wait_for({0, -1, 0, 0}, ear, 7);  // a hole has come, too
+    while (ear.count < 4) std::this_thread::yield();
+    CHECK(blocks.find({0, 0, 0, 0}) != nullptr);
+    CHECK(blocks.find({0, -1, 0, 0})->hole);
+    blocks.wait_for({0, 0, 0, 0}, ear, 9);
+    CHECK(ear.count == 5);
+    CHECK(ear.heard[{0, 0, 0, 0}] == std::vector<std::uint64_t>{0, 1, 2, 9});
+    CHECK(ear.heard[{0, -1, 0, 0}] == std::vector<std::uint64_t>{7});
+    CHECK(world->asked() == 2);
+    blocks.forget(ear);
+}
+
+TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
+    const auto world = landscape();
+    BlockManager blocks(*world, 1);
+    const BlockPin pinned = blocks.get({0, 0, 0, 0});
+    REQUIRE(pinned->box);
+    for (const auto& key : all_keys(*world)) (void)blocks.get(key);
+    const int asked = world->asked();
+    CHECK(blocks.find({0, 0, 0, 0}) == pinned);
+    CHECK(world->asked() == asked);
+    std::uint64_t evicted = blocks.stats().levels[0].evicted;
+    CHECK(evicted > 20);
+    CHECK(blocks.stats().levels[0].loaded == evicted + blocks.stats().entries);
+}
+
+TEST_CASE("the limit holds while boxes come and go", "[raytracer][world]") {
+    const auto world = landscape();
+    const auto keys = all_keys(*world);
+    constexpr std::size_t kLimit = 150'000;
+    BlockManager blocks(*world, kLimit);
+    for (int round = 0; round < 3; ++round)
+        for (const auto& key : keys) (void)blocks.get(key);
+    CHECK(blocks.stats().levels[0].reloaded > 0);
+    CHECK(blocks.stats().peak_bytes <= kLimit + kLimit / 20);
+    CHECK(blocks.stats().bytes > kLimit / 2);
 }
 
 TEST_CASE("the hash of box keys tells levels and neighbours apart", "[raytracer][world]") {

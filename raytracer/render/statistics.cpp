@@ -1,0 +1,101 @@
+#include "raytracer/render/statistics.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "common/util/version.hpp"
+#include "raytracer/trace/traced_ray.hpp"
+
+namespace terravox {
+namespace {
+
+double mebibytes(std::size_t bytes) noexcept { return static_cast<double>(bytes) / (1 << 20); }
+
+double per_ray(const TraceCounts& c, std::uint64_t n) noexcept { return static_cast<double>(n) / static_cast<double>(std::max<std::uint64_t>(c.all_rays(), 1)); }
+
+double hit_rate(const BlockStats& b) noexcept { return static_cast<double>(b.hits) / static_cast<double>(std::max<std::uint64_t>(b.hits + b.misses, 1)); }
+
+nlohmann::json levels_of(const BlockStats& blocks) {
+    nlohmann::json out = nlohmann::json::array();
+    for (std::size_t l = 0; l < blocks.levels.size(); ++l) {
+        const auto& level = blocks.levels[l];
+        if (level.loaded == 0) continue;
+        out.push_back({{"level", l}, {"loaded", level.loaded}, {"evicted", level.evicted}, {"reloaded", level.reloaded}, {"bytes", level.bytes_loaded}});
+    }
+    return out;
+}
+
+nlohmann::json rays_of(const TraceCounts& counts) {
+    nlohmann::json out;
+    for (std::size_t k = 0; k < kRayKinds; ++k) out[name_of(static_cast<RayKind>(k))] = counts.rays[k];
+    return out;
+}
+
+}  // namespace
+
+std::uint64_t peak_rss_bytes() noexcept {
+    rusage usage{};
+    return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<std::uint64_t>(usage.ru_maxrss) * 1024 : 0;
+}
+
+nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& times, const View& view) {
+    nlohmann::json stages = nlohmann::json::array();
+    for (const auto& stage : times.stages()) stages.push_back({{"name", stage.name}, {"seconds", stage.seconds}, {"count", stage.count}});
+    const TraceCounts& t = s.counts.trace;
+    return {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
+            {"size", view.scene.output.size_px}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"steps", t.steps},
+            {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.blocks.holes},
+            {"boxes", {{"levels", levels_of(s.blocks)}, {"hit_rate", hit_rate(s.blocks)}, {"waits", s.blocks.waits}, {"limit_bytes", s.limit_bytes},
+                       {"peak_bytes", s.blocks.peak_bytes}}},
+            {"peak_rss_bytes", s.peak_rss_bytes}};
+}
+
+void print_statistics(const RenderStatistics& s, const util::StageTimes& times) {
+    // Stages that run on several threads sum up to more than the clock shows.
+    std::printf("\n%-22s %9s %7s\n", "stage", "seconds", "times");
+    for (const auto& stage : times.stages()) std::printf("%-22s %9.3f %7llu\n", stage.name.c_str(), stage.seconds, static_cast<unsigned long long>(stage.count));
+    std::printf("%-22s %9.3f\n", "whole (clock)", s.seconds);
+    const TraceCounts& t = s.counts.trace;
+    std::printf("%.2f million rays (", static_cast<double>(t.all_rays()) / 1e6);
+    for (std::size_t k = 0; k < kRayKinds; ++k)
+        std::printf("%s%s %.2f", k == 0 ? "" : ", ", name_of(static_cast<RayKind>(k)), static_cast<double>(t.rays[k]) / 1e6);
+    std::printf("), %.1f steps a ray, %.0f %% spared, %d threads\n", per_ray(t, t.steps), 100 * per_ray(t, t.spared), s.threads);
+    for (std::size_t l = 0; l < s.blocks.levels.size(); ++l) {
+        const auto& level = s.blocks.levels[l];
+        if (level.loaded == 0) continue;
+        std::printf("boxes of level %zu: %llu loaded (%.1f MiB), %llu evicted, %llu of them loaded again\n", l, static_cast<unsigned long long>(level.loaded),
+                    mebibytes(level.bytes_loaded), static_cast<unsigned long long>(level.evicted), static_cast<unsigned long long>(level.reloaded));
+    }
+    std::printf("%.1f MiB of boxes at most (limit %.0f), %llu waits for boxes, %.0f MiB of memory at most\n", mebibytes(s.blocks.peak_bytes), mebibytes(s.limit_bytes),
+                static_cast<unsigned long long>(s.blocks.waits), mebibytes(s.peak_rss_bytes));
+}
+
+ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, std::size_t holes) {
+    const Vec3 p = view.camera.position();
+    const auto text = [](double v) { return std::to_string(v); };
+    ImageMetadata out = {{"Software", std::string("terravox ") + kVersion}, {"ImageDescription", world.title}, {"terravox:voxel_m", text(world.voxel_m)},
+                         {"terravox:camera", text(p.x) + " " + text(p.y) + " " + text(p.z)}, {"terravox:detail", text(view.scene.quality.detail)},
+                         {"terravox:holes", std::to_string(holes)}};
+    if (!world.crs.empty()) out.emplace_back("terravox:crs", world.crs);
+    if (!world.attribution.empty()) out.emplace_back("Copyright", world.attribution);
+    return out;
+}
+
+ImageMetadata metadata_of(const RenderStatistics& s) {
+    const TraceCounts& t = s.counts.trace;
+    return {{"terravox:seconds", std::to_string(s.seconds)},
+            {"terravox:rays", rays_of(t).dump()},
+            {"terravox:steps_per_ray", std::to_string(per_ray(t, t.steps))},
+            {"terravox:rays_spared", std::to_string(t.spared)},
+            {"terravox:rays_parked", std::to_string(t.parked)},
+            {"terravox:boxes", levels_of(s.blocks).dump()},
+            {"terravox:box_hit_rate", std::to_string(hit_rate(s.blocks))},
+            {"terravox:box_waits", std::to_string(s.blocks.waits)},
+            {"terravox:peak_memory_bytes", std::to_string(s.peak_rss_bytes)}};
+}
+
+}  // namespace terravox

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "common/util/stage_times.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "raytracer/render/render.hpp"
+
+namespace terravox {
+
+/// What a rendered picture took: printed, written as a report, and stored in the picture.
+struct RenderStatistics {
+    RenderCounts counts;
+    BlockStats blocks;
+    std::size_t limit_bytes = 0;  ///< for boxes
+    std::uint64_t peak_rss_bytes = 0;  ///< of the whole process; 0: not known
+    double seconds = 0;
+    int threads = 1;
+};
+
+/// Most memory that this process has had so far, bytes; 0 where the system does not say.
+[[nodiscard]] std::uint64_t peak_rss_bytes() noexcept;
+
+[[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics, const util::StageTimes& times, const View& view);
+/// A few lines for a person.
+void print_statistics(const RenderStatistics& statistics, const util::StageTimes& times);
+/// What a person should know of a picture, stored in it. The same for each run that makes the same picture.
+[[nodiscard]] ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, std::size_t holes);
+/// What this run took: for formats that are kept for work (EXR), not for those that are compared byte by byte.
+[[nodiscard]] ImageMetadata metadata_of(const RenderStatistics& statistics);
+
+}  // namespace terravox

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <utility>
+#include <unordered_map>
+#include <vector>
+
+#include "raytracer/shade/shading.hpp"
+#include "raytracer/tiles/tile.hpp"
+#include "raytracer/trace/pixel_blocks.hpp"
+#include "raytracer/walk/shaft.hpp"
+#include "raytracer/walk/surroundings.hpp"
+
+namespace terravox {
+
+/// What one thread needs to trace tiles of a view.
+struct TracerTools {
+    TracerTools(const View& of, BlockManager& blocks, std::size_t pinned_bytes)
+        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(of) {}
+    const View& view;
+    BlockReader reader;
+    RayWalk walk;
+    BeamMarch beams;
+    ShaftMarch shafts;
+    Surroundings surroundings;
+    Shading shading;
+    Occluder occluder;
+};
+
+/// A tile on its way: its rays in waves. A wave is walked, then shaded in order, which makes the next wave; when none comes, the next
+/// sample of each pixel begins. A ray whose box is missing is laid aside with that box while the others go on; only when all that are
+/// left wait does the tile wait. The result is a function of the tile alone: waves are shaded whole and in order. docs/adr/0015.
+/// Used by one thread at a time.
+class TileJob {
+public:
+    explicit TileJob(const RenderTile& tile);
+
+    /// Goes on as far as the boxes in memory allow. @return whether the tile is finished
+    /// @param stop ends it early, with false: the job cannot go on then
+    [[nodiscard]] bool run(TracerTools& tools, const std::atomic<bool>& stop);
+    /// Boxes that rays have begun to wait for since the last call.
+    [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return std::exchange(m_missing, {}); }
+    /// The rays that waited for this box go on with the next run().
+    void box_came(const voxel::BoxKey& key);
+    /// After run() said so. One sample for each pixel that RenderTile::each_pixel visits, in its order.
+    [[nodiscard]] TileResult take_result();
+
+private:
+    /// A pixel of the part that is being traced, summed up over its samples.
+    struct Pixel {
+        int x = 0, y = 0;
+        std::uint32_t place = 0;  ///< in the result
+        const BeamStart* start = nullptr;
+        double r = 0, g = 0, b = 0, t = 0;
+        int hits = 0;
+    };
+    void begin(TracerTools& tools);
+    [[nodiscard]] std::size_t lattice_index(int column, int row) const noexcept;
+    void begin_part();
+    void make_primary(TracerTools& tools);
+    void walk_pending(TracerTools& tools, const std::atomic<bool>& stop);
+    [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
+    void spare_free_shadows(TracerTools& tools);
+    void shade_wave(TracerTools& tools);
+    void end_round();
+    void end_part(const View& view);
+
+    RenderTile m_tile;
+    PixelLattice m_lattice;
+    std::vector<std::int32_t> m_place;  ///< of a lattice point in the result; -1: an earlier pass has it
+    std::vector<PixelBlock> m_blocks;
+    std::vector<PixelSample> m_samples;
+    std::size_t m_part_begin = 0, m_part_end = 0;  ///< blocks that are being traced: a large tile goes part by part, for memory's sake
+    std::vector<Pixel> m_pixels;                   ///< of the part
+    std::vector<SampleSum> m_sums;
+    std::vector<TracedRay> m_wave, m_next;
+    std::vector<std::uint32_t> m_pending;
+    std::unordered_map<voxel::BoxKey, std::vector<std::uint32_t>, voxel::BoxKeyHash> m_parked;
+    std::vector<voxel::BoxKey> m_missing;
+    int m_round = -1;  ///< which sample of each pixel of the part; -1: not begun
+    TraceCounts m_counts;
+};
+
+}  // namespace terravox

@@ -1,0 +1,105 @@
+#include "raytracer/walk/beam.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace terravox {
+namespace {
+
+constexpr double kMostSlope = 8;         // a beam that leans more is no beam
+constexpr double kRounding_voxel = 1e-3; // slopes times distances, in double
+constexpr int kMostFineSlabs = 6;        // of the finest thickness: then single rays are cheaper
+constexpr int kMostShift = 30;
+constexpr std::int32_t kFirstSlab = 4;
+
+int major_axis(Vec3 d) noexcept {
+    const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
+    return x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
+}
+
+}  // namespace
+
+bool Beam::make(Vec3 eye, const Vec3 (&corners)[4], Beam& beam) noexcept {
+    const Vec3 middle = corners[0] + corners[1] + corners[2] + corners[3];
+    beam.axis = major_axis(middle);
+    beam.forward = middle[beam.axis] > 0;
+    for (int a = 0; a < 3; ++a) beam.eye[a] = eye[a], beam.slope_min[a] = kFar, beam.slope_max[a] = -kFar;
+    for (const Vec3& corner : corners) {
+        const double along = beam.forward ? corner[beam.axis] : -corner[beam.axis];
+        for (int a = 0; a < 3; ++a) {
+            const double slope = corner[a] / along;
+            if (!(along > 0) || !(std::abs(slope) <= kMostSlope)) return false;
+            beam.slope_min[a] = std::min(beam.slope_min[a], slope), beam.slope_max[a] = std::max(beam.slope_max[a], slope);
+        }
+    }
+    return true;
+}
+
+bool BeamStart::place(RayState& ray, const LevelCut& cut) const noexcept {
+    if (kind == Kind::kMiss) return false;
+    voxel::VoxelBounds bounds = cut.entry_bounds();
+    const auto i = static_cast<std::size_t>(axis);
+    if (kind == Kind::kPlane) {
+        if (forward) bounds.min[i] = std::max(bounds.min[i], plane);
+        else bounds.max[i] = std::min(bounds.max[i], plane);
+    }
+    return ray.enter(bounds);
+}
+
+BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
+    const auto axis = static_cast<std::size_t>(beam.axis);
+    const int u = (beam.axis + 1) % 3, w = (beam.axis + 2) % 3, towards = beam.forward ? 1 : -1;
+    const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
+    const std::int32_t end = beam.forward ? bounds.max[axis] : bounds.min[axis];
+    std::int32_t plane;
+    if (from.kind == BeamStart::Kind::kPlane && from.axis == beam.axis) {
+        plane = from.plane;
+    } else {
+        const double eye = std::clamp(beam.eye[axis], static_cast<double>(bounds.min[axis]), static_cast<double>(bounds.max[axis]));
+        // From a little behind the eye, so that thick slabs come soon.
+        plane = static_cast<std::int32_t>(beam.forward ? std::floor(eye) : std::ceil(eye));
+        plane = beam.forward ? plane & ~(kFirstSlab - 1) : (plane + kFirstSlab - 1) & ~(kFirstSlab - 1);
+    }
+    const auto free_between = [&](std::int32_t near, std::int32_t far, int shift) {
+        const double d0 = std::abs(near - beam.eye[axis]), d1 = std::abs(far - beam.eye[axis]);
+        VoxelRange range;
+        range.low[axis] = std::min(near, far), range.high[axis] = std::max(near, far) - 1;
+        for (const int a : {u, w}) {
+            range.low[a] = RayState::floor_to_int(beam.eye[a] + std::min(d0 * beam.slope_min[a], d1 * beam.slope_min[a]) - kRounding_voxel);
+            range.high[a] = RayState::floor_to_int(beam.eye[a] + std::max(d0 * beam.slope_max[a], d1 * beam.slope_max[a]) + kRounding_voxel);
+        }
+        ++m_slabs;
+        return !m_query.any_solid(range, std::max(shift - 2, 0));
+    };
+    int shift = kMostShift, fine = 0;
+    bool stopped = false;
+    while (!stopped && (beam.forward ? plane < end : plane > end)) {
+        const int finest = m_query.level();  // steps below the voxels there are show nothing more
+        shift = std::min({shift, finest + LevelCut::kSideBits, plane == 0 ? kMostShift : std::countr_zero(static_cast<std::uint32_t>(plane))});
+        shift = std::max(shift, 0);
+        while (true) {
+            if (shift <= finest && fine++ >= kMostFineSlabs) {
+                stopped = true;
+                break;
+            }
+            const std::int32_t next = plane + towards * (std::int32_t{1} << shift);
+            if (free_between(plane, next, shift)) {
+                plane = next;
+                shift += 2;
+                break;
+            }
+            if (shift <= m_query.level() || shift == 0) {
+                stopped = true;
+                break;
+            }
+            shift = std::max(shift - 2, 0);
+        }
+    }
+    BeamStart out;
+    out.forward = beam.forward, out.axis = static_cast<std::int8_t>(beam.axis), out.plane = plane;
+    out.kind = stopped ? BeamStart::Kind::kPlane : BeamStart::Kind::kMiss;
+    return out;
+}
+
+}  // namespace terravox

@@ -1,0 +1,22 @@
+#include "raytracer/walk/level_cut.hpp"
+
+namespace terravox {
+
+LevelCut::LevelCut(const voxel::VoxelBounds& bounds, int level) : LevelCut(bounds, {}, 0, 0, level, level) {}
+
+LevelCut::LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail, int finest, int coarsest)
+    : m_bounds(bounds), m_eye(eye), m_dy(outside(eye.y, bounds.min[1], bounds.max[1])), m_finest(finest), m_coarsest(detail > 0 ? coarsest : finest) {
+    for (int level = 0; level <= voxel::kMaxLevel; ++level) {
+        const auto l = static_cast<std::size_t>(level);
+        for (std::size_t a = 0; a < 3; ++a) {
+            m_level_bounds[l].min[a] = voxel::floor_div(bounds.min[a], 1 << level);
+            m_level_bounds[l].max[a] = voxel::floor_div(bounds.max[a] - 1, 1 << level) + 1;
+        }
+        const double near = detail > 0 ? static_cast<double>(1 << level) / (detail * pixel_rad) : 0;
+        m_near2[l] = near * near;
+    }
+    m_entry_bounds = this->bounds(m_coarsest);
+    for (std::size_t a = 0; a < 3; ++a) m_entry_bounds.min[a] *= 1 << m_coarsest, m_entry_bounds.max[a] *= 1 << m_coarsest;
+}
+
+}  // namespace terravox

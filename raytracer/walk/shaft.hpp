@@ -1,0 +1,45 @@
+#pragma once
+
+#include "raytracer/walk/ray_state.hpp"
+#include "raytracer/walk/solid_query.hpp"
+
+namespace terravox {
+
+/// Rays of one direction from origins that lie together: a block of shadow rays. All points between the highest and the lowest of the
+/// lines through the origins, seen along the major axis of the direction. Level-0 voxels.
+class Shaft {
+public:
+    explicit Shaft(Vec3 direction) noexcept;
+    /// @param ray where it starts
+    void add(const Vec3& origin, const RayState& ray) noexcept;
+
+private:
+    friend class ShaftMarch;
+    /// The plane of the ray's voxel that lies behind it.
+    [[nodiscard]] std::int32_t behind(const RayState& ray) const noexcept { return (ray.voxel[m_axis] + (m_forward ? 0 : 1)) << ray.level; }
+    int m_axis;
+    bool m_forward;
+    double m_slope[3];
+    double m_low[3], m_high[3];  ///< where the lines cross the plane `axis = 0`
+    std::int32_t m_first;        ///< plane behind the hindmost voxel that a ray starts in
+};
+
+/// Marches shafts from the end of the world back towards the origins.
+class ShaftMarch {
+public:
+    ShaftMarch(BlockReader& reader, const LevelCut& cut) : m_query(reader, cut), m_cut(cut) {}
+    /// @return the plane on the shaft's axis from which on (in its direction) nothing is in the way
+    [[nodiscard]] std::int32_t free_from(const Shaft& shaft);
+    /// Whether a ray of the shaft starts at or beyond free_from().
+    [[nodiscard]] static bool is_free(const Shaft& shaft, const RayState& ray, std::int32_t free_from) noexcept {
+        return shaft.m_forward ? shaft.behind(ray) >= free_from : shaft.behind(ray) <= free_from;
+    }
+    [[nodiscard]] std::uint64_t slabs() const noexcept { return m_slabs; }
+
+private:
+    SolidQuery m_query;
+    const LevelCut& m_cut;
+    std::uint64_t m_slabs = 0;
+};
+
+}  // namespace terravox

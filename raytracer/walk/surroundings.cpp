@@ -1,0 +1,34 @@
+#include "raytracer/walk/surroundings.hpp"
+
+namespace terravox {
+
+bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
+    const int own = m_cut.level_at(v.x << level, v.z << level, level);
+    // Where the neighbour is coarser, what it is part of; where it is finer, its middle.
+    const auto moved = [&](std::int32_t c) { return own >= level ? c >> (own - level) : (c << (level - own)) + (1 << (level - own - 1)); };
+    const std::int32_t x = moved(v.x), y = moved(v.y), z = moved(v.z);
+    const voxel::BoxKey key{own, x >> 6, y >> 8, z >> 6};
+    const Block* block = m_reader.get(key);
+    if (block == nullptr) {
+        m_missing = key;
+        return false;
+    }
+    solid = block->hole || (block->box && block->box->solid(x & 63, y & 255, z & 63));
+    return true;
+}
+
+bool Surroundings::around(const Hit& hit, Seen& seen) {
+    const VoxelCoord front = neighbour(hit.voxel, hit.face);
+    const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (; seen.looked < 8; ++seen.looked) {
+        const int place = seen.looked < 4 ? seen.looked : seen.looked + 1;  // of nine, without the middle
+        std::int32_t c[3] = {front.x, front.y, front.z};
+        c[a] += place / 3 - 1, c[b] += place % 3 - 1;
+        bool solid = false;
+        if (!look({c[0], c[1], c[2]}, hit.level, solid)) return false;
+        seen.bits = static_cast<std::uint8_t>(seen.bits | static_cast<int>(solid) << seen.looked);
+    }
+    return true;
+}
+
+}  // namespace terravox

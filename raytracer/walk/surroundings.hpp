@@ -1,0 +1,42 @@
+#pragma once
+
+#include "raytracer/walk/walk.hpp"
+
+namespace terravox {
+
+/// The neighbour of a voxel across one of its faces.
+[[nodiscard]] inline VoxelCoord neighbour(VoxelCoord v, Face face) noexcept {
+    const int s = sign_of(face);
+    switch (axis_of(face)) {
+        case 0: v.x += s; break;
+        case 1: v.y += s; break;
+        default: v.z += s; break;
+    }
+    return v;
+}
+
+/// What stands around the voxel before a face, as far as it has been looked at.
+struct Seen {
+    std::uint8_t bits = 0, looked = 0;
+};
+
+/// Looks at the eight voxels around the one before a face. One for each thread.
+class Surroundings {
+public:
+    Surroundings(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
+
+    /// Sets in `seen.bits` bit `3 * (da + 1) + (db + 1)`, less one beyond the middle (0..7), for solid voxels, where a and b are the axes
+    /// after the face's own in turn. Holes count as solid.
+    /// @return false when a box is not in memory: missing(). The next call goes on from there, so that one box at a time is enough.
+    [[nodiscard]] bool around(const Hit& hit, Seen& seen);
+    /// Whether a voxel of a level is solid, in the cut's own boxes. @return false when the box is not in memory
+    [[nodiscard]] bool look(VoxelCoord voxel, int level, bool& solid);
+    [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
+
+private:
+    BlockReader& m_reader;
+    const LevelCut& m_cut;
+    voxel::BoxKey m_missing;
+};
+
+}  // namespace terravox

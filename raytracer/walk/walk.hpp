@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/voxel/box.hpp"
+#include "raytracer/walk/block_reader.hpp"
+#include "raytracer/walk/level_cut.hpp"
+#include "raytracer/walk/ray_state.hpp"
+
+namespace terravox {
+
+struct Hit {
+    double t = 0;      ///< multiples of the ray's direction, to the face (0 when the ray starts inside)
+    VoxelCoord voxel;  ///< of `level`
+    Face face = Face::kNone;  ///< the face the ray came through; kNone when it starts inside
+    std::int8_t level = 0;
+    bool hole = false;  ///< not a voxel: a box that could not be had
+    voxel::VoxelAttr attr;
+};
+
+/// What a walk stops at.
+enum class StopAt : std::uint8_t {
+    kSolid,     ///< anything but air
+    kNotWater,  ///< anything but air and water: what a swimmer sees
+};
+
+enum class WalkEnd : std::uint8_t {
+    kHit,
+    kMiss,
+    kWaits,  ///< for a box that is not in memory: the ray may be walked on from where it is
+};
+
+struct WalkCounts {
+    std::uint64_t steps = 0;  ///< cells and voxels visited
+};
+
+/// A brick that a ray was stopped by: the next ray of the same direction often meets it, too.
+struct Occluder {
+    std::uint64_t mask = 0;  ///< of the 4 x 4 x 4 voxels; 0: none
+    std::int32_t low[3] = {};
+    std::int8_t level = 0;
+};
+
+/// Walks rays through the boxes of a cut, from box to box, in each through cells of 64, 16 and 4 voxels, always leaping over the largest
+/// empty one (8 children together where all are empty). It never waits: it hands a ray back when a box is missing.
+/// Coordinates: see RayState. One for each thread.
+/// Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987; Museth, "Hierarchical Digital Differential Analyzer",
+/// SIGGRAPH Talks 2014.
+class RayWalk {
+public:
+    RayWalk(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
+
+    /// From where the ray is to the first voxel that stops it with t <= t_max.
+    [[nodiscard]] WalkEnd first_hit(RayState& ray, StopAt stop, double t_max, Hit& hit) { return walk<false>(ray, stop, t_max, &hit, nullptr); }
+    /// Whether anything solid lies ahead; kHit also for holes. @param occluder in: tried first; out: what stopped the ray
+    [[nodiscard]] WalkEnd any_hit(RayState& ray, double t_max, Occluder& occluder);
+
+    /// Which box the ray that kWaits needs.
+    [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
+    [[nodiscard]] BlockReader& reader() noexcept { return m_reader; }
+    [[nodiscard]] const LevelCut& cut() const noexcept { return m_cut; }
+    [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
+
+private:
+    template <bool kAny>
+    WalkEnd walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder);
+    template <bool kAny>
+    bool walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit, Occluder* occluder);
+
+    BlockReader& m_reader;
+    const LevelCut& m_cut;
+    voxel::BoxKey m_missing;
+    WalkCounts m_counts;
+};
+
+}  // namespace terravox

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/util/error.hpp"
+
+using CURL = void;
+struct curl_slist;
+
+namespace terravox {
+
+/// A reply that came whole.
+struct HttpReply {
+    long status = 0;
+    std::optional<std::chrono::seconds> retry_after;  ///< as the server said it
+    std::string content_type, content_encoding;
+    std::vector<std::byte> body;
+};
+
+/// No whole reply came; another try may fare better.
+class LostError : public Error {
+public:
+    using Error::Error;
+};
+
+/// What one request may take.
+struct HttpLimits {
+    std::chrono::milliseconds time{60'000};  ///< from the first byte sent to the last received, connecting included
+    std::chrono::seconds stalled{120};       ///< with hardly a byte coming; at least 1
+    std::size_t bytes = std::size_t{64} << 20;  ///< of the body
+};
+
+/// GET requests over connections that are kept alive: a request takes a free one and gives it back. Thread-safe; one connection for each
+/// thread that asks at the same time. The environment variable TERRAVOX_TOKEN is sent as a bearer token. Redirects are not followed.
+class HttpClient {
+public:
+    HttpClient();
+    ~HttpClient();
+    HttpClient(const HttpClient&) = delete;
+    HttpClient& operator=(const HttpClient&) = delete;
+
+    /// @throws UsageError for what is not written as http(s)://host[:port]
+    static void check_address(const std::string& url);
+    /// @throws LostError when no whole reply came within the limits; Error after stop(), and for what no other try will mend (a certificate)
+    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits);
+    /// Waits, but no longer than until stop(). @throws Error after stop()
+    void wait(const std::string& url, std::chrono::milliseconds time);
+    /// Requests and waits under way end within about a second; later ones at once.
+    void stop() noexcept;
+
+private:
+    class Handle;
+    void add_header(const std::string& line);
+    CURL* take();
+    void give_back(CURL* handle) noexcept;
+    [[nodiscard]] static Error stopped(const std::string& url) { return Error("fetch " + url + ": stopped"); }
+
+    curl_slist* m_headers = nullptr;  ///< sent with every request
+    std::mutex m_mutex;               ///< guards m_free
+    std::vector<CURL*> m_free;
+    std::atomic<bool> m_stopped{false};
+    std::mutex m_wait_mutex;  ///< of m_wake, so that no stop() falls between a look at m_stopped and the wait
+    std::condition_variable m_wake;
+};
+
+}  // namespace terravox

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "raytracer/trace/pixel_blocks.hpp"
+#include "raytracer/walk/shaft.hpp"
+#include "raytracer/walk/walk.hpp"
+#include "raytracer/world/block_manager.hpp"
+#include "tests/bench/entries/tile_tracer.hpp"
+
+namespace terravox::bench {
+
+/// Our own tracer on the neutral scene. Its rays are traced in trace_primary and trace_shadow and nowhere else.
+class NeutralTracer final : public TileTracer {
+public:
+    /// @param world outlives the tracer; all its boxes fit into memory @param threads most that may call at the same time
+    NeutralTracer(NeutralWorld& world, int threads);
+
+    void begin(const NeutralView& view) override;
+    void trace_primary(int x0, int y0, int thread) override;
+    void trace_shadow(int x0, int y0, int thread) override;
+    [[nodiscard]] std::size_t hits() const override;
+    [[nodiscard]] std::size_t shadowed() const override;
+
+private:
+    /// What a pixel's rays found.
+    struct Seen {
+        double t = 0;  ///< along the primary ray
+        VoxelCoord voxel;
+        Face face = Face::kNone;
+        bool hit = false, shadowed = false;
+    };
+    struct Worker {
+        Worker(BlockManager& blocks, const LevelCut& cut) : reader(blocks), walk(reader, cut), beams(reader, cut), shafts(reader, cut) {}
+        BlockReader reader;
+        RayWalk walk;
+        BeamMarch beams;
+        ShaftMarch shafts;
+        Occluder occluder;
+        std::vector<PixelBlock> tile_blocks;
+    };
+    /// The shadow rays of 4 x 4 pixels.
+    void trace_shadow_block(int x0, int y0, Worker& worker);
+    LevelCut m_cut;
+    BlockManager m_blocks;
+    std::vector<std::unique_ptr<Worker>> m_workers;
+    std::optional<Camera> m_camera;
+    std::vector<Seen> m_seen;  ///< row by row
+};
+
+}  // namespace terravox::bench

@@ -1,0 +1,142 @@
+#pragma once
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace terravox::test {
+
+/// What the server does with one request.
+struct Deed {
+    int status = 200;
+    std::string type = "application/json", body = {};
+    std::string headers = {};  ///< further ones, each ending in "\r\n"
+    std::chrono::milliseconds late{0};  ///< before the first byte
+    std::chrono::milliseconds drip{0};  ///< after each byte of the body
+    bool silent = false;                ///< takes the request and says nothing
+    std::size_t lost = 0;               ///< bytes of the body that never come: the connection ends before them
+};
+
+/// A web server on a free local port that does to each request what it is told: late, silent, dripping, damaged. A thread for each connection.
+class BadServer {
+public:
+    /// What to do with the n-th request (from 0) for a path. Called from several threads, one at a time.
+    using Script = std::function<Deed(const std::string& path, int n)>;
+
+    explicit BadServer(Script script) : m_script(std::move(script)), m_listener(::socket(AF_INET, SOCK_STREAM, 0)) {
+        sockaddr_in address{};
+        address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t size = sizeof address;
+        auto* generic = reinterpret_cast<sockaddr*>(&address);
+        if (m_listener < 0 || ::bind(m_listener, generic, size) != 0 || ::listen(m_listener, 64) != 0 || ::getsockname(m_listener, generic, &size) != 0)
+            throw std::runtime_error("start the test's server: no local port");
+        m_port = ntohs(address.sin_port);
+        m_thread = std::thread([this] { listen(); });
+    }
+    ~BadServer() {
+        m_stop = true;
+        m_thread.join();
+        for (std::thread& t : m_connections) t.join();
+        ::close(m_listener);
+    }
+    BadServer(const BadServer&) = delete;
+    BadServer& operator=(const BadServer&) = delete;
+
+    [[nodiscard]] std::string url() const { return "http://127.0.0.1:" + std::to_string(m_port); }
+    [[nodiscard]] int asked(const std::string& path) const {
+        const std::lock_guard lock(m_mutex);
+        const auto found = m_asked.find(path);
+        return found == m_asked.end() ? 0 : found->second;
+    }
+
+private:
+    /// @return whether there is something to read; false when the server ends
+    bool readable(int socket) const {
+        while (!m_stop) {
+            pollfd one{socket, POLLIN, 0};
+            if (::poll(&one, 1, 20) > 0) return true;
+        }
+        return false;
+    }
+    /// @return false when the server ends, or the client has gone
+    bool rest(int socket, std::chrono::milliseconds time) const {
+        const auto end = std::chrono::steady_clock::now() + time;
+        while (!m_stop && std::chrono::steady_clock::now() < end) {
+            pollfd one{socket, POLLRDHUP, 0};
+            const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+            if (::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 20))) > 0) return false;
+        }
+        return !m_stop;
+    }
+    void listen() {
+        while (readable(m_listener)) {
+            const int socket = ::accept(m_listener, nullptr, nullptr);
+            if (socket < 0) continue;
+            m_connections.emplace_back([this, socket] {
+                serve(socket);
+                ::close(socket);
+            });
+        }
+    }
+    static bool send(int socket, const std::string& bytes) {
+        return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+    }
+
+    void serve(int socket) {
+        std::string request;
+        while (request.find("\r\n\r\n") == std::string::npos) {
+            char bytes[4096];
+            if (!readable(socket)) return;
+            const auto count = ::recv(socket, bytes, sizeof bytes, 0);
+            if (count <= 0) return;
+            request.append(bytes, static_cast<std::size_t>(count));
+        }
+        const auto begin = request.find(' ') + 1;
+        const std::string path = request.substr(begin, request.find(' ', begin) - begin);
+        const Deed deed = [&] {
+            const std::lock_guard lock(m_mutex);
+            return m_script(path, m_asked[path]++);
+        }();
+        if (deed.silent) {
+            (void)rest(socket, std::chrono::hours(1));
+            return;
+        }
+        if (!rest(socket, deed.late)) return;
+        std::string head = "HTTP/1.1 " + std::to_string(deed.status) + " Whatever\r\nConnection: close\r\n" + deed.headers;
+        if (deed.status != 204) head += "Content-Type: " + deed.type + "\r\nContent-Length: " + std::to_string(deed.body.size()) + "\r\n";
+        const std::string body = deed.body.substr(0, deed.body.size() - deed.lost);
+        if (!send(socket, head + "\r\n")) return;
+        if (deed.drip.count() == 0) {
+            (void)send(socket, body);
+            return;
+        }
+        for (const char byte : body)
+            if (!send(socket, std::string(1, byte)) || !rest(socket, deed.drip)) return;
+    }
+
+    Script m_script;
+    int m_listener;
+    int m_port = 0;
+    std::atomic<bool> m_stop{false};
+    mutable std::mutex m_mutex;  ///< guards m_asked and the script
+    std::map<std::string, int> m_asked;
+    std::vector<std::thread> m_connections;  ///< touched by m_thread, then by the destructor
+    std::thread m_thread;
+};
+
+}  // namespace terravox::test
