@@ -13,6 +13,13 @@ public:
 
     /// The ray through picture coordinates: px in [0, width), py in [0, height), y down; direction of unit length.
     [[nodiscard]] Ray ray(double px, double py) const noexcept;
+    /// What ray() computes with: the direction is that of (forward + right * u) + up * v, u = (2 px - width) / height,
+    /// v = (height - 2 py) / height, times one over its length.
+    struct Basis {
+        Vec3 position, forward, right, up;
+        double width, height;
+    };
+    [[nodiscard]] Basis basis() const noexcept { return {m_position, m_forward, m_right, m_up, m_width, m_height}; }
     [[nodiscard]] Vec3 position() const noexcept { return m_position; }
     /// Angle that the pixel in the middle of the picture covers.
     [[nodiscard]] double pixel_rad() const noexcept { return 2 * length(m_up) / m_height; }

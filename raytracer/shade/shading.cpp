@@ -66,10 +66,9 @@ float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
 
 }  // namespace
 
-TracedRay Shading::primary(double px, double py, std::uint32_t sample) const noexcept {
+TracedRay Shading::primary(const Ray& ray, std::uint32_t sample) const noexcept {
     TracedRay out;
-    out.ray = m_view.camera.ray(px, py);
-    out.state = RayState(out.ray);
+    out.ray = ray;
     out.weight = kWhole;
     out.sample = sample;
     return out;

@@ -20,8 +20,8 @@ class Shading {
 public:
     explicit Shading(const View& view) noexcept : m_view(view) {}
 
-    /// The primary ray through picture coordinates.
-    [[nodiscard]] TracedRay primary(double px, double py, std::uint32_t sample) const noexcept;
+    /// What a primary ray brings. Its state is the caller's.
+    [[nodiscard]] TracedRay primary(const Ray& ray, std::uint32_t sample) const noexcept;
     /// Whether shade() will ask what stands around the ray's hit (TracedRay::around).
     [[nodiscard]] bool needs_surroundings(const TracedRay& ray) const noexcept;
     /// Adds to the sum what the ray has found, and to `next` the rays that this makes necessary.

@@ -8,7 +8,6 @@
 namespace terravox {
 namespace {
 
-constexpr std::uint32_t kShaftRays = 16;
 constexpr std::size_t kPartBlocks = 256;  // 4096 rays: about a megabyte
 
 /// Where sample s of a pixel lies in it.
@@ -43,11 +42,8 @@ void TileJob::box_came(const voxel::BoxKey& key) {
 }
 
 bool TileJob::run(TracerTools& tools, const std::atomic<bool>& stop) {
-    const std::uint64_t steps = tools.walk.counts().steps, slabs = tools.beams.slabs() + tools.shafts.slabs();
-    const auto count = [&] {
-        m_counts.steps += tools.walk.counts().steps - steps;
-        m_counts.slabs += tools.beams.slabs() + tools.shafts.slabs() - slabs;
-    };
+    const std::uint64_t steps = tools.steps(), slabs = tools.slabs();
+    const auto count = [&] { m_counts.steps += tools.steps() - steps, m_counts.slabs += tools.slabs() - slabs; };
     if (m_round < 0) begin(tools);
     while (true) {
         walk_pending(tools, stop);
@@ -94,7 +90,7 @@ void TileJob::begin_part() {
                 Pixel pixel;
                 pixel.x = m_lattice.first_x + column * m_tile.step, pixel.y = m_lattice.first_y + row * m_tile.step;
                 pixel.place = static_cast<std::uint32_t>(place);
-                pixel.start = &block.start;
+                pixel.block = &block;
                 m_pixels.push_back(pixel);
             }
     }
@@ -102,22 +98,67 @@ void TileJob::begin_part() {
     m_round = 0;
 }
 
+std::pair<double, double> TileJob::picture_point(const Pixel& pixel, int samples) const noexcept {
+    const SamplePoint at(pixel.x, pixel.y, m_round, samples);
+    return {pixel.x + at.u, pixel.y + at.v};
+}
+
 void TileJob::make_primary(TracerTools& tools) {
-    const int samples = tools.view.scene.quality.samples;
     for (SampleSum& sum : m_sums) sum = {};
-    m_wave.clear();
-    for (std::uint32_t i = 0; i < m_pixels.size(); ++i) {
-        const Pixel& pixel = m_pixels[i];
-        const SamplePoint at(pixel.x, pixel.y, m_round, samples);
-        TracedRay& ray = m_wave.emplace_back(tools.shading.primary(pixel.x + at.u, pixel.y + at.v, i));
-        if (pixel.start->place(ray.state, tools.view.cut)) {
-            m_pending.push_back(i);
-        } else {
-            ray.end = WalkEnd::kMiss;
-            ++m_counts.spared;
-        }
+    m_wave.assign(m_pixels.size(), {});
+    const auto size = static_cast<std::uint32_t>(m_pixels.size());
+    for (std::uint32_t first = 0, end = 0; first < size; first = end) {
+        const PixelBlock& block = *m_pixels[first].block;
+        for (end = first + 1; end < size && m_pixels[end].block == &block;) ++end;
+        if (tools.packets && block.start.kind == BeamStart::Kind::kPlane) trace_primary_packet(tools, block, first, end - first);
+        else
+            for (std::uint32_t i = first; i < end; ++i) make_single(tools, i);
     }
     m_counts.rays[static_cast<std::size_t>(RayKind::kPrimary)] += m_wave.size();
+}
+
+void TileJob::make_single(TracerTools& tools, std::uint32_t index) {
+    const Pixel& pixel = m_pixels[index];
+    const auto [px, py] = picture_point(pixel, tools.view.scene.quality.samples);
+    TracedRay& ray = m_wave[index] = tools.shading.primary(tools.view.camera.ray(px, py), index);
+    ray.state = RayState(ray.ray);
+    if (pixel.block->start.place(ray.state, tools.view.cut)) {
+        m_pending.push_back(index);
+    } else {
+        ray.end = WalkEnd::kMiss;
+        ++m_counts.spared;
+    }
+}
+
+void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count) {
+    PrimaryLanes lanes = primary_lanes(tools.view.camera, block.start, tools.view.cut);
+    for (std::uint32_t i = 0; i < RayPacket::kLanes; ++i) {
+        const auto [px, py] = picture_point(m_pixels[first + (i < count ? i : 0)], tools.view.scene.quality.samples);
+        lanes.px[i] = px, lanes.py[i] = py;
+    }
+    RayPacket packet;
+    Hit hits[RayPacket::kLanes];
+    const std::uint32_t placed = packet_steps()->primary(packet, lanes) & ((1u << count) - 1);
+    const PacketWalk::Ends ends = tools.packets->first_hits(packet, placed, hits);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if ((placed >> i & 1) == 0) {
+            make_single(tools, first + i);
+            continue;
+        }
+        TracedRay& ray = m_wave[first + i] = tools.shading.primary(tools.view.camera.ray(lanes.px[i], lanes.py[i]), first + i);
+        if ((ends.missed >> i & 1) != 0) {
+            ray.end = WalkEnd::kMiss;
+            continue;
+        }
+        m_pending.push_back(first + i);
+        if ((ends.hit >> i & 1) != 0) {
+            ray.end = WalkEnd::kHit;
+            ray.hit = hits[i];
+        } else {
+            ray.state = RayState(ray.ray);
+            packet.update(static_cast<int>(i), ray.state);
+        }
+    }
 }
 
 void TileJob::walk_pending(TracerTools& tools, const std::atomic<bool>& stop) {
@@ -156,32 +197,19 @@ void TileJob::shade_wave(TracerTools& tools) {
     }
     m_wave.swap(m_next);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i) ++m_counts.rays[static_cast<std::size_t>(m_wave[i].kind)];
-    spare_free_shadows(tools);
+    trace_shadow_groups(tools);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i)
         if (m_wave[i].end == WalkEnd::kWaits) m_pending.push_back(i);
 }
 
-// Shadow rays that follow each other in a wave come from neighbouring pixels: where nothing stands between such a group and the sun,
-// none of them needs to be walked.
-void TileJob::spare_free_shadows(TracerTools& tools) {
-    std::uint32_t group[kShaftRays];
-    for (std::uint32_t next = 0; next < m_wave.size();) {
-        std::uint32_t size = 0;
-        Shaft shaft(tools.view.sky.to_sun());
-        for (; next < m_wave.size() && size < kShaftRays; ++next) {
-            if (m_wave[next].kind != RayKind::kShadow) continue;
-            group[size++] = next;
-            shaft.add(m_wave[next].ray.origin, m_wave[next].state);
-        }
-        if (size < 2) continue;
-        const std::int32_t free_from = tools.shafts.free_from(shaft);
-        for (std::uint32_t i = 0; i < size; ++i) {
-            TracedRay& ray = m_wave[group[i]];
-            if (!ShaftMarch::is_free(shaft, ray.state, free_from)) continue;
-            ray.end = WalkEnd::kMiss;
-            ++m_counts.spared;
-        }
-    }
+// Shadow rays that follow each other in a wave come from neighbouring pixels.
+void TileJob::trace_shadow_groups(TracerTools& tools) {
+    ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr, tools.view.sky.to_sun());
+    m_shadows.clear();
+    for (TracedRay& ray : m_wave)
+        if (ray.kind == RayKind::kShadow) m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
+    for (std::size_t first = 0; first < m_shadows.size(); first += ShadowGroups::kMost)
+        m_counts.spared += groups.trace(std::span(m_shadows).subspan(first, std::min(ShadowGroups::kMost, m_shadows.size() - first)));
 }
 
 void TileJob::end_round() {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <optional>
 #include <utility>
 #include <unordered_map>
 #include <vector>
@@ -9,23 +10,25 @@
 #include "raytracer/shade/shading.hpp"
 #include "raytracer/tiles/tile.hpp"
 #include "raytracer/trace/pixel_blocks.hpp"
-#include "raytracer/walk/shaft.hpp"
-#include "raytracer/walk/surroundings.hpp"
+#include "raytracer/trace/shadow_groups.hpp"
 
 namespace terravox {
 
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {
     TracerTools(const View& of, BlockManager& blocks, std::size_t pinned_bytes)
-        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(of) {}
+        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(of) {}
     const View& view;
     BlockReader reader;
     RayWalk walk;
+    std::optional<PacketWalk> packets;  ///< where the machine has the instructions
     BeamMarch beams;
     ShaftMarch shafts;
     Surroundings surroundings;
     Shading shading;
     Occluder occluder;
+    [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0); }
+    [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
 };
 
 /// A tile on its way: its rays in waves. A wave is walked, then shaded in order, which makes the next wave; when none comes, the next
@@ -51,7 +54,7 @@ private:
     struct Pixel {
         int x = 0, y = 0;
         std::uint32_t place = 0;  ///< in the result
-        const BeamStart* start = nullptr;
+        const PixelBlock* block = nullptr;
         double r = 0, g = 0, b = 0, t = 0;
         int hits = 0;
     };
@@ -59,9 +62,12 @@ private:
     [[nodiscard]] std::size_t lattice_index(int column, int row) const noexcept;
     void begin_part();
     void make_primary(TracerTools& tools);
+    void make_single(TracerTools& tools, std::uint32_t index);
+    [[nodiscard]] std::pair<double, double> picture_point(const Pixel& pixel, int samples) const noexcept;
     void walk_pending(TracerTools& tools, const std::atomic<bool>& stop);
     [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
-    void spare_free_shadows(TracerTools& tools);
+    void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count);
+    void trace_shadow_groups(TracerTools& tools);
     void shade_wave(TracerTools& tools);
     void end_round();
     void end_part(const View& view);
@@ -75,6 +81,7 @@ private:
     std::vector<Pixel> m_pixels;                   ///< of the part
     std::vector<SampleSum> m_sums;
     std::vector<TracedRay> m_wave, m_next;
+    std::vector<ShadowRay> m_shadows;  ///< of the wave
     std::vector<std::uint32_t> m_pending;
     std::unordered_map<voxel::BoxKey, std::vector<std::uint32_t>, voxel::BoxKeyHash> m_parked;
     std::vector<voxel::BoxKey> m_missing;

@@ -82,6 +82,11 @@ struct RayState {
         }
     }
 
+    /// Counts in voxels of another level from now on, but for the voxel: that is set next.
+    void change_scale(int to) noexcept {
+        if (to != level) rescale(to);
+    }
+
     /// Counts in voxels of another level from now on; the voxel becomes the one of that level that the ray is in.
     void change_level(int to) noexcept {
         if (to == level) return;

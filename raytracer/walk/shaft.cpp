@@ -30,12 +30,12 @@ void Shaft::add(const Vec3& origin, const RayState& ray) noexcept {
     m_first = m_forward ? std::min(m_first, behind(ray)) : std::max(m_first, behind(ray));
 }
 
-std::int32_t ShaftMarch::free_from(const Shaft& shaft) {
+std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_t> known) {
     const int axis = shaft.m_axis, u = (axis + 1) % 3, w = (axis + 2) % 3;
     const voxel::VoxelBounds& bounds = m_cut.entry_bounds();
     const auto i = static_cast<std::size_t>(axis);
     const int back = shaft.m_forward ? -1 : 1;
-    std::int32_t plane = shaft.m_forward ? bounds.max[i] : bounds.min[i];
+    std::int32_t plane = known ? *known : shaft.m_forward ? bounds.max[i] : bounds.min[i];
     const auto free_between = [&](std::int32_t near, std::int32_t far, int shift) {
         VoxelRange range;
         range.low[axis] = std::min(near, far), range.high[axis] = std::max(near, far) - 1;

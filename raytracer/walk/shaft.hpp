@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "raytracer/walk/ray_state.hpp"
 #include "raytracer/walk/solid_query.hpp"
 
@@ -29,7 +31,8 @@ class ShaftMarch {
 public:
     ShaftMarch(BlockReader& reader, const LevelCut& cut) : m_query(reader, cut), m_cut(cut) {}
     /// @return the plane on the shaft's axis from which on (in its direction) nothing is in the way
-    [[nodiscard]] std::int32_t free_from(const Shaft& shaft);
+    /// @param known that of a shaft around this one
+    [[nodiscard]] std::int32_t free_from(const Shaft& shaft, std::optional<std::int32_t> known = std::nullopt);
     /// Whether a ray of the shaft starts at or beyond free_from().
     [[nodiscard]] static bool is_free(const Shaft& shaft, const RayState& ray, std::int32_t free_from) noexcept {
         return shaft.m_forward ? shaft.behind(ray) >= free_from : shaft.behind(ray) <= free_from;

@@ -24,7 +24,7 @@ struct AxisMasks {
 constexpr AxisMasks kMasks;
 
 /// Bits of the children, 2^shift voxels wide, of the cell at `base` that the range touches; the range touches the cell.
-std::uint64_t touched(const VoxelRange& range, const std::int32_t (&base)[3], int shift) noexcept {
+[[gnu::always_inline]] inline std::uint64_t touched(const VoxelRange& range, const std::int32_t (&base)[3], int shift) noexcept {
     const auto child = [&](std::int32_t v, int axis) { return static_cast<std::size_t>(std::clamp((v - base[axis]) >> shift, 0, 3)); };
     return kMasks.of[0][child(range.low[0], 0)][child(range.high[0], 0)] & kMasks.of[1][child(range.low[1], 1)][child(range.high[1], 1)] &
            kMasks.of[2][child(range.low[2], 2)][child(range.high[2], 2)];
@@ -46,9 +46,8 @@ bool SolidQuery::any_solid(const VoxelRange& wanted, int grain_shift) {
     const int side = LevelCut::kSideBits + m_level, start = m_level;
     for (std::int32_t bx = range.low[0] >> side; bx <= range.high[0] >> side; ++bx)
         for (std::int32_t bz = range.low[2] >> side; bz <= range.high[2] >> side; ++bz) {
-            // Another part of the range may be coarser.
-            const int level = m_cut.level_at(bx << side, bz << side, start);
-            const int up = std::max(level - start, 0);
+            // Another part of the range may be coarser, or finer.
+            const int up = std::max(m_cut.level_at(bx << side, bz << side, start) - start, 0);
             if (column(start + up, bx >> up, bz >> up, range, grain_shift)) return true;
         }
     return false;
@@ -56,11 +55,13 @@ bool SolidQuery::any_solid(const VoxelRange& wanted, int grain_shift) {
 
 // A column of `level` or of finer ones.
 bool SolidQuery::column(int level, std::int32_t bx, std::int32_t bz, const VoxelRange& range, int grain_shift) {
-    const int side = LevelCut::kSideBits + level;
-    if (range.high[0] >> side < bx || range.low[0] >> side > bx || range.high[2] >> side < bz || range.low[2] >> side > bz) return false;
     if (!m_cut.far_enough(level, bx, bz)) {
-        for (int half = 0; half < 4; ++half)
-            if (column(level - 1, bx * 2 + (half & 1), bz * 2 + (half >> 1), range, grain_shift)) return true;
+        const int side = LevelCut::kSideBits + level - 1;
+        for (int half = 0; half < 4; ++half) {
+            const std::int32_t x = bx * 2 + (half & 1), z = bz * 2 + (half >> 1);
+            if (range.high[0] >> side < x || range.low[0] >> side > x || range.high[2] >> side < z || range.low[2] >> side > z) continue;
+            if (column(level - 1, x, z, range, grain_shift)) return true;
+        }
         return false;
     }
     VoxelRange local;

@@ -6,13 +6,6 @@ namespace {
 using voxel::child_bit;
 using voxel::TreeCell;
 
-// Bits of a cell's 2 x 2 x 2 children around any of them, moved to the lowest corner.
-constexpr std::uint64_t kEight = 0x330033;
-constexpr int kEightCorner = ~(1 | 4 | 16);
-
-/// How far a leap out of an empty child goes: its own size, or twice that where its seven neighbours are empty as well.
-int leap_shift(std::uint64_t mask, int bit, int shift) noexcept { return (mask >> (bit & kEightCorner) & kEight) != 0 ? shift : shift + 1; }
-
 /// The attributes of a solid voxel that has none of its own since no face of it could be seen in its box: where levels meet, one may
 /// be. It is what lies close above it; deep down it is rock.
 voxel::VoxelAttr attr_above(const voxel::Box& box, int x, int y, int z) {
@@ -120,14 +113,14 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
         }
         int bit = child_bit(x >> 4, y >> 4, z >> 4);
         if ((cell->mask >> bit & 1) == 0) {
-            ray.leap(leap_shift(cell->mask, bit, 4));
+            ray.leap(voxel_leap_shift(cell->mask, bit, 4));
             continue;
         }
         if ((cell->detail >> bit & 1) == 0) return hidden();
         cell = &cells[cell->index_of(bit)];
         bit = child_bit(x >> 2, y >> 2, z >> 2);
         if ((cell->mask >> bit & 1) == 0) {
-            ray.leap(leap_shift(cell->mask, bit, 2));
+            ray.leap(voxel_leap_shift(cell->mask, bit, 2));
             continue;
         }
         if ((cell->detail >> bit & 1) == 0) return hidden();

@@ -34,6 +34,14 @@ struct WalkCounts {
     std::uint64_t steps = 0;  ///< cells and voxels visited
 };
 
+/// How far a leap out of an empty child of a cell goes, log2 of voxels: the child's own size, or twice that where the seven others of its
+/// aligned 2 x 2 x 2 are empty as well.
+[[nodiscard]] inline int voxel_leap_shift(std::uint64_t mask, int bit, int child_shift) noexcept {
+    constexpr std::uint64_t kEight = 0x330033;
+    constexpr int kCorner = ~(1 | 4 | 16);
+    return (mask >> (bit & kCorner) & kEight) != 0 ? child_shift : child_shift + 1;
+}
+
 /// A brick that a ray was stopped by: the next ray of the same direction often meets it, too.
 struct Occluder {
     std::uint64_t mask = 0;  ///< of the 4 x 4 x 4 voxels; 0: none

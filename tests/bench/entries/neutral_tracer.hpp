@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "raytracer/trace/pixel_blocks.hpp"
+#include "raytracer/walk/packet_walk.hpp"
 #include "raytracer/walk/shaft.hpp"
 #include "raytracer/walk/walk.hpp"
 #include "raytracer/world/block_manager.hpp"
@@ -33,16 +34,17 @@ private:
         bool hit = false, shadowed = false;
     };
     struct Worker {
-        Worker(BlockManager& blocks, const LevelCut& cut) : reader(blocks), walk(reader, cut), beams(reader, cut), shafts(reader, cut) {}
+        Worker(BlockManager& blocks, const LevelCut& cut) : reader(blocks), walk(reader, cut), packets(packet_walk(reader, cut)), beams(reader, cut), shafts(reader, cut) {}
         BlockReader reader;
         RayWalk walk;
+        std::optional<PacketWalk> packets;
         BeamMarch beams;
         ShaftMarch shafts;
         Occluder occluder;
         std::vector<PixelBlock> tile_blocks;
     };
-    /// The shadow rays of 4 x 4 pixels.
-    void trace_shadow_block(int x0, int y0, Worker& worker);
+    void trace_block(int x0, int y0, const PixelBlock& block, Worker& worker);
+    void trace_single(int x, int y, RayState& ray, Worker& worker);
     LevelCut m_cut;
     BlockManager m_blocks;
     std::vector<std::unique_ptr<Worker>> m_workers;

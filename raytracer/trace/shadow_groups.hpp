@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "raytracer/walk/packet_walk.hpp"
+#include "raytracer/walk/shaft.hpp"
+
+namespace terravox {
+
+/// A ray towards the sun in somebody's array.
+struct ShadowRay {
+    Vec3 origin;       ///< level-0 voxels
+    RayState* state;   ///< placed in the voxel that it starts in
+    WalkEnd* end;      ///< kWaits: not known yet
+};
+
+/// Answers shadow rays that lie together: by shafts over 256, 64 and 16 of them, then in packets. One for each thread.
+class ShadowGroups {
+public:
+    static constexpr std::size_t kMost = 256;
+    /// @param packets null: shafts only
+    ShadowGroups(ShaftMarch& shafts, PacketWalk* packets, Vec3 sun) noexcept : m_shafts(shafts), m_packets(packets), m_sun(sun) {}
+
+    /// Sets `end` of those that are known; the others may have gone part of their way and are for RayWalk.
+    /// @param rays at most kMost, neighbours beside each other @return how many no step was needed for
+    std::uint64_t trace(std::span<const ShadowRay> rays) { return trace(rays, kMost, std::nullopt); }
+
+private:
+    std::uint64_t trace(std::span<const ShadowRay> rays, std::size_t size, std::optional<std::int32_t> known);
+    void walk(std::span<const ShadowRay> rays);
+    ShaftMarch& m_shafts;
+    PacketWalk* m_packets;
+    Vec3 m_sun;
+};
+
+}  // namespace terravox

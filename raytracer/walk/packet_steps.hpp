@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+
+#include "raytracer/scene/camera.hpp"
+#include "raytracer/walk/beam.hpp"
+#include "raytracer/walk/ray_packet.hpp"
+
+namespace terravox {
+
+/// An aligned cube of voxels, both corners included, in voxels of the packet's level.
+struct PacketCell {
+    double low[3], high[3];
+};
+
+/// Where the primary rays of a packet go through the picture, and where they start.
+struct PrimaryLanes {
+    Camera::Basis camera;
+    alignas(64) double px[RayPacket::kLanes], py[RayPacket::kLanes];  ///< all are set
+    int axis = 0;                                                      ///< they start where they cross this plane,
+    double plane = 0;                                                  ///< which lies ahead of the eye,
+    double low[3] = {}, high[3] = {};                                  ///< in voxels of level 0 within these bounds, both included
+};
+
+/// All but the points, for rays of a beam that start at a plane. @param start BeamStart::Kind::kPlane
+[[nodiscard]] PrimaryLanes primary_lanes(const Camera& camera, const BeamStart& start, const LevelCut& cut) noexcept;
+
+/// The steps of a packet in vector instructions. Lanes are bits of a mask.
+struct PacketSteps {
+    /// Fills a packet with primary rays. @return the lanes that may be walked; the others are no lanes, or start elsewhere
+    std::uint32_t (*primary)(RayPacket& packet, const PrimaryLanes& lanes) noexcept;
+    /// Those of `active` that are in the cell.
+    std::uint32_t (*inside)(const RayPacket& packet, const PacketCell& cell, std::uint32_t active) noexcept;
+    /// Takes lanes that are in the cell out of it, in one leap: RayState::leap.
+    void (*leap)(RayPacket& packet, const PacketCell& cell, std::uint32_t lanes) noexcept;
+    /// Takes lanes that are in a brick of 4 x 4 x 4 voxels to the first one of `mask`, or out of it. @return those that were stopped
+    std::uint32_t (*brick)(RayPacket& packet, const PacketCell& cell, std::uint64_t mask, std::uint32_t lanes) noexcept;
+};
+
+/// Those for this machine's instructions: AVX-512 or AVX2. nullptr: it has neither, and single rays are as fast.
+/// TERRAVOX_SIMD=none, avx2 or avx512 in the environment chooses less than there is.
+[[nodiscard]] const PacketSteps* packet_steps() noexcept;
+
+}  // namespace terravox

@@ -1,0 +1,116 @@
+#include "raytracer/walk/packet_walk.hpp"
+
+#include <bit>
+
+namespace terravox {
+namespace {
+
+using voxel::child_bit;
+using voxel::TreeCell;
+
+PacketCell cube_around(std::int32_t x, std::int32_t y, std::int32_t z, int shift) noexcept {
+    const std::int32_t size = (std::int32_t{1} << shift) - 1;
+    const auto low = [&](std::int32_t v) { return static_cast<double>(v & ~size); };
+    return {{low(x), low(y), low(z)}, {low(x) + size, low(y) + size, low(z) + size}};
+}
+
+/// What a voxel of a box lies in.
+struct Place {
+    const TreeCell* brick = nullptr;  ///< or
+    int empty_shift = -1;             ///< the size of the empty cube around it; -1 with no brick: hidden rock
+    int shift = 2;                    ///< size of the cube
+};
+
+Place find_place(const TreeCell* cells, std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
+    const TreeCell* cell = &cells[y >> 6 & 3];
+    if (cell->mask == 0) return {nullptr, 6, 6};
+    for (int shift = 4; shift >= 2; shift -= 2) {
+        const int bit = child_bit(x >> shift, y >> shift, z >> shift);
+        if ((cell->mask >> bit & 1) == 0) {
+            const int leap = voxel_leap_shift(cell->mask, bit, shift);
+            return {nullptr, leap, leap};
+        }
+        if ((cell->detail >> bit & 1) == 0) return {nullptr, -1, shift};
+        cell = &cells[cell->index_of(bit)];
+    }
+    return {cell, -1, 2};
+}
+
+}  // namespace
+
+bool PacketWalk::find_box(const voxel::BoxKey& key) {
+    if (m_block != nullptr && key == m_key) return true;
+    m_key = key;
+    m_block = m_reader.get(key);
+    return m_block != nullptr;
+}
+
+template <bool kAny>
+PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) {
+    Ends ends;
+    m_block = nullptr;  // the reader may have let go of it since
+    std::uint32_t active = lanes;
+    while (active != 0) {
+        const int lane = std::countr_zero(active);
+        const std::int32_t v[3] = {static_cast<std::int32_t>(p.voxel[0][lane]), static_cast<std::int32_t>(p.voxel[1][lane]), static_cast<std::int32_t>(p.voxel[2][lane])};
+        ++m_counts.steps;
+        const voxel::BoxKey key{p.level, v[0] >> 6, v[1] >> 8, v[2] >> 6};
+        if (m_block == nullptr || key != m_key) {
+            const int level = m_cut.level_at(v[0] << p.level, v[2] << p.level, p.level);
+            if (level > p.level) {
+                p.coarsen(level);  // rays that are still among finer boxes go on alone
+                m_block = nullptr;
+                continue;
+            }
+            const voxel::VoxelBounds& bounds = m_cut.bounds(p.level);
+            bool beyond = false;
+            for (std::size_t a = 0; a < 3; ++a) beyond = beyond || (p.forward[a] ? v[a] >= bounds.max[a] : v[a] < bounds.min[a]);
+            if (beyond || level < p.level || !find_box(key) || m_block->hole) {
+                if (beyond && level == p.level) ends.missed |= 1u << lane;
+                m_block = nullptr;
+                active &= active - 1;
+                continue;
+            }
+        }
+        if (!m_block->box) {
+            const double x = key.bx * 64.0, y = key.by * 256.0, z = key.bz * 64.0;
+            const PacketCell cell{{x, y, z}, {x + 63, y + 255, z + 63}};
+            m_steps.leap(p, cell, m_steps.inside(p, cell, active));
+            continue;
+        }
+        const Place place = find_place(m_block->box->cells().data(), v[0], v[1], v[2]);
+        const PacketCell cell = cube_around(v[0], v[1], v[2], place.shift);
+        const std::uint32_t group = m_steps.inside(p, cell, active);
+        if (place.empty_shift >= 0) {
+            m_steps.leap(p, cell, group);
+            continue;
+        }
+        if (place.brick == nullptr) {
+            if constexpr (kAny) ends.hit |= group;
+            active &= ~group;
+            continue;
+        }
+        const std::uint32_t stopped = m_steps.brick(p, cell, place.brick->mask, group);
+        active &= ~stopped;
+        if constexpr (kAny) {
+            ends.hit |= stopped;
+        } else {
+            for (std::uint32_t left = stopped; left != 0; left &= left - 1) {
+                const int i = std::countr_zero(left);
+                const VoxelCoord at{static_cast<std::int32_t>(p.voxel[0][i]), static_cast<std::int32_t>(p.voxel[1][i]), static_cast<std::int32_t>(p.voxel[2][i])};
+                const int bit = child_bit(at.x, at.y, at.z);
+                if ((place.brick->detail >> bit & 1) == 0) continue;
+                const int axis = static_cast<int>(p.axis[i]);
+                hits[i] = {p.t[i], at, axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]), static_cast<std::int8_t>(p.level), false,
+                           m_block->box->attrs()[place.brick->index_of(bit)]};
+                ends.hit |= 1u << i;
+            }
+        }
+    }
+    return ends;
+}
+
+template PacketWalk::Ends PacketWalk::walk<false>(RayPacket&, std::uint32_t, Hit*);
+template PacketWalk::Ends PacketWalk::walk<true>(RayPacket&, std::uint32_t, Hit*);
+
+}  // namespace terravox

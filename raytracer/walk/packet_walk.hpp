@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "raytracer/walk/packet_steps.hpp"
+#include "raytracer/walk/walk.hpp"
+
+namespace terravox {
+
+/// Walks packets: the cell that the first ray is in is looked up once, and all rays in it leave it together. Neighbouring rays are mostly
+/// in the same cells, so that the masks are read, and branched on, once for many. Voxel, face and t are those of RayWalk to the last bit.
+/// One for each thread.
+class PacketWalk {
+public:
+    /// Lanes as bits. Those in neither are where they stopped for something that is not done in packets (a box that is missing or of another
+    /// level, a hole, hidden rock): RayWalk goes on from there.
+    struct Ends {
+        std::uint32_t hit = 0, missed = 0;
+    };
+    PacketWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps) : m_reader(reader), m_cut(cut), m_steps(steps) {}
+
+    /// @param lanes which of the packet's are walked @param hits one for each lane, set for those that hit
+    [[nodiscard]] Ends first_hits(RayPacket& packet, std::uint32_t lanes, Hit* hits) { return walk<false>(packet, lanes, hits); }
+    /// Whether anything solid lies ahead.
+    [[nodiscard]] Ends any_hits(RayPacket& packet, std::uint32_t lanes) { return walk<true>(packet, lanes, nullptr); }
+    [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
+
+private:
+    template <bool kAny>
+    Ends walk(RayPacket& packet, std::uint32_t lanes, Hit* hits);
+    [[nodiscard]] bool find_box(const voxel::BoxKey& key);
+    BlockReader& m_reader;
+    const LevelCut& m_cut;
+    const PacketSteps& m_steps;
+    voxel::BoxKey m_key{-1, 0, 0, 0};
+    const Block* m_block = nullptr;  ///< of m_key
+    WalkCounts m_counts;
+};
+
+/// For this machine; nothing where it lacks the instructions.
+[[nodiscard]] inline std::optional<PacketWalk> packet_walk(BlockReader& reader, const LevelCut& cut) {
+    const PacketSteps* steps = packet_steps();
+    return steps != nullptr ? std::optional<PacketWalk>(std::in_place, reader, cut, *steps) : std::nullopt;
+}
+
+}  // namespace terravox
