@@ -97,7 +97,11 @@ void ThreadProcessor::trace_tiles(TracerTools& tools) {
             job->queued = false, job->running = true;
         } else {
             ticket = m_next_ticket++;
-            job = m_jobs.emplace(ticket, std::make_unique<Job>(m_waiting.front())).first->second.get();
+            if (m_idle.empty()) m_idle.push_back(std::make_unique<Job>());
+            job = m_jobs.emplace(ticket, std::move(m_idle.back())).first->second.get();
+            m_idle.pop_back();
+            job->running = true, job->queued = false;
+            job->job.start(m_waiting.front());
             m_waiting.pop_front();
             m_room.notify_one();
         }
@@ -115,7 +119,10 @@ void ThreadProcessor::go_on(TracerTools& tools, std::uint64_t ticket, Job& job) 
     if (finished) {
         TileResult result = job.job.take_result();
         const std::lock_guard lock(m_mutex);
-        m_jobs.erase(ticket);
+        const auto done = m_jobs.find(ticket);
+        done->second->came.clear();
+        m_idle.push_back(std::move(done->second));
+        m_jobs.erase(done);
         m_results.push_back(std::move(result));
         m_done.notify_one();
         m_work.notify_all();  // room for another job; or the last has ended

@@ -38,7 +38,6 @@ public:
 private:
     static constexpr int kJobsPerThread = 8;  // begun: about 2 MiB each; some wait for boxes while others go on
     struct Job {
-        explicit Job(const RenderTile& tile) : job(tile) {}
         TileJob job;
         std::vector<voxel::BoxKey> came;
         bool running = true, queued = false;
@@ -57,6 +56,7 @@ private:
     std::condition_variable m_work, m_room, m_done;
     std::deque<RenderTile> m_waiting;
     std::unordered_map<std::uint64_t, std::unique_ptr<Job>> m_jobs;
+    std::vector<std::unique_ptr<Job>> m_idle;  ///< done, with megabytes of arrays for the next tile
     std::deque<std::uint64_t> m_ready;
     std::uint64_t m_next_ticket = 0;
     std::deque<TileResult> m_results;

@@ -24,7 +24,16 @@ struct SamplePoint {
 
 }  // namespace
 
-TileJob::TileJob(const RenderTile& tile) : m_tile(tile) {
+void TileJob::start(const RenderTile& tile) {
+    m_tile = tile;
+    m_round = -1;
+    m_part_begin = m_part_end = 0;
+    m_counts = {};
+    m_blocks.clear();
+    m_wave.clear();
+    m_pending.clear();
+    m_parked.clear();
+    m_missing.clear();
     const auto first = [&](int v) { return (v + tile.step - 1) / tile.step * tile.step; };
     const auto count = [&](int begin, int end) { return std::max((end - begin + tile.step - 1) / tile.step, 0); };
     m_lattice = {first(tile.x0), first(tile.y0), tile.step, count(first(tile.x0), tile.x1), count(first(tile.y0), tile.y1)};

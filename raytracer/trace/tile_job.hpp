@@ -37,7 +37,8 @@ struct TracerTools {
 /// Used by one thread at a time.
 class TileJob {
 public:
-    explicit TileJob(const RenderTile& tile);
+    /// Begins a tile; what the one before has allocated is used again.
+    void start(const RenderTile& tile);
 
     /// Goes on as far as the boxes in memory allow. @return whether the tile is finished
     /// @param stop ends it early, with false: the job cannot go on then

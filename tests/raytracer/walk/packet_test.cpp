@@ -1,0 +1,154 @@
+// Packets must find what single rays find, to the last bit.
+#include <random>
+
+#include "raytracer/shade/random.hpp"
+#include "raytracer/walk/packet_walk.hpp"
+#include "raytracer/walk/walker.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/pyramid_world.hpp"
+
+using namespace terravox;
+using terravox::test::ArrayWorld;
+using terravox::test::PyramidWorld;
+using voxel::Material;
+
+namespace {
+
+constexpr int kLevels = 4;
+using Random = std::mt19937_64;
+double real(Random& r, double low, double high) { return low + unit_from(r()) * (high - low); }
+
+std::unique_ptr<PyramidWorld> towers() {
+    auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-90, -20, -100}, ArrayWorld::Coord{170, 80, 140});
+    finest->fill_with([](int x, int y, int z) {
+        const auto h = hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2));
+        const int height = h % 23 == 0 ? static_cast<int>(h >> 20 & 63) : (x * x + z * z) / 900;
+        return y < height ? Material::kGround : h % 31 == 1 && (y & 7) == 3 ? Material::kRoof : Material::kAir;
+    });
+    return std::make_unique<PyramidWorld>(std::move(finest), kLevels);
+}
+
+struct Fixture {
+    explicit Fixture(double detail)
+        : world(towers()), cut(world->info().bounds, {-80, 60, -90}, 0.03, detail, 0, kLevels - 1), blocks(*world, std::size_t{1} << 30), reader(blocks),
+          walker(reader, cut), single(reader, cut) {}
+    std::unique_ptr<PyramidWorld> world;
+    LevelCut cut;
+    BlockManager blocks;
+    BlockReader reader;
+    Walker walker;
+    RayWalk single;
+
+    /// The end of a ray that a packet has left: single steps go on, and wait for boxes.
+    std::optional<Hit> finish(RayState& ray) {
+        Hit hit;
+        while (true) {
+            const WalkEnd end = single.first_hit(ray, StopAt::kSolid, kFar, hit);
+            if (end != WalkEnd::kWaits) return end == WalkEnd::kHit ? std::optional(hit) : std::nullopt;
+            (void)blocks.get(single.missing());
+        }
+    }
+};
+
+bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
+    if (a.has_value() != b.has_value()) return false;
+    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level && a->attr == b->attr && a->hole == b->hole);
+}
+
+/// How far the rays of a packet lie apart, voxels and share of the direction.
+struct Spread {
+    const char* name;
+    double origin, direction;
+};
+
+}  // namespace
+
+TEST_CASE("packets find the voxel, face and time that single rays find", "[raytracer][packet]") {
+    if (packet_steps() == nullptr) {
+        WARN("skipped: neither AVX2 nor AVX-512");
+        return;
+    }
+    for (const double detail : {0.0, 1.0})
+        for (const Spread& spread : {Spread{"neighbours", 0, 0.01}, Spread{"parallel", 3, 0}, Spread{"all over the octant", 60, 0.9}, Spread{"whole coordinates", 8, 0.5}}) {
+            DYNAMIC_SECTION(spread.name << ", detail " << detail) {
+                Fixture f(detail);
+                PacketWalk packets(f.reader, f.cut, *packet_steps());
+                Random random(17);
+                int wrong = 0, hits = 0, in_packet = 0, rays = 0;
+                const bool whole = std::string(spread.name) == "whole coordinates";
+                for (int round = 0; round < 400; ++round) {
+                    const Vec3 from{real(random, -120, 200), real(random, 30, 110), real(random, -130, 170)};
+                    const Vec3 towards{real(random, -1, 1), real(random, -1, 0.3), real(random, -1, 1)};
+                    RayPacket packet;
+                    RayState states[RayPacket::kLanes];
+                    std::optional<Hit> wanted[RayPacket::kLanes];
+                    for (int i = 0; i < 24 && packet.count < RayPacket::kLanes; ++i) {
+                        const auto off = [&](double by) { return Vec3{real(random, -by, by), real(random, -by, by), real(random, -by, by)}; };
+                        Ray ray{from + off(spread.origin), towards + off(spread.direction)};
+                        if (whole) ray = {{std::round(ray.origin.x), std::round(ray.origin.y), std::round(ray.origin.z)}, {std::round(ray.direction.x * 3) / 3, -1, std::round(ray.direction.z * 2)}};
+                        RayState state(ray);
+                        if (!state.enter(f.cut.entry_bounds()) || !RayPacket::accepts(state) || !packet.fits(state)) continue;
+                        states[packet.count] = state;
+                        wanted[packet.count] = f.walker.first_hit(ray);
+                        packet.add(state);
+                    }
+                    if (packet.count == 0) continue;
+                    RayPacket occlusion = packet;
+                    const std::uint32_t all = (1u << packet.count) - 1;
+                    Hit found[RayPacket::kLanes];
+                    const PacketWalk::Ends ends = packets.first_hits(packet, all, found), stopped = packets.any_hits(occlusion, all);
+                    CHECK((ends.hit & ends.missed) == 0);
+                    for (int i = 0; i < packet.count; ++i) {
+                        ++rays, hits += wanted[i] ? 1 : 0;
+                        const bool hit = (ends.hit >> i & 1) != 0, missed = (ends.missed >> i & 1) != 0;
+                        in_packet += hit || missed ? 1 : 0;
+                        std::optional<Hit> end = hit ? std::optional(found[i]) : std::nullopt;
+                        if (!hit && !missed) {
+                            packet.update(i, states[i]);
+                            end = f.finish(states[i]);
+                        }
+                        if (!same(end, wanted[i])) ++wrong;
+                        if ((stopped.hit >> i & 1) != 0 && !wanted[i]) ++wrong;
+                        if ((stopped.missed >> i & 1) != 0 && wanted[i]) ++wrong;
+                    }
+                }
+                CHECK(wrong == 0);
+                CHECK(hits > rays / 5);
+                CHECK(in_packet > rays / 3);
+            }
+        }
+}
+
+TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][packet]") {
+    if (packet_steps() == nullptr) return;
+    Fixture f(1);
+    Random random(4);
+    int lanes_seen = 0, wrong = 0;
+    for (int round = 0; round < 600; ++round) {
+        const Vec3 eye{real(random, -300, 300), real(random, 20, 300), real(random, -300, 300)}, to{real(random, -90, 170), real(random, -20, 80), real(random, -100, 140)};
+        const Camera camera(eye, to, real(random, 10, 110), 640, 360);
+        const double x = real(random, 0, 636), y = real(random, 0, 356);
+        const Vec3 corners[4] = {camera.ray(x, y).direction, camera.ray(x + 4, y).direction, camera.ray(x, y + 4).direction, camera.ray(x + 4, y + 4).direction};
+        Beam beam;
+        if (!Beam::make(eye, corners, beam)) continue;
+        BeamMarch march(f.reader, f.cut);
+        const BeamStart start = march.march(beam, {});
+        if (start.kind != BeamStart::Kind::kPlane) continue;
+        PrimaryLanes lanes = primary_lanes(camera, start, f.cut);
+        for (int i = 0; i < RayPacket::kLanes; ++i) lanes.px[i] = x + i % 4 + real(random, 0, 1), lanes.py[i] = y + i / 4 + real(random, 0, 1);
+        RayPacket packet;
+        const std::uint32_t placed = packet_steps()->primary(packet, lanes);
+        for (int i = 0; i < RayPacket::kLanes; ++i) {
+            if ((placed >> i & 1) == 0) continue;
+            ++lanes_seen;
+            RayState wanted(camera.ray(lanes.px[i], lanes.py[i])), found = wanted;
+            if (!start.place(wanted, f.cut)) ++wrong;
+            packet.update(i, found);
+            for (int a = 0; a < 3; ++a)
+                if (found.voxel[a] != wanted.voxel[a] || packet.origin[a][i] != wanted.origin[a] || packet.direction[a][i] != wanted.direction[a] || packet.inverse[a][i] != wanted.inverse[a]) ++wrong;
+            if (found.t != wanted.t || found.face != wanted.face) ++wrong;
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(lanes_seen > 1000);
+}
