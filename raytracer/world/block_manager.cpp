@@ -10,6 +10,7 @@ namespace terravox {
 namespace {
 
 constexpr std::size_t kMostReasons = 100;
+constexpr std::size_t kMostRemembered = std::size_t{1} << 20;  // keys, for the count of boxes loaded again: some 50 MiB
 
 }  // namespace
 
@@ -174,7 +175,8 @@ void BlockManager::keep(const voxel::BoxKey& key, BlockPin block, std::vector<Bl
     const std::size_t bytes = block->memory_bytes();
     auto& level = m_stats.levels[static_cast<std::size_t>(key.level)];
     ++level.loaded, level.bytes_loaded += bytes;
-    if (!m_loaded_once.insert(key).second) ++level.reloaded;
+    if (m_loaded_once.contains(key)) ++level.reloaded;
+    else if (m_loaded_once.size() < kMostRemembered) m_loaded_once.insert(key);
     entry.loading = false;
     entry.block = std::move(block);
     m_order.push_front(key);

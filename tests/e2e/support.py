@@ -38,14 +38,14 @@ os.environ["XDG_CACHE_HOME"] = str(temporary_folder())
 class Run:
     """A program that has ended."""
 
-    def __init__(self, arguments, cwd=None, file_bytes=None, timeout_s=100):
+    def __init__(self, arguments, cwd=None, file_bytes=None, timeout_s=100, environment=None):
         def limit():
             if file_bytes is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
 
         # restore_signals=False: Python ignores SIGXFSZ, and so does the child then: its writes fail with EFBIG, as on a full disk.
         done = subprocess.run([str(a) for a in arguments], cwd=cwd, capture_output=True, text=True, errors="replace", timeout=timeout_s,
-                              preexec_fn=limit, restore_signals=False, check=False)
+                              preexec_fn=limit, restore_signals=False, check=False, env={**os.environ, **(environment or {})})
         self.code, self.out, self.err = done.returncode, done.stdout, done.stderr
 
     def __str__(self):
