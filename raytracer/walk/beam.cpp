@@ -1,8 +1,9 @@
 #include "raytracer/walk/beam.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+
+#include "raytracer/walk/slab_march.hpp"
 
 namespace terravox {
 namespace {
@@ -10,7 +11,6 @@ namespace {
 constexpr double kMostSlope = 8;         // a beam that leans more is no beam
 constexpr double kRounding_voxel = 1e-3; // slopes times distances, in double
 constexpr int kMostFineSlabs = 6;        // of the finest thickness: then single rays are cheaper
-constexpr int kMostShift = 30;
 constexpr std::int32_t kFirstSlab = 4;
 
 int major_axis(Vec3 d) noexcept {
@@ -70,32 +70,9 @@ BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
             range.high[a] = RayState::floor_to_int(beam.eye[a] + std::max(d0 * beam.slope_max[a], d1 * beam.slope_max[a]) + kRounding_voxel);
         }
         ++m_slabs;
-        return !m_query.any_solid(range, std::max(shift - 2, 0));
+        return !m_query.any_solid(range, grain_of_slab(shift));
     };
-    int shift = kMostShift, fine = 0;
-    bool stopped = false;
-    while (!stopped && (beam.forward ? plane < end : plane > end)) {
-        const int finest = m_query.level();  // steps below the voxels there are show nothing more
-        shift = std::min({shift, finest + LevelCut::kSideBits, plane == 0 ? kMostShift : std::countr_zero(static_cast<std::uint32_t>(plane))});
-        shift = std::max(shift, 0);
-        while (true) {
-            if (shift <= finest && fine++ >= kMostFineSlabs) {
-                stopped = true;
-                break;
-            }
-            const std::int32_t next = plane + towards * (std::int32_t{1} << shift);
-            if (free_between(plane, next, shift)) {
-                plane = next;
-                shift += 2;
-                break;
-            }
-            if (shift <= m_query.level() || shift == 0) {
-                stopped = true;
-                break;
-            }
-            shift = std::max(shift - 2, 0);
-        }
-    }
+    const bool stopped = march_slabs(plane, end, towards, m_query, kMostFineSlabs, free_between);
     BeamStart out;
     out.forward = beam.forward, out.axis = static_cast<std::int8_t>(beam.axis), out.plane = plane;
     out.kind = stopped ? BeamStart::Kind::kPlane : BeamStart::Kind::kMiss;

@@ -1,16 +1,16 @@
 #include "raytracer/walk/shaft.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
+
+#include "raytracer/walk/slab_march.hpp"
 
 namespace terravox {
 namespace {
 
 constexpr double kRounding_voxel = 1e-3;
 constexpr int kMostFineSlabs = 4;
-constexpr int kMostShift = 30;
 
 }  // namespace
 
@@ -36,35 +36,20 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
     const auto i = static_cast<std::size_t>(axis);
     const int back = shaft.m_forward ? -1 : 1;
     std::int32_t plane = known ? *known : shaft.m_forward ? bounds.max[i] : bounds.min[i];
-    const auto free_between = [&](std::int32_t near, std::int32_t far, int shift) {
+    const auto free_between = [&](std::int32_t from, std::int32_t to, int shift) {
+        // What lies behind all origins is in nobody's way.
+        const std::int32_t last = shaft.m_forward ? std::max(to, shaft.m_first) : std::min(to, shaft.m_first);
         VoxelRange range;
-        range.low[axis] = std::min(near, far), range.high[axis] = std::max(near, far) - 1;
+        range.low[axis] = std::min(from, last), range.high[axis] = std::max(from, last) - 1;
         for (const int a : {u, w}) {
-            const double p = shaft.m_slope[a] * near, q = shaft.m_slope[a] * far;
+            const double p = shaft.m_slope[a] * from, q = shaft.m_slope[a] * last;
             range.low[a] = RayState::floor_to_int(shaft.m_low[a] + std::min(p, q) - kRounding_voxel);
             range.high[a] = RayState::floor_to_int(shaft.m_high[a] + std::max(p, q) + kRounding_voxel);
         }
         ++m_slabs;
-        return !m_query.any_solid(range, std::max(shift - 2, 0));
+        return !m_query.any_solid(range, grain_of_slab(shift));
     };
-    int shift = kMostShift, fine = 0;
-    while (shaft.m_forward ? plane > shaft.m_first : plane < shaft.m_first) {
-        const int finest = m_query.level();
-        shift = std::clamp(std::min({shift, finest + LevelCut::kSideBits, plane == 0 ? kMostShift : std::countr_zero(static_cast<std::uint32_t>(plane))}), 0, kMostShift);
-        while (true) {
-            if (shift <= finest && fine++ >= kMostFineSlabs) return plane;
-            const std::int32_t next = plane + back * (std::int32_t{1} << shift);
-            // What lies behind all origins is in nobody's way.
-            const std::int32_t near = shaft.m_forward ? std::max(next, shaft.m_first) : std::min(next, shaft.m_first);
-            if (free_between(near, plane, shift)) {
-                plane = next;
-                shift += 2;
-                break;
-            }
-            if (shift <= m_query.level() || shift == 0) return plane;
-            shift = std::max(shift - 2, 0);
-        }
-    }
+    (void)march_slabs(plane, shaft.m_first, back, m_query, kMostFineSlabs, free_between);
     return plane;
 }
 
