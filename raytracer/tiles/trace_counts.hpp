@@ -6,7 +6,7 @@
 
 namespace terravox {
 
-/// What tracing took. Sums over tiles; the counts do not depend on who traced, those of waiting do.
+/// What tracing took. Sums over tiles. Rays do not depend on who traced; steps, slabs, spared and waits do.
 struct TraceCounts {
     static constexpr std::size_t kKinds = 4;  ///< RayKind
     std::array<std::uint64_t, kKinds> rays{};

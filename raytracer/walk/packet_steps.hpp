@@ -38,7 +38,7 @@ struct PacketSteps {
 };
 
 /// Those for this machine's instructions: AVX-512 or AVX2. nullptr: it has neither, and single rays are as fast.
-/// TERRAVOX_SIMD=none, avx2 or avx512 in the environment chooses less than there is.
+/// TERRAVOX_SIMD=none or avx2 in the environment chooses less than there is.
 [[nodiscard]] const PacketSteps* packet_steps() noexcept;
 
 }  // namespace terravox

@@ -5,11 +5,13 @@
 #include <algorithm>
 
 #include "common/util/error.hpp"
+#include "common/util/free_memory.hpp"
 
 namespace terravox {
 namespace {
 
 constexpr std::size_t kMostReasons = 100;
+constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
 constexpr std::size_t kMostRemembered = std::size_t{1} << 20;  // keys, for the count of boxes loaded again: some 50 MiB
 
 }  // namespace
@@ -135,8 +137,12 @@ void BlockManager::load_boxes() {
         keep(key, std::move(block), evicted);
         m_came.notify_all();
         if (!evicted.empty()) {
+            for (const BlockPin& gone : evicted) m_freed_bytes += gone->memory_bytes();
+            const bool much = m_freed_bytes > kMuchFreed_bytes;
+            if (much) m_freed_bytes = 0;
             lock.unlock();
             evicted.clear();
+            if (much) util::give_back_free_memory();
             lock.lock();
         }
     }

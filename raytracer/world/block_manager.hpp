@@ -111,7 +111,7 @@ private:
     std::deque<voxel::BoxKey> m_wanted, m_foreseen;
     std::unordered_set<voxel::BoxKey, voxel::BoxKeyHash> m_loaded_once;
     BlockStats m_stats;
-    std::size_t m_unseen_bytes = 0;
+    std::size_t m_unseen_bytes = 0, m_freed_bytes = 0;
     bool m_stop = false;
     std::set<voxel::BoxKey> m_holes;
     std::set<std::string> m_hole_reasons;

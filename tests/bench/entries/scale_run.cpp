@@ -1,9 +1,5 @@
 #include "tests/bench/entries/scale_run.hpp"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +8,7 @@
 #include <optional>
 
 #include "common/util/error.hpp"
+#include "common/util/free_memory.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/render.hpp"
 #include "raytracer/sched/thread_processor.hpp"
@@ -47,9 +44,7 @@ private:
 
 /// From now on the peak is counted anew. Where the system cannot, the peak is that since the program's start.
 void forget_peak() {
-#ifdef __GLIBC__
-    malloc_trim(0);  // what the picture before has left behind is not this one's
-#endif
+    util::give_back_free_memory();  // what the picture before has left behind is not this one's
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 

@@ -35,7 +35,7 @@ void add_shot(const std::string& name, const Shot& shot, double limit_mib, Readi
     readings.add(name + ": render", "s", shot.seconds);
     readings.add(name + ": render, CPU", "s", shot.cpu_s);
     readings.add(name + ": rate", "Mray/s", shot.megarays / shot.seconds);
-    readings.add(name + ": peak memory", "MiB", shot.peak_mib, at_most(limit_mib));
+    readings.add(name + ": peak memory of the process", "MiB", shot.peak_mib);
     readings.add(name + ": boxes in memory at most", "MiB", shot.peak_boxes_mib, at_most(1.05 * limit_mib));
     readings.add(name + ": boxes loaded", "boxes", static_cast<double>(shot.boxes));
     readings.add(name + ": boxes loaded, size", "MiB", shot.boxes_mib);
@@ -76,6 +76,7 @@ void measure_sizes(const Worlds& worlds, int threads, Readings& readings) {
             const Shot shot = best_shot_of(*world, view.scene, kLimit_mib * kMib, threads);
             const std::string name = std::string(view.name) + ", " + area_of(side_km);
             add_shot(name, shot, kLimit_mib, readings);
+            readings.add(name + ": all memory / 700 MiB", "x", shot.peak_mib / kLimit_mib, at_most(1));
             keep_picture(shot.film, std::string(view.name) + "-" + std::to_string(side_km) + "km");
             if (smallest_s == 0) {
                 smallest_s = shot.seconds, smallest_cpu_s = shot.cpu_s;
@@ -104,14 +105,16 @@ Entry sizes_entry(const std::vector<int>& sides_km, const std::string& name) {
 /// Memory changes the time, never the picture.
 Entry limits_entry(int side_km) {
     Entry out = entry_of("scale/limits", "the same picture with little memory and with plenty: seconds, peak memory, and how many pixels are not bit-identical",
-                         "an invented land of " + area_of(side_km) + ", 1280x720, 1 sample, 300 MiB, 700 MiB and 64 GiB for boxes, N threads");
+                         "an invented land of " + area_of(side_km) + ", 1280x720, 1 sample, detail 0.2, 300 MiB, 700 MiB and 64 GiB for boxes, N threads");
     out.prepare = [side_km](const Context& c) -> Body {
         const auto world = open_scale_world(c, side_km);
         prepare_scale_world(*world, c.threads, nullptr);
         return [world, threads = c.threads](Readings& readings) {
-            for (const ScaleView& view : scale_views()) {
+            for (ScaleView view : scale_views()) {
+                view.scene.quality.detail = 0.2;  // so fine that boxes come and go
                 const Shot free = shot_of(*world, view.scene, std::size_t{64} * 1024 * kMib, threads);
                 readings.add(std::string(view.name) + ", no limit: render", "s", free.seconds);
+                readings.add(std::string(view.name) + ", no limit: boxes in memory at most", "MiB", free.peak_boxes_mib);
                 for (const int limit_mib : {300, kLimit_mib}) {
                     const Shot shot = shot_of(*world, view.scene, static_cast<std::size_t>(limit_mib) * kMib, threads);
                     const std::string name = std::string(view.name) + ", " + std::to_string(limit_mib) + " MiB";
