@@ -130,13 +130,15 @@ void TileJob::make_single(TracerTools& tools, std::uint32_t index) {
     const Pixel& pixel = m_pixels[index];
     const auto [px, py] = picture_point(pixel, tools.view.scene.quality.samples);
     TracedRay& ray = m_wave[index] = tools.shading.primary(tools.view.camera.ray(px, py), index);
-    ray.state = RayState(ray.ray);
-    if (pixel.block->start.place(ray.state, tools.view.cut)) {
-        m_pending.push_back(index);
-    } else {
-        ray.end = WalkEnd::kMiss;
-        ++m_counts.spared;
+    if (pixel.block->start.kind != BeamStart::Kind::kMiss) {
+        ray.state = RayState(ray.ray);
+        if (pixel.block->start.place(ray.state, tools.view.cut)) {
+            m_pending.push_back(index);
+            return;
+        }
     }
+    ray.end = WalkEnd::kMiss;
+    ++m_counts.spared;
 }
 
 void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count) {
