@@ -81,6 +81,7 @@ RenderCounts render_film(const RenderJob& job, Film& film) {
             film.add(*result);
             ++done, ++counts.tiles;
             counts.trace.add(result->counts);
+            counts.holes.insert(result->holes.begin(), result->holes.end());
             progress.tile_done(result->samples.size(), result->counts.all_rays());
         }
     }

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <set>
 
 #include "raytracer/output/film.hpp"
 #include "raytracer/sched/processor.hpp"
@@ -13,6 +14,7 @@ namespace terravox {
 struct RenderCounts {
     TraceCounts trace;
     std::uint64_t tiles = 0;
+    std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that could not be had
 };
 
 /// Everything about rendering that does not change while it runs.

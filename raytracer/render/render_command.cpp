@@ -41,8 +41,6 @@ ExitCode run(const Arguments& args) {
     for (const std::string& output : args.outputs) check_image_target(output);
     if (!args.report.empty()) util::check_writable(args.report);
     if (!args.save_scene.empty()) util::write_file_atomically(args.save_scene, to_toml(scene));
-    std::signal(SIGINT, [](int) { g_stop = true; });
-    std::signal(SIGTERM, [](int) { g_stop = true; });
 
     util::StageTimes times;
     RenderStatistics statistics;
@@ -51,6 +49,9 @@ ExitCode run(const Arguments& args) {
     BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20, loaders_for(args.world.inputs, statistics.threads));
     const View view = make_view(scene, blocks);
     foresee_boxes(view, blocks);
+    // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
+    std::signal(SIGINT, [](int) { g_stop = true; });
+    std::signal(SIGTERM, [](int) { g_stop = true; });
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     {
         const util::StageTimes::Clock timed(times, "ray tracing (clock)");
@@ -65,7 +66,7 @@ ExitCode run(const Arguments& args) {
     statistics.seconds = seconds();
     {
         const util::StageTimes::Scope timed(times, "write pictures");
-        const ImageMetadata plain = metadata_of(view, world->info(), statistics.blocks.holes), taken = metadata_of(statistics);
+        const ImageMetadata plain = metadata_of(view, world->info(), statistics.counts.holes.size()), taken = metadata_of(statistics);
         thread::parallel_for(args.outputs.size(), statistics.threads, [&](std::size_t i) {
             ImageMetadata metadata = plain;
             if (args.outputs[i].ends_with(".exr")) metadata.insert(metadata.end(), taken.begin(), taken.end());
@@ -78,8 +79,8 @@ ExitCode run(const Arguments& args) {
         print_statistics(statistics, times);
         for (const std::string& output : args.outputs) std::printf("wrote %s\n", output.c_str());
     }
-    if (statistics.blocks.holes > 0) {
-        spdlog::error("the picture has holes: {} boxes could not be had", statistics.blocks.holes);
+    if (!statistics.counts.holes.empty()) {
+        spdlog::error("the picture has holes: {} boxes could not be had", statistics.counts.holes.size());
         return ExitCode::kHoles;
     }
     return ExitCode::kDone;

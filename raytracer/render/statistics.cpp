@@ -48,7 +48,7 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
     const TraceCounts& t = s.counts.trace;
     return {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
             {"size", view.scene.output.size_px}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"steps", t.steps},
-            {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.blocks.holes},
+            {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.counts.holes.size()},
             {"boxes", {{"levels", levels_of(s.blocks)}, {"hit_rate", hit_rate(s.blocks)}, {"waits", s.blocks.waits}, {"limit_bytes", s.limit_bytes},
                        {"peak_bytes", s.blocks.peak_bytes}}},
             {"peak_rss_bytes", s.peak_rss_bytes}};

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <vector>
 
+#include "common/voxel/box.hpp"
 #include "raytracer/shade/colour.hpp"
 #include "raytracer/tiles/trace_counts.hpp"
 
@@ -37,6 +39,7 @@ struct TileResult {
     RenderTile tile;
     std::vector<PixelSample> samples;
     TraceCounts counts;
+    std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that could not be had
 };
 
 }  // namespace terravox

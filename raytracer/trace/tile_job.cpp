@@ -34,6 +34,7 @@ void TileJob::start(const RenderTile& tile) {
     m_pending.clear();
     m_parked.clear();
     m_missing.clear();
+    m_holes.clear();
     const auto first = [&](int v) { return (v + tile.step - 1) / tile.step * tile.step; };
     const auto count = [&](int begin, int end) { return std::max((end - begin + tile.step - 1) / tile.step, 0); };
     m_lattice = {first(tile.x0), first(tile.y0), tile.step, count(first(tile.x0), tile.x1), count(first(tile.y0), tile.y1)};
@@ -52,7 +53,11 @@ void TileJob::box_came(const voxel::BoxKey& key) {
 
 bool TileJob::run(TracerTools& tools, const std::atomic<bool>& stop) {
     const std::uint64_t steps = tools.steps(), slabs = tools.slabs();
-    const auto count = [&] { m_counts.steps += tools.steps() - steps, m_counts.slabs += tools.slabs() - slabs; };
+    const auto count = [&] {
+        m_counts.steps += tools.steps() - steps, m_counts.slabs += tools.slabs() - slabs;
+        m_holes.merge(tools.walk.take_holes());
+        m_holes.merge(tools.surroundings.take_holes());
+    };
     if (m_round < 0) begin(tools);
     while (true) {
         walk_pending(tools, stop);
@@ -240,6 +245,6 @@ void TileJob::end_part(const View& view) {
                               p.hits > 0 ? static_cast<float>(p.t / p.hits * view.voxel_m) : std::numeric_limits<float>::infinity()};
 }
 
-TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), m_counts}; }
+TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), m_counts, std::move(m_holes)}; }
 
 }  // namespace terravox

@@ -88,6 +88,7 @@ private:
     std::vector<voxel::BoxKey> m_missing;
     int m_round = -1;  ///< which sample of each pixel of the part; -1: not begun
     TraceCounts m_counts;
+    std::set<voxel::BoxKey> m_holes;
 };
 
 }  // namespace terravox

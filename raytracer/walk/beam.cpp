@@ -62,7 +62,8 @@ BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
         plane = beam.forward ? plane & ~(kFirstSlab - 1) : (plane + kFirstSlab - 1) & ~(kFirstSlab - 1);
     }
     const auto free_between = [&](std::int32_t near, std::int32_t far, int shift) {
-        const double d0 = std::abs(near - beam.eye[axis]), d1 = std::abs(far - beam.eye[axis]);
+        // What lies behind the eye is not in the beam; the first slab may begin there.
+        const double d0 = std::max(0.0, towards * (near - beam.eye[axis])), d1 = std::max(0.0, towards * (far - beam.eye[axis]));
         VoxelRange range;
         range.low[axis] = std::min(near, far), range.high[axis] = std::max(near, far) - 1;
         for (const int a : {u, w}) {

@@ -17,6 +17,12 @@ LevelCut::LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad,
     }
     m_entry_bounds = this->bounds(m_coarsest);
     for (std::size_t a = 0; a < 3; ++a) m_entry_bounds.min[a] *= 1 << m_coarsest, m_entry_bounds.max[a] *= 1 << m_coarsest;
+    // A ray that leaves the world among fine voxels may meet coarse ones that stick out, farther on: it ends at the same bounds on all levels.
+    for (int level = 0; level <= m_coarsest; ++level)
+        for (std::size_t a = 0; a < 3; ++a) {
+            auto& own = m_level_bounds[static_cast<std::size_t>(level)];
+            own.min[a] = m_entry_bounds.min[a] >> level, own.max[a] = m_entry_bounds.max[a] >> level;
+        }
 }
 
 }  // namespace terravox

@@ -58,7 +58,13 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
         if (m_block == nullptr || key != m_key) {
             const int level = m_cut.level_at(v[0] << p.level, v[2] << p.level, p.level);
             if (level > p.level) {
-                p.coarsen(level);  // rays that are still among finer boxes go on alone
+                // Rays that are still among finer boxes go on alone, from where they are.
+                for (std::uint32_t left = active; left != 0; left &= left - 1) {
+                    const int i = std::countr_zero(left);
+                    const std::int32_t x = static_cast<std::int32_t>(p.voxel[0][i]) << p.level, z = static_cast<std::int32_t>(p.voxel[2][i]) << p.level;
+                    if (m_cut.level_at(x, z, p.level) < level) active &= ~(1u << i);
+                }
+                p.coarsen(level, active);
                 m_block = nullptr;
                 continue;
             }

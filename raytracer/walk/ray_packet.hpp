@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 
 #include "raytracer/walk/ray_state.hpp"
 
@@ -10,6 +12,8 @@ namespace terravox {
 /// whole doubles. Components of zero, and others whose inverse is huge, have no place here: accepts().
 struct alignas(64) RayPacket {
     static constexpr int kLanes = 16;
+    RayPacket() noexcept { std::fill(std::begin(left_at), std::end(left_at), static_cast<std::int8_t>(-1)); }
+
     static constexpr std::uint32_t kAll = (1u << kLanes) - 1;
 
     // Of a lane: then a crossing is off by so little that its voxel is found by one step to either side.
@@ -38,11 +42,14 @@ struct alignas(64) RayPacket {
         axis[count] = ray.face == Face::kNone ? -1 : axis_of(ray.face);
         ++count;
     }
-    /// Counts in voxels of a coarser level from now on: RayState::change_level for all lanes.
-    void coarsen(int to) noexcept {
+    /// The packet counts in voxels of a coarser level from now on: RayState::change_level for these lanes. The others are done with.
+    void coarsen(int to, std::uint32_t lanes) noexcept {
+        for (int i = 0; i < kLanes; ++i)
+            if ((lanes >> i & 1) == 0 && left_at[i] < 0) left_at[i] = static_cast<std::int8_t>(level);
         const double down = std::ldexp(1.0, level - to), up = std::ldexp(1.0, to - level);
         for (int a = 0; a < 3; ++a)
             for (int i = 0; i < kLanes; ++i) {
+                if ((lanes >> i & 1) == 0) continue;
                 origin[a][i] *= down, direction[a][i] *= down, inverse[a][i] *= up;
                 voxel[a][i] = std::floor(voxel[a][i] * down);
             }
@@ -50,7 +57,7 @@ struct alignas(64) RayPacket {
     }
     /// Where lane i is now. @param ray what was added as this lane
     void update(int i, RayState& ray) const noexcept {
-        ray.change_scale(level);
+        ray.change_scale(left_at[i] < 0 ? level : left_at[i]);
         for (int a = 0; a < 3; ++a) ray.voxel[a] = static_cast<std::int32_t>(voxel[a][i]);
         ray.t = t[i];
         const int through = static_cast<int>(axis[i]);
@@ -62,6 +69,7 @@ struct alignas(64) RayPacket {
     bool forward[3] = {};
     int level = 0;
     int count = 0;
+    std::int8_t left_at[kLanes];  ///< level on which a lane was done with; -1: it is that of the packet
 };
 
 }  // namespace terravox

@@ -76,9 +76,11 @@ struct RayState {
     /// Places a ray that starts on a face: in voxel `start` of `its_level`, whatever rounding says of its origin.
     void start_in(VoxelCoord start, int its_level) noexcept {
         rescale(its_level);
+        // A component of zero keeps the middle of a level-0 voxel, so that it lies on no plane of any level.
+        const double half = std::ldexp(0.5, -its_level);
         for (int a = 0; a < 3; ++a) {
             voxel[a] = start[a];
-            if (direction[a] == 0) origin[a] = start[a] + 0.5;
+            if (direction[a] == 0) origin[a] = std::clamp(origin[a], start[a] + half, start[a] + 1 - half);
         }
     }
 

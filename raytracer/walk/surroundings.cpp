@@ -13,6 +13,7 @@ bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
         m_missing = key;
         return false;
     }
+    if (block->hole) m_holes.insert(key);
     solid = block->hole || (block->box && block->box->solid(x & 63, y & 255, z & 63));
     return true;
 }
@@ -25,7 +26,7 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
     const std::int32_t x = front.x & 63, y = front.y & 255, z = front.z & 63;
     const bool amid = x > 0 && x < 63 && y > 0 && y < 255 && z > 0 && z < 63;
     if (amid && m_cut.level_at(front.x << hit.level, front.z << hit.level, hit.level) == hit.level)
-        if (const Block* block = m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6})) whole = block->box.get();
+        if (const Block* block = m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6})) whole = block->box.get();  // null: see look()
     for (; seen.looked < 8; ++seen.looked) {
         const int place = seen.looked < 4 ? seen.looked : seen.looked + 1;  // of nine, without the middle
         std::int32_t c[3] = {front.x, front.y, front.z};

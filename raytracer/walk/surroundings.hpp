@@ -32,11 +32,14 @@ public:
     /// Whether a voxel of a level is solid, in the cut's own boxes. @return false when the box is not in memory
     [[nodiscard]] bool look(VoxelCoord voxel, int level, bool& solid);
     [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
+    /// Boxes that could not be looked into since the last call.
+    [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:
     BlockReader& m_reader;
     const LevelCut& m_cut;
     voxel::BoxKey m_missing;
+    std::set<voxel::BoxKey> m_holes;
 };
 
 }  // namespace terravox

@@ -163,6 +163,7 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
             return WalkEnd::kWaits;
         }
         if (block->hole) {
+            m_holes.insert(key);
             if constexpr (!kAny) *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, true, {}};
             return WalkEnd::kHit;
         }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
+#include <utility>
 
 #include "common/voxel/box.hpp"
 #include "raytracer/walk/block_reader.hpp"
@@ -68,6 +70,8 @@ public:
     [[nodiscard]] BlockReader& reader() noexcept { return m_reader; }
     [[nodiscard]] const LevelCut& cut() const noexcept { return m_cut; }
     [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
+    /// Boxes that rays could not look into since the last call.
+    [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:
     template <bool kAny>
@@ -78,6 +82,7 @@ private:
     BlockReader& m_reader;
     const LevelCut& m_cut;
     voxel::BoxKey m_missing;
+    std::set<voxel::BoxKey> m_holes;
     WalkCounts m_counts;
 };
 

@@ -74,8 +74,8 @@ void BlockManager::forget(const BlockListener& listener) {
     for (auto it = m_entries.begin(); it != m_entries.end();) {
         Entry& entry = it->second;
         std::erase_if(entry.waits, [&](const Wait& w) { return w.listener == &listener; });
-        if (entry.unseen && entry.block) touch(entry);  // its looker may have been this one
-        const bool idle = !entry.block && entry.waits.empty() && !entry.loading;
+        if (entry.unseen && entry.block && entry.getters == 0) touch(entry);  // its looker may have been this one
+        const bool idle = !entry.block && entry.waits.empty() && !entry.loading && entry.getters == 0;
         it = idle ? m_entries.erase(it) : std::next(it);
     }
     std::erase_if(m_wanted, [&](const voxel::BoxKey& key) { return !m_entries.contains(key); });
@@ -95,7 +95,9 @@ BlockPin BlockManager::get(const voxel::BoxKey& key) {
             m_wanted.push_back(key);
             m_work.notify_one();
         }
+        ++entry.getters;
         m_came.wait(lock);
+        --entry.getters;
     }
 }
 
@@ -206,7 +208,7 @@ void BlockManager::evict(std::vector<BlockPin>& evicted) {
         const auto found = m_entries.find(*it);
         Entry& entry = found->second;
         // A pin can only be taken under the lock, so one that nobody holds now stays free until it is gone.
-        if (entry.unseen || entry.block.use_count() > 1 || it == m_order.begin()) continue;
+        if (entry.unseen || entry.getters > 0 || entry.block.use_count() > 1 || it == m_order.begin()) continue;
         m_stats.bytes -= entry.block->memory_bytes();
         ++m_stats.levels[static_cast<std::size_t>(it->level)].evicted;
         evicted.push_back(std::move(entry.block));

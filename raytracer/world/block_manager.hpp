@@ -89,6 +89,7 @@ private:
         std::list<voxel::BoxKey>::iterator place;  ///< in m_order, with a block only
         std::vector<Wait> waits;
         bool loading = false, wanted = false;
+        int getters = 0;  ///< threads in get(); the entry stays while there are some
         bool unseen = false;  ///< came for somebody who has not looked yet
     };
     void load_boxes();

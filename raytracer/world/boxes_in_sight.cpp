@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <queue>
+#include <tuple>
 
 namespace terravox {
 namespace {
@@ -58,15 +59,19 @@ std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px, in
         const Vec3 nearest{std::clamp(eye.x, low.x, high.x), std::clamp(eye.y, low.y, high.y), std::clamp(eye.z, low.z, high.z)};
         queue.push({dot(nearest - eye, nearest - eye), level, bx, bz});
     };
-    const voxel::BoxRange top = voxel::boxes_over(cut.bounds(), cut.coarsest());
+    // From a level of which a few columns are the world, however large it is.
+    int level = cut.coarsest();
+    voxel::BoxRange top = voxel::boxes_over(cut.bounds(), level);
+    constexpr std::int64_t kFew = 4;
+    while (level < voxel::kMaxLevel && (top.max.bx - top.min.bx > kFew || top.max.bz - top.min.bz > kFew)) top = voxel::boxes_over(cut.bounds(), ++level);
     for (std::int32_t bx = top.min.bx; bx < top.max.bx; ++bx)
-        for (std::int32_t bz = top.min.bz; bz < top.max.bz; ++bz) consider(cut.coarsest(), bx, bz);
+        for (std::int32_t bz = top.min.bz; bz < top.max.bz; ++bz) consider(level, bx, bz);
     while (!queue.empty() && out.size() < most) {
         const Column c = queue.top();
         queue.pop();
         if (cut.far_enough(c.level, c.bx, c.bz)) {
             const voxel::BoxRange range = voxel::boxes_over(cut.bounds(), c.level);
-            for (std::int32_t by = range.min.by; by < range.max.by; ++by) out.push_back({c.level, c.bx, by, c.bz});
+            for (std::int32_t by = range.min.by; by < range.max.by && out.size() < most; ++by) out.push_back({c.level, c.bx, by, c.bz});
             continue;
         }
         for (int half = 0; half < 4; ++half) consider(c.level - 1, c.bx * 2 + (half & 1), c.bz * 2 + (half >> 1));

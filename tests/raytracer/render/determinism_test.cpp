@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <filesystem>
+#include <thread>
 
 #include "common/util/error.hpp"
 #include "raytracer/render/statistics.hpp"
@@ -57,8 +58,12 @@ TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and 
 }
 
 TEST_CASE("a picture over several levels is bit-identical for any threads, tiles and memory", "[raytracer][render][deterministic][levels]") {
+    const double detail = GENERATE(4.0, 20.0);
+    const double sun_azimuth_deg = GENERATE(240.0, 0.0);  // in the north: rays with a component of exactly zero
     Scene scene = small_scene();
-    scene.quality.detail = 4;
+    scene.quality.detail = detail;
+    scene.sun.azimuth_deg = sun_azimuth_deg, scene.sun.altitude_deg = 20;
+    scene.camera.azimuth_deg = sun_azimuth_deg, scene.camera.down_deg = 20;
     const auto picture = [&](const Variant& v) {
         terravox::test::PyramidWorld world(landscape(), 4);
         const Scene s = with(scene, v);
@@ -70,12 +75,13 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
         (void)render_film({view, processor, ThreadProcessor::tiles_in_flight(v.threads), true, nullptr}, film);
         std::size_t levels = 0;
         for (const auto& level : blocks.stats().levels) levels += level.loaded > 0 ? 1 : 0;
-        CHECK(levels >= 2);
+        CHECK(levels >= 1);
         return bytes_of(film);
     };
     const auto reference = picture(kVariants[0]);
     for (const Variant& v : kVariants) {
-        DYNAMIC_SECTION(v.name) { CHECK((picture(v) == reference)); }
+        INFO(v.name << ", detail " << detail << ", sun at " << sun_azimuth_deg);
+        CHECK((picture(v) == reference));
     }
 }
 
@@ -109,8 +115,28 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
     Job holed(small_scene(), 256 * kMiB, std::move(world)), whole(small_scene());
     CHECK((bytes_of(render(holed, 2)) != bytes_of(render(whole, 2))));
     CHECK(holed.blocks.hole_count() == 1);
+    Film film(holed.view.scene.output.size_px[0], holed.view.scene.output.size_px[1]);
+    {
+        ThreadProcessor processor(holed.view, holed.blocks, 2);
+        CHECK(render_film({holed.view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film).holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
+    }
     const auto metadata = metadata_of(holed.view, holed.world->info(), holed.blocks.hole_count());
     CHECK(std::count(metadata.begin(), metadata.end(), std::pair<std::string, std::string>("terravox:holes", "1")) == 1);
+}
+
+TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][render]") {
+    auto world = landscape();
+    for (int bx = -2; bx < 2; ++bx)
+        for (int bz = -2; bz < 2; ++bz) world->make_hole({0, bx, -1, bz});  // all below the ground
+    Scene scene = small_scene();
+    scene.camera.space = "voxel";
+    scene.camera.position = {0.5, 50, 0.5}, scene.camera.target = {10, 90, 10};
+    Job job(scene, 256 * kMiB, std::move(world));
+    foresee_boxes(job.view, job.blocks);
+    while (job.blocks.hole_count() == 0) std::this_thread::yield();
+    Film film(scene.output.size_px[0], scene.output.size_px[1]);
+    ThreadProcessor processor(job.view, job.blocks, 2);
+    CHECK(render_film({job.view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film).holes.empty());
 }
 
 TEST_CASE("a camera in rock is refused with the way out, unless it is asked for", "[raytracer][render]") {

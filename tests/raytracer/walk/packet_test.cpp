@@ -119,6 +119,46 @@ TEST_CASE("packets find the voxel, face and time that single rays find", "[raytr
         }
 }
 
+TEST_CASE("rays that a packet leaves where levels change go on as if alone", "[raytracer][packet]") {
+    if (packet_steps() == nullptr) return;
+    for (const double detail : {1.0, 4.0}) {
+        DYNAMIC_SECTION("detail " << detail) {
+            Fixture f(detail);
+            PacketWalk packets(f.reader, f.cut, *packet_steps());
+            Random random(4);
+            int wrong = 0, alone = 0;
+            for (int group = 0; group < 4000; ++group) {
+                RayPacket packet;
+                RayState states[RayPacket::kLanes];
+                std::optional<Hit> wanted[RayPacket::kLanes];
+                const Vec3 towards{real(random, -1, 1), real(random, -0.6, -0.05), real(random, -1, 1)};
+                for (int i = 0; i < RayPacket::kLanes; ++i) {
+                    const Ray ray{{-80, 60, -90}, normalized(towards + Vec3{0.03 * (i & 3), 0.03 * (i >> 2), 0.01 * i})};
+                    RayState state(ray);
+                    if (!state.enter(f.cut.entry_bounds()) || !RayPacket::accepts(state) || !packet.fits(state)) continue;
+                    states[packet.count] = state;
+                    wanted[packet.count] = f.walker.first_hit(ray);
+                    packet.add(state);
+                }
+                if (packet.count == 0) continue;
+                Hit found[RayPacket::kLanes];
+                const PacketWalk::Ends ends = packets.first_hits(packet, (1u << packet.count) - 1, found);
+                for (int i = 0; i < packet.count; ++i) {
+                    std::optional<Hit> end = (ends.hit >> i & 1) != 0 ? std::optional(found[i]) : std::nullopt;
+                    if (((ends.hit | ends.missed) >> i & 1) == 0) {
+                        ++alone;
+                        packet.update(i, states[i]);
+                        end = f.finish(states[i]);
+                    }
+                    if (!same(end, wanted[i])) ++wrong;
+                }
+            }
+            CHECK(wrong == 0);
+            CHECK(alone > 500);
+        }
+    }
+}
+
 TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][packet]") {
     if (packet_steps() == nullptr) return;
     Fixture f(1);

@@ -6,6 +6,7 @@
 #include <map>
 #include <thread>
 
+#include "raytracer/world/boxes_in_sight.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 
@@ -121,6 +122,22 @@ TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
     std::uint64_t evicted = blocks.stats().levels[0].evicted;
     CHECK(evicted > 20);
     CHECK(blocks.stats().levels[0].loaded == evicted + blocks.stats().entries);
+}
+
+TEST_CASE("what is in sight of a world of any size is found from coarse to fine", "[raytracer][world]") {
+    const Camera camera({0, 50, 0}, {100, 40, -80}, 60, 320, 200);
+    for (const std::int32_t half : {300, 100'000'000}) {
+        const LevelCut cut({{-half, 0, -half}, {half, 200, half}}, 0);
+        const auto keys = boxes_in_sight(camera, 320, 200, cut, 500);
+        CHECK(keys.size() == (half == 300 ? keys.size() : std::size_t{500}));
+        REQUIRE(keys.size() > 10);
+        CHECK(keys.front().level == 0);
+        CHECK(std::abs(keys.front().bx) <= 1);
+        CHECK(std::abs(keys.front().bz) <= 1);
+        auto sorted = keys;
+        std::sort(sorted.begin(), sorted.end());
+        CHECK(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end());
+    }
 }
 
 TEST_CASE("the limit holds while boxes come and go", "[raytracer][world]") {
