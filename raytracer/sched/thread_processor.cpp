@@ -1,10 +1,21 @@
 #include "raytracer/sched/thread_processor.hpp"
 
+#include <algorithm>
+
 namespace terravox {
+namespace {
+
+// Tiles under way lie beside the boxes in memory: of many threads they must not take more than those.
+std::size_t most_jobs(std::size_t limit_bytes, std::size_t threads) noexcept {
+    constexpr std::size_t kShare = std::size_t{8} << 20;
+    return std::clamp(limit_bytes / kShare, threads, threads * ThreadProcessor::kJobsPerThread);
+}
+
+}  // namespace
 
 ThreadProcessor::ThreadProcessor(const View& view, BlockManager& blocks, int threads)
-    : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(threads) * 2), m_most_jobs(static_cast<std::size_t>(threads) * kJobsPerThread),
-      m_thread_count(threads), m_running(threads) {
+    : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(threads) * 2),
+      m_most_jobs(most_jobs(blocks.limit_bytes(), static_cast<std::size_t>(threads))), m_thread_count(threads), m_running(threads) {
     for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { run(); });
 }
 

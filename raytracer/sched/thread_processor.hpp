@@ -35,8 +35,10 @@ public:
     /// Tiles that a processor of so many threads has use for at once.
     [[nodiscard]] static int tiles_in_flight(int threads) noexcept { return threads * (kJobsPerThread + 2); }
 
+    /// Most tiles begun for each thread, about 2 MiB each: some wait for boxes while others go on.
+    static constexpr int kJobsPerThread = 8;
+
 private:
-    static constexpr int kJobsPerThread = 8;  // begun: about 2 MiB each; some wait for boxes while others go on
     struct Job {
         TileJob job;
         std::vector<voxel::BoxKey> came;

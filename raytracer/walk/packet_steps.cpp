@@ -76,6 +76,8 @@ std::uint32_t primary(RayPacket& p, const PrimaryLanes& wanted) noexcept {
     const VD one = hn::Set(d, 1.0), two = hn::Set(d, 2.0), height = hn::Set(d, c.height), width = hn::Set(d, c.width);
     std::uint32_t out = 0;
     p.level = 0, p.count = RayPacket::kLanes;
+    for (int a = 0; a < 3; ++a)
+        if (!(std::abs(c.position[a]) < RayPacket::kMostOrigin)) return 0;
     for (int first = 0; first < RayPacket::kLanes; first += kWidth) {
         const VD px = hn::Load(d, wanted.px + first), py = hn::Load(d, wanted.py + first);
         const VD u = hn::Div(hn::Sub(hn::Mul(two, px), width), height), v = hn::Div(hn::Sub(height, hn::Mul(two, py)), height);
