@@ -74,7 +74,7 @@ def tile_sizes(bench, rounds):
         for px in TILES_PX:
             bench.clear()
             for times in (cold, hot):
-                times[px].append(bench.render("--quality-tile-px", str(px))[0])
+                times[px].append(bench.render("--tile", str(px))[0])
     return {"cold": cold, "hot": hot}
 
 
