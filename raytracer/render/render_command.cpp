@@ -4,11 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <csignal>
-#include <fstream>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "common/util/cache_dir.hpp"
 #include "common/thread/parallel.hpp"

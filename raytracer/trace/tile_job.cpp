@@ -155,13 +155,14 @@ void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, 
     RayPacket packet;
     Hit hits[RayPacket::kLanes];
     const std::uint32_t placed = packet_steps()->primary(packet, lanes) & ((1u << count) - 1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if ((placed >> i & 1) == 0) make_single(tools, first + i);
+        else m_wave[first + i] = tools.shading.primary({lanes.camera.position, {packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]}}, first + i);
+    }
     const PacketWalk::Ends ends = tools.packets->first_hits(packet, placed, hits);
     for (std::uint32_t i = 0; i < count; ++i) {
-        if ((placed >> i & 1) == 0) {
-            make_single(tools, first + i);
-            continue;
-        }
-        TracedRay& ray = m_wave[first + i] = tools.shading.primary(tools.view.camera.ray(lanes.px[i], lanes.py[i]), first + i);
+        if ((placed >> i & 1) == 0) continue;
+        TracedRay& ray = m_wave[first + i];
         if ((ends.missed >> i & 1) != 0) {
             ray.end = WalkEnd::kMiss;
             continue;

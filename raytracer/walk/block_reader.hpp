@@ -22,11 +22,6 @@ public:
         if (slot.block && slot.key == key) return slot.block.get();
         return fetch(slot, key);
     }
-    /// Lets go of all boxes: before a pause.
-    void clear() {
-        for (Slot& slot : m_slots) slot.block = nullptr;
-        m_bytes = 0;
-    }
     [[nodiscard]] BlockManager& blocks() noexcept { return m_blocks; }
 
 private:
@@ -35,6 +30,10 @@ private:
         voxel::BoxKey key;
         BlockPin block;
     };
+    void clear() {
+        for (Slot& slot : m_slots) slot.block = nullptr;
+        m_bytes = 0;
+    }
     const Block* fetch(Slot& slot, const voxel::BoxKey& key) {
         BlockPin block = m_blocks.find(key);
         if (!block) return nullptr;

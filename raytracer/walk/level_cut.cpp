@@ -6,23 +6,18 @@ LevelCut::LevelCut(const voxel::VoxelBounds& bounds, int level) : LevelCut(bound
 
 LevelCut::LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail, int finest, int coarsest)
     : m_bounds(bounds), m_eye(eye), m_dy(outside(eye.y, bounds.min[1], bounds.max[1])), m_finest(finest), m_coarsest(detail > 0 ? coarsest : finest) {
-    for (int level = 0; level <= voxel::kMaxLevel; ++level) {
+    const std::int32_t coarse = std::int32_t{1} << m_coarsest;
+    for (std::size_t a = 0; a < 3; ++a) {
+        m_entry_bounds.min[a] = voxel::floor_div(bounds.min[a], coarse) * coarse;
+        m_entry_bounds.max[a] = (voxel::floor_div(bounds.max[a] - 1, coarse) + 1) * coarse;
+    }
+    for (int level = 0; level <= m_coarsest; ++level) {
         const auto l = static_cast<std::size_t>(level);
-        for (std::size_t a = 0; a < 3; ++a) {
-            m_level_bounds[l].min[a] = voxel::floor_div(bounds.min[a], 1 << level);
-            m_level_bounds[l].max[a] = voxel::floor_div(bounds.max[a] - 1, 1 << level) + 1;
-        }
+        // A ray that leaves the world among fine voxels may meet coarse ones that stick out, farther on: it ends at the same bounds on all levels.
+        for (std::size_t a = 0; a < 3; ++a) m_level_bounds[l].min[a] = m_entry_bounds.min[a] >> level, m_level_bounds[l].max[a] = m_entry_bounds.max[a] >> level;
         const double near = detail > 0 ? static_cast<double>(1 << level) / (detail * pixel_rad) : 0;
         m_near2[l] = near * near;
     }
-    m_entry_bounds = this->bounds(m_coarsest);
-    for (std::size_t a = 0; a < 3; ++a) m_entry_bounds.min[a] *= 1 << m_coarsest, m_entry_bounds.max[a] *= 1 << m_coarsest;
-    // A ray that leaves the world among fine voxels may meet coarse ones that stick out, farther on: it ends at the same bounds on all levels.
-    for (int level = 0; level <= m_coarsest; ++level)
-        for (std::size_t a = 0; a < 3; ++a) {
-            auto& own = m_level_bounds[static_cast<std::size_t>(level)];
-            own.min[a] = m_entry_bounds.min[a] >> level, own.max[a] = m_entry_bounds.max[a] >> level;
-        }
 }
 
 }  // namespace terravox

@@ -42,7 +42,7 @@ public:
     [[nodiscard]] Vec3 eye() const noexcept { return m_eye; }
     /// Of the world, level-0 voxels.
     [[nodiscard]] const voxel::VoxelBounds& bounds() const noexcept { return m_bounds; }
-    /// entry_bounds() in voxels of a level.
+    /// entry_bounds() in voxels of a level that may be used.
     [[nodiscard]] const voxel::VoxelBounds& bounds(int level) const noexcept { return m_level_bounds[static_cast<std::size_t>(level)]; }
 
     /// Where rays come in: level-0 voxels, so far rounded outwards that no voxel of any level sticks out.

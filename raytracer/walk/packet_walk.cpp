@@ -14,48 +14,39 @@ PacketCell cube_around(std::int32_t x, std::int32_t y, std::int32_t z, int shift
     return {{low(x), low(y), low(z)}, {low(x) + size, low(y) + size, low(z) + size}};
 }
 
-/// What a voxel of a box lies in.
+/// What a voxel of a box lies in: a cube of 2^shift voxels.
 struct Place {
-    const TreeCell* brick = nullptr;  ///< or
-    int empty_shift = -1;             ///< the size of the empty cube around it; -1 with no brick: hidden rock
-    int shift = 2;                    ///< size of the cube
+    const TreeCell* brick;  ///< nullptr: the cube is empty, or hidden rock throughout
+    bool empty;
+    int shift;
 };
 
 Place find_place(const TreeCell* cells, std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
     const TreeCell* cell = &cells[y >> 6 & 3];
-    if (cell->mask == 0) return {nullptr, 6, 6};
+    if (cell->mask == 0) return {nullptr, true, 6};
     for (int shift = 4; shift >= 2; shift -= 2) {
         const int bit = child_bit(x >> shift, y >> shift, z >> shift);
-        if ((cell->mask >> bit & 1) == 0) {
-            const int leap = voxel_leap_shift(cell->mask, bit, shift);
-            return {nullptr, leap, leap};
-        }
-        if ((cell->detail >> bit & 1) == 0) return {nullptr, -1, shift};
+        if ((cell->mask >> bit & 1) == 0) return {nullptr, true, voxel_leap_shift(cell->mask, bit, shift)};
+        if ((cell->detail >> bit & 1) == 0) return {nullptr, false, shift};
         cell = &cells[cell->index_of(bit)];
     }
-    return {cell, -1, 2};
+    return {cell, false, 2};
 }
 
 }  // namespace
 
-bool PacketWalk::find_box(const voxel::BoxKey& key) {
-    if (m_block != nullptr && key == m_key) return true;
-    m_key = key;
-    m_block = m_reader.get(key);
-    return m_block != nullptr;
-}
-
 template <bool kAny>
 PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) {
     Ends ends;
-    m_block = nullptr;  // the reader may have let go of it since
+    voxel::BoxKey own;             // the box that the last cells were in,
+    const Block* block = nullptr;  // valid until the reader is asked for another
     std::uint32_t active = lanes;
     while (active != 0) {
         const int lane = std::countr_zero(active);
         const std::int32_t v[3] = {static_cast<std::int32_t>(p.voxel[0][lane]), static_cast<std::int32_t>(p.voxel[1][lane]), static_cast<std::int32_t>(p.voxel[2][lane])};
         ++m_counts.steps;
         const voxel::BoxKey key{p.level, v[0] >> 6, v[1] >> 8, v[2] >> 6};
-        if (m_block == nullptr || key != m_key) {
+        if (block == nullptr || key != own) {
             const int level = m_cut.level_at(v[0] << p.level, v[2] << p.level, p.level);
             if (level > p.level) {
                 // Rays that are still among finer boxes go on alone, from where they are.
@@ -65,29 +56,31 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                     if (m_cut.level_at(x, z, p.level) < level) active &= ~(1u << i);
                 }
                 p.coarsen(level, active);
-                m_block = nullptr;
+                block = nullptr;
                 continue;
             }
             const voxel::VoxelBounds& bounds = m_cut.bounds(p.level);
             bool beyond = false;
             for (std::size_t a = 0; a < 3; ++a) beyond = beyond || (p.forward[a] ? v[a] >= bounds.max[a] : v[a] < bounds.min[a]);
-            if (beyond || level < p.level || !find_box(key) || m_block->hole) {
+            block = beyond || level < p.level ? nullptr : m_reader.get(key);
+            if (block == nullptr || block->hole) {
                 if (beyond && level == p.level) ends.missed |= 1u << lane;
-                m_block = nullptr;
+                block = nullptr;
                 active &= active - 1;
                 continue;
             }
+            own = key;
         }
-        if (!m_block->box) {
+        if (!block->box) {
             const double x = key.bx * 64.0, y = key.by * 256.0, z = key.bz * 64.0;
             const PacketCell cell{{x, y, z}, {x + 63, y + 255, z + 63}};
             m_steps.leap(p, cell, m_steps.inside(p, cell, active));
             continue;
         }
-        const Place place = find_place(m_block->box->cells().data(), v[0], v[1], v[2]);
+        const Place place = find_place(block->box->cells().data(), v[0], v[1], v[2]);
         const PacketCell cell = cube_around(v[0], v[1], v[2], place.shift);
         const std::uint32_t group = m_steps.inside(p, cell, active);
-        if (place.empty_shift >= 0) {
+        if (place.empty) {
             m_steps.leap(p, cell, group);
             continue;
         }
@@ -108,7 +101,7 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 if ((place.brick->detail >> bit & 1) == 0) continue;
                 const int axis = static_cast<int>(p.axis[i]);
                 hits[i] = {p.t[i], at, axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]), static_cast<std::int8_t>(p.level), false,
-                           m_block->box->attrs()[place.brick->index_of(bit)]};
+                           block->box->attrs()[place.brick->index_of(bit)]};
                 ends.hit |= 1u << i;
             }
         }

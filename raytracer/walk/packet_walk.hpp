@@ -29,12 +29,9 @@ public:
 private:
     template <bool kAny>
     Ends walk(RayPacket& packet, std::uint32_t lanes, Hit* hits);
-    [[nodiscard]] bool find_box(const voxel::BoxKey& key);
     BlockReader& m_reader;
     const LevelCut& m_cut;
     const PacketSteps& m_steps;
-    voxel::BoxKey m_key{-1, 0, 0, 0};
-    const Block* m_block = nullptr;  ///< of m_key
     WalkCounts m_counts;
 };
 

@@ -14,8 +14,6 @@ struct alignas(64) RayPacket {
     static constexpr int kLanes = 16;
     RayPacket() noexcept { std::fill(std::begin(left_at), std::end(left_at), static_cast<std::int8_t>(-1)); }
 
-    static constexpr std::uint32_t kAll = (1u << kLanes) - 1;
-
     // Of a lane: then a crossing is off by so little that its voxel is found by one step to either side.
     static constexpr double kMostInverse = 1e9, kMostOrigin = 1e8;
     /// Whether a ray may be a lane.

@@ -156,7 +156,8 @@ BlockPin BlockManager::make(const voxel::BoxKey& key) {
         const std::lock_guard lock(m_mutex);
         made.hole = m_holes.contains(key);  // once a hole, always a hole: a picture has one answer
     }
-    if (!made.hole) try {
+    if (made.hole) return std::make_shared<const Block>(std::move(made));
+    try {
         made.box = m_world.box(key);
     } catch (const std::exception& e) {
         // One box less must not lose the picture; it stays visible, counted and in the exit code.

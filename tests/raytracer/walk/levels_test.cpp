@@ -35,6 +35,16 @@ std::unique_ptr<PyramidWorld> hills() {
     return std::make_unique<PyramidWorld>(std::move(finest), kLevels);
 }
 
+/// What is missing would stop beams early and prove nothing.
+void load_all(BlockManager& blocks, const voxel::WorldInfo& info) {
+    for (int level = 0; level < kLevels; ++level) {
+        const auto range = voxel::boxes_over(info.bounds, level);
+        for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
+            for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
+                for (key.by = range.min.by; key.by < range.max.by; ++key.by) (void)blocks.get(key);
+    }
+}
+
 struct Fixture {
     explicit Fixture(Vec3 eye, double detail = 1, double pixel_rad = 0.03)
         : world(hills()), cut(world->info().bounds, eye, pixel_rad, detail, 0, kLevels - 1), blocks(*world, kPlenty), reader(blocks), walker(reader, cut) {}
@@ -126,12 +136,7 @@ TEST_CASE("beams spare their rays only what is empty: every hit stays", "[raytra
                 const Camera camera(eye, {20, 10, 5}, 70, 64, 48);
                 BeamMarch beams(f.reader, f.cut);
                 RayWalk walk(f.reader, f.cut);
-                // All boxes are there: what is missing would stop beams early and prove nothing.
-                const auto range = voxel::boxes_over(f.world->info().bounds, 0);
-                for (int bx = range.min.bx; bx < range.max.bx; ++bx)
-                    for (int bz = range.min.bz; bz < range.max.bz; ++bz)
-                        for (int level = 0; level < kLevels; ++level)
-                            for (int by = -1; by < 1; ++by) (void)f.blocks.get({level, bx >> level, by, bz >> level});
+                load_all(f.blocks, f.world->info());
                 int wrong = 0, planes = 0, misses = 0;
                 for (int size : {16, 4, 1})
                     for (int y = 0; y < 48; y += size)
@@ -163,11 +168,7 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
             Random random(9);
             auto world = hills();
             BlockManager blocks(*world, kPlenty);
-            const auto range = voxel::boxes_over(world->info().bounds, 0);
-            for (int level = 0; level < kLevels; ++level)
-                for (int bx = range.min.bx >> level; bx <= range.max.bx >> level; ++bx)
-                    for (int bz = range.min.bz >> level; bz <= range.max.bz >> level; ++bz)
-                        for (int by = -1; by < 1; ++by) (void)blocks.get({level, bx, by, bz});
+            load_all(blocks, world->info());
             int wrong = 0, rays = 0;
             for (int cameras = 0; cameras < 60;) {
                 const bool near = cameras % 2 == 0;
