@@ -4,15 +4,20 @@
 
 namespace terravox {
 
-Film::Film(int width_px, int height_px) : m_width(width_px), m_height(height_px), m_pixels(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)) {}
+Film::Film(int width_px, int height_px, bool with_layers)
+    : m_width(width_px), m_height(height_px), m_pixels(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)), m_layers(with_layers ? m_pixels.size() : 0) {}
 
 void Film::add(const TileResult& result) {
     std::size_t next = 0;
     const int step = result.tile.step;
     result.tile.each_pixel([&](int x, int y) {
-        const PixelSample& sample = result.samples[next++];
+        const std::size_t own = next++;
+        const PixelSample& sample = result.samples[own];
         for (int py = y; py < std::min(y + step, m_height); ++py)
-            for (int px = x; px < std::min(x + step, m_width); ++px) m_pixels[index(px, py)] = sample;
+            for (int px = x; px < std::min(x + step, m_width); ++px) {
+                m_pixels[index(px, py)] = sample;
+                if (has_layers() && !result.layers.empty()) m_layers[index(px, py)] = result.layers[own];
+            }
     });
 }
 

@@ -10,7 +10,7 @@ namespace terravox {
 /// pixels until finer passes replace it. Not thread-safe.
 class Film {
 public:
-    Film(int width_px, int height_px);
+    Film(int width_px, int height_px, bool with_layers = false);
 
     /// Passes must be added in order, tiles of a pass in any order.
     void add(const TileResult& result);
@@ -18,11 +18,14 @@ public:
     [[nodiscard]] int width_px() const noexcept { return m_width; }
     [[nodiscard]] int height_px() const noexcept { return m_height; }
     [[nodiscard]] const PixelSample& at(int x, int y) const noexcept { return m_pixels[index(x, y)]; }
+    [[nodiscard]] bool has_layers() const noexcept { return !m_layers.empty(); }
+    [[nodiscard]] const LayerSample& layers_at(int x, int y) const noexcept { return m_layers[index(x, y)]; }
 
 private:
     [[nodiscard]] std::size_t index(int x, int y) const noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(m_width) + static_cast<std::size_t>(x); }
     int m_width, m_height;
     std::vector<PixelSample> m_pixels;
+    std::vector<LayerSample> m_layers;
 };
 
 }  // namespace terravox

@@ -64,7 +64,7 @@ bool panel(Scene& scene, const Progressive& picture, const std::string& problem,
     changed |= slider("time, h", scene.sun.time_h, 0, 24, "%.2f");
     changed |= slider("exposure, stops", scene.output.exposure_ev, -4, 4, "%.2f");
     changed |= slider("field of view, deg", scene.camera.fov_deg, 5, 120, "%.0f");
-    changed |= slider("visibility, km", scene.sky.visibility_km, 1, 300, "%.0f");
+    changed |= slider("turbidity of the air", scene.sky.turbidity, 1.5, 10, "%.1f");
     changed |= ImGui::SliderInt("samples", &scene.quality.samples, 1, 16);
     changed |= ImGui::Checkbox("shadows", &scene.quality.shadows);
     ImGui::SameLine();

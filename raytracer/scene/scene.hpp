@@ -13,7 +13,13 @@ namespace terravox {
 /// with units and ranges). Version 1.
 struct Scene {
     struct Camera {
-        double fov_deg = 40;  ///< vertical
+        std::string look;  ///< a named view of config/views, which the fields given beside it change; empty: none
+        std::string projection = "perspective";  ///< perspective, orthographic, isometric, panorama or fisheye
+        double fov_deg = 40;  ///< vertical; of a fisheye: across the picture's shorter side
+        std::optional<double> height_m;  ///< orthographic and isometric: what the picture's height covers; default: frames the world
+        double aperture_m = 0;           ///< diameter of the lens; 0: everything is sharp
+        std::optional<double> focus_m;   ///< distance that is sharp; default: that of the target, or of the framed world's middle
+        double roll_deg = 0;             ///< the camera's turn about its line of sight, clockwise
         /// Without position and target the camera frames the whole world: from azimuth_deg, looking down by down_deg.
         double azimuth_deg = 225;  ///< where the camera stands, seen from the world's middle, clockwise from north
         double down_deg = 35;
@@ -26,27 +32,48 @@ struct Scene {
     struct Sun {
         std::string date = "2026-06-21";
         double time_h = 16;
-        std::optional<double> utc_offset_h;  ///< default: the zone of the place's longitude
+        std::optional<double> utc_offset_h;  ///< default: the zone, else the zone of the place's longitude
+        std::string zone;                    ///< IANA name, such as Europe/Ljubljana; empty: by utc_offset_h
         std::optional<double> altitude_deg, azimuth_deg;  ///< both: override date and time
         double strength = 1;
+        double size = 1;  ///< radius of the disc, times the true one; 0: a point, with hard shadows
+        std::optional<std::array<double, 3>> light;  ///< instead of the atmosphere's: linear R, G, B of a white surface that faces it
     } sun;
     struct Sky {
+        std::string model = "atmosphere";  ///< atmosphere, or uniform: one colour all around
+        std::optional<std::array<double, 3>> colour;  ///< of the uniform sky, linear R, G, B; default 1, 1, 1
+        double turbidity = 2.5;  ///< of the air: 2 very clear, 3 clear, 6 hazy
+        std::optional<double> visibility_km;  ///< distance at which haze leaves 5 % of the contrast; default: by turbidity; 0: no air before things
+        double clouds = 0;          ///< share of the sky that they cover
+        double cloud_height_m = 1500;  ///< above the camera's ground
         double strength = 1;
-        double visibility_km = 100;  ///< distance at which haze swallows all but 5 % of the contrast
     } sky;
     struct Output {
         std::array<int, 2> size_px = {1280, 720};
         double exposure_ev = 0;
-        std::string tone = "photographic";  ///< photographic or linear, for 8-bit pictures
+        std::string tone = "photographic";  ///< curve of 8-bit pictures: photographic, filmic, agx or linear
+        std::string layers = "beauty";      ///< of EXR files: beauty, or all
+        bool denoise = false;
+        bool credit = false;  ///< a line with the data's attribution at the lower edge of 8-bit pictures
     } output;
     struct Quality {
-        int samples = 4;  ///< per pixel
+        std::string integrator = "direct";  ///< direct, or path
+        int samples = 4;   ///< per pixel; with noise: at most
+        double noise = 0;  ///< a pixel is done when its mean is known this well, share of its brightness; 0: all samples everywhere
+        int min_samples = 16;  ///< before that is asked
+        double time_s = 0;     ///< goes on with samples as long as this; 0: until `samples` are done
+        int bounces = 6;       ///< of a path; of mirrors in direct light
+        double clamp = 16;     ///< most light that one indirect sample of a path brings; 0: no limit
         int level = 0;    ///< finest level of the boxes
         double detail = 1;  ///< pixels that a voxel may cover at most, where coarser levels are used; 0: only `level`
         int coarse_step = 8;  ///< the first pass traces one of step x step pixels; 1 = a single pass
         TileSize tile;
         std::string tile_order = "spiral";
-        bool shadows = true, ambient_occlusion = true, reflections = true;
+        bool shadows = true, ambient_occlusion = true, reflections = true, refraction = true;
+        int ao_rays = 0;  ///< ambient-occlusion rays for each hit; 0: corners are darkened without rays
+        double ao_range_m = 40, ao_strength = 1;
+        bool textures = true;  ///< what is drawn on the faces of voxels
+        bool cut_outs = true;  ///< holes between leaves
         std::string colour = "mix";  ///< material, true, or mix
         double colour_mix = 0.85;    ///< share of the true colour for mix
     } quality;

@@ -20,7 +20,13 @@ struct FieldRule {
 /// File reader, command line, and writer are visitors: a field added here is everywhere.
 template <class SceneType, class Visit>
 void visit_fields(SceneType& s, Visit&& visit) {
-    visit("camera.fov_deg", s.camera.fov_deg, FieldRule{"vertical field of view, degrees", 1, 160, {}, "--fov"});
+    visit("camera.look", s.camera.look, FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
+    visit("camera.projection", s.camera.projection, FieldRule{"how space comes into the picture", 0, 0, {"perspective", "orthographic", "isometric", "panorama", "fisheye"}, "--projection"});
+    visit("camera.fov_deg", s.camera.fov_deg, FieldRule{"vertical field of view, degrees; of a fisheye up to 360, across the shorter side", 1, 360, {}, "--fov"});
+    visit("camera.height_m", s.camera.height_m, FieldRule{"orthographic, isometric: metres that the picture's height covers; default: frames the world", 0.001, 1e7});
+    visit("camera.aperture_m", s.camera.aperture_m, FieldRule{"diameter of the lens, metres; 0 = everything is sharp", 0, 10000});
+    visit("camera.focus_m", s.camera.focus_m, FieldRule{"distance that is sharp, metres; default: the target's", 0.001, 1e7});
+    visit("camera.roll_deg", s.camera.roll_deg, FieldRule{"turn about the line of sight, clockwise, degrees", -360, 360});
     visit("camera.azimuth_deg", s.camera.azimuth_deg, FieldRule{"where the framing camera stands, clockwise from north, degrees", -360, 360});
     visit("camera.down_deg", s.camera.down_deg, FieldRule{"how steeply the framing camera looks down, degrees", -30, 90});
     visit("camera.margin", s.camera.margin, FieldRule{"border around the framed world, share of the picture", 0, 0.45});
@@ -31,16 +37,33 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.inside_rock", s.camera.inside_rock, FieldRule{"allow a camera inside a solid voxel"});
     visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD"});
     visit("sun.time_h", s.sun.time_h, FieldRule{"clock time, hours", 0, 24});
-    visit("sun.utc_offset_h", s.sun.utc_offset_h, FieldRule{"clock time minus UTC, hours; default: the zone of the place's longitude", -14, 14});
+    visit("sun.utc_offset_h", s.sun.utc_offset_h, FieldRule{"clock time minus UTC, hours; default: sun.zone, else the zone of the place's longitude", -14, 14});
+    visit("sun.zone", s.sun.zone, FieldRule{"IANA time zone with its summer time, such as Europe/Ljubljana"});
     visit("sun.altitude_deg", s.sun.altitude_deg, FieldRule{"with azimuth_deg instead of date and time, degrees", -90, 90});
     visit("sun.azimuth_deg", s.sun.azimuth_deg, FieldRule{"clockwise from north, degrees", -360, 360});
     visit("sun.strength", s.sun.strength, FieldRule{"times the natural light", 0, 100});
+    visit("sun.size", s.sun.size, FieldRule{"radius of the disc, times the true 0.27 degrees; 0 = hard shadows", 0, 100});
+    visit("sun.light", s.sun.light, FieldRule{"r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's"});
+    visit("sky.model", s.sky.model, FieldRule{"where its light comes from", 0, 0, {"atmosphere", "uniform"}});
+    visit("sky.colour", s.sky.colour, FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1"});
+    visit("sky.turbidity", s.sky.turbidity, FieldRule{"haze of the whole air: 2 very clear, 3 clear, 6 hazy", 1.5, 10, {}, "--turbidity"});
+    visit("sky.clouds", s.sky.clouds, FieldRule{"share of the sky that clouds cover", 0, 1, {}, "--clouds"});
+    visit("sky.cloud_height_m", s.sky.cloud_height_m, FieldRule{"height of the clouds above sea level, metres", 100, 12000});
     visit("sky.strength", s.sky.strength, FieldRule{"times the natural light", 0, 100});
-    visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km", 0.1, 100000});
+    visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km; 0 = no haze; default: by turbidity", 0, 100000});
     visit("output.size", s.output.size_px, FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
     visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops", -20, 20, {}, "--exposure"});
-    visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "linear"}});
-    visit("quality.samples", s.quality.samples, FieldRule{"samples per pixel", 1, 4096, {}, "--samples"});
+    visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "filmic", "agx", "linear"}, "--tone"});
+    visit("output.layers", s.output.layers, FieldRule{"of EXR files", 0, 0, {"beauty", "all"}, "--layers"});
+    visit("output.denoise", s.output.denoise, FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
+    visit("output.credit", s.output.credit, FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
+    visit("quality.integrator", s.quality.integrator, FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0, {"direct", "path"}, "--integrator"});
+    visit("quality.samples", s.quality.samples, FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
+    visit("quality.noise", s.quality.noise, FieldRule{"error of a pixel's mean that is good enough, share of its brightness; 0 = all samples everywhere", 0, 1, {}, "--noise"});
+    visit("quality.min_samples", s.quality.min_samples, FieldRule{"samples before noise is asked for", 4, 65536});
+    visit("quality.time_s", s.quality.time_s, FieldRule{"samples go on as long as this, seconds; 0 = until all are done", 0, 1e7, {}, "--time"});
+    visit("quality.bounces", s.quality.bounces, FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
+    visit("quality.clamp", s.quality.clamp, FieldRule{"most light of one indirect sample of a path; 0 = no limit", 0, 1e6});
     visit("quality.level", s.quality.level, FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
     visit("quality.detail", s.quality.detail, FieldRule{"pixels that a voxel of a coarser level may cover, far away; 0 = the finest level everywhere", 0, 64, {}, "--detail"});
     visit("quality.coarse_step", s.quality.coarse_step, FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});
@@ -49,6 +72,12 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
     visit("quality.reflections", s.quality.reflections, FieldRule{"mirror rays on water"});
+    visit("quality.refraction", s.quality.refraction, FieldRule{"rays into water, ice and glass"});
+    visit("quality.ao_rays", s.quality.ao_rays, FieldRule{"ambient-occlusion rays for each hit; 0 = dark corners without rays", 0, 1024, {}, "--ao-rays"});
+    visit("quality.ao_range_m", s.quality.ao_range_m, FieldRule{"how far ambient-occlusion rays look, metres", 0.01, 1e6});
+    visit("quality.ao_strength", s.quality.ao_strength, FieldRule{"1 = as the rays say, 0 = none", 0, 1});
+    visit("quality.textures", s.quality.textures, FieldRule{"what is drawn on the faces of voxels"});
+    visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
     visit("quality.colour", s.quality.colour, FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});
     visit("quality.colour_mix", s.quality.colour_mix, FieldRule{"share of the true colour for mix", 0, 1});
     visit("processing.threads", s.processing.threads, FieldRule{"threads; 0 = one for each core", 0, 1024, {}, "--threads"});

@@ -30,7 +30,7 @@ Sky::Sky(const geo::SunPosition& sun, const Scene::Sun& sun_settings, const Scen
     m_horizon = mix({0.95f, 0.62f, 0.40f}, {0.92f, 1.02f, 1.14f}, high) * sky;
     m_ground = m_horizon * 0.92f;
     constexpr double kLeftOver = 0.05;
-    m_extinction_per_m = -std::log(kLeftOver) / (sky_settings.visibility_km * 1000);
+    m_extinction_per_m = -std::log(kLeftOver) / (sky_settings.visibility_km.value_or(100) * 1000);
 }
 
 Colour Sky::radiance(Vec3 d) const noexcept {

@@ -6,6 +6,7 @@
 
 #include "common/voxel/box.hpp"
 #include "raytracer/shade/colour.hpp"
+#include "raytracer/tiles/layers.hpp"
 #include "raytracer/tiles/trace_counts.hpp"
 
 namespace terravox {
@@ -38,6 +39,7 @@ struct PixelSample {
 struct TileResult {
     RenderTile tile;
     std::vector<PixelSample> samples;
+    std::vector<LayerSample> layers;  ///< beside the samples; empty where nobody asked for them
     TraceCounts counts;
     std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that could not be had
 };

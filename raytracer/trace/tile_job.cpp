@@ -246,6 +246,6 @@ void TileJob::end_part(const View& view) {
                               p.hits > 0 ? static_cast<float>(p.t / p.hits * view.voxel_m) : std::numeric_limits<float>::infinity()};
 }
 
-TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), m_counts, std::move(m_holes)}; }
+TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), {}, m_counts, std::move(m_holes)}; }
 
 }  // namespace terravox

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/voxel/world.hpp"
+
+namespace terravox {
+
+/// The squares of a kilometre (1000 units of the CRS) that a world's columns lie in, numbered row by row from the north-west. In worlds without a place on Earth
+/// squares of 1000 voxels.
+class SquareGrid {
+public:
+    explicit SquareGrid(const voxel::WorldInfo& world);
+
+    /// @param x, z level-0 voxels, anywhere: those beyond the world belong to its outermost squares
+    [[nodiscard]] std::uint32_t index_of(double x, double z) const noexcept;
+    [[nodiscard]] std::uint32_t count() const noexcept { return m_columns * m_rows; }
+    /// Kilometres east and north of the south-west corner, as in "462_101".
+    [[nodiscard]] std::string name_of(std::uint32_t index) const;
+
+private:
+    double m_voxels_per_square;
+    std::int64_t m_first_column, m_first_row;
+    std::uint32_t m_columns, m_rows;
+};
+
+}  // namespace terravox
