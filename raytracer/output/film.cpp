@@ -15,10 +15,25 @@ void Film::add(const TileResult& result) {
         const PixelSample& sample = result.samples[own];
         for (int py = y; py < std::min(y + step, m_height); ++py)
             for (int px = x; px < std::min(x + step, m_width); ++px) {
-                m_pixels[index(px, py)] = sample;
-                if (has_layers() && !result.layers.empty()) m_layers[index(px, py)] = result.layers[own];
+                PixelSample& pixel = m_pixels[index(px, py)];
+                if (result.tile.first_sample == 0) {
+                    pixel = sample;
+                    if (has_layers()) m_layers[index(px, py)] = result.layers[own];
+                    continue;
+                }
+                const auto count = [](const PixelSample& s) { return static_cast<float>(s.samples); };
+                if (has_layers())
+                    m_layers[index(px, py)].merge(result.layers[own], count(pixel), count(sample), count(pixel) * pixel.alpha, count(sample) * sample.alpha);
+                pixel.merge(sample);
             }
     });
+}
+
+bool Film::error_above(const RenderTile& tile, double share) const noexcept {
+    for (int y = tile.y0; y < tile.y1; ++y)
+        for (int x = tile.x0; x < tile.x1; ++x)
+            if (!at(x, y).is_known(share)) return true;
+    return false;
 }
 
 }  // namespace terravox

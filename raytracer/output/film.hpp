@@ -12,9 +12,11 @@ class Film {
 public:
     Film(int width_px, int height_px, bool with_layers = false);
 
-    /// Passes must be added in order, tiles of a pass in any order.
+    /// Passes must be added in order, tiles of a pass in any order. Later samples of the same pixels join the mean of the earlier ones.
     void add(const TileResult& result);
 
+    /// Whether a pixel of the tile is not known that well yet: PixelSample::is_known.
+    [[nodiscard]] bool error_above(const RenderTile& tile, double share) const noexcept;
     [[nodiscard]] int width_px() const noexcept { return m_width; }
     [[nodiscard]] int height_px() const noexcept { return m_height; }
     [[nodiscard]] const PixelSample& at(int x, int y) const noexcept { return m_pixels[index(x, y)]; }

@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+
 namespace terravox {
 namespace {
 
@@ -11,8 +13,8 @@ double seconds(std::chrono::steady_clock::duration d) { return std::chrono::dura
 
 }  // namespace
 
-Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet)
-    : m_total_tiles(total_tiles), m_total_pixels(total_pixels), m_quiet(quiet), m_terminal(::isatty(STDERR_FILENO) == 1),
+Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet, double time_s)
+    : m_total_tiles(total_tiles), m_total_pixels(total_pixels), m_time_s(time_s), m_quiet(quiet), m_terminal(::isatty(STDERR_FILENO) == 1),
       m_start(std::chrono::steady_clock::now()), m_last(m_start) {}
 
 void Progress::tile_done(std::uint64_t pixels, std::uint64_t rays) {
@@ -30,7 +32,7 @@ void Progress::finish() {
 void Progress::show(bool last) {
     if (m_quiet) return;
     m_shown = true;
-    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start), share = static_cast<double>(m_pixels) / static_cast<double>(m_total_pixels);
+    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start), share = std::min(1.0, m_time_s > 0 ? elapsed / m_time_s : static_cast<double>(m_pixels) / static_cast<double>(m_total_pixels));
     const double left = share > 0 ? elapsed / share - elapsed : 0;
     const auto tiles = static_cast<unsigned long long>(m_tiles), total = static_cast<unsigned long long>(m_total_tiles);
     const double rate = static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1);

@@ -56,37 +56,92 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     const Camera camera = make_camera(scene, world, world.bounds);
     const LevelCut cut(world.bounds, camera.position(), camera.pixel_rad(), scene.quality.detail, level, world.levels - 1);
     View view{scene, camera, Sky(sun_of(scene.sun, world.centre ? &*world.centre : nullptr), scene.sun, scene.sky),
-              voxel::load_palette(util::config_dir() / "materials.toml"), cut, world.voxel_m};
+              voxel::load_palette(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world), {std::floor(camera.position().x), std::floor(camera.position().y), std::floor(camera.position().z)}};
     check_camera(view, blocks);
     return view;
 }
 
-RenderCounts render_film(const RenderJob& job, Film& film) {
-    const auto& q = job.view.scene.quality;
-    const auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step, q.tile.in_picture(film.width_px()), q.tile_order);
-    RenderCounts counts;
-    Progress progress(passes.size() * passes.front().size(), static_cast<std::uint64_t>(film.width_px()) * static_cast<std::uint64_t>(film.height_px()), job.quiet);
-    for (const auto& tiles : passes) {
+namespace {
+
+/// Sends tiles through the processor into the film.
+class PassRunner {
+public:
+    PassRunner(const RenderJob& job, Film& film, Progress& progress) : m_job(job), m_film(film), m_progress(progress) {}
+
+    void run(const std::vector<RenderTile>& tiles) {
         std::size_t submitted = 0, done = 0;
         while (done < tiles.size()) {
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(job.tiles_in_flight)) job.processor.submit(tiles[submitted++]);
+            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(m_job.tiles_in_flight)) m_job.processor.submit(tiles[submitted++]);
             // A world may take minutes over a box: who asks to stop is heard all the same.
-            while (!job.processor.wait(kStopPeriod) && !stopped(job)) {}
-            if (stopped(job)) {
-                job.processor.cancel();
+            while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job)) {}
+            if (stopped(m_job)) {
+                m_job.processor.cancel();
                 throw Error("render: interrupted; no picture was written");
             }
-            const auto result = job.processor.take();
+            const auto result = m_job.processor.take();
             if (!result) throw Error("render: the processor ended before the picture was finished");
-            film.add(*result);
-            ++done, ++counts.tiles;
-            counts.trace.add(result->counts);
-            counts.holes.insert(result->holes.begin(), result->holes.end());
-            progress.tile_done(result->samples.size(), result->counts.all_rays());
+            m_film.add(*result);
+            ++done, ++m_counts.tiles;
+            m_counts.trace.add(result->counts);
+            m_counts.holes.insert(result->holes.begin(), result->holes.end());
+            m_progress.tile_done(result->samples.size(), result->counts.all_rays());
         }
     }
+    [[nodiscard]] RenderCounts& counts() noexcept { return m_counts; }
+
+private:
+    const RenderJob& m_job;
+    Film& m_film;
+    Progress& m_progress;
+    RenderCounts m_counts;
+};
+
+/// More samples for the whole picture, as many again as it has, as long as there is time; tiles whose noise is low enough are left out.
+/// @return samples of a pixel at the end
+std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& tiles, const Film& film, std::uint32_t samples, PassRunner& runner) {
+    const auto& q = job.view.scene.quality;
+    const auto seconds = [start = job.start] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    double per_sample_s = seconds() / samples;
+    while (samples < static_cast<std::uint32_t>(q.samples)) {
+        const double before = seconds(), left = q.time_s - before;
+        const auto affordable = static_cast<std::uint32_t>(std::clamp(left / std::max(per_sample_s, 1e-6), 0.0, 1e6));
+        const std::uint32_t more = std::min({affordable, samples, static_cast<std::uint32_t>(q.samples) - samples});
+        if (more == 0) break;
+        std::vector<RenderTile> noisy;
+        for (RenderTile tile : tiles) {
+            tile.first_sample = samples, tile.samples = more;
+            if (q.noise == 0 || film.error_above(tile, q.noise)) noisy.push_back(tile);
+        }
+        if (noisy.empty()) break;
+        runner.run(noisy);
+        samples += more;
+        per_sample_s = (seconds() - before) / more;
+    }
+    return samples;
+}
+
+}  // namespace
+
+RenderCounts render_film(const RenderJob& job, Film& film) {
+    const auto& q = job.view.scene.quality;
+    auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step, q.tile.in_picture(film.width_px()), q.tile_order);
+    Progress progress(passes.size() * passes.front().size(), static_cast<std::uint64_t>(film.width_px()) * static_cast<std::uint64_t>(film.height_px()), job.quiet, q.time_s);
+    PassRunner runner(job, film, progress);
+    const bool in_time = q.time_s > 0;
+    constexpr int kFirstSamples = 2;
+    const auto first = static_cast<std::uint32_t>(in_time ? std::min(kFirstSamples, q.samples) : q.samples);
+    for (auto& tiles : passes) {
+        for (RenderTile& tile : tiles) tile.samples = first;
+        runner.run(tiles);
+    }
+    if (in_time) {
+        const auto whole = plan_tiles(film.width_px(), film.height_px(), 1, q.tile.in_picture(film.width_px()), q.tile_order);
+        runner.counts().samples = add_samples(job, whole.front(), film, first, runner);
+    } else {
+        runner.counts().samples = first;
+    }
     progress.finish();
-    return counts;
+    return std::move(runner.counts());
 }
 
 void foresee_boxes(const View& view, BlockManager& blocks) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <set>
 
@@ -14,6 +15,7 @@ namespace terravox {
 struct RenderCounts {
     TraceCounts trace;
     std::uint64_t tiles = 0;
+    std::uint32_t samples = 0;  ///< of a pixel at most
     std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that could not be had
 };
 
@@ -24,6 +26,7 @@ struct RenderJob {
     int tiles_in_flight = 4;  ///< at least as many as the processor can work on at once
     bool quiet = false;
     const std::atomic<bool>* stop = nullptr;  ///< asks to end early
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
 };
 
 /// The passes of a picture through a processor into a film.

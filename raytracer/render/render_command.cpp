@@ -49,11 +49,11 @@ ExitCode run(const Arguments& args) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
     std::signal(SIGINT, [](int) { g_stop = true; });
     std::signal(SIGTERM, [](int) { g_stop = true; });
-    Film film(scene.output.size_px[0], scene.output.size_px[1]);
+    Film film(scene.output.size_px[0], scene.output.size_px[1], view.wants_layers());
     {
         const util::StageTimes::Clock timed(times, "ray tracing (clock)");
         ThreadProcessor processor(view, blocks, statistics.threads);
-        statistics.counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(statistics.threads), args.quiet, &g_stop}, film);
+        statistics.counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(statistics.threads), args.quiet, &g_stop, start}, film);
         processor.close();
     }
     statistics.blocks = blocks.stats();

@@ -17,6 +17,7 @@ struct Colour {
     friend Colour operator*(Colour a, Colour b) noexcept { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
     friend Colour operator*(Colour a, float s) noexcept { return {a.r * s, a.g * s, a.b * s}; }
 };
+[[nodiscard]] inline float luminance(Colour c) noexcept { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 [[nodiscard]] inline Colour mix(Colour a, Colour b, float t) noexcept { return a * (1 - t) + b * t; }
 
 /// Ref: IEC 61966-2-1 (sRGB).

@@ -3,65 +3,34 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/shade/random.hpp"
-#include "raytracer/walk/surroundings.hpp"
+#include "raytracer/shade/direct_shading.hpp"
+#include "raytracer/shade/optics.hpp"
+#include "raytracer/shade/path_shading.hpp"
 
 namespace terravox {
 namespace {
 
 constexpr Colour kHoleColour{1.0f, 0.0f, 0.8f};  // nothing in nature looks like it: a hole must be seen
-constexpr Colour kWaterAbsorption_per_m{0.55f, 0.16f, 0.11f};
-constexpr Colour kWaterGlow{0.018f, 0.075f, 0.085f};  // light that deep water gives back
-constexpr double kWaterIndex = 1.333;
 constexpr Colour kWhole{1, 1, 1};
+constexpr float kDiffuseSpread = 0.2f;  // what a ray from a matt face stands for, beside its neighbours
 
-std::uint64_t voxel_hash(VoxelCoord v) noexcept {
-    return hash64(static_cast<std::uint32_t>(v.x) | static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32, static_cast<std::uint32_t>(v.y));
+Colour decay(Colour per_m, double metres) noexcept {
+    const auto left = [&](float c) { return static_cast<float>(det::exp(-static_cast<double>(c) * metres)); };
+    return {left(per_m.r), left(per_m.g), left(per_m.b)};
 }
 
-// Ref: Fresnel's equations for unpolarised light entering a denser medium.
-float fresnel(double cos_in) noexcept {
-    const double sin2 = (1 - cos_in * cos_in) / (kWaterIndex * kWaterIndex), cos_out = std::sqrt(std::max(0.0, 1 - sin2));
-    const double s = (cos_in - kWaterIndex * cos_out) / (cos_in + kWaterIndex * cos_out), p = (kWaterIndex * cos_in - cos_out) / (kWaterIndex * cos_in + cos_out);
-    return static_cast<float>((s * s + p * p) / 2);
+// Leaves show their holes where a pixel is small enough to show them, and are whole farther off.
+bool shows_leaves(const View& view, const Hit& hit, float footprint) noexcept {
+    constexpr float kMostFootprint = 1.0f;
+    return view.scene.quality.cut_outs && view.scene.quality.textures && hit.level == 0 && footprint < kMostFootprint;
 }
 
-Vec3 refract(Vec3 d, Vec3 n) noexcept {
-    const double eta = 1 / kWaterIndex, c = -dot(d, n), k = 1 - eta * eta * (1 - c * c);
-    return normalized(d * eta + n * (eta * c - std::sqrt(std::max(0.0, k))));
-}
-
-Vec3 point_of(const TracedRay& ray) noexcept { return ray.ray.origin + ray.ray.direction * ray.hit.t; }
-
-/// The start of a ray from a point on the face of a hit, into one of the two voxels at the face.
-TracedRay sent_from(const TracedRay& from, Vec3 point, Vec3 direction, VoxelCoord start, RayKind kind, Colour weight) noexcept {
-    TracedRay out;
-    out.ray = {point, direction};
-    out.state = RayState(out.ray);
-    out.state.start_in(start, from.hit.level);
-    out.weight = weight;
-    out.sample = from.sample;
-    out.kind = kind;
+RayState behind(const TracedRay& ray) noexcept {
+    RayState out(ray.ray);
+    out.change_scale(ray.hit.level);
+    for (int a = 0; a < 3; ++a) out.voxel[a] = ray.hit.voxel[a];
+    out.t = ray.hit.t, out.face = ray.hit.face;
     return out;
-}
-
-// Corners of a face are darker where neighbours in front of it stand, smoothly over the face.
-// Ref: Lysenko, "Ambient occlusion for Minecraft-like worlds", 2012 (levels from three neighbours of a corner).
-float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
-    if (bits == 0) return 1;
-    const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
-    const auto solid = [&](int i, int j) {  // 0..2 each, the middle is free
-        const int place = 3 * i + j;
-        return bits >> (place > 4 ? place - 1 : place) & 1;
-    };
-    const auto corner = [&](int i, int j) {
-        const int side_a = solid(i, 1), side_b = solid(1, j);
-        return side_a + side_b == 2 ? 3 : side_a + side_b + solid(i, j);
-    };
-    const double size = std::ldexp(1.0, hit.level);
-    const double u = std::clamp(point[a] / size - hit.voxel[a], 0.0, 1.0), v = std::clamp(point[b] / size - hit.voxel[b], 0.0, 1.0);
-    const double level = (corner(0, 0) * (1 - u) + corner(2, 0) * u) * (1 - v) + (corner(0, 2) * (1 - u) + corner(2, 2) * u) * v;
-    return static_cast<float>(1 - 0.22 * level);
 }
 
 }  // namespace
@@ -71,90 +40,197 @@ TracedRay Shading::primary(const Ray& ray, std::uint32_t sample) const noexcept 
     out.ray = ray;
     out.weight = kWhole;
     out.sample = sample;
+    out.spread = static_cast<float>(m_view.camera.pixel_rad());
     return out;
 }
 
-bool Shading::needs_surroundings(const TracedRay& ray) const noexcept {
-    if (ray.kind != RayKind::kPrimary && ray.kind != RayKind::kMirror) return false;
-    const bool mirrors = ray.kind == RayKind::kPrimary && m_view.scene.quality.reflections && ray.hit.attr.material == voxel::Material::kWater;
-    return m_view.scene.quality.ambient_occlusion && ray.end == WalkEnd::kHit && !ray.hit.hole && ray.hit.face != Face::kNone && !mirrors;
+bool Shading::allows_surroundings(const TracedRay& ray) const noexcept {
+    return ray.end == WalkEnd::kHit && !ray.asks() && !ray.hit.hole && ray.hit.face != Face::kNone &&
+           ray.hit.attr.material != voxel::Material::kAir;
+}
+
+void Shading::add(bool direct, Colour light, SampleSum& sum) const noexcept {
+    Colour& to = direct ? sum.direct : sum.indirect;
+    const float brightest = std::max({light.r, light.g, light.b}), most = static_cast<float>(m_view.scene.quality.clamp);
+    if (!direct && most > 0 && brightest > most) light = light * (most / brightest);
+    to = to + light;
 }
 
 void Shading::shade(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const {
-    const bool hit = ray.end == WalkEnd::kHit;
-    const auto add = [&](Colour c) { sum.colour = sum.colour + ray.weight * c; };
-    switch (ray.kind) {
-        case RayKind::kShadow:
-            if (!hit) add(kWhole);
-            return;
-        case RayKind::kBed:
-            add(bed(ray));
-            return;
-        case RayKind::kPrimary:
-        case RayKind::kMirror: break;
-    }
-    if (!hit) {
-        add(m_view.sky.radiance(normalized(ray.ray.direction)));
+    if (!ray.asks()) {
+        see(ray, sum, next);
         return;
     }
+    if (ray.end == WalkEnd::kHit) {
+        if (ray.leaves && !ray.hit.hole && ray.hit.face != Face::kNone && ray.hit.t <= ray.t_max) {
+            const Surface surface = surface_at(m_view, ray);
+            if (surface.leaves && surface.opacity < 1 && static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity))) pass(ray, next);
+        }
+        return;
+    }
+    add(ray, ray.weight, sum);
+    if (ray.kind == RayKind::kShadow && ray.direct) sum.sun = 1;
+}
+
+void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const {
+    const bool hit = ray.end == WalkEnd::kHit;
     Colour weight = ray.weight;
+    if (ray.medium != voxel::Material::kAir) {
+        constexpr double kBottomless_m = 1000;
+        const Medium medium = medium_of(m_view, ray.medium);
+        const Colour left = decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
+        const Sky& sky = m_view.sky;
+        const Colour glow = medium.glow * (sky.ambient({0, 1, 0}) + sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
+        add(ray, weight * glow * Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
+        weight = weight * left;
+        if (!hit) return;
+    } else if (!hit) {
+        leave(ray, weight, sum);
+        return;
+    }
+    // Distant things take on the colour of the air before them.
+    const auto take_air = [&] {
+        if (ray.medium != voxel::Material::kAir || ray.kind == RayKind::kBounce) return;
+        const auto air = m_view.sky.air(ray.ray.direction, ray.hit.t * m_view.voxel_m);
+        add(ray, weight * air.light, sum);
+        weight = weight * air.transmittance;
+    };
+    if (ray.hit.hole) {
+        take_air();
+        add(ray, weight * kHoleColour, sum);
+        return;
+    }
+    const bool transparent = is_transparent(m_view, ray.hit.attr.material);
+    if (ray.hit.face == Face::kNone) {
+        // It starts in a voxel: in water it sees on, between leaves as well, inside rock nothing.
+        if (ray.kind == RayKind::kPrimary && transparent && ray.medium == voxel::Material::kAir) dive(ray, next);
+        else if (has_holes(m_view, ray.hit.attr.material)) pass(ray, next);
+        return;
+    }
+    const Surface surface = surface_at(m_view, ray);
+    if (surface.leaves && surface.opacity < 1 && shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
+        static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity))) {
+        pass(ray, next);
+        return;
+    }
+    take_air();
     if (ray.kind == RayKind::kPrimary) {
         sum.t = ray.hit.t;
-        // Distant things take on the colour of the air before them.
-        const float haze = m_view.sky.haze(ray.hit.t * m_view.voxel_m);
-        const Vec3 d = ray.ray.direction;
-        add(m_view.sky.radiance(normalized({d.x, std::max(d.y, 0.0), d.z})) * haze);
-        weight = weight * (1 - haze);
+        sum.point = surface.point, sum.normal = surface.smooth_normal;
+        sum.albedo = surface.albedo, sum.material = ray.hit.attr.material;
+        sum.water = transparent;
     }
-    if (ray.hit.hole) sum.colour = sum.colour + weight * kHoleColour;
-    else if (ray.hit.face == Face::kNone) return;  // the camera is inside rock
-    else if (ray.kind == RayKind::kPrimary && ray.hit.attr.material == voxel::Material::kWater && m_view.scene.quality.reflections) water(ray, weight, next);
-    else lit(ray, weight, sum, next);
+    const Meeting m{ray, surface, weight, sum, next};
+    if (transparent || ray.hit.attr.material == voxel::Material::kAir) meet_transparent(m);
+    else light_up(m);
 }
 
-void Shading::lit(const TracedRay& ray, Colour weight, SampleSum& sum, std::vector<TracedRay>& next) const {
-    const Vec3 point = point_of(ray), normal = normal_of(ray.hit.face);
+TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) noexcept {
+    TracedRay out;
+    out.ray = {m.surface.point, direction};
+    out.state = RayState(out.ray);
+    out.state.start_in(neighbour(m.ray.hit.voxel, m.ray.hit.face), m.ray.hit.level);
+    out.weight = weight;
+    out.sample = m.ray.sample;
+    out.stream = static_cast<std::uint32_t>(hash64(m.ray.stream, 0x100 + branch));
+    out.footprint = footprint_at(m.ray);
+    out.spread = kind == RayKind::kBounce || kind == RayKind::kAmbient ? kDiffuseSpread : m.ray.spread;
+    out.kind = kind;
+    out.depth = static_cast<std::uint8_t>(m.ray.depth + 1);
+    out.direct = false;
+    out.medium = m.ray.medium;
+    if (out.medium != voxel::Material::kAir) out.stop = StopAt::end_of(out.medium);
+    return out;
+}
+
+// Ref: Snell's law for the way of the light in the medium, Beer and Lambert's for what is left of it.
+Colour Shading::through_medium(const Meeting& m, Vec3 direction) const noexcept {
+    if (m.ray.medium == voxel::Material::kAir) return kWhole;
+    const Medium medium = medium_of(m_view, m.ray.medium);
+    const double depth_m = m.ray.hit.t * std::abs(m.ray.ray.direction.y) * m_view.voxel_m;
+    const double sin2 = (1 - direction.y * direction.y) / (medium.index * medium.index), cos = std::sqrt(std::max(1e-6, 1 - sin2));
+    return decay(medium.absorption_per_m, depth_m / cos) * static_cast<float>(1 - fresnel(std::max(direction.y, 0.0), medium.index));
+}
+
+void Shading::send_sun(const Meeting& m, Colour weight) const {
     const Sky& sky = m_view.sky;
-    const Colour surface = weight * albedo(ray.hit);
-    sum.colour = sum.colour + surface * sky.ambient(normal) * open_share(ray.hit, point, ray.around.bits);
-    const double facing = dot(normal, sky.to_sun());
-    if (!sky.sun_up() || !(facing > 0)) return;
-    const Colour sun = surface * sky.sun_light() * static_cast<float>(facing);
-    if (m_view.scene.quality.shadows) next.push_back(sent_from(ray, point, sky.to_sun(), neighbour(ray.hit.voxel, ray.hit.face), RayKind::kShadow, sun));
-    else sum.colour = sum.colour + sun;
+    if (!sky.sun_up()) return;
+    const auto at = m.sum.numbers.pair(number_of(m.ray, kSunPoint));
+    const Vec3 direction = sky.sample_sun(at.u, at.v);
+    const double facing = dot(m.surface.normal, direction);
+    if (!(facing > 0) || !(direction.y > 0)) return;
+    Colour light = weight * sky.sun_light() * static_cast<float>(facing) * sky.cloud_shadow(m.surface.point * m_view.voxel_m);
+    if (m.ray.medium != voxel::Material::kAir) light = light * through_medium(m, direction);
+    TracedRay out = sent(m, direction, RayKind::kShadow, light, kSunPoint);
+    out.direct = m.ray.depth == 0;
+    if (!m_view.scene.quality.shadows) {
+        add(out, light, m.sum);
+        if (out.direct) m.sum.sun = 1;
+        return;
+    }
+    if (m.ray.medium != voxel::Material::kAir) out.stop = {m.ray.medium, false};
+    out.leaves = shows_leaves(m_view, m.ray.hit, out.footprint);
+    m.next.push_back(out);
 }
 
-void Shading::water(const TracedRay& ray, Colour weight, std::vector<TracedRay>& next) const {
-    const Vec3 point = point_of(ray), normal = normal_of(ray.hit.face), d = normalized(ray.ray.direction);
-    const float mirrored = fresnel(std::min(1.0, -dot(d, normal)));
-    next.push_back(sent_from(ray, point, d - normal * (2 * dot(d, normal)), neighbour(ray.hit.voxel, ray.hit.face), RayKind::kMirror, weight * mirrored));
-    next.push_back(sent_from(ray, point, refract(d, normal), ray.hit.voxel, RayKind::kBed, weight * (1 - mirrored)));
+void Shading::send_mirror(const Meeting& m, Colour weight) const {
+    const Surface& s = m.surface;
+    const Vec3 facet = s.roughness > 0 ? facet_normal(s.smooth_normal, s.roughness, m.sum.numbers.pair(number_of(m.ray, kFacet))) : s.smooth_normal;
+    Vec3 direction = reflect(s.direction, facet);
+    // What a tilted facet would throw into the face comes back out of it.
+    if (const double into = dot(direction, s.normal); into < 1e-4) direction = normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
+    m.next.push_back(sent(m, direction, RayKind::kMirror, weight, kFacet));
 }
 
-// The bed, through water that swallows red first.
-Colour Shading::bed(const TracedRay& ray) const {
-    constexpr double kBottomless_m = 1000, kWayBack = 0.8;  // light comes down, and goes up a little straighter
-    const bool hit = ray.end == WalkEnd::kHit;
-    const double depth_m = hit ? ray.hit.t * m_view.voxel_m : kBottomless_m;
-    const auto through = [&](float per_m) { return static_cast<float>(det::exp(-static_cast<double>(per_m) * depth_m * (1 + kWayBack))); };
-    const Colour left{through(kWaterAbsorption_per_m.r), through(kWaterAbsorption_per_m.g), through(kWaterAbsorption_per_m.b)};
-    const Sky& sky = m_view.sky;
-    const bool seen = hit && ray.hit.face != Face::kNone && !ray.hit.hole;
-    const Colour ground = seen ? albedo(ray.hit) * (sky.ambient({0, 1, 0}) + sky.sun_light() * 0.5f) : Colour{};
-    const Colour glow = kWaterGlow * (sky.ambient({0, 1, 0}) + sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
-    return ground * left + glow * Colour{1 - left.r, 1 - left.g, 1 - left.b};
-}
-
-Colour Shading::albedo(const Hit& hit) const {
-    const auto& entry = m_view.palette.of(hit.attr.material);
+void Shading::meet_transparent(const Meeting& m) const {
     const auto& q = m_view.scene.quality;
-    Colour colour = to_linear(entry.colour);
-    if (hit.attr.has_colour() && q.colour != "material")
-        colour = mix(colour, to_linear(hit.attr.colour), q.colour == "true" ? 1.0f : static_cast<float>(q.colour_mix));
-    // The mean of the many voxels that a coarse one stands for varies less.
-    const auto variation = static_cast<float>(std::ldexp(static_cast<double>(entry.variation), -hit.level));
-    const auto wobble = static_cast<float>(unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
-    return colour * (1 + wobble);
+    const voxel::Material beyond = m.ray.hit.attr.material == voxel::Material::kAir || is_transparent(m_view, m.ray.hit.attr.material) ? m.ray.hit.attr.material : voxel::Material::kAir;
+    const double index = medium_of(m_view, beyond).index / medium_of(m_view, m.ray.medium).index;
+    const Surface& s = m.surface;
+    Vec3 n = s.smooth_normal;
+    if (dot(s.direction, n) > -1e-3) n = s.normal;  // seen from its back, a wave is as flat as the face
+    const auto thrown_back = static_cast<float>(fresnel(std::min(1.0, -dot(s.direction, n)), index));
+    const auto through = q.refraction || m.ray.medium != voxel::Material::kAir ? refract(s.direction, n, index) : std::nullopt;
+    const bool both = splits(m.ray);
+    const bool may_go_on = static_cast<int>(m.ray.depth) < std::max(q.bounces, 1);
+    const bool mirror_only = !both && m.sum.numbers.number(number_of(m.ray, kChoice)) < static_cast<double>(thrown_back);
+    if (may_go_on && q.reflections && (both || mirror_only)) send_mirror(m, both ? m.weight * thrown_back : m.weight);
+    if (both ? thrown_back >= 1 : mirror_only) return;
+    const Colour rest = both ? m.weight * (1 - thrown_back) : m.weight;
+    if (!through || !may_go_on) {
+        light_up({m.ray, s, rest, m.sum, m.next});
+        return;
+    }
+    TracedRay out = sent(m, *through, RayKind::kRefracted, rest, kChoice);
+    out.state = RayState(out.ray);
+    out.state.start_in(m.ray.hit.voxel, m.ray.hit.level);
+    out.medium = beyond;
+    out.stop = beyond == voxel::Material::kAir ? StopAt::kSolid : StopAt::end_of(beyond);
+    m.next.push_back(out);
+}
+
+void Shading::pass(const TracedRay& ray, std::vector<TracedRay>& next) const {
+    TracedRay out = ray;
+    out.state = behind(ray);
+    out.state.leap(0);
+    out.stream = static_cast<std::uint32_t>(hash64(ray.stream, 0x200));
+    out.end = WalkEnd::kWaits;
+    out.around = {};
+    next.push_back(out);
+}
+
+void Shading::dive(const TracedRay& ray, std::vector<TracedRay>& next) const {
+    TracedRay out = ray;
+    out.state = behind(ray);
+    out.medium = ray.hit.attr.material;
+    out.stop = StopAt::end_of(out.medium);
+    out.end = WalkEnd::kWaits;
+    next.push_back(out);
+}
+
+std::unique_ptr<const Shading> make_shading(const View& view) {
+    if (view.scene.quality.integrator == "path") return std::make_unique<PathShading>(view);
+    return std::make_unique<DirectShading>(view);
 }
 
 }  // namespace terravox

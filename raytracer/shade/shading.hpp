@@ -1,38 +1,85 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
-#include "raytracer/shade/view.hpp"
-#include "raytracer/trace/traced_ray.hpp"
+#include "raytracer/shade/sampler.hpp"
+#include "raytracer/shade/surface.hpp"
 
 namespace terravox {
 
 /// What has come together for one sample of a pixel.
 struct SampleSum {
-    Colour colour;  ///< linear
-    double t = std::numeric_limits<double>::infinity();  ///< of the primary ray's hit, level-0 voxels; infinity: none
+    Sampler numbers;          ///< of the sample
+    Colour direct, indirect;  ///< linear light, to be added
+    double t = std::numeric_limits<double>::infinity();  ///< of the first hit, level-0 voxels; infinity: none
+    Vec3 point, normal;       ///< of the first hit
+    Colour albedo;
+    float sun = 0;            ///< share of the first hit's sun that is free
+    voxel::Material material = voxel::Material::kAir;
+    bool water = false;
 };
 
 /// Says what a ray's end means: light for its sample, and rays that must be traced to know more. Walks nothing itself, so that rays
-/// may wait. Immutable; a function of its arguments.
+/// may wait. Immutable; a function of its arguments: random numbers are those of the sample and of the ray's stream.
 class Shading {
 public:
     explicit Shading(const View& view) noexcept : m_view(view) {}
+    Shading(const Shading&) = delete;
+    Shading& operator=(const Shading&) = delete;
+    virtual ~Shading() = default;
 
     /// What a primary ray brings. Its state is the caller's.
     [[nodiscard]] TracedRay primary(const Ray& ray, std::uint32_t sample) const noexcept;
     /// Whether shade() will ask what stands around the ray's hit (TracedRay::around).
-    [[nodiscard]] bool needs_surroundings(const TracedRay& ray) const noexcept;
+    [[nodiscard]] virtual bool needs_surroundings(const TracedRay& ray) const noexcept = 0;
     /// Adds to the sum what the ray has found, and to `next` the rays that this makes necessary.
     void shade(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const;
 
-private:
-    void lit(const TracedRay& ray, Colour weight, SampleSum& sum, std::vector<TracedRay>& next) const;
-    void water(const TracedRay& ray, Colour weight, std::vector<TracedRay>& next) const;
-    [[nodiscard]] Colour bed(const TracedRay& ray) const;
-    [[nodiscard]] Colour albedo(const Hit& hit) const;
+protected:
+    struct Meeting {
+        const TracedRay& ray;
+        const Surface& surface;
+        Colour weight;  ///< share of the surface's light that reaches the sample
+        SampleSum& sum;
+        std::vector<TracedRay>& next;
+    };
+    /// Streams of random numbers of one vertex.
+    enum Use : std::uint32_t { kSunPoint, kDirection, kFacet, kChoice, kEnd, kSkyPoint, kOpacity, kAmbientRays };
+
+    /// An opaque face.
+    virtual void light_up(const Meeting& m) const = 0;
+    /// What a ray that has left the world sees, by weight.
+    virtual void leave(const TracedRay& ray, Colour weight, SampleSum& sum) const = 0;
+    /// Whether mirrored and refracted rays are both sent (true), or one of them, by chance.
+    [[nodiscard]] virtual bool splits(const TracedRay& ray) const noexcept = 0;
+
+    [[nodiscard]] bool allows_surroundings(const TracedRay& ray) const noexcept;
+    void add(const TracedRay& ray, Colour light, SampleSum& sum) const noexcept { add(ray.direct, light, sum); }
+    void add(bool direct, Colour light, SampleSum& sum) const noexcept;
+    /// The ray towards a point of the sun, with the light that it then brings to a matt surface.
+    void send_sun(const Meeting& m, Colour weight) const;
+    /// The ray that a smooth coat throws back.
+    void send_mirror(const Meeting& m, Colour weight) const;
+    /// A ray from the surface, back into where the ray came from. @param branch tells the streams of one vertex apart
+    [[nodiscard]] static TracedRay sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) noexcept;
+    /// Share of the light of the sky, or of the sun, that comes down to a bed through what lies above it. @param direction to the light
+    [[nodiscard]] Colour through_medium(const Meeting& m, Vec3 direction) const noexcept;
+    [[nodiscard]] static std::uint32_t number_of(const TracedRay& ray, std::uint32_t use) noexcept { return static_cast<std::uint32_t>(hash64(ray.stream, use)); }
+
     const View& m_view;
+
+private:
+    void see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const;
+    void meet_transparent(const Meeting& m) const;
+    /// The ray goes on behind the voxel that it has met.
+    void pass(const TracedRay& ray, std::vector<TracedRay>& next) const;
+    /// The ray goes on inside the medium that it starts in.
+    void dive(const TracedRay& ray, std::vector<TracedRay>& next) const;
 };
+
+/// The shading that the scene asks for. @param view outlives it
+[[nodiscard]] std::unique_ptr<const Shading> make_shading(const View& view);
 
 }  // namespace terravox

@@ -7,6 +7,14 @@
 
 namespace terravox {
 
+struct SkySample {
+    Vec3 direction;
+    double pdf;
+};
+struct Air {
+    Colour transmittance, light;
+};
+
 /// The light of a simple clear day: a sun of one direction, and a sky that pales towards the horizon and the sun. Immutable.
 class Sky {
 public:
@@ -20,6 +28,17 @@ public:
     [[nodiscard]] Colour radiance(Vec3 direction) const noexcept;
     /// Light of the whole sky (and the ground's reflection of it) on a surface of the given normal.
     [[nodiscard]] Colour ambient(Vec3 normal) const noexcept;
+    [[nodiscard]] Vec3 sample_sun(double, double) const noexcept { return m_to_sun; }
+    [[nodiscard]] double sun_radius_rad() const noexcept { return 0; }
+    [[nodiscard]] Colour sun_disc(Vec3) const noexcept { return {}; }
+    [[nodiscard]] float cloud_shadow(Vec3) const noexcept { return 1; }
+    [[nodiscard]] bool uneven() const noexcept { return false; }
+    [[nodiscard]] SkySample sample(double, double) const noexcept { return {{0, 1, 0}, 0}; }
+    [[nodiscard]] double pdf(Vec3) const noexcept { return 0; }
+    [[nodiscard]] Air air(Vec3 d, double metres) const noexcept {
+        const float h = haze(metres);
+        return {Colour{1, 1, 1} * (1 - h), radiance(normalized({d.x, std::max(d.y, 0.0), d.z})) * h};
+    }
     /// Share of contrast that haze takes over a distance. @param metres @return [0, 1]
     [[nodiscard]] float haze(double metres) const noexcept;
 

@@ -4,6 +4,7 @@
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
 #include "raytracer/shade/sky.hpp"
+#include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/walk/level_cut.hpp"
 
 namespace terravox {
@@ -16,6 +17,10 @@ struct View {
     voxel::Palette palette;
     LevelCut cut;        ///< which boxes are looked at
     double voxel_m = 1;  ///< edge of a level-0 voxel
+    SquareGrid squares;
+    Vec3 origin;         ///< of the positions in the picture's layers: a corner of a level-0 voxel near the camera
+
+    [[nodiscard]] bool wants_layers() const noexcept { return scene.output.layers != "beauty" || scene.output.denoise; }
 };
 
 }  // namespace terravox

@@ -40,6 +40,9 @@ struct LayerSample {
     voxel::Material material = voxel::Material::kAir;  ///< of the sample that came first
     Matte materials;  ///< voxel::Material
     Matte squares;    ///< index in the SquareGrid
+
+    /// The means with more samples. @param own, others samples that each stands for @param own_hits, other_hits those of them that met anything
+    void merge(const LayerSample& more, float own, float others, float own_hits, float other_hits) noexcept;
 };
 
 }  // namespace terravox

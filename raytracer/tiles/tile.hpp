@@ -19,6 +19,8 @@ struct RenderTile {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     int step = 1;
     bool refines = false;
+    std::uint32_t first_sample = 0, samples = 0;  ///< of each pixel; 0: as many as the scene says
+
 
     /// Calls visit(x, y) for each pixel to trace, row by row.
     template <class Visit> void each_pixel(const Visit& visit) const {
@@ -33,6 +35,13 @@ struct PixelSample {
     Colour colour;      ///< linear
     float alpha = 0;    ///< share of samples that hit the world
     float depth_m = 0;  ///< mean distance of those samples; infinity where none hit
+    std::uint32_t samples = 1;  ///< that it is the mean of
+    float error = 0;            ///< standard error of its brightness; 0 with a single sample
+
+    /// Whether the error is at most this share of the brightness.
+    [[nodiscard]] bool is_known(double share) const noexcept;
+    /// The mean with more samples of the same pixel.
+    void merge(const PixelSample& more) noexcept;
 };
 
 /// A finished tile: one sample for each pixel that each_pixel visits, in its order.

@@ -8,7 +8,7 @@ namespace terravox {
 
 /// What tracing took. Sums over tiles. Rays do not depend on who traced; steps, slabs, spared and waits do.
 struct TraceCounts {
-    static constexpr std::size_t kKinds = 4;  ///< RayKind
+    static constexpr std::size_t kKinds = 7;  ///< RayKind
     std::array<std::uint64_t, kKinds> rays{};
     std::uint64_t steps = 0;        ///< cells and voxels visited by rays
     std::uint64_t slabs = 0;        ///< visited by beams and shafts

@@ -7,7 +7,7 @@ namespace terravox {
 // What is known of a large group spares the small ones the same way.
 std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t size, std::optional<std::int32_t> known) {
     constexpr std::size_t kParts = 4;
-    Shaft shaft(m_sun);
+    Shaft shaft(m_sun, m_radius_rad);
     for (const ShadowRay& ray : rays) shaft.add(ray.origin, *ray.state);
     const std::int32_t free_from = m_shafts.free_from(shaft, known);
     std::uint64_t spared = 0;

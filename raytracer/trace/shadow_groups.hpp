@@ -15,12 +15,12 @@ struct ShadowRay {
     WalkEnd* end;      ///< kWaits: not known yet
 };
 
-/// Answers shadow rays that lie together: by shafts over 256, 64 and 16 of them, then in packets. One for each thread.
+/// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256, 64 and 16 of them, then in packets. One for each thread.
 class ShadowGroups {
 public:
     static constexpr std::size_t kMost = 256;
     /// @param packets null: shafts only
-    ShadowGroups(ShaftMarch& shafts, PacketWalk* packets, Vec3 sun) noexcept : m_shafts(shafts), m_packets(packets), m_sun(sun) {}
+    ShadowGroups(ShaftMarch& shafts, PacketWalk* packets, Vec3 sun, double sun_radius_rad) noexcept : m_shafts(shafts), m_packets(packets), m_sun(sun), m_radius_rad(sun_radius_rad) {}
 
     /// Sets `end` of those that are known; the others may have gone part of their way and are for RayWalk.
     /// @param rays at most kMost, neighbours beside each other @return how many no step was needed for
@@ -32,6 +32,7 @@ private:
     ShaftMarch& m_shafts;
     PacketWalk* m_packets;
     Vec3 m_sun;
+    double m_radius_rad;
 };
 
 }  // namespace terravox

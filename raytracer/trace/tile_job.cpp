@@ -1,26 +1,20 @@
 #include "raytracer/trace/tile_job.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include "raytracer/shade/random.hpp"
+#include <numeric>
 
 namespace terravox {
 namespace {
 
-constexpr std::size_t kPartBlocks = 256;  // 4096 rays: about a megabyte
+constexpr std::size_t kPartBlocks = 256;  // 4096 primary rays: about a megabyte
+enum PictureUse : std::uint32_t { kPixelPoint = 0xffff0000, kLensPoint };
 
-/// Where sample s of a pixel lies in it.
-/// Ref: Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018 (R2), shifted by a number of the pixel's own.
-struct SamplePoint {
-    SamplePoint(int x, int y, int s, int samples) {
-        const auto id = static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint32_t>(x);
-        const double shift_u = samples == 1 ? 0 : unit_from(hash64(id, 1)), shift_v = samples == 1 ? 0 : unit_from(hash64(id, 2));
-        u = 0.5 + 0.7548776662466927 * s + shift_u, v = 0.5 + 0.5698402909980532 * s + shift_v;
-        u -= std::floor(u), v -= std::floor(v);
-    }
-    double u, v;
-};
+// A wave of many rays for each pixel must not take more memory than one of few.
+std::size_t part_blocks(const View& view) noexcept {
+    const auto& q = view.scene.quality;
+    const std::size_t rays = q.integrator == "direct" && q.ambient_occlusion ? 1 + static_cast<std::size_t>(q.ao_rays) / 2 : 1;
+    return std::max<std::size_t>(kPartBlocks / rays, 4);
+}
 
 }  // namespace
 
@@ -68,14 +62,13 @@ bool TileJob::run(TracerTools& tools, const std::atomic<bool>& stop) {
         }
         shade_wave(tools);
         if (!m_wave.empty()) continue;
-        end_round();
-        if (++m_round == tools.view.scene.quality.samples) {
+        if (!end_round(tools.view)) {
             end_part(tools.view);
             if (m_part_end == m_blocks.size()) {
                 count();
                 return true;
             }
-            begin_part();
+            begin_part(tools.view);
         }
         make_primary(tools);
     }
@@ -86,14 +79,15 @@ void TileJob::begin(TracerTools& tools) {
     std::int32_t count = 0;
     m_tile.each_pixel([&](int x, int y) { m_place[lattice_index((x - m_lattice.first_x) / m_tile.step, (y - m_lattice.first_y) / m_tile.step)] = count++; });
     m_samples.resize(static_cast<std::size_t>(count));
+    m_layers.resize(tools.view.wants_layers() ? m_samples.size() : 0);
     add_pixel_blocks(m_lattice, tools.view.camera, tools.beams, m_blocks);
-    begin_part();
+    begin_part(tools.view);
     make_primary(tools);
 }
 
-void TileJob::begin_part() {
+void TileJob::begin_part(const View& view) {
     m_part_begin = m_part_end;
-    m_part_end = std::min(m_part_begin + kPartBlocks, m_blocks.size());
+    m_part_end = std::min(m_part_begin + part_blocks(view), m_blocks.size());
     m_pixels.clear();
     for (std::size_t i = m_part_begin; i < m_part_end; ++i) {
         const PixelBlock& block = m_blocks[i];
@@ -108,22 +102,31 @@ void TileJob::begin_part() {
                 m_pixels.push_back(pixel);
             }
     }
-    m_sums.resize(m_pixels.size());
+    m_pixel_sums.assign(m_pixels.size(), {});
+    m_layer_sums.assign(m_layers.empty() ? 0 : m_pixels.size(), {});
+    m_active.resize(m_pixels.size());
+    std::iota(m_active.begin(), m_active.end(), 0u);
     m_round = 0;
 }
 
-std::pair<double, double> TileJob::picture_point(const Pixel& pixel, int samples) const noexcept {
-    const SamplePoint at(pixel.x, pixel.y, m_round, samples);
+std::pair<double, double> TileJob::picture_point(const View& view, std::uint32_t place) const noexcept {
+    const Pixel& pixel = m_pixels[m_active[place]];
+    if (view.scene.quality.samples == 1) return {pixel.x + 0.5, pixel.y + 0.5};
+    const Sampler::Pair at = m_sums[place].numbers.pair(kPixelPoint);
     return {pixel.x + at.u, pixel.y + at.v};
 }
 
 void TileJob::make_primary(TracerTools& tools) {
-    for (SampleSum& sum : m_sums) sum = {};
-    m_wave.assign(m_pixels.size(), {});
-    const auto size = static_cast<std::uint32_t>(m_pixels.size());
+    m_sums.assign(m_active.size(), {});
+    m_wave.assign(m_active.size(), {});
+    const auto size = static_cast<std::uint32_t>(m_active.size());
+    for (std::uint32_t i = 0; i < size; ++i) {
+        const Pixel& pixel = m_pixels[m_active[i]];
+        m_sums[i].numbers = Sampler(pixel.x, pixel.y, m_tile.first_sample + static_cast<std::uint32_t>(m_round));
+    }
     for (std::uint32_t first = 0, end = 0; first < size; first = end) {
-        const PixelBlock& block = *m_pixels[first].block;
-        for (end = first + 1; end < size && m_pixels[end].block == &block;) ++end;
+        const PixelBlock& block = *m_pixels[m_active[first]].block;
+        for (end = first + 1; end < size && m_pixels[m_active[end]].block == &block;) ++end;
         if (tools.packets && block.start.kind == BeamStart::Kind::kPlane) trace_primary_packet(tools, block, first, end - first);
         else
             for (std::uint32_t i = first; i < end; ++i) make_single(tools, i);
@@ -131,14 +134,14 @@ void TileJob::make_primary(TracerTools& tools) {
     m_counts.rays[static_cast<std::size_t>(RayKind::kPrimary)] += m_wave.size();
 }
 
-void TileJob::make_single(TracerTools& tools, std::uint32_t index) {
-    const Pixel& pixel = m_pixels[index];
-    const auto [px, py] = picture_point(pixel, tools.view.scene.quality.samples);
-    TracedRay& ray = m_wave[index] = tools.shading.primary(tools.view.camera.ray(px, py), index);
-    if (pixel.block->start.kind != BeamStart::Kind::kMiss) {
+void TileJob::make_single(TracerTools& tools, std::uint32_t place) {
+    const BeamStart& start = m_pixels[m_active[place]].block->start;
+    const auto [px, py] = picture_point(tools.view, place);
+    TracedRay& ray = m_wave[place] = tools.shading->primary(tools.view.camera.ray(px, py), place);
+    if (start.kind != BeamStart::Kind::kMiss) {
         ray.state = RayState(ray.ray);
-        if (pixel.block->start.place(ray.state, tools.view.cut)) {
-            m_pending.push_back(index);
+        if (start.place(ray.state, tools.view.cut)) {
+            m_pending.push_back(place);
             return;
         }
     }
@@ -149,7 +152,7 @@ void TileJob::make_single(TracerTools& tools, std::uint32_t index) {
 void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count) {
     PrimaryLanes lanes = primary_lanes(tools.view.camera, block.start, tools.view.cut);
     for (std::uint32_t i = 0; i < RayPacket::kLanes; ++i) {
-        const auto [px, py] = picture_point(m_pixels[first + (i < count ? i : 0)], tools.view.scene.quality.samples);
+        const auto [px, py] = picture_point(tools.view, first + (i < count ? i : 0));
         lanes.px[i] = px, lanes.py[i] = py;
     }
     RayPacket packet;
@@ -157,7 +160,7 @@ void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, 
     const std::uint32_t placed = packet_steps()->primary(packet, lanes) & ((1u << count) - 1);
     for (std::uint32_t i = 0; i < count; ++i) {
         if ((placed >> i & 1) == 0) make_single(tools, first + i);
-        else m_wave[first + i] = tools.shading.primary({lanes.camera.position, {packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]}}, first + i);
+        else m_wave[first + i] = tools.shading->primary({lanes.camera.position, {packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]}}, first + i);
     }
     const PacketWalk::Ends ends = tools.packets->first_hits(packet, placed, hits);
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -194,14 +197,13 @@ void TileJob::walk_pending(TracerTools& tools, const std::atomic<bool>& stop) {
 // False: a box is missing.
 bool TileJob::walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing) {
     if (ray.end == WalkEnd::kWaits) {
-        ray.end = ray.kind == RayKind::kShadow ? tools.walk.any_hit(ray.state, kFar, tools.occluder)
-                                               : tools.walk.first_hit(ray.state, ray.kind == RayKind::kBed ? StopAt::kNotWater : StopAt::kSolid, kFar, ray.hit);
+        ray.end = ray.only_blocked() ? tools.walk.any_hit(ray.state, ray.t_max, tools.occluder) : tools.walk.first_hit(ray.state, ray.stop, ray.t_max, ray.hit);
         if (ray.end == WalkEnd::kWaits) {
             missing = tools.walk.missing();
             return false;
         }
     }
-    if (!tools.shading.needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around)) return true;
+    if (!tools.shading->needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around)) return true;
     missing = tools.surroundings.missing();
     return false;
 }
@@ -209,8 +211,8 @@ bool TileJob::walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missin
 void TileJob::shade_wave(TracerTools& tools) {
     m_next.clear();
     for (const TracedRay& ray : m_wave) {
-        if (ray.end == WalkEnd::kHit && ray.kind != RayKind::kShadow && ray.hit.hole) ++m_counts.hole_rays;
-        tools.shading.shade(ray, m_sums[ray.sample], m_next);
+        if (ray.end == WalkEnd::kHit && !ray.only_blocked() && ray.hit.hole) ++m_counts.hole_rays;
+        tools.shading->shade(ray, m_sums[ray.sample], m_next);
     }
     m_wave.swap(m_next);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i) ++m_counts.rays[static_cast<std::size_t>(m_wave[i].kind)];
@@ -221,31 +223,34 @@ void TileJob::shade_wave(TracerTools& tools) {
 
 // Shadow rays that follow each other in a wave come from neighbouring pixels.
 void TileJob::trace_shadow_groups(TracerTools& tools) {
-    ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr, tools.view.sky.to_sun());
+    ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr, tools.view.sky.to_sun(), tools.view.sky.sun_radius_rad());
     m_shadows.clear();
     for (TracedRay& ray : m_wave)
-        if (ray.kind == RayKind::kShadow) m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
+        if (ray.kind == RayKind::kShadow && ray.only_blocked() && ray.end == WalkEnd::kWaits && ray.state.t == 0) m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
     for (std::size_t first = 0; first < m_shadows.size(); first += ShadowGroups::kMost)
         m_counts.spared += groups.trace(std::span(m_shadows).subspan(first, std::min(ShadowGroups::kMost, m_shadows.size() - first)));
 }
 
-void TileJob::end_round() {
-    for (std::size_t i = 0; i < m_pixels.size(); ++i) {
-        Pixel& pixel = m_pixels[i];
-        const SampleSum& sum = m_sums[i];
-        pixel.r += sum.colour.r, pixel.g += sum.colour.g, pixel.b += sum.colour.b;
-        if (sum.t < kFar) pixel.t += sum.t, ++pixel.hits;
+// False: no pixel of the part needs more.
+bool TileJob::end_round(const View& view) {
+    for (std::size_t i = 0; i < m_active.size(); ++i) {
+        m_pixel_sums[m_active[i]].add(m_sums[i]);
+        if (!m_layer_sums.empty()) m_layer_sums[m_active[i]].add(m_sums[i], view);
     }
+    ++m_round;
+    const auto& q = view.scene.quality;
+    constexpr int kAskEvery = 4;
+    if (q.noise > 0 && m_round >= q.min_samples && m_round % kAskEvery == 0)
+        std::erase_if(m_active, [&](std::uint32_t i) { return m_pixel_sums[i].mean(view.voxel_m).is_known(q.noise); });
+    const int wanted = m_tile.samples > 0 ? static_cast<int>(m_tile.samples) : q.samples;
+    return m_round < wanted && !m_active.empty();
 }
 
 void TileJob::end_part(const View& view) {
-    const double n = view.scene.quality.samples;
-    for (const Pixel& p : m_pixels)
-        m_samples[p.place] = {{static_cast<float>(p.r / n), static_cast<float>(p.g / n), static_cast<float>(p.b / n)},
-                              static_cast<float>(p.hits / n),
-                              p.hits > 0 ? static_cast<float>(p.t / p.hits * view.voxel_m) : std::numeric_limits<float>::infinity()};
+    for (std::size_t i = 0; i < m_pixels.size(); ++i) m_samples[m_pixels[i].place] = m_pixel_sums[i].mean(view.voxel_m);
+    for (std::size_t i = 0; i < m_layer_sums.size(); ++i) m_layers[m_pixels[i].place] = m_layer_sums[i].mean();
 }
 
-TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), {}, m_counts, std::move(m_holes)}; }
+TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), std::move(m_layers), m_counts, std::move(m_holes)}; }
 
 }  // namespace terravox

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "raytracer/shade/shading.hpp"
+#include "raytracer/trace/pixel_sum.hpp"
 #include "raytracer/tiles/tile.hpp"
 #include "raytracer/trace/pixel_blocks.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
@@ -17,7 +18,7 @@ namespace terravox {
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {
     TracerTools(const View& of, BlockManager& blocks, std::size_t pinned_bytes)
-        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(of) {}
+        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(make_shading(of)) {}
     const View& view;
     BlockReader reader;
     RayWalk walk;
@@ -25,7 +26,7 @@ struct TracerTools {
     BeamMarch beams;
     ShaftMarch shafts;
     Surroundings surroundings;
-    Shading shading;
+    std::unique_ptr<const Shading> shading;
     Occluder occluder;
     [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0); }
     [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
@@ -56,21 +57,19 @@ private:
         int x = 0, y = 0;
         std::uint32_t place = 0;  ///< in the result
         const PixelBlock* block = nullptr;
-        double r = 0, g = 0, b = 0, t = 0;
-        int hits = 0;
     };
     void begin(TracerTools& tools);
     [[nodiscard]] std::size_t lattice_index(int column, int row) const noexcept;
-    void begin_part();
+    void begin_part(const View& view);
     void make_primary(TracerTools& tools);
-    void make_single(TracerTools& tools, std::uint32_t index);
-    [[nodiscard]] std::pair<double, double> picture_point(const Pixel& pixel, int samples) const noexcept;
+    void make_single(TracerTools& tools, std::uint32_t place);
+    [[nodiscard]] std::pair<double, double> picture_point(const View& view, std::uint32_t place) const noexcept;
     void walk_pending(TracerTools& tools, const std::atomic<bool>& stop);
     [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
     void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count);
     void trace_shadow_groups(TracerTools& tools);
     void shade_wave(TracerTools& tools);
-    void end_round();
+    [[nodiscard]] bool end_round(const View& view);
     void end_part(const View& view);
 
     RenderTile m_tile;
@@ -80,7 +79,11 @@ private:
     std::vector<PixelSample> m_samples;
     std::size_t m_part_begin = 0, m_part_end = 0;  ///< blocks that are being traced: a large tile goes part by part, for memory's sake
     std::vector<Pixel> m_pixels;                   ///< of the part
-    std::vector<SampleSum> m_sums;
+    std::vector<PixelSum> m_pixel_sums;
+    std::vector<LayerSum> m_layer_sums;   ///< empty where nobody asks for layers
+    std::vector<LayerSample> m_layers;
+    std::vector<std::uint32_t> m_active;  ///< pixels of the part that need more samples
+    std::vector<SampleSum> m_sums;        ///< of this round, one for each of those
     std::vector<TracedRay> m_wave, m_next;
     std::vector<ShadowRay> m_shadows;  ///< of the wave
     std::vector<std::uint32_t> m_pending;

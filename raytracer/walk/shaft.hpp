@@ -7,11 +7,12 @@
 
 namespace terravox {
 
-/// Rays of one direction from origins that lie together: a block of shadow rays. All points between the highest and the lowest of the
+/// Rays of one direction, or of a narrow cone of directions, from origins that lie together: a block of shadow rays. All points between the highest and the lowest of the
 /// lines through the origins, seen along the major axis of the direction. Level-0 voxels.
 class Shaft {
 public:
-    explicit Shaft(Vec3 direction) noexcept;
+    /// @param radius_rad of the cone, at most 0.1
+    explicit Shaft(Vec3 direction, double radius_rad = 0) noexcept;
     /// @param ray where it starts
     void add(const Vec3& origin, const RayState& ray) noexcept;
 
@@ -22,6 +23,7 @@ private:
     int m_axis;
     bool m_forward;
     double m_slope[3];
+    double m_spread;  ///< most that a ray's slope is off
     double m_low[3], m_high[3];  ///< where the lines cross the plane `axis = 0`
     std::int32_t m_first;        ///< plane behind the hindmost voxel that a ray starts in
 };

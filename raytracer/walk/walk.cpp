@@ -6,6 +6,8 @@ namespace {
 using voxel::child_bit;
 using voxel::TreeCell;
 
+constexpr voxel::VoxelAttr kAir{voxel::Material::kAir, 0, 0, 0, {}, 0};
+
 /// The attributes of a solid voxel that has none of its own since no face of it could be seen in its box: where levels meet, one may
 /// be. It is what lies close above it; deep down it is rock.
 voxel::VoxelAttr attr_above(const voxel::Box& box, int x, int y, int z) {
@@ -103,38 +105,46 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
         if constexpr (!kAny) report(ray.face == Face::kNone ? voxel::VoxelAttr{} : attr_above(box, ray.voxel[0] & 63, ray.voxel[1] & 255, ray.voxel[2] & 63));
         return true;
     };
+    // Whether air stops the ray; else it leaves the empty cell.
+    const auto in_air = [&](int shift) {
+        if constexpr (!kAny)
+            if (stop.air_stops) return report(kAir), true;
+        ray.leap(shift);
+        return false;
+    };
     do {
         ++m_counts.steps;
         const std::int32_t x = ray.voxel[0], y = ray.voxel[1], z = ray.voxel[2];
         const TreeCell* cell = &cells[y >> 6 & 3];
         if (cell->mask == 0) {
-            ray.leap(6);
+            if (in_air(6)) return true;
             continue;
         }
         int bit = child_bit(x >> 4, y >> 4, z >> 4);
         if ((cell->mask >> bit & 1) == 0) {
-            ray.leap(voxel_leap_shift(cell->mask, bit, 4));
+            if (in_air(voxel_leap_shift(cell->mask, bit, 4))) return true;
             continue;
         }
         if ((cell->detail >> bit & 1) == 0) return hidden();
         cell = &cells[cell->index_of(bit)];
         bit = child_bit(x >> 2, y >> 2, z >> 2);
         if ((cell->mask >> bit & 1) == 0) {
-            ray.leap(voxel_leap_shift(cell->mask, bit, 2));
+            if (in_air(voxel_leap_shift(cell->mask, bit, 2))) return true;
             continue;
         }
         if ((cell->detail >> bit & 1) == 0) return hidden();
         cell = &cells[cell->index_of(bit)];
-        std::uint64_t mask = cell->mask;
+        std::uint64_t mask = !kAny && stop.air_stops ? ~std::uint64_t{0} : cell->mask;
         while (walk_brick(ray, mask, m_counts.steps)) {
             bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
             if constexpr (kAny) {
                 *occluder = {cell->mask, {x & ~3, y & ~3, z & ~3}, ray.level};
                 return true;
             } else {
+                if (stop.air_stops && (cell->mask >> bit & 1) == 0) return report(kAir), true;
                 if ((cell->detail >> bit & 1) == 0) return hidden();
                 const voxel::VoxelAttr& attr = box.attrs()[cell->index_of(bit)];
-                if (stop == StopAt::kSolid || attr.material != voxel::Material::kWater) {
+                if (attr.material != stop.passed) {
                     report(attr);
                     return true;
                 }
@@ -147,6 +157,12 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
 
 template <bool kAny>
 WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder) {
+    // Where there is only air, beyond the world as well: whether that stops the ray.
+    const auto in_air = [&] {
+        if constexpr (!kAny)
+            if (stop.air_stops) return *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false, kAir}, true;
+        return false;
+    };
     while (ray.t <= t_max) {
         int level = ray.level;
         // A very coarse voxel may lie over columns of several finer levels: again, until it lies in one.
@@ -154,7 +170,7 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
         const voxel::VoxelBounds& bounds = m_cut.bounds(level);
         for (int a = 0; a < 3; ++a) {
             const auto i = static_cast<std::size_t>(a);
-            if (ray.forward[a] ? ray.voxel[a] >= bounds.max[i] : ray.voxel[a] < bounds.min[i]) return WalkEnd::kMiss;
+            if (ray.forward[a] ? ray.voxel[a] >= bounds.max[i] : ray.voxel[a] < bounds.min[i]) return in_air() ? WalkEnd::kHit : WalkEnd::kMiss;
         }
         const voxel::BoxKey key{level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
         const Block* block = m_reader.get(key);
@@ -169,6 +185,7 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
         }
         if (!block->box) {
             ++m_counts.steps;
+            if (in_air()) return WalkEnd::kHit;
             ray.leap(6, 8, 6);
             continue;
         }

@@ -20,11 +20,19 @@ struct Hit {
     voxel::VoxelAttr attr;
 };
 
-/// What a walk stops at.
-enum class StopAt : std::uint8_t {
-    kSolid,     ///< anything but air
-    kNotWater,  ///< anything but air and water: what a swimmer sees
+/// What a walk stops at: everything but one material and, mostly, air.
+struct StopAt {
+    voxel::Material passed = voxel::Material::kAir;
+    bool air_stops = false;
+    friend bool operator==(const StopAt&, const StopAt&) = default;
+
+    static const StopAt kSolid;     ///< anything but air
+    static const StopAt kNotWater;  ///< anything but air and water: how light comes to a lake's bed
+    /// Where a medium ends, be it at air. Air is reported as a hit with the material air.
+    [[nodiscard]] static constexpr StopAt end_of(voxel::Material medium) noexcept { return {medium, true}; }
 };
+inline constexpr StopAt StopAt::kSolid{};
+inline constexpr StopAt StopAt::kNotWater{voxel::Material::kWater, false};
 
 enum class WalkEnd : std::uint8_t {
     kHit,

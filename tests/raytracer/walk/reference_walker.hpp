@@ -26,19 +26,24 @@ inline std::optional<Hit> reference_hit(const ArrayWorld& world, const Ray& ray,
     const auto level = static_cast<std::int8_t>(world.level());
     double t = 0;
     Face face = Face::kNone;
+    bool been_inside = false;
     while (t <= t_max) {
-        bool inside = true;
+        bool inside = true, outside = false;
         for (int a = 0; a < 3; ++a) {
             const auto i = static_cast<std::size_t>(a);
             const bool before = v[a] < b.min[i], beyond = v[a] >= b.max[i];
             const double d = ray.direction[a];
-            if ((beyond && d >= 0) || (before && d <= 0)) return std::nullopt;
+            outside = outside || (beyond && d >= 0) || (before && d <= 0);
             inside = inside && !before && !beyond;
         }
+        if (outside && !(stop.air_stops && been_inside)) return std::nullopt;
+        been_inside = been_inside || inside;
+        // A medium ends where the world does.
+        if (outside) return Hit{t, {v[0], v[1], v[2]}, face, level, false, {voxel::Material::kAir, 0, 0, 0, {}, 0}};
         if (inside) {
             if (world.is_hole(v[0], v[1], v[2])) return Hit{t, {v[0], v[1], v[2]}, face, level, true, {}};
             const auto m = world.at(v[0], v[1], v[2]);
-            if (m != voxel::Material::kAir && (stop == StopAt::kSolid || m != voxel::Material::kWater)) {
+            if ((stop.air_stops || m != voxel::Material::kAir) && m != stop.passed) {
                 voxel::VoxelAttr attr;
                 if (!world.hidden(v[0], v[1], v[2])) attr.material = m;
                 return Hit{t, {v[0], v[1], v[2]}, face, level, false, attr};

@@ -66,7 +66,7 @@ private:
         if (++m_differences <= kMostFailuresShown) {
             std::string at;
             if (start) at = " start (" + std::to_string(start->x) + ", " + std::to_string(start->y) + ", " + std::to_string(start->z) + ")";
-            FAIL_CHECK(text_of(ray) << at << (stop == StopAt::kNotWater ? " through water" : "") << " t_max " << t_max << "\n  walker:    " << text_of(found) << "\n  reference: " << text_of(wanted));
+            FAIL_CHECK(text_of(ray) << at << (stop == StopAt::kSolid ? "" : stop.air_stops ? " within a medium" : " through water") << " t_max " << t_max << "\n  walker:    " << text_of(found) << "\n  reference: " << text_of(wanted));
         }
     }
     ArrayWorld& m_world;
@@ -217,7 +217,7 @@ TEST_CASE("the walker finds the voxel, face and time that single steps find", "[
                 Random random(seed);
                 for (int i = 0; i < kind.count; ++i) {
                     const Ray ray = kind.make(random, world.level_bounds());
-                    pair.check(ray, i % 4 == 3 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 4 ? real(random, 0, 200) : kFar);
+                    pair.check(ray, i % 8 == 7 ? StopAt::end_of(voxel::Material::kWater) : i % 4 == 3 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 4 ? real(random, 0, 200) : kFar);
                 }
                 CHECK(pair.differences() == 0);
             }
@@ -249,6 +249,7 @@ TEST_CASE("the walker agrees with single steps from faces of voxels it has hit",
                 if (dot(d, n) < 0) d = -d;
                 pair.check_from({at, d}, outside, i % 3 == 0 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 0 ? 30.0 : kFar);
                 pair.check_from({at, -d}, hit->voxel, StopAt::kNotWater);
+                if (voxel::see_through(hit->attr.material)) pair.check_from({at, -d}, hit->voxel, StopAt::end_of(hit->attr.material));
             }
             if (w.max[0] - w.min[0] > 1) CHECK(started > 40);
             CHECK(pair.differences() == 0);

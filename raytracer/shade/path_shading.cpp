@@ -1,0 +1,70 @@
+#include "raytracer/shade/path_shading.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "raytracer/shade/optics.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr double kInversePi = std::numbers::inv_pi;
+
+}  // namespace
+
+bool PathShading::needs_surroundings(const TracedRay&) const noexcept { return false; }
+
+// A bounce that leaves has its direction by the matt face; the sky could have been asked for the same direction.
+void PathShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
+    const Sky& sky = m_view.sky;
+    Colour light = sky.radiance(ray.ray.direction);
+    if (ray.density == 0) light = light + sky.sun_disc(ray.ray.direction);
+    else if (sky.uneven()) light = light * static_cast<float>(static_cast<double>(ray.density) / (static_cast<double>(ray.density) + sky.pdf(ray.ray.direction)));
+    // What comes to the first hit by a bounce has come from the sky without a detour.
+    add(ray.direct || (ray.kind == RayKind::kBounce && ray.depth == 1), weight * light, sum);
+}
+
+void PathShading::light_up(const Meeting& m) const {
+    const auto& q = m_view.scene.quality;
+    const Surface& s = m.surface;
+    add(m.ray, m.weight * s.emission, m.sum);
+    if (s.polish > 0) {
+        const double mirrored = static_cast<double>(s.polish) * fresnel(std::min(1.0, -dot(s.direction, s.normal)), s.index);
+        if (m.sum.numbers.number(number_of(m.ray, kChoice)) < mirrored) {
+            if (static_cast<int>(m.ray.depth) < q.bounces) send_mirror(m, m.weight);
+            return;
+        }
+    }
+    const Colour matt = m.weight * s.albedo;
+    send_sun(m, matt);
+    if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir) send_sky(m, matt);
+    if (static_cast<int>(m.ray.depth) < q.bounces) bounce(m, matt);
+}
+
+void PathShading::send_sky(const Meeting& m, Colour weight) const {
+    const auto at = m.sum.numbers.pair(number_of(m.ray, kSkyPoint));
+    const SkySample to = m_view.sky.sample(at.u, at.v);
+    const double facing = dot(m.surface.normal, to.direction);
+    if (!(facing > 0) || !(to.pdf > 0)) return;
+    const double of_bounce = static_cast<int>(m.ray.depth) < m_view.scene.quality.bounces ? facing * kInversePi : 0;
+    const Colour light = weight * m_view.sky.radiance(to.direction) * static_cast<float>(facing * kInversePi / (to.pdf + of_bounce));
+    TracedRay out = sent(m, to.direction, RayKind::kSky, light, kSkyPoint);
+    out.direct = m.ray.depth == 0;
+    m.next.push_back(out);
+}
+
+void PathShading::bounce(const Meeting& m, Colour weight) const {
+    // Russian roulette: dim paths end, those that go on stand for them.
+    constexpr int kSafeDepth = 2;
+    if (static_cast<int>(m.ray.depth) >= kSafeDepth) {
+        const float brightest = std::max({weight.r, weight.g, weight.b}), goes_on = std::clamp(brightest, 0.05f, 1.0f);
+        if (m.sum.numbers.number(number_of(m.ray, kEnd)) >= static_cast<double>(goes_on)) return;
+        weight = weight * (1 / goes_on);
+    }
+    const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
+    TracedRay out = sent(m, direction, RayKind::kBounce, weight, kDirection);
+    out.density = static_cast<float>(dot(direction, m.surface.normal) * kInversePi);
+    m.next.push_back(out);
+}
+
+}  // namespace terravox

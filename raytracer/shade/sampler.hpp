@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "raytracer/shade/random.hpp"
+
+namespace terravox {
+
+/// Numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so that nobody's order matters. In each
+/// dimension (a pair of numbers) the samples of a pixel, taken from 0 on, are spread evenly at every power of two.
+/// Ref: Sobol' (0,2)-sequence, padded; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl, 2021.
+class Sampler {
+public:
+    struct Pair {
+        double u, v;  ///< [0, 1)
+    };
+    Sampler() = default;
+    Sampler(int x, int y, std::uint32_t sample) noexcept
+        : m_pixel(hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 | static_cast<std::uint32_t>(x))), m_sample(sample) {}
+
+    [[nodiscard]] Pair pair(std::uint32_t dimension) const noexcept {
+        const std::uint64_t seed = hash64(m_pixel, dimension);
+        const std::uint32_t index = scramble(m_sample, static_cast<std::uint32_t>(seed));
+        const std::uint64_t more = hash64(seed);
+        return {unit(reversed_scramble(index, static_cast<std::uint32_t>(more))), unit(scramble(second_dimension(index), static_cast<std::uint32_t>(more >> 32)))};
+    }
+    /// One of `count` that share the place of this one: together with those of the other samples they are evenly spread.
+    [[nodiscard]] Sampler part(int i, int count) const noexcept {
+        Sampler out = *this;
+        out.m_sample = m_sample * static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(i);
+        return out;
+    }
+    [[nodiscard]] double number(std::uint32_t dimension) const noexcept {
+        const std::uint64_t seed = hash64(m_pixel, dimension);
+        return unit(reversed_scramble(scramble(m_sample, static_cast<std::uint32_t>(seed)), static_cast<std::uint32_t>(seed >> 32)));
+    }
+
+private:
+    [[nodiscard]] static constexpr double unit(std::uint32_t v) noexcept { return v * 0x1.0p-32; }
+    [[nodiscard]] static constexpr std::uint32_t reverse(std::uint32_t v) noexcept {
+        v = (v >> 1 & 0x55555555) | (v & 0x55555555) << 1;
+        v = (v >> 2 & 0x33333333) | (v & 0x33333333) << 2;
+        v = (v >> 4 & 0x0f0f0f0f) | (v & 0x0f0f0f0f) << 4;
+        return __builtin_bswap32(v);
+    }
+    /// Each bit depends on those below it: Owen's scrambling of the reversed number.
+    [[nodiscard]] static constexpr std::uint32_t mix_upwards(std::uint32_t v, std::uint32_t seed) noexcept {
+        v ^= v * 0x3d20adea;
+        v += seed;
+        v *= (seed >> 16) | 1;
+        v ^= v * 0x05526c56;
+        v ^= v * 0x53a22864;
+        return v;
+    }
+    [[nodiscard]] static constexpr std::uint32_t scramble(std::uint32_t v, std::uint32_t seed) noexcept { return reverse(mix_upwards(reverse(v), seed)); }
+    /// scramble(first dimension of the sequence), which is the reversed index.
+    [[nodiscard]] static constexpr std::uint32_t reversed_scramble(std::uint32_t index, std::uint32_t seed) noexcept { return reverse(mix_upwards(index, seed)); }
+
+    // The second dimension's generator matrix is Pascal's triangle modulo 2: a table for each byte of the index.
+    static constexpr auto kTables = [] {
+        std::array<std::array<std::uint32_t, 256>, 4> out{};
+        std::array<std::uint32_t, 32> columns{};
+        for (std::uint32_t i = 0, column = std::uint32_t{1} << 31; i < 32; ++i, column ^= column >> 1) columns[i] = column;
+        for (std::size_t byte = 0; byte < 4; ++byte)
+            for (std::uint32_t v = 0; v < 256; ++v)
+                for (std::size_t bit = 0; bit < 8; ++bit)
+                    if ((v >> bit & 1) != 0) out[byte][v] ^= columns[8 * byte + bit];
+        return out;
+    }();
+    [[nodiscard]] static constexpr std::uint32_t second_dimension(std::uint32_t i) noexcept {
+        return kTables[0][i & 255] ^ kTables[1][i >> 8 & 255] ^ kTables[2][i >> 16 & 255] ^ kTables[3][i >> 24];
+    }
+
+    std::uint64_t m_pixel = 0;
+    std::uint32_t m_sample = 0;
+};
+
+}  // namespace terravox
