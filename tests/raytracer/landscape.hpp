@@ -48,7 +48,7 @@ struct Job {
 
 inline Film render(Job& job, int threads) {
     const auto [width, height] = job.view.scene.output.size_px;
-    Film film(width, height);
+    Film film(width, height, job.view.wants_layers());
     ThreadProcessor processor(job.view, job.blocks, threads);
     (void)render_film({job.view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film);
     return film;
@@ -60,7 +60,15 @@ inline std::string bytes_of(const Film& film) {
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const PixelSample& p = film.at(x, y);
-            for (const float v : {p.colour.r, p.colour.g, p.colour.b, p.alpha, p.depth_m}) out.append(reinterpret_cast<const char*>(&v), sizeof v);
+            const auto append = [&](float v) { out.append(reinterpret_cast<const char*>(&v), sizeof v); };
+            for (const float v : {p.colour.r, p.colour.g, p.colour.b, p.alpha, p.depth_m, p.error, static_cast<float>(p.samples)}) append(v);
+            if (!film.has_layers()) continue;
+            const LayerSample& l = film.layers_at(x, y);
+            for (const Colour c : {l.direct, l.indirect, l.albedo}) append(c.r), append(c.g), append(c.b);
+            for (const auto& v : {l.normal, l.position}) append(v[0]), append(v[1]), append(v[2]);
+            append(l.sun), append(l.water), append(static_cast<float>(l.material));
+            for (const Matte& m : {l.materials, l.squares})
+                for (std::size_t i = 0; i < Matte::kMost; ++i) append(static_cast<float>(m.object[i])), append(m.share[i]);
         }
     return out;
 }

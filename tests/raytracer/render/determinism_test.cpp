@@ -57,6 +57,33 @@ TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and 
     }
 }
 
+TEST_CASE("pictures of all kinds of rays are bit-identical for any threads, tiles, order, passes and memory", "[raytracer][render][deterministic][light]") {
+    struct Kind {
+        const char* name;
+        void (*set)(Scene&);
+    };
+    const Kind kinds[] = {
+        {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 5, s.sun.size = 10; }},
+        {"paths", [](Scene& s) { s.quality.integrator = "path", s.quality.samples = 3; }},
+        {"paths until the noise is low", [](Scene& s) { s.quality.integrator = "path", s.quality.samples = 24, s.quality.noise = 0.1, s.quality.min_samples = 4; }},
+        {"layers", [](Scene& s) { s.output.layers = "all"; }},
+    };
+    for (const Kind& kind : kinds) {
+        Scene scene = small_scene();
+        scene.output.size_px = {61, 37};
+        kind.set(scene);
+        const auto picture = [&](const Variant& v) {
+            Job job(with(scene, v), v.memory_bytes);
+            return bytes_of(render(job, v.threads));
+        };
+        const std::string reference = picture({"as at first", 1, 16, 8, "spiral", 256 * kMiB});
+        for (const std::size_t i : {0u, 2u, 4u, 5u}) {
+            INFO(kind.name << ", " << kVariants[i].name);
+            CHECK((picture(kVariants[i]) == reference));
+        }
+    }
+}
+
 TEST_CASE("a picture over several levels is bit-identical for any threads, tiles and memory", "[raytracer][render][deterministic][levels]") {
     const double detail = GENERATE(4.0, 20.0);
     const double sun_azimuth_deg = GENERATE(240.0, 0.0);  // in the north: rays with a component of exactly zero

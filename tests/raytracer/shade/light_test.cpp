@@ -1,0 +1,138 @@
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "tests/catch.hpp"
+#include "tests/raytracer/landscape.hpp"
+
+using namespace terravox;
+using terravox::test::Job;
+using terravox::test::render;
+using terravox::test::small_scene;
+
+namespace {
+
+Scene tiny(const char* integrator, int samples) {
+    Scene scene = small_scene();
+    scene.output.size_px = {40, 24};
+    scene.quality.integrator = integrator, scene.quality.samples = samples;
+    scene.quality.coarse_step = 1;
+    scene.quality.clamp = 0;
+    return scene;
+}
+
+double rmse(const Film& a, const Film& b) {
+    double sum = 0;
+    for (int y = 0; y < a.height_px(); ++y)
+        for (int x = 0; x < a.width_px(); ++x) {
+            const Colour p = a.at(x, y).colour, q = b.at(x, y).colour;
+            for (const float d : {p.r - q.r, p.g - q.g, p.b - q.b}) sum += static_cast<double>(d) * static_cast<double>(d);
+        }
+    return std::sqrt(sum / (3.0 * a.width_px() * a.height_px()));
+}
+
+Film picture(const Scene& scene) {
+    Job job(scene);
+    return render(job, 2);
+}
+
+}  // namespace
+
+TEST_CASE("light of any kind comes closer to its mean with more samples, and is a number everywhere", "[raytracer][shade][light]") {
+    struct Kind {
+        const char* name;
+        void (*set)(Scene&);
+    };
+    const Kind kinds[] = {
+        {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 1; }},
+        {"a large sun", [](Scene& s) { s.sun.size = 20; }},
+        {"paths", [](Scene& s) { s.quality.integrator = "path"; }},
+    };
+    for (const Kind& kind : kinds) {
+        Scene scene = tiny("direct", 1024);
+        kind.set(scene);
+        const Film reference = picture(scene);
+        double last = 0;
+        for (const int samples : {4, 16, 64}) {
+            scene.quality.samples = samples;
+            const Film film = picture(scene);
+            for (int y = 0; y < film.height_px(); ++y)
+                for (int x = 0; x < film.width_px(); ++x) {
+                    const PixelSample& p = film.at(x, y);
+                    REQUIRE((std::isfinite(p.colour.r) && std::isfinite(p.colour.g) && std::isfinite(p.colour.b) && std::isfinite(p.error)));
+                    REQUIRE((p.colour.r >= 0 && p.colour.g >= 0 && p.colour.b >= 0));
+                }
+            const double error = rmse(film, reference);
+            INFO(kind.name << ", " << samples << " samples: error " << error << ", with a quarter of them " << last);
+            // 1 / sqrt(n) halves it; evenly spread samples do better, edges of voxels a little worse.
+            if (last > 0) CHECK(error < last * 0.62);
+            last = error;
+        }
+    }
+}
+
+TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shade][light]") {
+    const Film reference = picture(tiny("path", 1024)), film = picture(tiny("path", 16));
+    double said = 0, found = 0;
+    for (int y = 0; y < film.height_px(); ++y)
+        for (int x = 0; x < film.width_px(); ++x) {
+            const double d = static_cast<double>(luminance(film.at(x, y).colour) - luminance(reference.at(x, y).colour));
+            found += d * d, said += static_cast<double>(film.at(x, y).error) * static_cast<double>(film.at(x, y).error);
+        }
+    // Evenly spread samples do better than the formula for independent ones.
+    CHECK(std::sqrt(found) < std::sqrt(said) * 1.1);
+    CHECK(std::sqrt(found) > std::sqrt(said) * 0.3);
+}
+
+TEST_CASE("with a noise to reach, samples go where they are needed", "[raytracer][shade][light]") {
+    Scene scene = tiny("path", 512);
+    scene.quality.noise = 0.05, scene.quality.min_samples = 8;
+    const Film film = picture(scene), reference = picture(tiny("path", 1024));
+    std::uint64_t samples = 0;
+    std::uint32_t least = 1 << 20, most = 0;
+    for (int y = 0; y < film.height_px(); ++y)
+        for (int x = 0; x < film.width_px(); ++x) {
+            const PixelSample& p = film.at(x, y);
+            samples += p.samples, least = std::min(least, p.samples), most = std::max(most, p.samples);
+            CHECK((p.samples == 512 || p.is_known(0.05)));
+        }
+    CHECK(least == 8);
+    CHECK(most > 32);
+    scene.quality.noise = 0, scene.quality.samples = static_cast<int>(samples / (40 * 24));
+    INFO(samples / (40.0 * 24) << " samples a pixel");
+    CHECK(rmse(film, reference) < 1.1 * rmse(picture(scene), reference));
+}
+
+TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][light]") {
+    const Scene scene = tiny("path", 8);
+    Job job(scene);
+    const Film whole = render(job, 1);
+    Film film(40, 24);
+    {
+        ThreadProcessor processor(job.view, job.blocks, 1);
+        RenderTile tile{0, 0, 0, 0, 40, 24, 1, false, 0, 0};
+        for (const auto& [first, count] : {std::pair{0u, 2u}, {2u, 2u}, {4u, 4u}}) {
+            tile.first_sample = first, tile.samples = count;
+            processor.submit(tile);
+            film.add(*processor.take());
+        }
+    }
+    CHECK(rmse(whole, film) < 1e-6);
+    double errors = 0;
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 40; ++x) {
+            CHECK(film.at(x, y).samples == 8);
+            CHECK(film.at(x, y).alpha == Approx(whole.at(x, y).alpha).margin(1e-6));
+            errors += static_cast<double>(film.at(x, y).error / std::max(whole.at(x, y).error, 1e-6f)) / (40 * 24);
+        }
+    CHECK(errors < 1.5);
+}
+
+TEST_CASE("a picture with a time to keep has at least its first samples", "[raytracer][shade][light]") {
+    Scene scene = tiny("direct", 64);
+    scene.quality.time_s = 0.001;
+    const Film film = picture(scene);
+    CHECK(film.at(3, 3).samples >= 2);
+    scene.quality.time_s = 1000;
+    CHECK(picture(scene).at(3, 3).samples == 64);
+}
