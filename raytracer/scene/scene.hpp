@@ -62,6 +62,7 @@ struct Scene {
         double noise = 0;  ///< a pixel is done when its mean is known this well, share of its brightness; 0: all samples everywhere
         int min_samples = 16;  ///< before that is asked
         double time_s = 0;     ///< goes on with samples as long as this; 0: until `samples` are done
+        int seed = 0;          ///< of the noise
         int bounces = 6;       ///< of a path; of mirrors in direct light
         double clamp = 16;     ///< most light that one indirect sample of a path brings; 0: no limit
         int level = 0;    ///< finest level of the boxes

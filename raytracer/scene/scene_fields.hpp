@@ -62,6 +62,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.noise", s.quality.noise, FieldRule{"error of a pixel's mean that is good enough, share of its brightness; 0 = all samples everywhere", 0, 1, {}, "--noise"});
     visit("quality.min_samples", s.quality.min_samples, FieldRule{"samples before noise is asked for", 4, 65536});
     visit("quality.time_s", s.quality.time_s, FieldRule{"samples go on as long as this, seconds; 0 = until all are done", 0, 1e7, {}, "--time"});
+    visit("quality.seed", s.quality.seed, FieldRule{"of the noise: another number, other noise", 0, 2147483647});
     visit("quality.bounces", s.quality.bounces, FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
     visit("quality.clamp", s.quality.clamp, FieldRule{"most light of one indirect sample of a path; 0 = no limit", 0, 1e6});
     visit("quality.level", s.quality.level, FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});

@@ -16,8 +16,9 @@ public:
         double u, v;  ///< [0, 1)
     };
     Sampler() = default;
-    Sampler(int x, int y, std::uint32_t sample) noexcept
-        : m_pixel(hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 | static_cast<std::uint32_t>(x))), m_sample(sample) {}
+    /// @param seed another one gives a picture with other noise
+    Sampler(int x, int y, std::uint32_t sample, int seed = 0) noexcept
+        : m_pixel(hash64(hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 | static_cast<std::uint32_t>(x)) + static_cast<std::uint32_t>(seed))), m_sample(sample) {}
 
     [[nodiscard]] Pair pair(std::uint32_t dimension) const noexcept {
         const std::uint64_t seed = hash64(m_pixel, dimension);

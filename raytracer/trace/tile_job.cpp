@@ -122,7 +122,7 @@ void TileJob::make_primary(TracerTools& tools) {
     const auto size = static_cast<std::uint32_t>(m_active.size());
     for (std::uint32_t i = 0; i < size; ++i) {
         const Pixel& pixel = m_pixels[m_active[i]];
-        m_sums[i].numbers = Sampler(pixel.x, pixel.y, m_tile.first_sample + static_cast<std::uint32_t>(m_round));
+        m_sums[i].numbers = Sampler(pixel.x, pixel.y, m_tile.first_sample + static_cast<std::uint32_t>(m_round), tools.view.scene.quality.seed);
     }
     for (std::uint32_t first = 0, end = 0; first < size; first = end) {
         const PixelBlock& block = *m_pixels[m_active[first]].block;
