@@ -1,13 +1,16 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 namespace terravox::det {
 
 /// Elementary functions that give the same bits on every machine of IEEE arithmetic. The C library picks variants by CPU (with or
 /// without fused multiply-add), which may differ in the last bit: enough to break "the picture does not depend on who computed it".
-/// Relative error below 1e-14 in the ranges stated; only + - * / are used, in a fixed order.
+/// Relative error below 1e-14 in the ranges stated; only + - * / and the exactly rounded sqrt and floor are used, in a fixed order.
+
+inline constexpr double kPi = 3.141592653589793238463;
 
 /// 2^n for n in [-1022, 1023].
 [[nodiscard]] constexpr double exp2_int(int n) noexcept { return std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52); }
@@ -41,5 +44,65 @@ namespace terravox::det {
 
 /// x^y for x >= 0.
 [[nodiscard]] constexpr double pow(double x, double y) noexcept { return x <= 0 ? (y == 0 ? 1 : 0) : exp(y * log(x)); }
+
+/// Sine and cosine of one angle.
+struct SinCos {
+    double sin, cos;
+};
+
+/// Both of x radians; absolute error below 1e-15 for |x| <= 1e5. What is no number or beyond 1e9 gives those of 0.
+[[nodiscard]] inline SinCos sin_cos(double x) noexcept {
+    if (!(x >= -1e9 && x <= 1e9)) x = 0;
+    // Ref: Cody & Waite, "Software Manual for the Elementary Functions", 1980: pi / 2 in three parts, the first two short enough that
+    // their multiples are exact.
+    constexpr double kHalfPi1 = 1.57079632673412561417, kHalfPi2 = 6.07710050630396597660e-11, kHalfPi3 = 2.02226624879595063154e-21;
+    const double n = std::floor(x * (2 / kPi) + 0.5);
+    const double r = x - n * kHalfPi1 - n * kHalfPi2 - n * kHalfPi3, r2 = r * r;  // |r| <= pi / 4
+    double s = 0, c = 0;
+    // Taylor by Horner: the terms left out are below 1e-17.
+    for (int i = 17; i >= 3; i -= 2) s = (1 + s) * (-r2 / ((i - 1) * i));
+    for (int i = 18; i >= 2; i -= 2) c = (1 + c) * (-r2 / ((i - 1) * i));
+    s = r + r * s, c = 1 + c;
+    switch (static_cast<std::int64_t>(n) & 3) {
+        case 0: return {s, c};
+        case 1: return {c, -s};
+        case 2: return {-s, -c};
+        default: return {-c, s};
+    }
+}
+[[nodiscard]] inline double sin(double x) noexcept { return sin_cos(x).sin; }
+[[nodiscard]] inline double cos(double x) noexcept { return sin_cos(x).cos; }
+[[nodiscard]] inline double tan(double x) noexcept {
+    const SinCos both = sin_cos(x);
+    return both.sin / both.cos;
+}
+
+/// Angle of the point (x, y) from the x axis, (-pi, pi]; 0 for the origin and for what is no number. The sign of a zero is ignored.
+[[nodiscard]] inline double atan2(double y, double x) noexcept {
+    const double ax = std::fabs(x), ay = std::fabs(y);
+    if (!(ax + ay > 0) || !(ax + ay < 1e300)) return 0;
+    const bool steep = ay > ax;
+    double z = steep ? ax / ay : ay / ax;  // [0, 1]
+    // Half the angle three times: tan(a / 2) = t / (1 + sqrt(1 + t^2)). Then z <= tan(pi / 32), and nine terms of the series do.
+    for (int i = 0; i < 3; ++i) z = z / (1 + std::sqrt(1 + z * z));
+    const double z2 = z * z;
+    double sum = 0;
+    for (int i = 17; i >= 3; i -= 2) sum = (1.0 / i - sum) * z2;
+    double angle = 8 * (z - z * sum);
+    if (steep) angle = kPi / 2 - angle;
+    if (x < 0) angle = kPi - angle;
+    return y < 0 ? -angle : angle;
+}
+/// [0, pi]; x is cut to [-1, 1].
+[[nodiscard]] inline double acos(double x) noexcept {
+    if (!(x < 1)) return 0;
+    if (!(x > -1)) return kPi;
+    return atan2(std::sqrt((1 - x) * (1 + x)), x);
+}
+/// [-pi / 2, pi / 2]; x is cut to [-1, 1].
+[[nodiscard]] inline double asin(double x) noexcept {
+    if (!(x > -1 && x < 1)) return x >= 1 ? kPi / 2 : x <= -1 ? -kPi / 2 : 0;
+    return atan2(x, std::sqrt((1 - x) * (1 + x)));
+}
 
 }  // namespace terravox::det

@@ -7,6 +7,7 @@
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/progress.hpp"
+#include "raytracer/sky/sun_of.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 #include "raytracer/walk/surroundings.hpp"
 #include "raytracer/world/boxes_in_sight.hpp"
@@ -55,7 +56,8 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
     const Camera camera = make_camera(scene, world, world.bounds);
     const LevelCut cut(world.bounds, camera.position(), camera.pixel_rad(), scene.quality.detail, level, world.levels - 1);
-    View view{scene, camera, Sky(sun_of(scene.sun, world.centre ? &*world.centre : nullptr), scene.sun, scene.sky),
+    View view{scene, camera, Sky(sun_of(scene.sun, world.centre ? &*world.centre : nullptr), scene.sun, scene.sky,
+                                   world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
               voxel::load_palette(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world), {std::floor(camera.position().x), std::floor(camera.position().y), std::floor(camera.position().z)}};
     check_camera(view, blocks);
     return view;

@@ -3,7 +3,7 @@
 #include "common/voxel/material.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "raytracer/shade/sky.hpp"
+#include "raytracer/sky/sky.hpp"
 #include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/walk/level_cut.hpp"
 

@@ -42,6 +42,23 @@ TEST_CASE("the declination of Meeus's example 25.a is the altitude at the pole",
     CHECK(std::abs(north.altitude_deg + 7.785) < kAllowedDeg + 0.05);
 }
 
+// Reference: the instants of the equinoxes, published by the U.S. Naval Observatory ("Earth's seasons"), UTC to the minute. The
+// declination is 0 then, so at a pole the sun stands on the horizon, lifted by the refraction there: 1735 arc seconds (NOAA).
+TEST_CASE("at the equinoxes the sun stands on the horizon of both poles", "[common][geo][sun]") {
+    struct Case { int year, month, day, hour, minute; };
+    const auto c = GENERATE(values<Case>({{2000, 3, 20, 7, 35}, {2000, 9, 22, 17, 28}, {2010, 3, 20, 17, 32}, {2015, 3, 20, 22, 45},
+                                          {2020, 3, 20, 3, 50}, {2020, 9, 22, 13, 31}, {2024, 3, 20, 3, 6}}));
+    const DateTime time = utc(c.year, c.month, c.day, c.hour + c.minute / 60.0);
+    INFO(c.year << "-" << c.month << "-" << c.day);
+    for (const double lat : {90.0, -90.0}) CHECK(std::abs(sun_position(time, {lat, 0}).altitude_deg - 1735 / 3600.0) < kAllowedDeg);
+}
+
+TEST_CASE("the equation of time of Meeus's example 28.b puts the sun on a meridian", "[common][geo][sun]") {
+    // 1992-10-13 at 0h TD, which is 59 seconds before 0h UT: 13 min 42.6 s, which is 3.4275 degrees ahead of the mean sun.
+    const double lon_deg = 180 - 3.4275 + 59 * 15 / 3600.0;
+    CHECK(std::abs(sun_position(utc(1992, 10, 12, 24 - 59 / 3600.0), {50, lon_deg}).azimuth_deg - 180) < kAllowedDeg);
+}
+
 TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[common][geo][sun]") {
     struct Case { const char* name; int month, day; double lat_deg, noon_altitude_deg; };
     const auto c = GENERATE(values<Case>({

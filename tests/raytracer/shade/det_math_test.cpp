@@ -50,6 +50,56 @@ TEST_CASE("exp, log and pow are those of the C library to 13 digits", "[common][
     }
 }
 
+TEST_CASE("sine, cosine and their inverses are those of the C library", "[common][util][det_math]") {
+    std::mt19937_64 random(12);
+    double worst = 0, at_x = 0, at_y = 0;
+    const auto note = [&](double found, double wanted, double x, double y = 0) {
+        if (const double r = std::abs(found - wanted); !(r <= worst)) worst = r, at_x = x, at_y = y;
+    };
+    const auto in = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    for (int i = 0; i < 300'000; ++i) {
+        const double x = i % 3 == 0 ? in(-1e5, 1e5) : i % 3 == 1 ? in(-7, 7) : std::round(in(-200, 200)) * det::kPi / 4;
+        const det::SinCos both = det::sin_cos(x);
+        note(both.sin, std::sin(x), x);
+        note(both.cos, std::cos(x), x);
+        const double y = i % 2 == 0 ? in(-2, 2) : in(-1e-9, 1e-9), w = i % 5 == 0 ? 0 : in(-2, 2);
+        note(det::atan2(y, w), std::atan2(y, w), y, w);
+        const double c = i % 2 == 0 ? in(-1, 1) : 1 - std::abs(in(0, 1e-9));
+        note(det::acos(c), std::acos(c), c);
+        note(det::asin(c), std::asin(c), c);
+    }
+    INFO("worst at " << at_x << ", " << at_y);
+    CHECK(worst < 2e-15);
+}
+
+TEST_CASE("angles small enough to matter keep their digits", "[common][util][det_math]") {
+    std::mt19937_64 random(13);
+    double worst = 0, at = 0;
+    for (int i = 0; i < 100'000; ++i) {
+        const double x = std::ldexp(std::uniform_real_distribution<double>(0.5, 1)(random), -static_cast<int>(random() % 60));
+        for (const double r : {relative(det::sin(x), std::sin(x)), relative(det::tan(x), std::tan(x)), relative(det::atan2(x, 1), std::atan(x))})
+            if (!(r <= worst)) worst = r, at = x;
+    }
+    INFO("worst at " << at);
+    CHECK(worst < kMostRelative);
+}
+
+TEST_CASE("the ends of the angles are where they are said to be", "[common][util][det_math]") {
+    CHECK(det::sin(0) == 0);
+    CHECK(det::cos(0) == 1);
+    CHECK(det::sin(std::nan("")) == 0);
+    CHECK(det::cos(1e300) == 1);
+    CHECK(det::atan2(0, 0) == 0);
+    CHECK(det::atan2(std::nan(""), 1) == 0);
+    CHECK(det::atan2(0, -1) == det::kPi);
+    CHECK(det::acos(1) == 0);
+    CHECK(det::acos(2) == 0);
+    CHECK(det::acos(-1) == det::kPi);
+    CHECK(det::acos(-1.5) == det::kPi);
+    CHECK(det::acos(std::nan("")) == 0);
+    CHECK(det::asin(1) == det::kPi / 2);
+}
+
 TEST_CASE("the ends of exp and pow are where they are said to be", "[common][util][det_math]") {
     CHECK(det::exp(0) == 1);
     CHECK(det::exp(-701) == 0);

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "raytracer/shade/colour.hpp"
+#include "raytracer/walk/ray.hpp"
+
+namespace terravox {
+
+/// Light that comes from about one direction.
+struct LightFrom {
+    Vec3 direction;      ///< of unit length
+    Colour radiance;
+    double solid_angle;  ///< steradians
+};
+
+/// What a white Lambertian surface sends under light from all around, for every normal: a table over the octahedron, exact for the
+/// normals of a voxel's faces up to the sum over the light given. Immutable, thread-safe.
+/// Ref: Meyer et al., "On floating-point normal vectors", EGSR 2010 (the octahedral map).
+class AmbientTable {
+public:
+    AmbientTable() = default;  ///< darkness
+    explicit AmbientTable(std::span<const LightFrom> light);
+    /// @param normal of any length but 0
+    [[nodiscard]] Colour at(Vec3 normal) const noexcept;
+
+private:
+    std::vector<Colour> m_nodes;
+};
+
+}  // namespace terravox
