@@ -54,6 +54,13 @@ struct Rgb8 {
     friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 
+/// @return nullopt unless it is "#rrggbb"
+[[nodiscard]] std::optional<Rgb8> rgb8_from_hex(std::string_view text) noexcept;
+
+/// What config/materials.toml may say of a material. The palette needs only colour and variation; the rest is the ray tracer's, which checks it.
+[[nodiscard]] bool is_look_field(std::string_view name) noexcept;
+[[nodiscard]] std::string look_fields();  ///< their names, for messages
+
 /// The look of each material.
 struct Palette {
     struct Entry {
@@ -64,7 +71,7 @@ struct Palette {
     [[nodiscard]] const Entry& of(Material m) const noexcept { return entries[static_cast<std::size_t>(m) % kMaterialCount]; }
 };
 
-/// Reads config/materials.toml. @throws Error naming file, field, value and allowed range
+/// Reads colours and variations of config/materials.toml. @throws Error naming file, field, value and allowed range
 [[nodiscard]] Palette load_palette(const std::filesystem::path& file);
 
 }  // namespace terravox::voxel

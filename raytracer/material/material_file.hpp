@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "raytracer/material/look.hpp"
+
+namespace terravox::material {
+
+using Looks = std::array<Look, voxel::kMaterialCount>;
+
+/// What config/materials.toml says.
+struct MaterialFile {
+    Looks looks;
+    std::vector<std::string> missing;  ///< materials that it does not name: they have the colour of `unknown`, plain
+};
+
+/// @throws Error naming file, material, field, value and allowed range; also for a material or a field that nobody knows
+[[nodiscard]] MaterialFile read_materials(const std::filesystem::path& file);
+
+}  // namespace terravox::material

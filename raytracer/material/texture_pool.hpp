@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "raytracer/material/look.hpp"
+#include "raytracer/material/texture_list.hpp"
+
+namespace terravox::material {
+
+inline constexpr int kMips = 5;  ///< 16, 8, 4, 2, 1 texels along an edge
+/// Where each of them begins in a variant; the last is the variant's size.
+inline constexpr std::array<std::uint32_t, kMips + 1> kMipAt = {0, 256, 320, 336, 340, 341};
+
+/// About the binary logarithm of x, between whole numbers along the chord; x > 0, normal.
+[[nodiscard]] inline float rough_log2(float x) noexcept {
+    const auto bits = std::bit_cast<std::uint32_t>(x);
+    return static_cast<float>(static_cast<int>(bits >> 23) - 127) + static_cast<float>(bits & 0x7fffff) * 0x1p-23f;
+}
+
+/// Two of the mips, and how much of the second.
+struct MipPair {
+    int fine = 0;
+    float coarse_share = 0;  ///< [0, 1); 0 at the last
+
+    /// @param texels that a pixel covers along an edge
+    [[nodiscard]] static MipPair of(float texels) noexcept {
+        if (!(texels > 1)) return {};
+        const float at = std::min(rough_log2(texels), static_cast<float>(kMips - 1));
+        const int fine = static_cast<int>(at);
+        return {fine, at - static_cast<float>(fine)};
+    }
+};
+
+/// A drawing in the pool.
+struct PaintedFace {
+    std::uint32_t first = 0, own_first = 0;
+    std::uint32_t variants = 0;  ///< 0: nothing is drawn
+    Turn turn = Turn::kNone;
+    bool metric = false, layered = false, has_own = false, has_holes = false;
+};
+
+/// Where a face's drawing is looked at.
+struct PaintPoint {
+    std::uint32_t variant = 0, turn = 0;  ///< bits of `turn`: 4 s and t change places, then 1 s mirrored, 2 t mirrored
+    float s = 0, t = 0;                   ///< [0, 1)
+    MipPair mips;
+};
+
+/// The drawings of all textures with their mips, drawn at construction. Immutable.
+class TexturePool {
+public:
+    /// Draws, makes the mean ratio 1 and the mips. The same drawing is drawn once.
+    [[nodiscard]] PaintedFace add(const Drawing& drawing);
+    /// Sets ratio, opacity, own (a ratio to be multiplied by a colour) and own_share.
+    void look_up(const PaintedFace& face, const PaintPoint& at, Texel& out) const noexcept;
+    /// One texel of one mip: for tests and the sheet of textures.
+    [[nodiscard]] Dot dot(const PaintedFace& face, std::uint32_t variant, int mip, int s, int t) const noexcept;
+    [[nodiscard]] std::size_t memory_bytes() const noexcept { return (m_ratio.size() + m_own.size()) * sizeof(Packed); }
+
+private:
+    using Packed = std::array<float, 4>;  ///< a colour ratio, and opacity or share: four numbers to be loaded and mixed at once
+    void add_variant(const Canvas& canvas, PaintedFace& face);
+    struct Known { void (*draw)(Canvas&, int); PaintedFace face; };
+    std::vector<Packed> m_ratio, m_own;
+    std::vector<Known> m_known;
+};
+
+}  // namespace terravox::material

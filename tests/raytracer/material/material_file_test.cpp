@@ -1,0 +1,142 @@
+#include <fstream>
+
+#include "common/util/error.hpp"
+#include "raytracer/material/material_table.hpp"
+#include "raytracer/material/texture_list.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using namespace terravox::material;
+using terravox::test::contains;
+using terravox::test::TemporaryFolder;
+using voxel::Material;
+
+namespace {
+
+const std::filesystem::path kShipped = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml";
+
+std::filesystem::path written(const TemporaryFolder& folder, const std::string& text) {
+    std::ofstream(folder.path() / "materials.toml") << text;
+    return folder.path() / "materials.toml";
+}
+const Look& look(const MaterialFile& file, Material material) { return file.looks[static_cast<std::size_t>(material)]; }
+
+}  // namespace
+
+TEST_CASE("the shipped materials are whole, and each but unknown has a texture", "[raytracer][material]") {
+    const MaterialFile file = read_materials(kShipped);
+    CHECK(file.missing.empty());
+    for (int i = 1; i < voxel::kMaterialCount; ++i) {
+        const auto material = static_cast<Material>(i);
+        INFO(voxel::material_name(material));
+        CHECK((look(file, material).texture > 0) == (material != Material::kUnknown));
+    }
+    const Look& water = look(file, Material::kWater);
+    CHECK(water.kind == Kind::kWater);
+    CHECK(water.index == 1.333f);
+    CHECK(water.absorption_per_m.r > water.absorption_per_m.g);
+    CHECK(water.glow.b > water.glow.r);
+    for (const Material m : {Material::kLowVegetation, Material::kMediumVegetation, Material::kHighVegetation}) CHECK(look(file, m).kind == Kind::kLeaves);
+    CHECK(look(file, Material::kWall).emission.r > look(file, Material::kWall).emission.b);
+}
+
+TEST_CASE("every field of a material is read, and has a default", "[raytracer][material]") {
+    const TemporaryFolder folder;
+    const MaterialFile file = read_materials(written(folder, R"(
+rock = { colour = "#ffffff" }
+[snow]
+colour = "#000000"
+variation = 0.25
+texture = "snow"
+kind = "glass"
+roughness = 0.5
+index = 1.31
+absorption = [1, 2.5, 1000]
+glow = [0, 0.5, 1]
+emission = [3, 0, 0.25]
+reflects = true
+)"));
+    const Look& plain = look(file, Material::kRock);
+    CHECK(plain.colour.r == 1);
+    CHECK(plain.variation == 0);
+    CHECK(plain.texture == 0);
+    CHECK(plain.kind == Kind::kSolid);
+    CHECK(plain.roughness == 1);
+    CHECK(plain.index == 1.5f);
+    CHECK(plain.emission.r == 0);
+    CHECK_FALSE(plain.reflects);
+    const Look& snow = look(file, Material::kSnow);
+    CHECK(snow.colour.r == 0);
+    CHECK(snow.variation == 0.25f);
+    CHECK(snow.texture == texture_number("snow"));
+    CHECK(snow.kind == Kind::kGlass);
+    CHECK(snow.roughness == 0.5f);
+    CHECK(snow.index == 1.31f);
+    CHECK(snow.absorption_per_m.g == 2.5f);
+    CHECK(snow.glow.b == 1);
+    CHECK(snow.emission.r == 3);
+    CHECK(snow.emission.b == 0.25f);
+    CHECK(snow.reflects);
+}
+
+TEST_CASE("a material that the file lacks has the colour of unknown", "[raytracer][material]") {
+    const TemporaryFolder folder;
+    SECTION("which the file has") {
+        const MaterialFile file = read_materials(written(folder, "rock = { colour = \"#ffffff\" }\nunknown = { colour = \"#0000ff\" }\n"));
+        CHECK(file.missing.size() == 22);
+        CHECK(look(file, Material::kSnow).colour.b == 1);
+        CHECK(look(file, Material::kRock).colour.r == 1);
+    }
+    SECTION("which it lacks, too: magenta") {
+        const MaterialFile file = read_materials(written(folder, ""));
+        CHECK(file.missing.size() == 24);
+        const Colour c = look(file, Material::kWater).colour;
+        CHECK((c.r > 2 * c.g && c.b > 2 * c.g));
+        CHECK_NOTHROW(MaterialTable(written(folder, "")));
+    }
+}
+
+TEST_CASE("a wrong field of a material is refused by file, material, field, value and range", "[raytracer][material]") {
+    struct Case { const char* name; std::string text; std::vector<std::string> said; };
+    const auto c = GENERATE(values<Case>({
+        {"no colour", "rock = { variation = 0.1 }", {"[rock]", "colour = missing", "#rrggbb"}},
+        {"a colour too short", "rock = { colour = \"#fff\" }", {"[rock]", "'#fff'", "#rrggbb"}},
+        {"a colour is a number", "rock = { colour = 7 }", {"colour = 7"}},
+        {"a variation too large", "rock = { colour = \"#ffffff\", variation = 1.5 }", {"variation = 1.5", "0 to 1"}},
+        {"a variation of text", "rock = { colour = \"#ffffff\", variation = \"much\" }", {"variation = 'much'", "0 to 1"}},
+        {"a roughness of nan", "rock = { colour = \"#ffffff\", roughness = nan }", {"roughness", "0 to 1"}},
+        {"an index below 1", "rock = { colour = \"#ffffff\", index = 0.9 }", {"index = 0.9", "1 to 4"}},
+        {"an infinite emission", "rock = { colour = \"#ffffff\", emission = [inf, 0, 0] }", {"emission = inf", "0 to 1000"}},
+        {"an absorption of two numbers", "rock = { colour = \"#ffffff\", absorption = [1, 2] }", {"absorption = 2 numbers", "[r, g, b]"}},
+        {"an absorption of text", "rock = { colour = \"#ffffff\", absorption = [1, 2, \"x\"] }", {"absorption = 'x'"}},
+        {"a negative absorption", "rock = { colour = \"#ffffff\", absorption = [1, 2, -1] }", {"absorption = -1", "0 to 1000"}},
+        {"a glow that is one number", "rock = { colour = \"#ffffff\", glow = 0.5 }", {"glow = 0.5", "[r, g, b]"}},
+        {"a kind that nobody knows", "rock = { colour = \"#ffffff\", kind = \"gas\" }", {"kind = 'gas'", "solid, leaves, water, glass"}},
+        {"a texture that nobody knows", "rock = { colour = \"#ffffff\", texture = \"marble\" }", {"texture = 'marble'", "none, grass"}},
+        {"reflects is a number", "rock = { colour = \"#ffffff\", reflects = 1 }", {"reflects = 1", "true or false"}},
+        {"a field that nobody knows", "rock = { colour = \"#ffffff\", shine = 1 }", {"[rock] shine is no field", "colour, variation, texture"}},
+        {"a material that nobody knows", "lava = { colour = \"#ffffff\" }", {"[lava] is no material"}},
+        {"air", "air = { colour = \"#ffffff\" }", {"[air] is no material"}},
+        {"a material that is a number", "rock = 5", {"[rock] is no table"}},
+        {"it is not TOML", "rock = = 5", {"line"}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        const auto file = written(folder, c.text + "\n");
+        CHECK_THROWS_AS(read_materials(file), Error);
+        CHECK_THROWS_WITH(read_materials(file), contains(file.string()));
+        for (const auto& part : c.said) CHECK_THROWS_WITH(read_materials(file), contains(part));
+    }
+}
+
+TEST_CASE("the palette of colours reads the same file", "[raytracer][material]") {
+    const voxel::Palette palette = voxel::load_palette(kShipped);
+    const MaterialFile file = read_materials(kShipped);
+    for (int i = 1; i < voxel::kMaterialCount; ++i) {
+        const auto material = static_cast<Material>(i);
+        INFO(voxel::material_name(material));
+        CHECK(to_linear(palette.of(material).colour).g == look(file, material).colour.g);
+        CHECK(palette.of(material).variation == look(file, material).variation);
+    }
+}

@@ -1,0 +1,266 @@
+#include "raytracer/material/material_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tests/catch.hpp"
+
+using namespace terravox;
+using voxel::Material;
+
+namespace {
+
+const MaterialTable& table() {
+    static const MaterialTable made(std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml");
+    return made;
+}
+
+FacePoint random_point(std::mt19937_64& random) {
+    const auto below = [&](std::uint64_t n) { return static_cast<int>(random() % n); };
+    FacePoint at;
+    const auto coordinate = [&] { return static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> below(16); };
+    at.voxel = {coordinate(), coordinate(), coordinate()};
+    at.level = below(3) == 0 ? below(21) : 0;
+    at.face = static_cast<Face>(below(6));
+    at.u = static_cast<double>(random() >> 11) * 0x1.0p-53, at.v = static_cast<double>(random() >> 11) * 0x1.0p-53;
+    at.footprint = below(4) == 0 ? 0 : std::ldexp(at.u + 0.5, below(20) - 10);
+    at.around = static_cast<std::uint8_t>(random());
+    at.voxel_m = std::ldexp(0.01 + at.v, below(12) - 4);
+    at.night = below(2) == 0;
+    return at;
+}
+
+bool within(float v, float low, float high) { return v >= low && v <= high; }
+
+// The mean of what is drawn on walls, over random places, to pixels of `footprint` voxels.
+struct WallMean { double share = 0, gloss = 0, emission = 0, red = 0; };
+WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
+    std::mt19937_64 random(17);
+    WallMean sum;
+    for (int i = 0; i < count; ++i) {
+        FacePoint at = random_point(random);
+        at.face = i % 2 == 0 ? Face::kSouth : Face::kWest;
+        at.voxel = {at.voxel.x % 50'000, at.voxel.y % 50'000, at.voxel.z % 50'000};
+        at.footprint = footprint, at.level = level, at.voxel_m = voxel_m, at.night = true;
+        const Texel t = table().texel(Material::kWall, at);
+        sum.share += static_cast<double>(t.own_share), sum.gloss += static_cast<double>(t.gloss), sum.emission += static_cast<double>(t.emission);
+        sum.red += static_cast<double>(t.own.r * t.own_share);
+    }
+    return {sum.share / count, sum.gloss / count, sum.emission / count, sum.red / count};
+}
+
+}  // namespace
+
+TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same again", "[raytracer][material]") {
+    std::mt19937_64 random(5);
+    for (int i = 0; i < 200'000; ++i) {
+        const auto material = static_cast<Material>(i % 30);  // some beyond the last
+        const FacePoint at = random_point(random);
+        const Texel t = table().texel(material, at), again = table().texel(material, at);
+        bool good = within(t.tilt[0], -0.2f, 0.2f) && within(t.tilt[1], -0.2f, 0.2f);
+        for (const float ratio : {t.ratio.r, t.ratio.g, t.ratio.b}) good = good && within(ratio, 0.02f, 4);
+        for (const float own : {t.own.r, t.own.g, t.own.b}) good = good && within(own, 0, 4);
+        for (const float share : {t.own_share, t.opacity, t.emission, t.gloss}) good = good && within(share, 0, 1);
+        const bool same = t.ratio.r == again.ratio.r && t.own.g == again.own.g && t.own_share == again.own_share && t.opacity == again.opacity &&
+                          t.emission == again.emission && t.tilt == again.tilt;
+        if (!good || !same) {
+            INFO(voxel::material_name(material) << " voxel " << at.voxel.x << ' ' << at.voxel.y << ' ' << at.voxel.z << " level " << at.level
+                                                << " face " << static_cast<int>(at.face) << " u " << at.u
+                                                << " v " << at.v << " footprint " << at.footprint << " around " << int{at.around} << " voxel_m " << at.voxel_m);
+            CHECK(good);
+            CHECK(same);
+            return;
+        }
+    }
+}
+
+TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one colour", "[raytracer][material]") {
+    FacePoint at;
+    at.face = Face::kTop;
+    at.voxel = {40, 3, -17};
+    int colours = 0;
+    float last = -1;
+    for (int i = 0; i < 1600; ++i) {
+        at.v = (i + 0.5) / 1600, at.u = 0.4;
+        const float here = table().texel(Material::kGrass, at).ratio.r;
+        colours += here != last;
+        last = here;
+    }
+    CHECK(colours > 8);
+    CHECK(colours <= 16);
+    at.footprint = 1;
+    for (const double v : {0.01, 0.3, 0.7, 0.99}) {
+        at.v = v;
+        CHECK(std::abs(table().texel(Material::kGrass, at).ratio.r - 1) < 1e-3f);
+    }
+}
+
+TEST_CASE("faces of coarser levels show the mean, and their leaves are denser", "[raytracer][material]") {
+    FacePoint at;
+    at.face = Face::kNorth;
+    at.u = 0.3, at.v = 0.8;
+    float last = 0;
+    for (int level = 1; level < 21; ++level) {
+        at.level = level;
+        INFO("level " << level);
+        CHECK(std::abs(table().texel(Material::kRock, at).ratio.g - 1) < 1e-3f);
+        const Texel leaves = table().texel(Material::kHighVegetation, at);
+        CHECK(leaves.opacity >= last);
+        if (level == 1) CHECK(leaves.opacity == Approx(1 - 0.32 * 0.32).margin(0.02));
+        last = leaves.opacity;
+    }
+    CHECK(last == 1);
+}
+
+TEST_CASE("the side of grass is grass above and soil below", "[raytracer][material]") {
+    FacePoint at;
+    for (int i = 0; i < 64; ++i) {
+        at.voxel = {i, 5, 2 * i};
+        at.face = i % 2 == 0 ? Face::kEast : Face::kSouth;
+        double& up = i % 2 == 0 ? at.u : at.v;
+        up = 0.97;
+        INFO(i);
+        CHECK(table().texel(Material::kGrass, at).own_share == 0);
+        up = 0.03;
+        const Texel low = table().texel(Material::kGrass, at);
+        CHECK(low.own_share == 1);
+        CHECK(low.own.r > 1.5f * low.own.b);
+    }
+}
+
+TEST_CASE("the rows of a roof run across its slope", "[raytracer][material]") {
+    // bits of what stands around the voxel above: three on the side where the roof rises
+    struct Case { const char* name; std::uint8_t around; bool rises_south_or_north; };
+    const auto c = GENERATE(values<Case>({{"north", 0b00000111, true}, {"south", 0b11100000, true}, {"west", 0b00101001, false}, {"east", 0b10010100, false},
+                                          {"south and a corner", 0b11100100, true}, {"east alone", 0b00010000, false}}));
+    DYNAMIC_SECTION(c.name) {
+        // The brightness of lines along z and along x: the shadow under each row makes those of rows differ more.
+        std::array<double, 16> of_x{}, of_z{};
+        FacePoint at;
+        at.face = Face::kTop;
+        at.around = c.around;
+        for (int i = 0; i < 4096; ++i) {
+            at.voxel = {i / 256, 9, i / 256 * 3};
+            at.v = (i % 16 + 0.5) / 16, at.u = (i / 16 % 16 + 0.5) / 16;
+            const double b = static_cast<double>(table().texel(Material::kRoof, at).ratio.r);
+            of_x[static_cast<std::size_t>(i % 16)] += b, of_z[static_cast<std::size_t>(i / 16 % 16)] += b;
+        }
+        const auto spread = [](const std::array<double, 16>& v) { return *std::max_element(v.begin(), v.end()) - *std::min_element(v.begin(), v.end()); };
+        CHECK((spread(of_z) > 1.5 * spread(of_x)) == c.rises_south_or_north);
+        CHECK((spread(of_x) > 1.5 * spread(of_z)) == !c.rises_south_or_north);
+    }
+}
+
+TEST_CASE("strata run through all rock of a height", "[raytracer][material]") {
+    // The brightness of each row of texels, over some voxels in one place and as many in another.
+    const auto row = [](int y, int step, int x0, int z0) {
+        double sum = 0;
+        FacePoint at;
+        at.face = Face::kSouth;
+        for (int i = 0; i < 256; ++i) {
+            at.voxel = {x0 + i / 16, y, z0 + i / 16 * 5};
+            at.u = (i % 16 + 0.5) / 16, at.v = (step + 0.5) / 16;
+            sum += static_cast<double>(table().texel(Material::kRock, at).ratio.g);
+        }
+        return sum / 256 - 1;
+    };
+    double here2 = 0, there2 = 0, both = 0;
+    for (int y = -20; y < 20; ++y)
+        for (int step = 0; step < 16; ++step) {
+            const double here = row(y, step, 30, 8), there = row(y, step, 7000, -41);
+            here2 += here * here, there2 += there * there, both += here * there;
+        }
+    CHECK(both / std::sqrt(here2 * there2) > 0.8);
+}
+
+TEST_CASE("walls have windows every three metres whatever a voxel's size", "[raytracer][material]") {
+    for (const double voxel_m : {0.25, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0}) {
+        INFO("voxel_m " << voxel_m);
+        FacePoint at;
+        at.face = Face::kEast;
+        at.voxel_m = voxel_m;
+        // Along 600 m of wall, in the row of voxels of each of ten floors that has most: how often what is drawn begins.
+        const auto rows = static_cast<std::int32_t>(std::max(1.0, std::floor(3 / voxel_m + 0.5)));
+        int begins = 0;
+        for (std::int32_t floor = 0; floor < 10; ++floor) {
+            int most = 0;
+            for (std::int32_t row = 0; row < rows; ++row) {
+                int here = 0;
+                bool in = false;
+                for (double z = 0; z < 600 / voxel_m; z += 0.05 / voxel_m) {
+                    at.voxel = {12, floor * rows + row, static_cast<std::int32_t>(z)};
+                    at.v = z - std::floor(z), at.u = 0.5;
+                    const bool now = table().texel(Material::kWall, at).own_share > 0.9f;
+                    here += now && !in;
+                    in = now;
+                }
+                most = std::max(most, here);
+            }
+            begins += most;
+        }
+        CHECK(begins > 700);   // 2000 places of 3 m at most; fewer where a voxel is 2 m
+        CHECK(begins < 4200);  // frames and shutters beside each other may count as two
+    }
+}
+
+TEST_CASE("from afar a wall keeps the mean of its windows, their light and their gloss", "[raytracer][material]") {
+    for (const double voxel_m : {0.5, 1.0, 2.0}) {
+        INFO("voxel_m " << voxel_m);
+        const WallMean near = wall_mean(voxel_m, 0, 0, 200'000), far = wall_mean(voxel_m, 1000, 0, 10), coarse = wall_mean(voxel_m, 0, 2, 10);
+        CHECK(far.share == Approx(near.share).epsilon(0.04));
+        CHECK(far.gloss == Approx(near.gloss).epsilon(0.05));
+        CHECK(far.red == Approx(near.red).epsilon(0.05));
+        CHECK(far.emission == Approx(near.emission).epsilon(0.08));
+        CHECK(coarse.share == Approx(far.share));
+        CHECK(coarse.emission == Approx(far.emission));
+    }
+}
+
+TEST_CASE("windows are lit by night alone, and only some", "[raytracer][material]") {
+    int glass = 0, lit = 0;
+    FacePoint at;
+    at.face = Face::kSouth;
+    for (int i = 0; i < 20'000; ++i) {
+        at.voxel = {i % 200, i / 200, 4};
+        at.u = 0.35, at.v = 0.5;
+        at.night = false;
+        CHECK(table().texel(Material::kWall, at).emission == 0);
+        at.night = true;
+        const Texel t = table().texel(Material::kWall, at);
+        glass += t.gloss > 0, lit += t.emission > 0;
+    }
+    CHECK(glass > 800);
+    CHECK(lit > glass / 6);
+    CHECK(lit < glass / 2);
+}
+
+TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][material]") {
+    std::mt19937_64 random(3);
+    const auto tilt = [](double x_m, double z_m, double voxel_m, int level, double footprint_m) {
+        FacePoint at;
+        const double x = x_m / std::ldexp(voxel_m, level), z = z_m / std::ldexp(voxel_m, level);
+        at.voxel = {static_cast<std::int32_t>(std::floor(x)), 470, static_cast<std::int32_t>(std::floor(z))};
+        at.v = x - std::floor(x), at.u = z - std::floor(z);
+        at.level = level, at.voxel_m = voxel_m, at.footprint = footprint_m / voxel_m;
+        return table().texel(Material::kWater, at).tilt;
+    };
+    double most = 0, sum = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const double x = 462'000 + static_cast<double>(random() % 100'000) / 100, z = -101'000 - static_cast<double>(random() % 100'000) / 100;
+        const auto here = tilt(x, z, 1, 0, 0), east = tilt(x + 0.01, z, 1, 0, 0), coarse = tilt(x, z, 0.25, 3, 0);
+        INFO(x << ' ' << z);
+        REQUIRE(std::abs(here[0] - east[0]) < 0.003f);
+        REQUIRE(std::abs(here[1] - east[1]) < 0.003f);
+        REQUIRE(std::abs(here[0] - coarse[0]) < 1e-5f);
+        most = std::max({most, std::abs(static_cast<double>(here[0])), std::abs(static_cast<double>(here[1]))});
+        sum += static_cast<double>(here[0]);
+        CHECK(tilt(x, z, 1, 0, 100)[0] == 0);
+    }
+    CHECK(most > 0.01);
+    CHECK(most < 0.12);
+    CHECK(std::abs(sum / 20'000) < 0.003);
+    FacePoint side;
+    side.face = Face::kWest;
+    CHECK(table().texel(Material::kWater, side).tilt == std::array<float, 2>{});
+}
