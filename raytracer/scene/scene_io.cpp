@@ -11,6 +11,7 @@
 #include "common/util/error.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/scene/scene_fields.hpp"
+#include "raytracer/scene/scene_table.hpp"
 
 namespace terravox {
 namespace {
@@ -155,12 +156,7 @@ template <class T> constexpr bool kOptional<std::optional<T>> = true;
 
 }  // namespace
 
-void read_scene(const std::filesystem::path& file, Scene& scene) {
-    const std::string attempt = "read the scene " + file.string();
-    const toml::table root = util::read_toml(file, [&](const std::string& what) { throw UsageError(attempt + ": " + what); });
-    const auto version = root["version"].value<int>();
-    if (root.contains("version") && version != kSceneVersion)
-        throw UsageError(attempt + ": version = " + (version ? std::to_string(*version) : "a value of another kind") + "; allowed: " + std::to_string(kSceneVersion));
+void read_scene_table(const toml::table& root, const std::string& attempt, Scene& scene) {
     std::set<std::string> known, sections;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
         known.emplace(path), sections.emplace(path.substr(0, path.find('.')));
@@ -168,7 +164,6 @@ void read_scene(const std::filesystem::path& file, Scene& scene) {
         if (node) put_node(Setter(attempt + ": " + std::string(path), rule), *node.node(), field);
     });
     for (const auto& [section, node] : root) {
-        if (section.str() == "version") continue;
         const auto* table = node.as_table();
         if (table == nullptr) throw UsageError(attempt + ": unknown field '" + std::string(section.str()) + "'");
         for (const auto& [key, value] : *table)
@@ -177,6 +172,25 @@ void read_scene(const std::filesystem::path& file, Scene& scene) {
         if (!sections.contains(std::string(section.str())))
             throw UsageError(attempt + ": unknown section '" + std::string(section.str()) + "'; docs/formats.md lists all sections");
     }
+}
+
+std::vector<std::string> scene_paths(const toml::table& sections) {
+    std::vector<std::string> out;
+    for (const auto& [section, node] : sections)
+        if (const auto* table = node.as_table())
+            for (const auto& [key, value] : *table) out.push_back(std::string(section.str()) + "." + std::string(key.str()));
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+void read_scene(const std::filesystem::path& file, Scene& scene) {
+    const std::string attempt = "read the scene " + file.string();
+    toml::table root = util::read_toml(file, [&](const std::string& what) { throw UsageError(attempt + ": " + what); });
+    const auto version = root["version"].value<int>();
+    if (root.contains("version") && version != kSceneVersion)
+        throw UsageError(attempt + ": version = " + (version ? std::to_string(*version) : "a value of another kind") + "; allowed: " + std::to_string(kSceneVersion));
+    root.erase("version");
+    read_scene_table(root, attempt, scene);
 }
 
 void set_field(Scene& scene, const std::string& path, const std::string& text) {

@@ -1,8 +1,28 @@
 #include "raytracer/walk/level_cut.hpp"
 
+#include "raytracer/scene/camera.hpp"
+
 namespace terravox {
+namespace {
+
+int level_for(double pixel_voxels, double detail, int finest, int coarsest) noexcept {
+    constexpr double kSlack = 1 + 1e-9;  // of axes that are not quite of unit length: voxels of just a pixel are fine enough
+    int level = finest;
+    while (level < coarsest && static_cast<double>(std::int64_t{2} << level) <= detail * pixel_voxels * kSlack) ++level;
+    return level;
+}
+
+LevelCut cut_for(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest, int coarsest) {
+    if (camera.projection() == Projection::kOrthographic) return {bounds, level_for(camera.pixel_voxels(0), detail, finest, coarsest)};
+    return {bounds, camera.position(), camera.pixel_rad(), detail, finest, coarsest};
+}
+
+}  // namespace
 
 LevelCut::LevelCut(const voxel::VoxelBounds& bounds, int level) : LevelCut(bounds, {}, 0, 0, level, level) {}
+
+LevelCut::LevelCut(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest, int coarsest)
+    : LevelCut(cut_for(bounds, camera, detail, finest, coarsest)) {}
 
 LevelCut::LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail, int finest, int coarsest)
     : m_bounds(bounds), m_eye(eye), m_dy(outside(eye.y, bounds.min[1], bounds.max[1])), m_finest(finest), m_coarsest(detail > 0 ? coarsest : finest) {

@@ -7,6 +7,8 @@
 
 namespace terravox {
 
+class Camera;
+
 /// Which level of boxes stands for which part of the world: a quadtree cut over the columns of boxes, the same for every ray of a
 /// picture, so that shadows meet the surface that is seen.
 ///
@@ -21,6 +23,10 @@ public:
     /// @param detail pixels that a voxel may cover; 0: `finest` everywhere
     /// @param finest, coarsest levels that may be used
     LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail, int finest, int coarsest);
+
+    /// For any camera. Parallel rays see all of the world equally large: one level everywhere, the coarsest of which a voxel covers no
+    /// more than `detail` pixels.
+    LevelCut(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest, int coarsest);
 
     /// The level at a level-0 column. @param hint where the search begins; any level gives the same answer
     [[nodiscard]] int level_at(std::int32_t x, std::int32_t z, int hint) const noexcept {

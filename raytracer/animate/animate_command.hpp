@@ -1,0 +1,24 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+#include "raytracer/animate/render_frames.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+struct WorldArguments;
+
+/// Opens the world of the arguments once and gives what renders its pictures.
+/// @param base the scene that all frames share: its world, size and processing are those of every frame @param quiet say nothing but errors
+using OpenRenderer = std::function<RenderPicture(const WorldArguments& world, const Scene& base, bool quiet)>;
+
+/// Adds `animate` to the program's commands. @return runs the command once the arguments are parsed
+/// @throws (when run) Error, UsageError
+[[nodiscard]] std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open);
+
+}  // namespace terravox

@@ -1,0 +1,54 @@
+#include "raytracer/animate/frame_ledger.hpp"
+
+#include <charconv>
+#include <fstream>
+#include <utility>
+
+#include "common/util/error.hpp"
+
+namespace terravox {
+
+FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
+    constexpr std::uintmax_t kMost_bytes = 64U << 20;  // far more than an animation may have frames
+    std::error_code failed;
+    if (!std::filesystem::exists(m_file, failed)) return;
+    if (!std::filesystem::is_regular_file(m_file, failed) || std::filesystem::file_size(m_file, failed) > kMost_bytes)
+        throw Error("go on with the frames: " + m_file.string() + " is no list of frames; remove it to make all anew");
+    std::ifstream in(m_file);
+    if (!in) throw Error("go on with the frames: " + m_file.string() + " cannot be read");
+    for (std::string line; std::getline(in, line);) {
+        int frame = 0;
+        std::uint64_t fingerprint = 0;
+        const char* end = line.data() + line.size();
+        const auto number = std::from_chars(line.data(), end, frame);
+        if (number.ec != std::errc{} || number.ptr == end || *number.ptr != ' ') continue;
+        const auto print = std::from_chars(number.ptr + 1, end, fingerprint, 16);
+        // All 16 digits: of a line that was cut off less is there.
+        if (print.ec == std::errc{} && print.ptr == end && print.ptr - number.ptr == 17) m_done[frame] = fingerprint;
+    }
+}
+
+bool FrameLedger::is_done(int frame, std::uint64_t fingerprint) const {
+    const auto found = m_done.find(frame);
+    return found != m_done.end() && found->second == fingerprint;
+}
+
+void FrameLedger::add(int frame, std::uint64_t fingerprint) {
+    std::string digits(16, '0');
+    for (std::size_t i = 0; i < 16; ++i) digits[15 - i] = "0123456789abcdef"[fingerprint >> (4 * i) & 15];
+    std::error_code ignored;
+    if (!m_file.parent_path().empty()) std::filesystem::create_directories(m_file.parent_path(), ignored);
+    std::ofstream out(m_file, std::ios::app);
+    // A line of its own, whatever a run that was cut off has left.
+    out << '\n' << frame << ' ' << digits << '\n' << std::flush;
+    if (!out) throw Error("note that frame " + std::to_string(frame) + " is done: " + m_file.string() + " cannot be written");
+    m_done[frame] = fingerprint;
+}
+
+std::uint64_t fingerprint_of(const std::string& text) noexcept {
+    std::uint64_t out = 0xcbf29ce484222325U;
+    for (const char c : text) out = (out ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+    return out;
+}
+
+}  // namespace terravox

@@ -1,0 +1,200 @@
+#include "raytracer/animate/render_frames.hpp"
+
+#include <fstream>
+#include <sstream>
+
+#include "common/util/error.hpp"
+#include "raytracer/animate/frame_ledger.hpp"
+#include "raytracer/animate/frame_names.hpp"
+#include "raytracer/animate/video.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::contains;
+using terravox::test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string text_of(const fs::path& file) {
+    std::ostringstream out;
+    out << std::ifstream(file).rdbuf();
+    return out.str();
+}
+
+/// An animation of five frames and something that renders it: it writes the time of day into a file.
+struct Film {
+    Film() {
+        std::ofstream(folder.path() / "film.toml") << "fps = 4\n[day]\nfrom = 4\nto = 8\nseconds = 1\n";
+        animation = Animation::read(folder.path() / "film.toml");
+        options.pattern = (folder.path() / "out/%03d.png").string();
+        options.quiet = true;
+        fs::create_directory(folder.path() / "out");
+    }
+    ExitCode run() {
+        made.clear();
+        return render_frames(animation, base, options, [&](const Scene& scene, const fs::path& picture) {
+            made.push_back(picture.filename().string());
+            if (picture.filename() == fail_at) throw Error("the light went out");
+            std::ofstream(picture) << scene.sun.time_h;
+            return picture.filename() == holes_at ? ExitCode::kHoles : ExitCode::kDone;
+        });
+    }
+    [[nodiscard]] fs::path frame(const std::string& name) const { return folder.path() / "out" / name; }
+
+    TemporaryFolder folder;
+    Animation animation;
+    Scene base;
+    FrameOptions options;
+    std::string fail_at, holes_at;
+    std::vector<std::string> made;
+};
+using Names = std::vector<std::string>;
+const Names kAll{"000.png", "001.png", "002.png", "003.png", "004.png"};
+
+}  // namespace
+
+TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
+    Film film;
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made == kAll);
+    CHECK(text_of(film.frame("000.png")) == "4");
+    CHECK(text_of(film.frame("004.png")) == "8");
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made.empty());
+    SECTION("but again when asked to") {
+        film.options.again = true;
+        (void)film.run();
+        CHECK(film.made == kAll);
+    }
+    SECTION("one that was removed or emptied is made anew") {
+        fs::remove(film.frame("002.png"));
+        std::ofstream(film.frame("003.png")).flush();
+        (void)film.run();
+        CHECK(film.made == Names{"002.png", "003.png"});
+    }
+    SECTION("all of another scene, other inputs, another animation are") {
+        SECTION("scene") { film.base.camera.zoom = 2; }
+        SECTION("inputs") { film.options.inputs = "elsewhere"; }
+        (void)film.run();
+        CHECK(film.made == kAll);
+        (void)film.run();
+        CHECK(film.made.empty());
+    }
+    SECTION("threads and memory make no other picture") {
+        film.base.processing.threads = 3, film.base.processing.memory_mib = 77;
+        (void)film.run();
+        CHECK(film.made.empty());
+    }
+    SECTION("only frames whose scene has changed are made anew") {
+        std::ofstream(film.folder.path() / "film.toml") << "fps = 4\n[[key]]\ntime_s = 0.5\nsun.time_h = 6\n[[key]]\ntime_s = 1\nsun.time_h = 8\n";
+        film.animation = Animation::read(film.folder.path() / "film.toml");
+        (void)film.run();
+        CHECK(film.made == Names{"000.png", "001.png"});
+    }
+}
+
+TEST_CASE("a run that was cut off goes on where it ended", "[raytracer][animate]") {
+    Film film;
+    film.fail_at = "003.png";
+    CHECK_THROWS_WITH(film.run(), contains("the light went out"));
+    CHECK(film.made.size() == 4);
+    film.fail_at.clear();
+    SECTION("simply") {}
+    SECTION("with a list that was cut off in the middle of a line") { std::ofstream(FrameNames(film.options.pattern).ledger(), std::ios::app) << "\n3 00ab"; }
+    SECTION("with a picture of unknown origin") { std::ofstream(film.frame("003.png")) << "?"; }
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made == Names{"003.png", "004.png"});
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made.empty());
+}
+
+TEST_CASE("frames with holes are kept, told, and tried again", "[raytracer][animate]") {
+    Film film;
+    film.holes_at = "001.png";
+    CHECK(film.run() == ExitCode::kHoles);
+    CHECK(film.made == kAll);
+    CHECK(film.run() == ExitCode::kHoles);
+    CHECK(film.made == Names{"001.png"});
+    film.holes_at.clear();
+    CHECK(film.run() == ExitCode::kDone);
+}
+
+TEST_CASE("some of the frames only", "[raytracer][animate]") {
+    Film film;
+    film.options.first = 1, film.options.every = 2;
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made == Names{"001.png", "003.png"});
+    film.options.first = 3, film.options.last = 4, film.options.every = 1;
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made == Names{"004.png"});
+    film.options.every = 2'000'000'000, film.options.first = 0, film.options.last = -1;
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made == Names{"000.png"});
+}
+
+TEST_CASE("frames that cannot be are refused before anything is made", "[raytracer][animate]") {
+    Film film;
+    std::string said;
+    SECTION("begins after the end") { film.options.first = 5, said = "first = 5; allowed: 0 to 4"; }
+    SECTION("begins before the start") { film.options.first = -1, said = "first = -1"; }
+    SECTION("ends after the end") { film.options.last = 5, said = "last = 5; allowed: 0 to 4"; }
+    SECTION("ends before it begins") { film.options.first = 3, film.options.last = 2, said = "last = 2; allowed: 3 to 4"; }
+    SECTION("every none") { film.options.every = 0, said = "every = 0"; }
+    SECTION("no number in the name") { film.options.pattern = "frame.png", said = "-o frame.png; allowed: one %d"; }
+    SECTION("a video of a part") { film.options.first = 1, film.options.video = "a.mp4", said = "a video is made of all frames"; }
+    SECTION("a video of another kind") { film.options.video = "a.gif", said = "allowed: .mp4, .mkv, .mov"; }
+    SECTION("a video of float pictures") { film.options.pattern = (film.folder.path() / "%d.exr").string(), film.options.video = "a.mp4", said = "frames in .png or .jpg"; }
+    SECTION("a video without a program") { film.options.video = (film.folder.path() / "a.mp4").string(), film.options.ffmpeg = "no-such-program", said = "no-such-program is not installed"; }
+    CHECK_THROWS_AS(film.run(), UsageError);
+    CHECK_THROWS_WITH(film.run(), contains(said));
+    CHECK(film.made.empty());
+}
+
+TEST_CASE("names of frames have one number", "[raytracer][animate]") {
+    CHECK(FrameNames("a/%04d.png").of(7) == "a/0007.png");
+    CHECK(FrameNames("a/%04d.png").of(123456) == "a/123456.png");
+    CHECK(FrameNames("%d.png").of(7) == "7.png");
+    CHECK(FrameNames("a/b%09dc.jpg").of(0) == "a/b000000000c.jpg");
+    CHECK(FrameNames("a/%04d.png").ledger() == "a/.frames.png.done");
+    const std::string bad = GENERATE("", "a.png", "%s.png", "%04x.png", "%00d.png", "%4d.png", "%04d%04d.png", "%%04d.png", "%.png", "%0", "%", "%d/a.png", "%-4d.png", "%012d.png");
+    INFO(bad);
+    CHECK_THROWS_AS(FrameNames(bad), UsageError);
+}
+
+TEST_CASE("what is done survives in a list, whatever else stands in it", "[raytracer][animate]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "new/list";
+    CHECK_FALSE(FrameLedger(file).is_done(1, 2));
+    FrameLedger(file).add(1, 0x0123456789abcdef);
+    FrameLedger(file).add(2, 5);
+    FrameLedger(file).add(2, 6);
+    std::ofstream(file, std::ios::app) << "7 0000000000000007x\n8 \n9\n\xff\xfe\n10 00000000\n99999999999999999999 0000000000000001\n11 -000000000000001\n12 0000000000000000";
+    const FrameLedger again(file);
+    CHECK(again.is_done(1, 0x0123456789abcdef));
+    CHECK(again.is_done(2, 6));
+    CHECK_FALSE(again.is_done(2, 5));
+    for (const int frame : {7, 8, 9, 10, 11}) CHECK_FALSE(again.is_done(frame, 7));
+    CHECK_THROWS_WITH(FrameLedger(folder.path()), contains("is no list of frames"));
+}
+
+TEST_CASE("a video is made through the program, whole or not at all", "[raytracer][animate]") {
+    Film film;
+    const fs::path program = film.folder.path() / "ffmpeg", video = film.folder.path() / "v.mp4";
+    const auto install = [&](const std::string& script) {
+        std::ofstream(program) << "#!/bin/sh\n" << script;
+        fs::permissions(program, fs::perms::owner_all);
+    };
+    film.options.video = video.string(), film.options.ffmpeg = program.string();
+    install("for last; do :; done\necho \"$@\" > \"$last\"\n");
+    CHECK(film.run() == ExitCode::kDone);
+    const std::string called = text_of(video);
+    CHECK_THAT(called, contains("-framerate 4 ") && contains("out/%03d.png") && contains("-frames:v 5"));
+    install("for last; do :; done\necho broken > \"$last\"\nexit 3\n");
+    CHECK_THROWS_WITH(film.run(), contains("failed with status 3") && contains("v.mp4"));
+    CHECK(text_of(video) == called);
+    fs::remove(program);
+    CHECK_THROWS_WITH(film.run(), contains("is not installed"));
+    CHECK(find_program("sh") != "");
+}
