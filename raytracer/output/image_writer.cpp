@@ -5,11 +5,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <memory>
 #include <span>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/output/exr_channels.hpp"
+#include "raytracer/output/gdal_writing.hpp"
+#include "raytracer/output/geotiff.hpp"
+#include "raytracer/output/pixel_bytes.hpp"
 
 namespace terravox {
 namespace {
@@ -23,24 +28,101 @@ std::string ending_of(const std::filesystem::path& file) {
     return ending;
 }
 
+bool is_tiff(const std::filesystem::path& file) { return ending_of(file).starts_with(".tif"); }
+
 template <class List> bool contains(const List& list, const std::string& value) { return std::find(list.begin(), list.end(), value) != list.end(); }
 
-// The response of film without its toe: highlights roll off, shadows and hues stay as they are.
-float photographic(float c) noexcept { return static_cast<float>(1 - det::exp(-static_cast<double>(c))); }
-
-template <class Pixel> void write_rows(OIIO::ImageOutput& out, const Film& film, int channels, OIIO::TypeDesc type, const std::string& name, const Pixel& pixel) {
-    // A band of rows at a time: a picture's memory must not double because it is written, and a format that compresses bands in
-    // parallel can.
+/// A band of rows at a time: a picture's memory must not double because it is written, and a format that compresses bands in parallel can.
+/// @param pixel (x, y, where its bytes go)
+template <class Pixel> void write_rows(OIIO::ImageOutput& out, const Film& film, OIIO::TypeDesc type, std::size_t pixel_bytes, const std::string& name,
+    const Pixel& pixel) {
     constexpr int kBandRows = 128;
-    const auto row_floats = static_cast<std::size_t>(film.width_px()) * static_cast<std::size_t>(channels);
-    std::vector<float> band(row_floats * kBandRows);
+    const std::size_t row_bytes = static_cast<std::size_t>(film.width_px()) * pixel_bytes;
+    std::vector<std::byte> band(row_bytes * kBandRows);
     for (int y0 = 0; y0 < film.height_px(); y0 += kBandRows) {
         const int y1 = std::min(y0 + kBandRows, film.height_px());
         for (int y = y0; y < y1; ++y)
-            for (int x = 0; x < film.width_px(); ++x)
-                pixel(film.at(x, y), &band[static_cast<std::size_t>(y - y0) * row_floats + static_cast<std::size_t>(x) * static_cast<std::size_t>(channels)]);
+            for (int x = 0; x < film.width_px(); ++x) pixel(x, y, &band[static_cast<std::size_t>(y - y0) * row_bytes +
+                static_cast<std::size_t>(x) * pixel_bytes]);
         if (!out.write_scanlines(y0, y1, 0, type, band.data())) throw Error("write the picture " + name + ": " + out.geterror());
     }
+}
+
+/// One picture on its way to one file.
+struct Writing {
+    const Film& film;
+    const PictureInfo& info;
+    std::string name;
+    std::unique_ptr<OIIO::ImageOutput> out;
+
+    Writing(const Film& from, const std::filesystem::path& file, const PictureInfo& what) : film(from), info(what), name(file.string()),
+        out(OIIO::ImageOutput::create(name)) {
+        if (!out) throw Error("write the picture " + name + ": " + OIIO::geterror());
+    }
+    template <class Pixel> void write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, std::size_t pixel_bytes,
+        const Pixel& pixel) const {
+        if (!out->open(path, spec)) throw Error("write the picture " + name + ": " + out->geterror());
+        write_rows(*out, film, type, pixel_bytes, name, pixel);
+        if (!out->close()) throw Error("write the picture " + name + ": " + out->geterror());
+    }
+};
+
+void write_exr(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    const Writing writing(film, file, info);
+    const ExrChannels channels(film.has_layers(), info);
+    OIIO::ImageSpec spec(film.width_px(), film.height_px(), 4, OIIO::TypeDesc::FLOAT);
+    channels.describe(spec);
+    spec.attribute("compression", "zip:2");
+    util::AtomicFile target(file);
+    writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::UNKNOWN, channels.pixel_bytes(),
+                  [&](int x, int y, std::byte* to) { channels.put(film.at(x, y), film.has_layers() ? &film.layers_at(x, y) : nullptr, to); });
+    target.commit();
+}
+
+void write_float_tiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    const GdalQuiet quiet;
+    const Writing writing(film, file, info);
+    OIIO::ImageSpec spec(film.width_px(), film.height_px(), 4, OIIO::TypeDesc::FLOAT);
+    spec.alpha_channel = 3;
+    spec.attribute("compression", "zip");
+    spec.attribute("oiio:ColorSpace", "Linear");
+    for (const auto& [key, value] : info.metadata) spec.attribute(key, value);
+    util::AtomicFile target(file);
+    writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::FLOAT, 4 * sizeof(float), [&](int x, int y, std::byte* to) {
+        const PixelSample& p = film.at(x, y);
+        const std::array<float, 4> rgba = {p.colour.r, p.colour.g, p.colour.b, p.alpha};
+        std::memcpy(to, rgba.data(), sizeof rgba);
+    });
+    target.commit();
+}
+
+void write_bytes(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    const GdalQuiet quiet;
+    const Writing writing(film, file, info);
+    OIIO::ImageSpec spec(film.width_px(), film.height_px(), 3, OIIO::TypeDesc::UINT8);
+    spec.attribute("compression", is_tiff(file) ? "zip" : "jpeg:95");
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    for (const auto& [key, value] : info.metadata) spec.attribute(key, value);
+    const PixelBytes bytes(info, film.width_px(), film.height_px());
+    const auto write_all = [&](const std::string& path) {
+        writing.write(path, spec, OIIO::TypeDesc::UINT8, 3, [&](int x, int y, std::byte* to) { bytes.put(film.at(x, y), x, y,
+            reinterpret_cast<std::uint8_t*>(to)); });
+    };
+    if (is_tiff(file)) {
+        util::AtomicFile target(file);
+        write_all(target.temporary_path().string());
+        target.commit();
+        return;
+    }
+    // libpng's and libjpeg's writers do not tell when a disk is full (the second even ends the process), so these small files are
+    // made in memory, and written by us.
+    OIIO::Filesystem::IOVecOutput memory;
+    if (!writing.out->supports("ioproxy")) throw Error("write the picture " + writing.name + ": this OpenImageIO cannot encode " + ending_of(file) +
+        " in memory");
+    OIIO::Filesystem::IOProxy* proxy = &memory;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    write_all(writing.name);
+    util::write_file_atomically(file, std::as_bytes(std::span(memory.buffer())));
 }
 
 }  // namespace
@@ -52,57 +134,18 @@ void check_image_target(const std::filesystem::path& file) {
     util::check_writable(file);
 }
 
-Colour develop(Colour c, double exposure_ev, const std::string& tone) noexcept {
-    constexpr double kLn2 = 0.693147180559945309417;
-    // At exposure 0 a white wall in the sun lands at four fifths of the display's range.
-    const double scale = tone == "photographic" ? 1.15 : 1.0;
-    c = c * static_cast<float>(scale * det::exp(exposure_ev * kLn2));
-    if (tone == "photographic") c = {photographic(c.r), photographic(c.g), photographic(c.b)};
-    return {linear_to_srgb(c.r), linear_to_srgb(c.g), linear_to_srgb(c.b)};
+void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+    OIIO::attribute("exr_threads", 0);  // one for each core
+    if (!is_tiff(file) && contains(kFloatEndings, ending_of(file))) return write_exr(film, file, info);
+    if (is_tiff(file) && info.geo) return write_geotiff(film, file, info);
+    if (is_tiff(file) && info.tiff_holds_floats()) return write_float_tiff(film, file, info);
+    write_bytes(film, file, info);
 }
 
 void write_image(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata) {
-    const std::string ending = ending_of(file), name = file.string();
-    const bool exr = ending == ".exr", floats = contains(kFloatEndings, ending);
-    OIIO::attribute("exr_threads", 0);  // one for each core
-    auto out = OIIO::ImageOutput::create(name);
-    if (!out) throw Error("write the picture " + name + ": " + OIIO::geterror());
-    const int channels = exr ? 5 : floats ? 4 : 3;
-    OIIO::ImageSpec spec(film.width_px(), film.height_px(), channels, floats ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-    if (exr) spec.channelnames = {"R", "G", "B", "A", "Z"}, spec.z_channel = 4;
-    if (floats) spec.alpha_channel = 3;
-    spec.attribute("compression", exr ? "zip:2" : floats ? "zip" : "jpeg:95");
-    spec.attribute("oiio:ColorSpace", floats ? "Linear" : "sRGB");
-    for (const auto& [key, value] : metadata) spec.attribute(key, value);
-    const auto write_all = [&](const std::string& path) {
-        if (!out->open(path, spec)) throw Error("write the picture " + name + ": " + out->geterror());
-        if (floats) {
-            write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
-                v[0] = p.colour.r, v[1] = p.colour.g, v[2] = p.colour.b, v[3] = p.alpha;
-                if (exr) v[4] = p.depth_m;
-            });
-        } else {
-            write_rows(*out, film, channels, OIIO::TypeDesc::FLOAT, name, [&](const PixelSample& p, float* v) {
-                const Colour c = develop(p.colour, exposure_ev, tone);
-                v[0] = c.r, v[1] = c.g, v[2] = c.b;
-            });
-        }
-        if (!out->close()) throw Error("write the picture " + name + ": " + out->geterror());
-    };
-    if (floats) {
-        util::AtomicFile target(file);
-        write_all(target.temporary_path().string());
-        target.commit();
-        return;
-    }
-    // libpng's and libjpeg's writers do not tell when a disk is full (the second even ends the process), so these small files are
-    // made in memory, and written by us.
-    OIIO::Filesystem::IOVecOutput memory;
-    if (!out->supports("ioproxy")) throw Error("write the picture " + name + ": this OpenImageIO cannot encode " + ending + " in memory");
-    OIIO::Filesystem::IOProxy* proxy = &memory;
-    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    write_all(name);
-    util::write_file_atomically(file, std::as_bytes(std::span(memory.buffer())));
+    PictureInfo info;
+    info.exposure_ev = exposure_ev, info.tone = tone, info.metadata = metadata;
+    write_image(film, file, info);
 }
 
 }  // namespace terravox

@@ -1,0 +1,83 @@
+#include "raytracer/output/gdal_writing.hpp"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <ogr_srs_api.h>
+
+#include <algorithm>
+
+#include "common/geo/gdal.hpp"
+#include "common/util/error.hpp"
+
+namespace terravox {
+namespace {
+
+void CPL_STDCALL remember(CPLErr kind, CPLErrorNum, const char* said) noexcept {
+    auto* failure = static_cast<std::string*>(CPLGetErrorHandlerUserData());
+    if (kind < CE_Failure || failure == nullptr || !failure->empty()) return;
+    *failure = said != nullptr && *said != '\0' ? said : "GDAL failed and did not say why";
+    for (char& c : *failure)
+        if (c == '\n' || c == '\r') c = ' ';
+}
+
+const char* tag_of(const std::string& name) noexcept {
+    return name == "Software" ? "TIFFTAG_SOFTWARE" : name == "Copyright" ? "TIFFTAG_COPYRIGHT" : name == "ImageDescription" ? "TIFFTAG_IMAGEDESCRIPTION"
+        : nullptr;
+}
+
+}  // namespace
+
+GdalWatch::GdalWatch(std::string attempt) : m_attempt(std::move(attempt)) {
+    geo::start_gdal();
+    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", "NO");
+    CPLPushErrorHandlerEx(remember, &m_failure);
+}
+
+GdalWatch::~GdalWatch() {
+    CPLPopErrorHandler();
+    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", nullptr);
+}
+
+void GdalWatch::check(bool done) const {
+    if (!m_failure.empty()) throw Error(m_attempt + ": " + m_failure);
+    if (!done) throw Error(m_attempt + ": GDAL failed and did not say why");
+}
+
+GdalQuiet::GdalQuiet() { CPLPushErrorHandler(CPLQuietErrorHandler); }
+GdalQuiet::~GdalQuiet() { CPLPopErrorHandler(); }
+
+GdalOptions::GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options) {
+    m_pointers.push_back(nullptr);
+    for (const auto& [name, value] : options) add(name, value);
+}
+
+void GdalOptions::add(const std::string& name, const std::string& value) {
+    m_texts.push_back(std::make_unique<std::string>(name + "=" + value));
+    m_pointers.back() = m_texts.back()->data();
+    m_pointers.push_back(nullptr);
+}
+
+void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch) {
+    if (info.geo) {
+        std::array<double, 6> transform = info.geo->transform;
+        watch.check(GDALSetGeoTransform(dataset, transform.data()) == CE_None);
+        if (!info.geo->crs_wkt.empty()) {
+            const std::unique_ptr<void, void (*)(OGRSpatialReferenceH)> crs(OSRNewSpatialReference(nullptr), OSRDestroySpatialReference);
+            OSRSetAxisMappingStrategy(crs.get(), OAMS_TRADITIONAL_GIS_ORDER);
+            watch.check(OSRSetFromUserInput(crs.get(), info.geo->crs_wkt.c_str()) == OGRERR_NONE);
+            watch.check(GDALSetSpatialRef(dataset, crs.get()) == CE_None);
+        }
+    }
+    GDALSetMetadataItem(dataset, "AREA_OR_POINT", "Area", nullptr);
+    for (const auto& [name, value] : info.metadata) {
+        const char* tag = tag_of(name);
+        GDALSetMetadataItem(dataset, tag != nullptr ? tag : gdal_name(name).c_str(), value.c_str(), nullptr);
+    }
+}
+
+std::string gdal_name(std::string name) {
+    std::replace_if(name.begin(), name.end(), [](char c) { return c == ':' || c == '='; }, '_');
+    return name;
+}
+
+}  // namespace terravox

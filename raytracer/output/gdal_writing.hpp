@@ -1,0 +1,60 @@
+#pragma once
+
+#include <gdal.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "raytracer/output/picture_info.hpp"
+
+namespace terravox {
+
+/// Remembers what GDAL has to complain of on this thread while it lives, and keeps GDAL from writing files beside the picture (.aux.xml).
+class GdalWatch {
+public:
+    explicit GdalWatch(std::string attempt);
+    ~GdalWatch();
+    GdalWatch(const GdalWatch&) = delete;
+    GdalWatch& operator=(const GdalWatch&) = delete;
+    /// @throws Error "attempt: what GDAL said" when anything has failed, or when `done` is false
+    void check(bool done) const;
+
+private:
+    std::string m_attempt, m_failure;
+};
+
+/// While it lives, nothing that GDAL says on this thread is printed: once started it also gets what other users of libtiff do not care
+/// for, such as the tags that OpenImageIO tries in vain.
+struct GdalQuiet {
+    GdalQuiet();
+    ~GdalQuiet();
+    GdalQuiet(const GdalQuiet&) = delete;
+    GdalQuiet& operator=(const GdalQuiet&) = delete;
+};
+
+struct GdalClose {
+    void operator()(GDALDatasetH dataset) const noexcept { GDALClose(dataset); }
+};
+using GdalDataset = std::unique_ptr<void, GdalClose>;
+
+/// Names and values as GDAL takes them.
+class GdalOptions {
+public:
+    GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options);
+    void add(const std::string& name, const std::string& value);
+    [[nodiscard]] char** list() noexcept { return m_pointers.data(); }
+
+private:
+    std::vector<std::unique_ptr<std::string>> m_texts;
+    std::vector<char*> m_pointers;
+};
+
+/// The name under which metadata stand in GDAL, which takes what follows a colon for the value: terravox_holes for terravox:holes.
+[[nodiscard]] std::string gdal_name(std::string name);
+
+/// Place on Earth, and metadata: the three names that TIFF has tags for go there. @throws Error for a CRS that cannot be read
+void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
+
+}  // namespace terravox

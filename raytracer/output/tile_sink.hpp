@@ -1,0 +1,18 @@
+#pragma once
+
+#include "raytracer/tiles/tile.hpp"
+
+namespace terravox {
+
+/// Where finished tiles go: a Film, or a file (TileStream).
+class TileSink {
+public:
+    TileSink() = default;
+    TileSink(const TileSink&) = default;
+    TileSink& operator=(const TileSink&) = default;
+    virtual ~TileSink() = default;
+    /// Not thread-safe. @throws Error
+    virtual void add(const TileResult& result) = 0;
+};
+
+}  // namespace terravox

@@ -1,0 +1,161 @@
+#include "raytracer/output/geotiff.hpp"
+
+#include <cpl_conv.h>
+#include <gdal.h>
+#include <ogr_srs_api.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <memory>
+
+#include "common/geo/gdal.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/raytracer/output/picture_reader.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+struct Close {
+    void operator()(GDALDatasetH d) const noexcept { GDALClose(d); }
+};
+using Dataset = std::unique_ptr<void, Close>;
+
+Dataset open(const std::filesystem::path& file) {
+    geo::start_gdal();
+    Dataset out(GDALOpen(file.string().c_str(), GA_ReadOnly));
+    if (!out) throw std::runtime_error("GDAL does not read " + file.string());
+    return out;
+}
+
+std::string wkt_of(const char* name) {
+    const auto crs = OSRNewSpatialReference(nullptr);
+    char* wkt = nullptr;
+    OSRSetFromUserInput(crs, name), OSRExportToWkt(crs, &wkt);
+    const std::string out = wkt;
+    CPLFree(wkt), OSRDestroySpatialReference(crs);
+    return out;
+}
+
+PictureInfo bled_info() {
+    PictureInfo info;
+    info.metadata = {{"Software", "terravox test"}, {"Copyright", "ARSO, CC BY 4.0: Geoportal, Škofja Loka"}, {"terravox:holes", "3"}};
+    info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, wkt_of("EPSG:3794")};
+    return info;
+}
+
+/// The right half shows nothing of the world.
+Film half_of(int width, int height) {
+    Film film(width, height);
+    TileResult all = invented_tile(0, 0, width, height, false);
+    std::size_t i = 0;
+    all.tile.each_pixel([&](int x, int) { all.samples[i++].alpha = 2 * x < width ? 1 : 0; });
+    film.add(all);
+    return film;
+}
+
+template <class T> std::vector<T> band(GDALDatasetH d, int number, GDALDataType type) {
+    std::vector<T> out(static_cast<std::size_t>(GDALGetRasterXSize(d)) * static_cast<std::size_t>(GDALGetRasterYSize(d)));
+    REQUIRE(GDALRasterIO(GDALGetRasterBand(d, number), GF_Read, 0, 0, GDALGetRasterXSize(d), GDALGetRasterYSize(d), out.data(), GDALGetRasterXSize(d),
+        GDALGetRasterYSize(d), type, 0, 0) == CE_None);
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where the world ends", "[raytracer][output][geotiff]") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "bled.tif";
+    constexpr int kWidth = 1300, kHeight = 700;
+    const Film film = half_of(kWidth, kHeight);
+    PictureInfo info = bled_info();
+    info.exposure_ev = -0.5, info.tone = "agx";
+    write_image(film, file, info);
+    CHECK(entries_in(folder.path()) == 1);
+
+    const Dataset d = open(file);
+    REQUIRE(GDALGetRasterXSize(d.get()) == kWidth);
+    REQUIRE(GDALGetRasterYSize(d.get()) == kHeight);
+    REQUIRE(GDALGetRasterCount(d.get()) == 4);
+    std::array<double, 6> t{};
+    REQUIRE(GDALGetGeoTransform(d.get(), t.data()) == CE_None);
+    const auto corner = [&](double x, double y) { return std::array<double, 2>{t[0] + x * t[1] + y * t[2], t[3] + x * t[4] + y * t[5]}; };
+    CHECK(corner(0, 0) == std::array<double, 2>{430'000, 137'000});
+    CHECK(corner(kWidth, kHeight) == std::array<double, 2>{430'650, 136'650});
+    const char* code = OSRGetAuthorityCode(GDALGetSpatialRef(d.get()), nullptr);
+    REQUIRE(code != nullptr);
+    CHECK(std::string(code) == "3794");
+    CHECK(GDALGetOverviewCount(GDALGetRasterBand(d.get(), 1)) >= 1);
+    int block_width = 0, block_height = 0;
+    GDALGetBlockSize(GDALGetRasterBand(d.get(), 1), &block_width, &block_height);
+    CHECK(block_width == 512);
+    CHECK(block_height == 512);
+    const auto structure = [&](const char* name) { const char* v = GDALGetMetadataItem(d.get(), name, "IMAGE_STRUCTURE");
+        return std::string(v != nullptr ? v : ""); };
+    CHECK(structure("COMPRESSION") == "DEFLATE");
+    if (GDALGetDriverByName("COG") != nullptr) CHECK(structure("LAYOUT") == "COG");
+    const auto item = [&](const char* name) { const char* v = GDALGetMetadataItem(d.get(), name, nullptr); return std::string(v != nullptr ? v : ""); };
+    CHECK(item("TIFFTAG_COPYRIGHT") == info.metadata[1].second);
+    CHECK(item("TIFFTAG_SOFTWARE") == "terravox test");
+    CHECK(item("terravox_holes") == "3");
+    CHECK(item("AREA_OR_POINT") == "Area");
+
+    CHECK(GDALGetRasterColorInterpretation(GDALGetRasterBand(d.get(), 4)) == GCI_AlphaBand);
+    const auto red = band<std::uint8_t>(d.get(), 1, GDT_Byte), blue = band<std::uint8_t>(d.get(), 3, GDT_Byte),
+        alpha = band<std::uint8_t>(d.get(), 4, GDT_Byte);
+    int wrong = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const auto i = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
+            const auto bytes = dithered_bytes(develop(film.at(x, y).colour, info.exposure_ev, info.tone), x, y);
+            wrong += red[i] == bytes[0] && blue[i] == bytes[2] && alpha[i] == (2 * x < kWidth ? 255 : 0) ? 0 : 1;
+        }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][output][geotiff]") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "bled.tiff";
+    const Film film = half_of(150, 90);
+    PictureInfo info = bled_info();
+    info.tiff_samples = PictureInfo::TiffSamples::kFloat;
+    write_image(film, file, info);
+    const Dataset d = open(file);
+    REQUIRE(GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32);
+    const auto green = band<float>(d.get(), 2, GDT_Float32), alpha = band<float>(d.get(), 4, GDT_Float32);
+    int wrong = 0;
+    for (std::size_t i = 0; i < green.size(); ++i) wrong += same_bits(green[i], film.samples()[i].colour.g) && alpha[i] == film.samples()[i].alpha ? 0 : 1;
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file stays whole", "[raytracer][output][geotiff]") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "bled.tif";
+    std::ofstream(file) << "older";
+    PictureInfo info = bled_info();
+    const Film film = half_of(400, 300);
+    const bool full = GENERATE(false, true);
+    if (!full) info.geo->crs_wkt = "PROJCS[\"no such thing";
+    std::string said;
+    rlimit before{};
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    const auto signal = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20'000, before.rlim_max};
+    if (full) ::setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+        write_image(film, file, info);
+    } catch (const Error& e) {
+        said = e.what();
+    }
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, signal);
+    CHECK_THAT(said, contains("write the picture") && contains("bled.tif"));
+    CHECK(said.find('\n') == std::string::npos);
+    CHECK(entries_in(folder.path()) == 1);
+    std::ifstream in(file, std::ios::binary);
+    CHECK((std::string(std::istreambuf_iterator<char>(in), {}) == "older"));
+}

@@ -1,0 +1,193 @@
+#include "raytracer/output/tile_stream.hpp"
+
+#include <gdal.h>
+
+#include <memory>
+
+#include "common/geo/gdal.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "raytracer/output/stream_formats.hpp"
+#include "raytracer/tiles/tile_plan.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/raytracer/output/picture_reader.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+PictureInfo some_info() {
+    PictureInfo info;
+    info.metadata = {{"Software", "terravox test"}, {"Copyright", "ARSO"}};
+    info.square_names = {"462_101", "463_101"};
+    info.tone = "filmic";
+    return info;
+}
+
+/// The tiles of a single pass, in an order of chance.
+std::vector<RenderTile> shuffled_tiles(const StreamShape& s, unsigned seed) {
+    auto tiles = plan_tiles(s.width_px, s.height_px, 1, s.tile_px, "rows").front();
+    std::shuffle(tiles.begin(), tiles.end(), std::mt19937(seed));
+    return tiles;
+}
+
+TileResult invented(const RenderTile& t, bool with_layers) {
+    TileResult out = invented_tile(t.x0, t.y0, t.x1, t.y1, with_layers);
+    out.tile = t;
+    return out;
+}
+
+/// Memory that is this process's own now, bytes.
+std::uint64_t own_memory() {
+    std::ifstream in("/proc/self/status");
+    std::string word;
+    std::uint64_t kib = 0;
+    while (in >> word)
+        if (word == "RssAnon:") in >> kib;
+    return kib * 1024;
+}
+
+}  // namespace
+
+TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its tiles", "[raytracer][output][stream]") {
+    struct Case { const char* name; StreamShape shape; };
+    const auto c = GENERATE(values<Case>({{"small odd tiles", {203, 101, 33, false}}, {"all layers", {150, 90, 32, true}},
+        {"parts of tiles", {1700, 1300, 1024, false}}, {"one tile", {40, 30, 64, true}}}));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        const auto whole = folder.path() / "whole.exr", streamed = folder.path() / "streamed.exr";
+        const StreamShape& s = c.shape;
+        Film film(s.width_px, s.height_px, s.with_layers);
+        TileStream stream(streamed, s, some_info());
+        for (const RenderTile& tile : shuffled_tiles(s, 3)) {
+            const TileResult result = invented(tile, s.with_layers);
+            for (TileSink* sink : {static_cast<TileSink*>(&film), static_cast<TileSink*>(&stream)}) sink->add(result);
+        }
+        CHECK_FALSE(fs::exists(streamed));
+        stream.finish(1234);
+        write_image(film, whole, some_info());
+        const Picture a = read_picture(whole), b = read_picture(streamed);
+        REQUIRE(a.spec.channelnames == b.spec.channelnames);
+        CHECK(std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0);
+        const ExrHeader header(streamed);
+        CHECK(header.tiled);
+        CHECK(header.attributes.at("lineOrder").value == std::string(1, '\2'));  // random
+        CHECK(header.attributes.at("terravox:holes").value == "000000001234");
+        CHECK(header.attributes.at("owner").value == "ARSO");
+        CHECK(entries_in(folder.path()) == 2);
+    }
+}
+
+TEST_CASE("a streamed TIFF is a BigTIFF with the film's pixels, and lies on Earth where it has a place", "[raytracer][output][stream][geotiff]") {
+    struct Case { const char* name; bool geo; PictureInfo::TiffSamples samples; bool floats; };
+    using enum PictureInfo::TiffSamples;
+    const auto c = GENERATE(values<Case>({{"plain", false, kAuto, true}, {"plain bytes", false, kByte, false}, {"on Earth", true, kAuto, false},
+        {"on Earth, floats", true, kFloat, true}}));
+    DYNAMIC_SECTION(c.name) {
+        const TemporaryFolder folder;
+        const auto file = folder.path() / "streamed.tif";
+        const StreamShape s{500, 300, 48, false};
+        PictureInfo info = some_info();
+        info.tiff_samples = c.samples;
+        if (c.geo) info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, "EPSG:3794"};
+        TileStream stream(file, s, info);
+        for (const RenderTile& tile : shuffled_tiles(s, 4)) stream.add(invented(tile, false));
+        stream.finish(7);
+        CHECK(entries_in(folder.path()) == 1);
+        std::ifstream in(file, std::ios::binary);
+        std::array<char, 4> magic{};
+        in.read(magic.data(), 4);
+        CHECK(magic == std::array<char, 4>{'I', 'I', 43, 0});
+        const std::unique_ptr<void, void (*)(GDALDatasetH)> d(GDALOpen(file.string().c_str(), GA_ReadOnly), [](GDALDatasetH h) { (void)GDALClose(h); });
+        REQUIRE(d != nullptr);
+        std::array<double, 6> transform{};
+        CHECK((GDALGetGeoTransform(d.get(), transform.data()) == CE_None) == c.geo);
+        if (c.geo) CHECK(transform[3] == 137'000);
+        CHECK((GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32) == c.floats);
+        CHECK(std::string(GDALGetMetadataItem(d.get(), "terravox_holes", nullptr)) == "7");
+        std::vector<float> pixels(static_cast<std::size_t>(s.width_px) * static_cast<std::size_t>(s.height_px) * 4);
+        REQUIRE(GDALDatasetRasterIOEx(d.get(), GF_Read, 0, 0, s.width_px, s.height_px, pixels.data(), s.width_px, s.height_px, GDT_Float32, 4, nullptr, 16,
+            16 * s.width_px, 4, nullptr) == CE_None);
+        const TileResult all = invented_tile(0, 0, s.width_px, s.height_px, false);
+        const Developer developed(info.exposure_ev, info.tone);
+        int wrong = 0;
+        for (int y = 0; y < s.height_px; ++y)
+            for (int x = 0; x < s.width_px; ++x) {
+                const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width_px) + static_cast<std::size_t>(x);
+                const PixelSample& p = all.samples[i];
+                const auto bytes = dithered_bytes(developed(p.colour), x, y);
+                wrong += same_bits(pixels[4 * i + 1], c.floats ? p.colour.g : static_cast<float>(bytes[1])) ? 0 : 1;
+                wrong += same_bits(pixels[4 * i + 3], c.floats ? p.alpha : std::floor(p.alpha * 255 + 0.5f)) ? 0 : 1;
+            }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stream]") {
+    const std::string ending = GENERATE(".exr", ".tif");
+    INFO(ending);
+    geo::limit_gdal_cache(std::int64_t{16} << 20);
+    const TemporaryFolder folder;
+    const StreamShape s{6144, 6144, 64, false};
+    REQUIRE(Film::bytes(s.width_px, s.height_px, false) > std::uint64_t{700} << 20);
+    TileStream stream(folder.path() / ("large" + ending), s, some_info());
+    TileResult result = invented_tile(0, 0, 64, 64, false);
+    std::uint64_t first = 0, most = 0;
+    for (const RenderTile& tile : shuffled_tiles(s, 5)) {
+        result.tile = tile;
+        stream.add(result);
+        most = std::max(most, own_memory());
+        if (first == 0) first = most;
+    }
+    stream.finish(0);
+    CHECK(std::max(most, own_memory()) - first < std::uint64_t{64} << 20);
+    geo::limit_gdal_cache(geo::kGdalCache_bytes);
+}
+
+TEST_CASE("what is wrong with a stream is said, and nothing is left behind", "[raytracer][output][stream]") {
+    const TemporaryFolder folder;
+    const StreamShape s{100, 60, 32, false};
+    const auto file = folder.path() / "streamed.exr";
+    const auto tiles = shuffled_tiles(s, 6);
+    {
+        TileStream stream(file, s, some_info());
+        stream.add(invented(tiles[0], false));
+        CHECK_THROWS_WITH(stream.add(invented(tiles[0], false)), contains("came twice"));
+        RenderTile coarse = tiles[1];
+        coarse.step = 2;
+        CHECK_THROWS_WITH(stream.add(invented(coarse, false)), contains("single pass"));
+        RenderTile shifted = tiles[1];
+        ++shifted.x0;
+        CHECK_THROWS_WITH(stream.add(invented(shifted, false)), contains("single pass"));
+        TileResult poor = invented(tiles[1], false);
+        poor.samples.pop_back();
+        CHECK_THROWS_AS(stream.add(poor), Error);
+        CHECK_THROWS_WITH(stream.finish(0), contains("tiles are missing"));
+    }
+    CHECK(entries_in(folder.path()) == 0);
+    const std::string small = GENERATE("picture.png", "picture.jpg", "picture.PNG");
+    CHECK_THROWS_AS(check_can_stream(folder.path() / small, s), UsageError);
+    CHECK_THROWS_WITH(check_can_stream(folder.path() / small, s), contains(".exr .tif") && contains("100x60"));
+    CHECK_THROWS_WITH(TileStream(folder.path() / "a.tif", {100, 60, 33, false}, {}), contains("multiples of 16"));
+    CHECK(entries_in(folder.path()) == 0);
+}
+
+TEST_CASE("a picture streams when its film would not fit", "[raytracer][output][stream]") {
+    const StreamShape s{1000, 1000, 64, false}, layered{1000, 1000, 64, true};
+    const std::uint64_t bytes = Film::bytes(1000, 1000, false);
+    CHECK_FALSE(must_stream(s, bytes));
+    CHECK(must_stream(s, bytes - 1));
+    CHECK(must_stream(layered, bytes));
+}
+
+TEST_CASE("tiles of the file fill the tiles of the plan", "[raytracer][output][stream]") {
+    struct Case { int tile_px, multiple_of, expected; };
+    for (const Case c : {Case{64, 1, 64}, {64, 16, 64}, {33, 1, 33}, {33, 16, 0}, {1, 1, 1}, {4096, 16, 512}, {1024, 1, 512}, {1021, 1, 1021}, {1021, 16, 0},
+        {720, 16, 240}, {48, 16, 48}, {16, 16, 16}}) {
+        INFO(c.tile_px << " by " << c.multiple_of);
+        CHECK(file_tile_px(c.tile_px, c.multiple_of) == c.expected);
+    }
+}
