@@ -5,7 +5,22 @@
 #ifdef TERRAVOX_PREVIEW
 #include "raytracer/preview/preview_command.hpp"
 #endif
+#include "raytracer/animate/animate_command.hpp"
+#include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/render/render_command.hpp"
+
+namespace {
+
+terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, const terravox::Scene& base, bool quiet) {
+    const auto renderer = std::make_shared<terravox::PictureRenderer>(world, base, quiet);
+    return [renderer](const terravox::Scene& scene, const std::filesystem::path& picture) {
+        const std::vector<std::string> files{picture.string()};
+        terravox::PictureRenderer::check(scene, files);
+        return renderer->render(scene, files).counts.holes.empty() ? terravox::ExitCode::kDone : terravox::ExitCode::kHoles;
+    };
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
@@ -13,6 +28,7 @@ int main(int argc, char** argv) {
         app.set_version_flag("--version", std::string("terravox ") + terravox::kVersion);
         app.require_subcommand(1);
         const auto render = terravox::add_render_command(app);
+        const auto animate = terravox::add_animate_command(app, open_renderer);
 #ifdef TERRAVOX_PREVIEW
         const auto preview = terravox::add_preview_command(app);
 #endif
@@ -20,6 +36,7 @@ int main(int argc, char** argv) {
 #ifdef TERRAVOX_PREVIEW
         if (app.got_subcommand("preview")) return static_cast<int>(preview());
 #endif
+        if (app.got_subcommand("animate")) return static_cast<int>(animate());
         return static_cast<int>(render());
     });
 }

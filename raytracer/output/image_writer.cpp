@@ -69,13 +69,14 @@ struct Writing {
 
 void write_exr(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
     const Writing writing(film, file, info);
-    const ExrChannels channels(film.has_layers(), info);
+    const bool layers = film.has_layers() && info.layers;
+    const ExrChannels channels(layers, info);
     OIIO::ImageSpec spec(film.width_px(), film.height_px(), 4, OIIO::TypeDesc::FLOAT);
     channels.describe(spec);
     spec.attribute("compression", "zip:2");
     util::AtomicFile target(file);
     writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::UNKNOWN, channels.pixel_bytes(),
-                  [&](int x, int y, std::byte* to) { channels.put(film.at(x, y), film.has_layers() ? &film.layers_at(x, y) : nullptr, to); });
+                  [&](int x, int y, std::byte* to) { channels.put(film.at(x, y), layers ? &film.layers_at(x, y) : nullptr, to); });
     target.commit();
 }
 

@@ -28,8 +28,10 @@ struct PictureInfo {
     ImageMetadata metadata;             ///< TIFF keeps the three names above only, but for GeoTIFF
 
     /// Row by row, for row vectors (v * M, as in OpenEXR: a shift stands in the last row). World: metres from PictureFrame's origin,
-    /// x east, y up, z south. EXR's worldToCamera (the camera looks along -z, y is up) and worldToNDC ([0, 1] from the lower left).
+    /// x east, y up, z south. EXR's worldToCamera (the camera looks along -z, y is up) and worldToNDC ((0, 0) is the
+    /// upper left corner, (1, 1) the lower right one).
     std::optional<std::array<float, 16>> world_to_camera, world_to_ndc;
+    bool layers = true;                     ///< EXR: write the film's layers, where it has any
     std::vector<std::string> square_names;  ///< by the SquareGrid's index; those beyond its end are all called "unknown"
 
     std::optional<GeoPlacement> geo;  ///< makes of .tif a GeoTIFF (geotiff.hpp)

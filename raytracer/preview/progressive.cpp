@@ -85,10 +85,11 @@ void Progressive::run(const View& view) {
 void Progressive::develop_tile(const View& view, const Film& film, const RenderTile& tile) {
     const auto& output = view.scene.output;
     const int width = film.width_px();
+    const Developer develop(output.exposure_ev, output.tone);
     std::vector<std::uint8_t> row(static_cast<std::size_t>(tile.x1 - tile.x0) * 3);
     for (int y = tile.y0; y < tile.y1; ++y) {
         for (int x = tile.x0; x < tile.x1; ++x) {
-            const Colour c = develop(film.at(x, y).colour, output.exposure_ev, output.tone);
+            const Colour c = develop(film.at(x, y).colour);
             std::uint8_t* to = &row[static_cast<std::size_t>(x - tile.x0) * 3];
             to[0] = static_cast<std::uint8_t>(std::lround(c.r * 255)), to[1] = static_cast<std::uint8_t>(std::lround(c.g * 255)), to[2] = static_cast<std::uint8_t>(std::lround(c.b * 255));
         }

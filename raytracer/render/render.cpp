@@ -55,20 +55,23 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     if (level >= world.levels) throw UsageError("choose the level: quality.level = " + std::to_string(level) + "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
     const Camera camera = make_camera(scene, world, world.bounds);
-    const LevelCut cut(world.bounds, camera.position(), camera.pixel_rad(), scene.quality.detail, level, world.levels - 1);
-    View view{scene, camera, Sky(sun_of(scene.sun, world.centre ? &*world.centre : nullptr), scene.sun, scene.sky,
-                                   world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
-              voxel::load_palette(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world), {std::floor(camera.position().x), std::floor(camera.position().y), std::floor(camera.position().z)}};
+    const LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
+    const geo::SunPosition sun = sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
+    constexpr double kLampsOn_deg = -2;
+    const auto origin = camera.picture_origin();
+    View view{scene, camera, Sky(sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
+              std::make_shared<MaterialTable>(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world),
+              {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
     check_camera(view, blocks);
     return view;
 }
 
 namespace {
 
-/// Sends tiles through the processor into the film.
+/// Sends tiles through the processor to where they go.
 class PassRunner {
 public:
-    PassRunner(const RenderJob& job, Film& film, Progress& progress) : m_job(job), m_film(film), m_progress(progress) {}
+    PassRunner(const RenderJob& job, TileSink& sink, Progress& progress) : m_job(job), m_sink(sink), m_progress(progress) {}
 
     void run(const std::vector<RenderTile>& tiles) {
         std::size_t submitted = 0, done = 0;
@@ -82,7 +85,7 @@ public:
             }
             const auto result = m_job.processor.take();
             if (!result) throw Error("render: the processor ended before the picture was finished");
-            m_film.add(*result);
+            m_sink.add(*result);
             ++done, ++m_counts.tiles;
             m_counts.trace.add(result->counts);
             m_counts.holes.insert(result->holes.begin(), result->holes.end());
@@ -93,7 +96,7 @@ public:
 
 private:
     const RenderJob& m_job;
-    Film& m_film;
+    TileSink& m_sink;
     Progress& m_progress;
     RenderCounts m_counts;
 };
@@ -123,6 +126,18 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& t
 }
 
 }  // namespace
+
+RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
+    const auto& scene = job.view.scene;
+    const auto [width, height] = scene.output.size_px;
+    const auto passes = plan_tiles(width, height, 1, scene.quality.tile.in_picture(width), scene.quality.tile_order);
+    Progress progress(passes.front().size(), static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height), job.quiet);
+    PassRunner runner(job, sink, progress);
+    runner.run(passes.front());
+    runner.counts().samples = static_cast<std::uint32_t>(scene.quality.samples);
+    progress.finish();
+    return std::move(runner.counts());
+}
 
 RenderCounts render_film(const RenderJob& job, Film& film) {
     const auto& q = job.view.scene.quality;

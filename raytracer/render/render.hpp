@@ -33,6 +33,9 @@ struct RenderJob {
 /// @throws Error "interrupted" when asked to stop; whatever a tile threw
 [[nodiscard]] RenderCounts render_film(const RenderJob& job, Film& film);
 
+/// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory. The time to keep (quality.time_s) needs a film.
+[[nodiscard]] RenderCounts render_stream(const RenderJob& job, TileSink& sink);
+
 /// The view that a scene gives of a world. @throws UsageError for a camera inside rock, a level the world does not have, ...
 [[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/util/version.hpp"
+#include "raytracer/scene/scene_io.hpp"
 #include "raytracer/trace/traced_ray.hpp"
 
 namespace terravox {
@@ -47,7 +48,7 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
     for (const auto& stage : times.stages()) stages.push_back({{"name", stage.name}, {"seconds", stage.seconds}, {"count", stage.count}});
     const TraceCounts& t = s.counts.trace;
     return {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
-            {"size", view.scene.output.size_px}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"steps", t.steps},
+            {"size", view.scene.output.size_px}, {"samples", s.counts.samples}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"steps", t.steps},
             {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.counts.holes.size()},
             {"boxes", {{"levels", levels_of(s.blocks)}, {"hit_rate", hit_rate(s.blocks)}, {"waits", s.blocks.waits}, {"limit_bytes", s.limit_bytes},
                        {"peak_bytes", s.blocks.peak_bytes}}},
@@ -74,18 +75,22 @@ void print_statistics(const RenderStatistics& s, const util::StageTimes& times) 
                 static_cast<unsigned long long>(s.blocks.waits), mebibytes(s.peak_rss_bytes));
 }
 
-ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, std::size_t holes) {
-    const Vec3 p = view.camera.position();
+namespace {
+
+ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, const RenderStatistics& s) {
     const auto text = [](double v) { return std::to_string(v); };
+    const auto texts = [&](Vec3 v) { return text(v.x) + " " + text(v.y) + " " + text(v.z); };
+    const Vec3 to_sun = view.sky.to_sun();
     ImageMetadata out = {{"Software", std::string("terravox ") + kVersion}, {"ImageDescription", world.title}, {"terravox:voxel_m", text(world.voxel_m)},
-                         {"terravox:camera", text(p.x) + " " + text(p.y) + " " + text(p.z)}, {"terravox:detail", text(view.scene.quality.detail)},
-                         {"terravox:holes", std::to_string(holes)}};
+                         {"terravox:camera", texts(view.camera.position())}, {"terravox:projection", view.scene.camera.projection},
+                         {"terravox:origin", texts(view.origin)}, {"terravox:to_sun", texts(to_sun)}, {"terravox:detail", text(view.scene.quality.detail)},
+                         {"terravox:samples", std::to_string(s.counts.samples)}, {"terravox:holes", std::to_string(s.counts.holes.size())}};
     if (!world.crs.empty()) out.emplace_back("terravox:crs", world.crs);
     if (!world.attribution.empty()) out.emplace_back("Copyright", world.attribution);
     return out;
 }
 
-ImageMetadata metadata_of(const RenderStatistics& s) {
+ImageMetadata run_of(const RenderStatistics& s) {
     const TraceCounts& t = s.counts.trace;
     return {{"terravox:seconds", std::to_string(s.seconds)},
             {"terravox:rays", rays_of(t).dump()},
@@ -96,6 +101,35 @@ ImageMetadata metadata_of(const RenderStatistics& s) {
             {"terravox:box_hit_rate", std::to_string(hit_rate(s.blocks))},
             {"terravox:box_waits", std::to_string(s.blocks.waits)},
             {"terravox:peak_memory_bytes", std::to_string(s.peak_rss_bytes)}};
+}
+
+std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
+    std::array<float, 16> out;
+    std::transform(m.begin(), m.end(), out.begin(), [](double v) { return static_cast<float>(v); });
+    return out;
+}
+
+}  // namespace
+
+PictureInfo picture_info(const View& view, const voxel::WorldInfo& world, const RenderStatistics& statistics, bool with_run) {
+    const auto& output = view.scene.output;
+    PictureInfo out;
+    out.exposure_ev = output.exposure_ev, out.tone = output.tone;
+    if (output.credit) out.credit = world.attribution;
+    out.metadata = metadata_of(view, world, statistics);
+    out.metadata.emplace_back("terravox:scene", to_toml(view.scene));
+    if (!world.crs_wkt.empty()) out.metadata.emplace_back("terravox:crs_wkt", world.crs_wkt);
+    if (with_run)
+        for (auto& entry : run_of(statistics)) out.metadata.push_back(std::move(entry));
+    out.world_to_camera = single(view.camera.world_to_camera());
+    if (const auto ndc = view.camera.world_to_ndc()) out.world_to_ndc = single(*ndc);
+    out.layers = output.layers != "beauty";
+    constexpr std::uint32_t kMostNames = 10'000;  // they all go into the manifest of the squares' matte
+    if (out.layers)
+        for (std::uint32_t i = 0; i < std::min(view.squares.count(), kMostNames); ++i) out.square_names.push_back(view.squares.name_of(i));
+    if (const auto transform = view.camera.geotransform(world)) out.geo = GeoPlacement{*transform, world.crs_wkt};
+    out.tiff_samples = output.tiff == "byte" ? PictureInfo::TiffSamples::kByte : output.tiff == "float" ? PictureInfo::TiffSamples::kFloat : PictureInfo::TiffSamples::kAuto;
+    return out;
 }
 
 }  // namespace terravox

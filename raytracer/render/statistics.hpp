@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "common/util/stage_times.hpp"
-#include "raytracer/output/image_writer.hpp"
+#include "raytracer/output/picture_info.hpp"
 #include "raytracer/render/render.hpp"
 
 namespace terravox {
@@ -24,9 +24,8 @@ struct RenderStatistics {
 [[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics, const util::StageTimes& times, const View& view);
 /// A few lines for a person.
 void print_statistics(const RenderStatistics& statistics, const util::StageTimes& times);
-/// What a person should know of a picture, stored in it. The same for each run that makes the same picture.
-[[nodiscard]] ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, std::size_t holes);
-/// What this run took: for formats that are kept for work (EXR), not for those that are compared byte by byte.
-[[nodiscard]] ImageMetadata metadata_of(const RenderStatistics& statistics);
+/// All that is stored in a picture beside its light. The same for each run that makes the same picture, but for `with_run`: what this run
+/// took, for formats that are kept for work (EXR), not for those that are compared byte by byte.
+[[nodiscard]] PictureInfo picture_info(const View& view, const voxel::WorldInfo& world, const RenderStatistics& statistics, bool with_run);
 
 }  // namespace terravox

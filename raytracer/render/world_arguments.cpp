@@ -3,14 +3,12 @@
 #include <CLI/CLI.hpp>
 
 #include "raytracer/scene/scene_io.hpp"
+#include "raytracer/scene/views.hpp"
 
 namespace terravox {
 
 Scene WorldArguments::scene() const {
-    Scene out;
-    if (!scene_file.empty()) read_scene(scene_file, out);
-    for (const auto& [path, text] : fields) set_field(out, path, text);
-    return out;
+    return compose_scene({file_layer(scene_file), fields_layer(fields)});
 }
 
 void add_world_arguments(CLI::App& command, WorldArguments& args) {

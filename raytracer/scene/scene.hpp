@@ -53,6 +53,7 @@ struct Scene {
         double exposure_ev = 0;
         std::string tone = "photographic";  ///< curve of 8-bit pictures: photographic, filmic, agx or linear
         std::string layers = "beauty";      ///< of EXR files: beauty, or all
+        std::string tiff = "auto";          ///< samples of TIFF files: auto (bytes of maps, else floats), byte or float
         bool denoise = false;
         bool credit = false;  ///< a line with the data's attribution at the lower edge of 8-bit pictures
     } output;

@@ -55,6 +55,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops", -20, 20, {}, "--exposure"});
     visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "filmic", "agx", "linear"}, "--tone"});
     visit("output.layers", s.output.layers, FieldRule{"of EXR files", 0, 0, {"beauty", "all"}, "--layers"});
+    visit("output.tiff", s.output.tiff, FieldRule{"samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats", 0, 0, {"auto", "byte", "float"}});
     visit("output.denoise", s.output.denoise, FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
     visit("output.credit", s.output.credit, FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
     visit("quality.integrator", s.quality.integrator, FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0, {"direct", "path"}, "--integrator"});

@@ -1,15 +1,14 @@
 #pragma once
 
-#include <cmath>
-#include <numbers>
+#include "common/util/det_math.hpp"
 
 namespace terravox::trig {
 
 /// The one place where cameras and animations take their angle functions from. Their values reach pixels.
-[[nodiscard]] inline double sin(double rad) noexcept { return std::sin(rad); }
-[[nodiscard]] inline double cos(double rad) noexcept { return std::cos(rad); }
-[[nodiscard]] inline double tan(double rad) noexcept { return std::tan(rad); }
+[[nodiscard]] inline double sin(double rad) noexcept { return det::sin(rad); }
+[[nodiscard]] inline double cos(double rad) noexcept { return det::cos(rad); }
+[[nodiscard]] inline double tan(double rad) noexcept { return det::tan(rad); }
 
-inline constexpr double kRadPerDeg = std::numbers::pi / 180;
+inline constexpr double kRadPerDeg = det::kPi / 180;
 
 }  // namespace terravox::trig

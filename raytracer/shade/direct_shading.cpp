@@ -7,7 +7,8 @@
 namespace terravox {
 
 bool DirectShading::needs_surroundings(const TracedRay& ray) const noexcept {
-    return allows_surroundings(ray) && m_view.scene.quality.ambient_occlusion && !is_transparent(m_view, ray.hit.attr.material);
+    if (!allows_surroundings(ray) || is_transparent(m_view, ray.hit.attr.material)) return false;
+    return (m_view.scene.quality.ambient_occlusion && m_view.scene.quality.ao_rays == 0) || shows_slope(m_view, ray.hit);
 }
 
 void DirectShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
@@ -29,7 +30,8 @@ void DirectShading::light_up(const Meeting& m) const {
     }
     const Colour matt = weight * s.albedo;
     const Colour sky = matt * m_view.sky.ambient(s.normal) * through_medium(m, {0, 1, 0});
-    if (!q.ambient_occlusion || q.ao_rays == 0) add(m.ray, sky * open_share(m.ray.hit, s.point, m.ray.around.bits), m.sum);
+    if (!q.ambient_occlusion) add(m.ray, sky, m.sum);
+    else if (q.ao_rays == 0) add(m.ray, sky * open_share(m.ray.hit, s.point, m.ray.around.bits), m.sum);
     else send_ambient(m, sky);
     send_sun(m, matt);
 }

@@ -43,12 +43,6 @@ struct Frame {
     Vec3 normal, tangent, bitangent;
 };
 
-/// (cos 2 pi u, sin 2 pi u)
-struct Turn {
-    explicit Turn(double u) noexcept;
-    double cos, sin;
-};
-
 /// A direction about n with density cos / pi.
 [[nodiscard]] Vec3 cosine_direction(Vec3 n, Sampler::Pair at) noexcept;
 

@@ -12,7 +12,7 @@ constexpr double kInversePi = std::numbers::inv_pi;
 
 }  // namespace
 
-bool PathShading::needs_surroundings(const TracedRay&) const noexcept { return false; }
+bool PathShading::needs_surroundings(const TracedRay& ray) const noexcept { return ray.kind != RayKind::kBounce && allows_surroundings(ray) && shows_slope(m_view, ray.hit); }
 
 // A bounce that leaves has its direction by the matt face; the sky could have been asked for the same direction.
 void PathShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {

@@ -40,7 +40,7 @@ TracedRay Shading::primary(const Ray& ray, std::uint32_t sample) const noexcept 
     out.ray = ray;
     out.weight = kWhole;
     out.sample = sample;
-    out.spread = static_cast<float>(m_view.camera.pixel_rad());
+    out.footprint = static_cast<float>(m_view.camera.pixel_voxels(0)), out.spread = static_cast<float>(m_view.camera.pixel_rad());
     return out;
 }
 
@@ -91,6 +91,8 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
     // Distant things take on the colour of the air before them.
     const auto take_air = [&] {
         if (ray.medium != voxel::Material::kAir || ray.kind == RayKind::kBounce) return;
+        // Parallel rays start wherever the picture's plane stands: there is no air to look through.
+        if (ray.kind == RayKind::kPrimary && m_view.camera.projection() == Projection::kOrthographic) return;
         const auto air = m_view.sky.air(ray.ray.direction, ray.hit.t * m_view.voxel_m);
         add(ray, weight * air.light, sum);
         weight = weight * air.transmittance;

@@ -12,38 +12,80 @@ std::uint64_t voxel_hash(VoxelCoord v) noexcept {
     return hash64(static_cast<std::uint32_t>(v.x) | static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32, static_cast<std::uint32_t>(v.y));
 }
 
-Colour base_colour(const View& view, const Hit& hit) {
-    const auto& entry = view.palette.of(hit.attr.material);
+Colour base_colour(const View& view, const Look& look, const Hit& hit) {
     const auto& q = view.scene.quality;
-    Colour colour = to_linear(entry.colour);
+    Colour colour = look.colour;
     if (hit.attr.has_colour() && q.colour != "material")
         colour = mix(colour, to_linear(hit.attr.colour), q.colour == "true" ? 1.0f : static_cast<float>(q.colour_mix));
     // The mean of the many voxels that a coarse one stands for varies less.
-    const auto variation = static_cast<float>(std::ldexp(static_cast<double>(entry.variation), -hit.level));
+    const auto variation = static_cast<float>(std::ldexp(static_cast<double>(look.variation), -hit.level));
     const auto wobble = static_cast<float>(unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
     return colour * (1 + wobble);
 }
 
-}  // namespace
-
-Medium medium_of(const View&, voxel::Material material) noexcept {
-    if (material == voxel::Material::kAir) return {};
-    return {{0.55f, 0.16f, 0.11f}, {0.018f, 0.075f, 0.085f}, 1.333};
+// Where on its face a point lies, along an axis.
+double part_of_voxel(double point, int level, std::int32_t voxel) noexcept {
+    constexpr double kBelowOne = 0x1.fffffffffffffp-1;
+    return std::clamp(std::ldexp(point, -level) - voxel, 0.0, kBelowOne);
 }
 
-bool is_transparent(const View&, voxel::Material material) noexcept { return material == voxel::Material::kWater; }
+Texel texel_at(const View& view, const TracedRay& ray, Vec3 point, const Look& look) noexcept {
+    const Hit& hit = ray.hit;
+    if (!view.scene.quality.textures) {
+        Texel plain;
+        // Windows are drawn; without drawings none is lit.
+        if (hit.attr.material == voxel::Material::kWall) plain.emission = 0;
+        return plain;
+    }
+    if (look.kind == Kind::kSolid && look.texture == 0) return {};
+    const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
+    FacePoint at;
+    at.voxel = hit.voxel, at.level = hit.level, at.face = hit.face;
+    at.u = part_of_voxel(point[a], hit.level, hit.voxel[a]), at.v = part_of_voxel(point[b], hit.level, hit.voxel[b]);
+    at.footprint = static_cast<double>(footprint_at(ray));
+    at.around = ray.around.bits, at.voxel_m = view.voxel_m, at.night = view.night;
+    return view.materials->texel(hit.attr.material, at);
+}
 
-bool has_holes(const View&, voxel::Material) noexcept { return false; }
+}  // namespace
+
+Medium medium_of(const View& view, voxel::Material material) noexcept {
+    if (material == voxel::Material::kAir) return {};
+    const Look& look = view.materials->look(material);
+    return {look.absorption_per_m, look.glow, static_cast<double>(look.index)};
+}
+
+bool is_transparent(const View& view, voxel::Material material) noexcept {
+    const Kind kind = view.materials->look(material).kind;
+    return kind == Kind::kWater || kind == Kind::kGlass;
+}
+
+bool has_holes(const View& view, voxel::Material material) noexcept { return view.materials->look(material).kind == Kind::kLeaves && view.scene.quality.cut_outs; }
 
 Surface surface_at(const View& view, const TracedRay& ray) {
     Surface out;
     out.point = ray.ray.origin + ray.ray.direction * ray.hit.t;
     out.normal = out.smooth_normal = normal_of(ray.hit.face);
     out.direction = ray.ray.direction;
-    out.transparent = is_transparent(view, ray.hit.attr.material);
-    out.index = 1.333;
-    out.albedo = base_colour(view, ray.hit);
+    if (ray.hit.attr.material == voxel::Material::kAir) return out;  // out of a medium
+    const Look& look = view.materials->look(ray.hit.attr.material);
+    const Texel texel = texel_at(view, ray, out.point, look);
+    out.albedo = base_colour(view, look, ray.hit) * texel.ratio * (1 - texel.own_share) + texel.own * texel.own_share;
+    out.emission = look.emission * texel.emission;
+    out.leaves = look.kind == Kind::kLeaves && view.scene.quality.cut_outs;
+    out.opacity = out.leaves ? texel.opacity : 1;
+    out.transparent = look.kind == Kind::kWater || look.kind == Kind::kGlass;
+    out.polish = out.transparent ? 0 : look.reflects ? 1 : texel.gloss;
+    out.roughness = look.reflects || out.transparent ? look.roughness : 0;
+    out.index = static_cast<double>(look.index);
+    if (ray.hit.face == Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0)) out.smooth_normal = normalized({static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});
     return out;
+}
+
+bool shows_slope(const View& view, const Hit& hit) noexcept {
+    if (hit.face != Face::kTop || hit.level != 0 || !view.scene.quality.textures) return false;
+    const voxel::Material m = hit.attr.material;
+    return m == voxel::Material::kRoof || m == voxel::Material::kOrangeRoof || m == voxel::Material::kGreyRoof;
 }
 
 // Smoothly over the face.

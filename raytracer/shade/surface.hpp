@@ -38,6 +38,9 @@ struct Medium {
 /// What a pixel covers at a ray's hit, level-0 voxels.
 [[nodiscard]] inline float footprint_at(const TracedRay& ray) noexcept { return ray.footprint + ray.spread * static_cast<float>(ray.hit.t); }
 
+/// Whether what is drawn on the face depends on what stands around it: a roof's tiles lie along its slope.
+[[nodiscard]] bool shows_slope(const View& view, const Hit& hit) noexcept;
+
 /// Share of ambient light at a point of a face whose corners are darkened by what stands around. @param bits see Surroundings
 [[nodiscard]] float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept;
 

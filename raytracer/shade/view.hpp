@@ -1,6 +1,8 @@
 #pragma once
 
-#include "common/voxel/material.hpp"
+#include <memory>
+
+#include "raytracer/material/material_table.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/scene/scene.hpp"
 #include "raytracer/sky/sky.hpp"
@@ -14,11 +16,12 @@ struct View {
     Scene scene;
     Camera camera;
     Sky sky;
-    voxel::Palette palette;
+    std::shared_ptr<const MaterialTable> materials;
     LevelCut cut;        ///< which boxes are looked at
     double voxel_m = 1;  ///< edge of a level-0 voxel
     SquareGrid squares;
-    Vec3 origin;         ///< of the positions in the picture's layers: a corner of a level-0 voxel near the camera
+    Vec3 origin;         ///< of the positions in the picture's layers: Camera::picture_origin
+    bool night = false;  ///< windows are lit
 
     [[nodiscard]] bool wants_layers() const noexcept { return scene.output.layers != "beauty" || scene.output.denoise; }
 };

@@ -26,6 +26,7 @@ struct Cutter {
     }
 
     [[nodiscard]] BeamStart march(int column, int row, int columns, int rows, const BeamStart& known) const {
+        if (!camera.pinhole()) return known;
         const double x0 = lattice.first_x + column * lattice.step, y0 = lattice.first_y + row * lattice.step;
         const double x1 = x0 + (columns - 1) * lattice.step + 1, y1 = y0 + (rows - 1) * lattice.step + 1;
         const Vec3 corners[4] = {camera.ray(x0, y0).direction, camera.ray(x1, y0).direction, camera.ray(x0, y1).direction, camera.ray(x1, y1).direction};

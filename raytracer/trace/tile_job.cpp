@@ -137,7 +137,15 @@ void TileJob::make_primary(TracerTools& tools) {
 void TileJob::make_single(TracerTools& tools, std::uint32_t place) {
     const BeamStart& start = m_pixels[m_active[place]].block->start;
     const auto [px, py] = picture_point(tools.view, place);
-    TracedRay& ray = m_wave[place] = tools.shading->primary(tools.view.camera.ray(px, py), place);
+    const Sampler::Pair lens = tools.view.camera.has_lens() ? m_sums[place].numbers.pair(kLensPoint) : Sampler::Pair{0.5, 0.5};
+    const std::optional<Ray> sent = tools.view.camera.ray(px, py, lens.u, lens.v);
+    TracedRay& ray = m_wave[place] = tools.shading->primary(sent ? *sent : tools.view.camera.ray(px, py), place);
+    if (!sent) {
+        // Nothing is seen there: black, and no share of anything.
+        ray.end = WalkEnd::kMiss;
+        ray.weight = {};
+        return;
+    }
     if (start.kind != BeamStart::Kind::kMiss) {
         ray.state = RayState(ray.ray);
         if (start.place(ray.state, tools.view.cut)) {

@@ -18,16 +18,6 @@ bool near(Vec3 a, Vec3 b, double most) { return length(a - b) < most; }
 
 }  // namespace
 
-TEST_CASE("a turn agrees with the C library", "[raytracer][shade][optics]") {
-    for (int i = -1000; i <= 3000; ++i) {
-        const double u = i / 1000.0;
-        const Turn turn(u);
-        INFO("u = " << u);
-        REQUIRE(std::abs(turn.cos - std::cos(2 * std::numbers::pi * u)) < 1e-9);
-        REQUIRE(std::abs(turn.sin - std::sin(2 * std::numbers::pi * u)) < 1e-9);
-    }
-}
-
 TEST_CASE("Fresnel's share is that of the books", "[raytracer][shade][optics]") {
     CHECK(fresnel(1, 1.5) == Approx(0.04).epsilon(1e-6));
     CHECK(fresnel(1, 1 / 1.5) == Approx(0.04).epsilon(1e-6));

@@ -1,0 +1,115 @@
+#include "raytracer/render/picture_renderer.hpp"
+
+#include <csignal>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/cache_dir.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/output/denoise.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "raytracer/output/tile_stream.hpp"
+#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/world/open_world.hpp"
+
+namespace terravox {
+namespace {
+
+std::atomic<bool> g_stop{false};
+
+StreamShape shape_of(const Scene& scene) {
+    const auto [width, height] = scene.output.size_px;
+    return {width, height, scene.quality.tile.in_picture(width), scene.output.layers != "beauty" || scene.output.denoise};
+}
+
+bool streams(const Scene& scene) { return must_stream(shape_of(scene), (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2); }
+
+bool is_exr(const std::string& file) { return std::filesystem::path(file).extension() == ".exr"; }
+
+/// Tiles to several files.
+class Streams final : public TileSink {
+public:
+    void add(const TileResult& result) override {
+        for (const auto& stream : m_streams) stream->add(result);
+    }
+    void to(std::unique_ptr<TileStream> stream) { m_streams.push_back(std::move(stream)); }
+    void finish(std::uint64_t holes) {
+        for (const auto& stream : m_streams) stream->finish(holes);
+    }
+
+private:
+    std::vector<std::unique_ptr<TileStream>> m_streams;
+};
+
+}  // namespace
+
+PictureRenderer::PictureRenderer(const WorldArguments& world, const Scene& base, bool quiet)
+    : m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads)),
+      m_world(open_world(world.inputs, world.orthophoto_paths(), base, m_times, util::cache_dir(world.cache))),
+      m_blocks(std::make_unique<BlockManager>(*m_world, static_cast<std::size_t>(base.processing.memory_mib) << 20, loaders_for(world.inputs, m_threads))) {
+    // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
+    std::signal(SIGINT, [](int) { g_stop = true; });
+    std::signal(SIGTERM, [](int) { g_stop = true; });
+}
+
+PictureRenderer::~PictureRenderer() = default;
+
+void PictureRenderer::check(const Scene& scene, const std::vector<std::string>& files) {
+    for (const std::string& file : files) check_image_target(file);
+    if (scene.output.denoise) check_can_denoise();
+    if (!streams(scene)) return;
+    const auto [width, height] = scene.output.size_px;
+    const std::string attempt = "render " + std::to_string(width) + "x" + std::to_string(height) + " pixels: more than the memory limit holds, so they go straight into the file; ";
+    if (scene.output.denoise) throw UsageError(attempt + "output.denoise = true; allowed: false, or a larger processing.memory_mib");
+    if (scene.quality.time_s > 0) throw UsageError(attempt + "quality.time_s is set; allowed: 0, or a larger processing.memory_mib");
+    for (const std::string& file : files) check_can_stream(file, shape_of(scene));
+}
+
+RenderStatistics PictureRenderer::render(const Scene& scene, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+    RenderStatistics statistics;
+    statistics.threads = m_threads;
+    m_view = std::make_unique<View>(make_view(scene, *m_blocks));
+    foresee_boxes(*m_view, *m_blocks);
+    if (streams(scene)) render_to_files(statistics, files, start);
+    else render_to_film(statistics, files, start);
+    finish(statistics, start);
+    return statistics;
+}
+
+void PictureRenderer::finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const {
+    statistics.blocks = m_blocks->stats();
+    statistics.limit_bytes = m_blocks->limit_bytes();
+    statistics.peak_rss_bytes = peak_rss_bytes();
+    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+    const Scene& scene = m_view->scene;
+    Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
+    {
+        const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+        ThreadProcessor processor(*m_view, *m_blocks, m_threads);
+        statistics.counts = render_film({*m_view, processor, ThreadProcessor::tiles_in_flight(m_threads), m_quiet, &g_stop, start}, film);
+        processor.close();
+    }
+    finish(statistics, start);
+    if (scene.output.denoise) {
+        const util::StageTimes::Scope timed(m_times, "denoise");
+        denoise(film, m_threads);
+    }
+    const util::StageTimes::Scope timed(m_times, "write pictures");
+    thread::parallel_for(files.size(), m_threads, [&](std::size_t i) {
+        write_image(film, files[i], picture_info(*m_view, m_world->info(), statistics, is_exr(files[i])));
+    });
+}
+
+void PictureRenderer::render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+    const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+    Streams sinks;
+    for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), picture_info(*m_view, m_world->info(), statistics, false)));
+    ThreadProcessor processor(*m_view, *m_blocks, m_threads);
+    statistics.counts = render_stream({*m_view, processor, ThreadProcessor::tiles_in_flight(m_threads), m_quiet, &g_stop, start}, sinks);
+    processor.close();
+    sinks.finish(statistics.counts.holes.size());
+}
+
+}  // namespace terravox

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/util/stage_times.hpp"
+#include "raytracer/render/statistics.hpp"
+#include "raytracer/render/world_arguments.hpp"
+
+namespace terravox {
+
+/// A world, opened once, and pictures of it in files. Not thread-safe. From its making on, SIGINT and SIGTERM end a picture early instead
+/// of the program.
+class PictureRenderer {
+public:
+    /// @param base what holds for all pictures: world and processing @param quiet say nothing but errors @throws Error, UsageError
+    PictureRenderer(const WorldArguments& world, const Scene& base, bool quiet);
+    ~PictureRenderer();
+
+    /// Refuses, before any work is done, what cannot be written. @throws UsageError, Error
+    static void check(const Scene& scene, const std::vector<std::string>& files);
+    /// Renders a scene and writes it to all files. Where the film would not fit into half of the memory for boxes, tiles go straight into the files.
+    /// @param start from which quality.time_s counts @throws Error, UsageError
+    RenderStatistics render(const Scene& scene, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
+
+    [[nodiscard]] util::StageTimes& times() noexcept { return m_times; }
+    /// The view of the last picture.
+    [[nodiscard]] const View& view() const noexcept { return *m_view; }
+
+private:
+    void render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start);
+    void render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start);
+    void finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const;
+
+    util::StageTimes m_times;  ///< outlives the world, which writes to it
+    bool m_quiet;
+    int m_threads;
+    std::unique_ptr<voxel::World> m_world;
+    std::unique_ptr<BlockManager> m_blocks;
+    std::unique_ptr<View> m_view;
+};
+
+}  // namespace terravox
