@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 
 #include "common/geo/crs.hpp"
 #include "common/voxel/box.hpp"
@@ -40,6 +44,14 @@ struct ColumnExtent {
     friend bool operator==(const ColumnExtent&, const ColumnExtent&) = default;
 };
 
+/// What came of asking for a box.
+struct BoxOutcome {
+    std::shared_ptr<const Box> box;  ///< nullptr: air throughout, or not to be had
+    std::exception_ptr failure;      ///< why it cannot be had; null: it can
+};
+/// Takes what came of one of several boxes. Must not throw.
+using TakeBox = std::function<void(const BoxKey&, BoxOutcome)>;
+
 /// Anything that yields boxes. Axes: x east, y up, z south (right-handed), integer voxel (x,y,z) covers [x,x+1) and so on.
 /// Implementations are thread-safe, and yield the same box for the same key at any time and in any order.
 class World {
@@ -54,6 +66,22 @@ public:
     /// @return the box, or nullptr when it is known to be air throughout
     /// @throws Error when the box cannot be made or fetched: a hole, never quiet air
     [[nodiscard]] virtual std::shared_ptr<const Box> box(const BoxKey& key) = 0;
+
+    /// Several boxes; take is called once for each of the keys, as soon as its box has come, in any order, on this thread.
+    /// A box that cannot be had holds up no other. @param keys each once
+    virtual void boxes(std::span<const BoxKey> keys, const TakeBox& take) {
+        for (const BoxKey& key : keys) {
+            BoxOutcome outcome;
+            try {
+                outcome.box = box(key);
+            } catch (...) {
+                outcome.failure = std::current_exception();
+            }
+            take(key, std::move(outcome));
+        }
+    }
+    /// How many keys at once suit boxes(), at least 1. More than 1: asking costs much beside making, as over a network.
+    [[nodiscard]] virtual int preferred_batch() const noexcept { return 1; }
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;

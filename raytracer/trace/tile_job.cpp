@@ -210,6 +210,7 @@ bool TileJob::walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missin
             missing = tools.walk.missing();
             return false;
         }
+        if (ray.only_blocked()) ray.hit.hole = ray.end == WalkEnd::kHit && tools.occluder.hole;
     }
     if (!tools.shading->needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around)) return true;
     missing = tools.surroundings.missing();
@@ -219,7 +220,7 @@ bool TileJob::walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missin
 void TileJob::shade_wave(TracerTools& tools) {
     m_next.clear();
     for (const TracedRay& ray : m_wave) {
-        if (ray.end == WalkEnd::kHit && !ray.only_blocked() && ray.hit.hole) ++m_counts.hole_rays;
+        if (ray.end == WalkEnd::kHit && ray.hit.hole) ++m_counts.hole_rays;
         tools.shading->shade(ray, m_sums[ray.sample], m_next);
     }
     m_wave.swap(m_next);

@@ -41,7 +41,7 @@ struct TracedRay {
     voxel::Material medium = voxel::Material::kAir;  ///< that it runs through
     StopAt stop;
     Seen around;  ///< the voxels around the one before the face
-    Hit hit;      ///< with kHit, not of shadow and ambient rays but for `leaves`
+    Hit hit;      ///< with kHit, of rays that ask only `hole`, but for `leaves`
 
     /// Whether it only asks for light: free or not.
     [[nodiscard]] bool asks() const noexcept { return kind == RayKind::kShadow || kind == RayKind::kSky || kind == RayKind::kAmbient; }

@@ -1,5 +1,7 @@
 #include "raytracer/walk/walk.hpp"
 
+#include <cstdlib>
+
 namespace terravox {
 namespace {
 
@@ -180,7 +182,8 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
         }
         if (block->hole) {
             m_holes.insert(key);
-            if constexpr (!kAny) *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, true, {}};
+            if constexpr (kAny) occluder->hole = true;
+            else *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, true, {}};
             return WalkEnd::kHit;
         }
         if (!block->box) {
@@ -194,9 +197,20 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
     return WalkEnd::kMiss;
 }
 
+// Whether a ray goes from where it is to the brick through no box but its own, which is no hole, and the brick's. A hole on its way has to
+// be met, whichever ray has found the brick: what a picture says of its holes must not depend on who traced which tile before.
+bool RayWalk::nothing_between(const RayState& ray, const Occluder& brick) {
+    const voxel::BoxKey own{ray.level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
+    const int apart = std::abs((brick.low[0] >> 6) - own.bx) + std::abs((brick.low[1] >> 8) - own.by) + std::abs((brick.low[2] >> 6) - own.bz);
+    if (apart > 1 || m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level, ray.level) != ray.level) return false;
+    const Block* block = m_reader.get(own);
+    return block != nullptr && !block->hole;
+}
+
 WalkEnd RayWalk::any_hit(RayState& ray, double t_max, Occluder& occluder) {
+    occluder.hole = false;
     // Only without a limit: what stops the ray beyond it does not count.
-    if (t_max == kFar && meets(ray, occluder, m_counts.steps)) return WalkEnd::kHit;
+    if (t_max == kFar && meets(ray, occluder, m_counts.steps) && nothing_between(ray, occluder)) return WalkEnd::kHit;
     return walk<true>(ray, StopAt::kSolid, t_max, nullptr, &occluder);
 }
 

@@ -57,6 +57,7 @@ struct Occluder {
     std::uint64_t mask = 0;  ///< of the 4 x 4 x 4 voxels; 0: none
     std::int32_t low[3] = {};
     std::int8_t level = 0;
+    bool hole = false;  ///< the last ray was not stopped by a brick: by a box that could not be had
 };
 
 /// Walks rays through the boxes of a cut, from box to box, in each through cells of 64, 16 and 4 voxels, always leaping over the largest
@@ -82,6 +83,7 @@ public:
     [[nodiscard]] std::set<voxel::BoxKey> take_holes() { return std::exchange(m_holes, {}); }
 
 private:
+    [[nodiscard]] bool nothing_between(const RayState& ray, const Occluder& brick);
     template <bool kAny>
     WalkEnd walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occluder* occluder);
     template <bool kAny>

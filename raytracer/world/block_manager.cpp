@@ -1,25 +1,23 @@
 #include "raytracer/world/block_manager.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
-
-#include "common/util/error.hpp"
-#include "common/util/free_memory.hpp"
 
 namespace terravox {
 namespace {
 
-constexpr std::size_t kMostReasons = 100;
-constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
 constexpr std::size_t kMostRemembered = std::size_t{1} << 20;  // keys, for the count of boxes loaded again: some 50 MiB
+
+// A box that somebody waits for must not stand behind whole batches of others.
+std::size_t loaders_ahead(std::size_t loaders, std::size_t batch) noexcept { return batch == 1 ? loaders : std::max<std::size_t>(loaders - loaders / 4, 1); }
 
 }  // namespace
 
-BlockManager::BlockManager(voxel::World& world, std::size_t memory_bytes, int loaders) : m_world(world), m_limit_bytes(memory_bytes) {
+BlockManager::BlockManager(voxel::World& world, std::size_t memory_bytes, int loaders)
+    : m_world(world), m_limit_bytes(memory_bytes), m_batch(static_cast<std::size_t>(std::max(world.preferred_batch(), 1))),
+      m_loader_count(static_cast<std::size_t>(std::max(loaders, 1))), m_most_ahead(loaders_ahead(m_loader_count, m_batch)) {
     for (int level = 0; level <= voxel::kMaxLevel; ++level)
         m_ranges[static_cast<std::size_t>(level)] = world.info().bounds.empty() ? voxel::BoxRange{} : voxel::boxes_over(world.info().bounds, level);
-    for (int i = 0; i < std::max(loaders, 1); ++i) m_loaders.emplace_back([this] { load_boxes(); });
+    for (std::size_t i = 0; i < m_loader_count; ++i) m_loaders.emplace_back([this] { load_boxes(); });
 }
 
 BlockManager::~BlockManager() {
@@ -105,77 +103,6 @@ void BlockManager::prefetch(std::vector<voxel::BoxKey> keys) {
     const std::lock_guard lock(m_mutex);
     m_foreseen.assign(keys.begin(), keys.end());
     m_work.notify_all();
-}
-
-// The lock is held. False: nothing to load now.
-bool BlockManager::next_key(voxel::BoxKey& key) {
-    if (m_unseen_bytes > m_limit_bytes / 4) return false;
-    if (!m_wanted.empty()) {
-        key = m_wanted.front();
-        m_wanted.pop_front();
-        return true;
-    }
-    while (!m_foreseen.empty() && m_stats.bytes < m_limit_bytes / 4 * 3) {
-        key = m_foreseen.front();
-        m_foreseen.pop_front();
-        const auto found = m_entries.find(key);
-        if (found == m_entries.end()) return true;  // else it is here, or on its way
-    }
-    return false;
-}
-
-void BlockManager::load_boxes() {
-    std::unique_lock lock(m_mutex);
-    while (true) {
-        voxel::BoxKey key;
-        m_work.wait(lock, [&] { return m_stop || next_key(key); });
-        if (m_stop) return;
-        Entry& queued = m_entries[key];
-        queued.wanted = false, queued.loading = true;
-        lock.unlock();
-        BlockPin block = make(key);
-        std::vector<BlockPin> evicted;  // freed without the lock
-        lock.lock();
-        keep(key, std::move(block), evicted);
-        m_came.notify_all();
-        if (!evicted.empty()) {
-            for (const BlockPin& gone : evicted) m_freed_bytes += gone->memory_bytes();
-            const bool much = m_freed_bytes > kMuchFreed_bytes;
-            if (much) m_freed_bytes = 0;
-            lock.unlock();
-            evicted.clear();
-            if (much) util::give_back_free_memory();
-            lock.lock();
-        }
-    }
-}
-
-BlockPin BlockManager::make(const voxel::BoxKey& key) {
-    Block made;
-    {
-        const std::lock_guard lock(m_mutex);
-        made.hole = m_holes.contains(key);  // once a hole, always a hole: a picture has one answer
-    }
-    if (made.hole) return std::make_shared<const Block>(std::move(made));
-    try {
-        made.box = m_world.box(key);
-    } catch (const std::exception& e) {
-        // One box less must not lose the picture; it stays visible, counted and in the exit code.
-        made.hole = true;
-        note_hole(key, e.what());
-    } catch (...) {
-        made.hole = true;
-        note_hole(key, "an error without a name");
-    }
-    return std::make_shared<const Block>(std::move(made));
-}
-
-void BlockManager::note_hole(const voxel::BoxKey& key, const std::string& reason) {
-    const std::lock_guard lock(m_mutex);
-    if (m_stop) return;
-    // A damaged file fails in the same words for each of its boxes: said once, the boxes are counted at the end.
-    if (m_holes.insert(key).second && m_hole_reasons.size() < kMostReasons && m_hole_reasons.insert(reason).second)
-        spdlog::error("hole at box {}: {}", voxel::to_string(key), reason);
 }
 
 // The lock is held.

@@ -52,6 +52,9 @@ struct BlockStats {
 /// Nobody who traces ever waits here: find() answers at once, and wait_for() calls back when the box has come. Boxes that somebody waits
 /// for are loaded before those that are only foreseen (prefetch). Least recently used boxes go when the limit is reached, never one that
 /// is pinned or that has come for somebody who has not looked at it yet; loaders pause while a quarter of the memory is full of such.
+///
+/// Where the world likes batches a loader takes a share of what is queued, the most urgent first, and two loaders in eight are kept for boxes
+/// that somebody waits for. Each box is there as soon as it has come, whatever becomes of the others of its batch.
 /// Thread-safe: one lock, not held while the world makes a box.
 class BlockManager {
 public:
@@ -93,8 +96,13 @@ private:
         bool unseen = false;  ///< came for somebody who has not looked yet
     };
     void load_boxes();
-    [[nodiscard]] bool next_key(voxel::BoxKey& key);
-    [[nodiscard]] BlockPin make(const voxel::BoxKey& key);
+    [[nodiscard]] bool next_keys(std::vector<voxel::BoxKey>& keys);
+    void take_wanted(std::size_t most, std::vector<voxel::BoxKey>& keys);
+    void take_foreseen(std::size_t most, std::vector<voxel::BoxKey>& keys);
+    [[nodiscard]] std::size_t share_of(std::size_t queued) const noexcept;
+    [[nodiscard]] std::size_t coming_bytes(std::size_t more) const noexcept;
+    void load(const std::vector<voxel::BoxKey>& keys);
+    void come(const voxel::BoxKey& key, Block made);
     void keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted);
     void evict(std::vector<BlockPin>& evicted);
     void touch(Entry& entry);
@@ -102,6 +110,9 @@ private:
 
     voxel::World& m_world;
     const std::size_t m_limit_bytes;
+    const std::size_t m_batch;  ///< most boxes of one question
+    const std::size_t m_loader_count;
+    const std::size_t m_most_ahead;  ///< loaders that may ask for what nobody waits for
     std::array<voxel::BoxRange, voxel::kMaxLevel + 1> m_ranges;
     const BlockPin m_air = std::make_shared<const Block>();
 
@@ -113,6 +124,9 @@ private:
     std::unordered_set<voxel::BoxKey, voxel::BoxKeyHash> m_loaded_once;
     BlockStats m_stats;
     std::size_t m_unseen_bytes = 0, m_freed_bytes = 0;
+    std::size_t m_busy = 0;    ///< loaders that ask for boxes
+    std::size_t m_ahead = 0;   ///< those of them that ask for what nobody waited for when they began
+    std::size_t m_coming = 0;  ///< boxes that they have asked for
     bool m_stop = false;
     std::set<voxel::BoxKey> m_holes;
     std::set<std::string> m_hole_reasons;

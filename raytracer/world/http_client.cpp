@@ -3,6 +3,7 @@
 #include <curl/curl.h>
 
 #include <cstdlib>
+#include <exception>
 #include <new>
 #include <utility>
 
@@ -14,26 +15,54 @@ namespace {
 constexpr long kConnectTimeout_ms = 10'000;
 constexpr long kStalledBelow_bytes_per_s = 100;  // a server that drips is as good as none
 constexpr std::size_t kMostHeader_bytes = 256 << 10;
+constexpr std::size_t kMostProblem_bytes = std::size_t{1} << 20;  // instead of a body that is taken part by part
 
 /// What the callbacks fill and heed.
 struct Transfer {
+    CURL* handle = nullptr;
     HttpReply reply;
-    std::size_t most_bytes = 0, header_bytes = 0;
+    std::size_t most_bytes = 0, header_bytes = 0, body_bytes = 0;
     bool too_long = false;
     const std::atomic<bool>* stopped = nullptr;
+    const TakePart* take = nullptr;  ///< of the body, where status and type are the wanted ones
+    const std::string* type = nullptr;
+    std::exception_ptr failure;  ///< that take threw
 };
+
+void read_head(CURL* handle, HttpReply& reply) {
+    curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &reply.status);
+    curl_header* header = nullptr;
+    curl_off_t retry_after = 0;
+    if (curl_easy_header(handle, "Retry-After", 0, CURLH_HEADER, -1, &header) == CURLHE_OK &&
+        curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &retry_after) == CURLE_OK)
+        reply.retry_after = std::chrono::seconds(retry_after);
+    if (curl_easy_header(handle, "Content-Encoding", 0, CURLH_HEADER, -1, &header) == CURLHE_OK) reply.content_encoding = header->value;
+    const char* type = nullptr;
+    if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr) reply.content_type = type;
+}
+
+void take_part(Transfer& transfer, std::span<const std::byte> part) {
+    auto& reply = transfer.reply;
+    if (transfer.take != nullptr && reply.status == 0) read_head(transfer.handle, reply);  // once: with the first part
+    if (transfer.take != nullptr && reply.status == 200 && reply.content_type == *transfer.type) return (*transfer.take)(part);
+    if (transfer.take != nullptr && part.size() > kMostProblem_bytes - reply.body.size())
+        throw LostError("read a reply: more than " + std::to_string(kMostProblem_bytes) + " bytes that nobody asked for");
+    reply.body.insert(reply.body.end(), part.begin(), part.end());
+}
 
 // Callbacks of C: nothing may be thrown. A short count ends the transfer.
 std::size_t take_body(char* data, std::size_t size, std::size_t count, void* into) noexcept {
     auto& transfer = *static_cast<Transfer*>(into);
-    auto& body = transfer.reply.body;
     const std::size_t bytes = size * count;
-    transfer.too_long = bytes > transfer.most_bytes - body.size();
+    transfer.too_long = bytes > transfer.most_bytes - transfer.body_bytes;
     if (transfer.too_long) return 0;
+    transfer.body_bytes += bytes;
     try {
-        const auto* first = reinterpret_cast<const std::byte*>(data);
-        body.insert(body.end(), first, first + bytes);
+        take_part(transfer, {reinterpret_cast<const std::byte*>(data), bytes});
     } catch (const std::bad_alloc&) {
+        return 0;  // as good as lost: another try may find room
+    } catch (...) {
+        transfer.failure = std::current_exception();
         return 0;
     }
     return bytes;
@@ -46,7 +75,14 @@ std::size_t count_header(char*, std::size_t size, std::size_t count, void* into)
 }
 int look_for_stop(void* from, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noexcept { return static_cast<Transfer*>(from)->stopped->load() ? 1 : 0; }
 
-void prepare(CURL* handle, const std::string& url, const HttpLimits& limits, curl_slist* headers, Transfer& transfer) {
+curl_slist* longer(curl_slist* list, const std::string& line) {
+    curl_slist* out = curl_slist_append(list, line.c_str());
+    if (out == nullptr) throw std::bad_alloc();
+    return out;
+}
+
+void prepare(const std::string& url, const HttpLimits& limits, curl_slist* headers, Transfer& transfer) {
+    CURL* handle = transfer.handle;
     static const std::string kAgent = std::string("terravox/") + kVersion;
     curl_easy_reset(handle);
     curl_easy_setopt(handle, CURLOPT_URL, url.c_str());
@@ -67,18 +103,6 @@ void prepare(CURL* handle, const std::string& url, const HttpLimits& limits, cur
     curl_easy_setopt(handle, CURLOPT_NOPROGRESS, 0L);
 }
 
-void read_head(CURL* handle, HttpReply& reply) {
-    curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &reply.status);
-    curl_header* header = nullptr;
-    curl_off_t retry_after = 0;
-    if (curl_easy_header(handle, "Retry-After", 0, CURLH_HEADER, -1, &header) == CURLHE_OK &&
-        curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &retry_after) == CURLE_OK)
-        reply.retry_after = std::chrono::seconds(retry_after);
-    if (curl_easy_header(handle, "Content-Encoding", 0, CURLH_HEADER, -1, &header) == CURLHE_OK) reply.content_encoding = header->value;
-    const char* type = nullptr;
-    if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr) reply.content_type = type;
-}
-
 bool worth_another_try(CURLcode failed) noexcept {
     switch (failed) {
         case CURLE_URL_MALFORMAT:
@@ -91,6 +115,13 @@ bool worth_another_try(CURLcode failed) noexcept {
 }
 
 }  // namespace
+
+struct HttpClient::Question {
+    const std::string& url;
+    const std::string* json = nullptr;  ///< nullptr: GET
+    const std::string* type = nullptr;
+    const TakePart* take = nullptr;
+};
 
 /// A handle on loan.
 class HttpClient::Handle {
@@ -110,12 +141,17 @@ HttpClient::HttpClient() {
     static std::once_flag once;
     std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
     // Unpacked here: libcurl may have been built without zstd.
-    add_header("Accept-Encoding: zstd");
-    if (const char* token = std::getenv("TERRAVOX_TOKEN"); token != nullptr && *token != '\0') add_header(std::string("Authorization: Bearer ") + token);
+    const char* token = std::getenv("TERRAVOX_TOKEN");
+    for (curl_slist** list : {&m_headers, &m_post_headers}) {
+        *list = longer(*list, "Accept-Encoding: zstd");
+        if (token != nullptr && *token != '\0') *list = longer(*list, std::string("Authorization: Bearer ") + token);
+    }
+    m_post_headers = longer(m_post_headers, "Content-Type: application/json");
 }
 
 HttpClient::~HttpClient() {
     curl_slist_free_all(m_headers);
+    curl_slist_free_all(m_post_headers);
     for (CURL* handle : m_free) curl_easy_cleanup(handle);
 }
 
@@ -128,14 +164,27 @@ void HttpClient::check_address(const std::string& url) {
         throw UsageError("open the world '" + url + "': not an address; allowed: http(s)://host[:port]");
 }
 
-HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits) {
+HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits) { return ask({url}, limits); }
+
+HttpReply HttpClient::post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take) {
+    return ask({url, &json, &type, &take}, limits);
+}
+
+HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
+    const std::string& url = question.url;
     if (m_stopped) throw stopped(url);
-    Transfer transfer;
-    transfer.most_bytes = limits.bytes, transfer.stopped = &m_stopped;
     const Handle handle(*this);
-    prepare(handle.get(), url, limits, m_headers, transfer);
+    Transfer transfer;
+    transfer.handle = handle.get(), transfer.most_bytes = limits.bytes, transfer.stopped = &m_stopped;
+    transfer.take = question.take, transfer.type = question.type;
+    prepare(url, limits, question.json != nullptr ? m_post_headers : m_headers, transfer);
+    if (question.json != nullptr) {
+        curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(question.json->size()));
+        curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDS, question.json->data());
+    }
     const CURLcode failed = curl_easy_perform(handle.get());
     if (m_stopped) throw stopped(url);
+    if (transfer.failure) std::rethrow_exception(transfer.failure);
     if (transfer.too_long) throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) + " bytes, or a head of more than 256 KiB");
     if (failed != CURLE_OK) {
         const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);
@@ -157,12 +206,6 @@ void HttpClient::stop() noexcept {
         m_stopped = true;
     }
     m_wake.notify_all();
-}
-
-void HttpClient::add_header(const std::string& line) {
-    curl_slist* longer = curl_slist_append(m_headers, line.c_str());
-    if (longer == nullptr) throw std::bad_alloc();
-    m_headers = longer;
 }
 
 CURL* HttpClient::take() {

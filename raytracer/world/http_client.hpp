@@ -4,8 +4,10 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,7 +39,10 @@ struct HttpLimits {
     std::size_t bytes = std::size_t{64} << 20;  ///< of the body
 };
 
-/// GET requests over connections that are kept alive: a request takes a free one and gives it back. Thread-safe; one connection for each
+/// Takes a part of a body as it comes. What it throws ends the transfer, and is thrown where that was asked for.
+using TakePart = std::function<void(std::span<const std::byte>)>;
+
+/// Requests over connections that are kept alive: a request takes a free one and gives it back. Thread-safe; one connection for each
 /// thread that asks at the same time. The environment variable TERRAVOX_TOKEN is sent as a bearer token. Redirects are not followed.
 class HttpClient {
 public:
@@ -50,6 +55,9 @@ public:
     static void check_address(const std::string& url);
     /// @throws LostError when no whole reply came within the limits; Error after stop(), and for what no other try will mend (a certificate)
     [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits);
+    /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part, and the reply comes back without it.
+    /// @throws as get(), and what `take` throws
+    [[nodiscard]] HttpReply post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take);
     /// Waits, but no longer than until stop(). @throws Error after stop()
     void wait(const std::string& url, std::chrono::milliseconds time);
     /// Requests and waits under way end within about a second; later ones at once.
@@ -57,12 +65,13 @@ public:
 
 private:
     class Handle;
-    void add_header(const std::string& line);
+    struct Question;
+    [[nodiscard]] HttpReply ask(const Question& question, const HttpLimits& limits);
     CURL* take();
     void give_back(CURL* handle) noexcept;
     [[nodiscard]] static Error stopped(const std::string& url) { return Error("fetch " + url + ": stopped"); }
 
-    curl_slist* m_headers = nullptr;  ///< sent with every request
+    curl_slist *m_headers = nullptr, *m_post_headers = nullptr;  ///< of every GET, and of every POST
     std::mutex m_mutex;               ///< guards m_free
     std::vector<CURL*> m_free;
     std::atomic<bool> m_stopped{false};

@@ -7,15 +7,13 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <random>
 #include <string_view>
 #include <type_traits>
 
 #include "common/util/error.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/world/http_client.hpp"
-#include "raytracer/world/retry.hpp"
+#include "raytracer/world/batch_client.hpp"
 
 namespace terravox {
 namespace {
@@ -28,30 +26,9 @@ constexpr milliseconds kOpeningPatience{60'000};
 constexpr milliseconds kMostStalled{120'000};  // a cold square may take a while before the first byte
 constexpr int kGivenUpInRow = 16;  // then hope is lost, until something comes
 constexpr int kHopelessShare = 20;
+constexpr int kBatch = 32;  // boxes: most of what a request costs is shared, and a lost one loses little
 
 std::string_view text_of(const HttpReply& reply) noexcept { return {reinterpret_cast<const char*>(reply.body.data()), reply.body.size()}; }
-
-/// "HTTP status 500, reason", one line whatever the server sends.
-std::string problem_of(const HttpReply& reply) {
-    std::string reason = "no reason given";
-    const auto json = nlohmann::json::parse(text_of(reply).substr(0, 2000), nullptr, false);
-    if (json.is_object() && json.contains("detail") && json["detail"].is_string()) reason = json["detail"].get<std::string>();
-    std::replace_if(reason.begin(), reason.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-    return "HTTP status " + std::to_string(reply.status) + ", " + reason;
-}
-
-/// A random number in [0, 1). Only waits depend on it, never a picture.
-double chance() {
-    thread_local std::minstd_rand random(std::random_device{}());
-    return std::uniform_real_distribution<double>(0, 1)(random);
-}
-
-/// Why a try failed that another one may mend.
-struct FailedTry : Error {
-    FailedTry(Trouble what, const std::string& why, std::optional<std::chrono::seconds> later = std::nullopt) : Error(why), trouble(what), retry_after(later) {}
-    Trouble trouble;
-    std::optional<std::chrono::seconds> retry_after;
-};
 
 /// What Read makes of a reply.
 template <class Read> using Made = std::invoke_result_t<Read, const std::string&, const HttpReply&>;
@@ -59,9 +36,7 @@ template <class Read> using Made = std::invoke_result_t<Read, const std::string&
 class RemoteWorld final : public voxel::World {
 public:
     RemoteWorld(std::string url, util::StageTimes& times, milliseconds box_patience)
-        : m_url(std::move(url)), m_times(times), m_patience(std::max(box_patience, milliseconds{1})) {
-        HttpClient::check_address(m_url);
-        while (!m_url.empty() && m_url.back() == '/') m_url.pop_back();
+        : m_url(checked(std::move(url))), m_times(times), m_patience(std::max(box_patience, milliseconds{1})), m_batches(m_client, times, m_url, m_patience) {
         const auto text = ask(m_url + "/v2/world", kMostText_bytes, std::min(m_patience, kOpeningPatience),
                               [](const std::string&, const HttpReply& reply) { return std::string(text_of(reply)); });
         m_info = voxel::world_from_json(text, m_url);  // another version is no damage that a second try would mend
@@ -74,6 +49,17 @@ public:
         return ask(m_url + "/v2/boxes/" + voxel::to_string(key), kMostBox_bytes, m_patience,
                    [&](const std::string& url, const HttpReply& reply) { return read_box(key, url, reply); });
     }
+
+    void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override {
+        std::vector<voxel::BoxKey> missing(keys.begin(), keys.end());
+        if (hopeful())
+            m_batches.ask(missing, [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
+                m_given_up.store(0, std::memory_order_relaxed);
+                take(key, std::move(outcome));
+            });
+        World::boxes(missing, take);
+    }
+    [[nodiscard]] int preferred_batch() const noexcept override { return kBatch; }
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
         const std::string place = std::to_string(level) + "/" + std::to_string(bx) + "/" + std::to_string(bz);
@@ -89,6 +75,12 @@ public:
     void stop() noexcept override { m_client.stop(); }
 
 private:
+    static std::string checked(std::string url) {
+        HttpClient::check_address(url);
+        while (!url.empty() && url.back() == '/') url.pop_back();
+        return url;
+    }
+
     static std::shared_ptr<const voxel::Box> read_box(const voxel::BoxKey& key, const std::string& url, const HttpReply& reply) {
         if (reply.status == 204) return nullptr;  // the server knows that it is air
         if (reply.content_type != voxel::kBoxMediaType)
@@ -110,10 +102,10 @@ private:
 
     /// @param read makes something of a reply with status 200 or 204; what it throws as Error is a damaged reply
     template <class Read> Made<Read> ask(const std::string& url, std::size_t most_bytes, milliseconds patience, const Read& read) {
-        const bool hopeful = m_given_up.load(std::memory_order_relaxed) < kGivenUpInRow;
-        if (!hopeful) patience = std::max(patience / kHopelessShare, std::min(patience, milliseconds{1000}));
+        const bool hope = hopeful();
+        if (!hope) patience = std::max(patience / kHopelessShare, std::min(patience, milliseconds{1000}));
         const auto stalled = std::chrono::ceil<std::chrono::seconds>(std::min(patience / 2, kMostStalled));
-        Retry retry(Retry::Clock::now(), patience, hopeful);
+        Retry retry(Retry::Clock::now(), patience, hope);
         for (;;) {
             std::optional<FailedTry> failed;
             try {
@@ -135,23 +127,17 @@ private:
 
     /// @throws FailedTry for what another try may mend, Error for what is an answer
     template <class Read> Made<Read> answer(const std::string& url, const HttpReply& reply, const Read& read) {
-        switch (reply.status) {
-            case 200:
-            case 204:
-                try {
-                    return read(url, reply);
-                } catch (const Error& e) {
-                    throw FailedTry(Trouble::kDamaged, e.what());
-                }
-            case 429:
-            case 502:
-            case 503:
-            case 504: throw FailedTry(Trouble::kBusy, "fetch " + url + ": " + problem_of(reply), reply.retry_after);
-            case 500: throw FailedTry(Trouble::kFailed, "fetch " + url + ": " + problem_of(reply));
-            default:
-                m_given_up.store(0, std::memory_order_relaxed);
-                throw Error("fetch " + url + ": " + problem_of(reply));
+        if (reply.status == 200 || reply.status == 204) {
+            try {
+                return read(url, reply);
+            } catch (const Error& e) {
+                throw FailedTry(Trouble::kDamaged, e.what());
+            }
         }
+        const std::string what = "fetch " + url + ": " + problem_of(reply);
+        if (const auto trouble = trouble_of(reply.status)) throw FailedTry(*trouble, what, reply.retry_after);
+        m_given_up.store(0, std::memory_order_relaxed);
+        throw Error(what);
     }
 
     [[noreturn]] void give_up(const FailedTry& failed, int tries, milliseconds patience) {
@@ -162,10 +148,13 @@ private:
                     std::to_string(std::chrono::ceil<std::chrono::seconds>(patience).count()) + " s");
     }
 
-    std::string m_url;
+    [[nodiscard]] bool hopeful() const noexcept { return m_given_up.load(std::memory_order_relaxed) < kGivenUpInRow; }
+
+    const std::string m_url;
     util::StageTimes& m_times;
     const milliseconds m_patience;
     HttpClient m_client;
+    BatchClient m_batches;
     std::atomic<int> m_given_up{0};  ///< boxes in a row that nothing came for
     voxel::WorldInfo m_info;
 };

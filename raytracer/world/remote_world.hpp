@@ -15,6 +15,8 @@ namespace terravox {
 /// The server may be late, silent, restarting or damaged: box() and column() try again what is worth it (raytracer/world/retry.hpp), and
 /// throw Error no later than about `box_patience` after they were called. When many boxes in a row had to be given up without one answer
 /// between them, the rest get a twentieth of the patience each, until something comes: a dead server must not hold a picture for days.
+/// boxes() asks for many in one request; what does not come that way is asked for like box(), one after the other, each with its own patience
+/// (raytracer/world/batch_client.hpp).
 /// stop() ends what is under way within about a second.
 /// @param url http(s)://host[:port]
 /// @param box_patience at least 1 ms; opening waits that long too, but no longer than a minute

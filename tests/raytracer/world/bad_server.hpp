@@ -30,6 +30,8 @@ struct Deed {
     std::chrono::milliseconds drip{0};  ///< after each byte of the body
     bool silent = false;                ///< takes the request and says nothing
     std::size_t lost = 0;               ///< bytes of the body that never come: the connection ends before them
+    std::size_t rest = 0;               ///< bytes of the body that come only after before_rest
+    std::function<void()> before_rest = {};
 };
 
 /// A web server on a free local port that does to each request what it is told: late, silent, dripping, damaged. A thread for each connection.
@@ -37,8 +39,11 @@ class BadServer {
 public:
     /// What to do with the n-th request (from 0) for a path. Called from several threads, one at a time.
     using Script = std::function<Deed(const std::string& path, int n)>;
+    using BodyScript = std::function<Deed(const std::string& path, int n, const std::string& body)>;
 
-    explicit BadServer(Script script) : m_script(std::move(script)), m_listener(::socket(AF_INET, SOCK_STREAM, 0)) {
+    explicit BadServer(Script script)
+        : BadServer([script = std::move(script)](const std::string& path, int n, const std::string&) { return script(path, n); }) {}
+    explicit BadServer(BodyScript script) : m_script(std::move(script)), m_listener(::socket(AF_INET, SOCK_STREAM, 0)) {
         sockaddr_in address{};
         address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         socklen_t size = sizeof address;
@@ -99,18 +104,25 @@ private:
 
     void serve(int socket) {
         std::string request;
-        while (request.find("\r\n\r\n") == std::string::npos) {
-            char bytes[4096];
-            if (!readable(socket)) return;
-            const auto count = ::recv(socket, bytes, sizeof bytes, 0);
-            if (count <= 0) return;
-            request.append(bytes, static_cast<std::size_t>(count));
-        }
+        const auto read_until = [&](const std::function<bool()>& enough) {
+            while (!enough()) {
+                char bytes[4096];
+                if (!readable(socket)) return false;
+                const auto count = ::recv(socket, bytes, sizeof bytes, 0);
+                if (count <= 0) return false;
+                request.append(bytes, static_cast<std::size_t>(count));
+            }
+            return true;
+        };
+        if (!read_until([&] { return request.find("\r\n\r\n") != std::string::npos; })) return;
+        const std::size_t body_at = request.find("\r\n\r\n") + 4, length_at = request.find("Content-Length: ");
+        const std::size_t length = length_at < body_at ? std::stoul(request.substr(length_at + 16)) : 0;
+        if (!read_until([&] { return request.size() >= body_at + length; })) return;
         const auto begin = request.find(' ') + 1;
         const std::string path = request.substr(begin, request.find(' ', begin) - begin);
         const Deed deed = [&] {
             const std::lock_guard lock(m_mutex);
-            return m_script(path, m_asked[path]++);
+            return m_script(path, m_asked[path]++, request.substr(body_at));
         }();
         if (deed.silent) {
             (void)rest(socket, std::chrono::hours(1));
@@ -119,8 +131,13 @@ private:
         if (!rest(socket, deed.late)) return;
         std::string head = "HTTP/1.1 " + std::to_string(deed.status) + " Whatever\r\nConnection: close\r\n" + deed.headers;
         if (deed.status != 204) head += "Content-Type: " + deed.type + "\r\nContent-Length: " + std::to_string(deed.body.size()) + "\r\n";
-        const std::string body = deed.body.substr(0, deed.body.size() - deed.lost);
+        std::string body = deed.body.substr(0, deed.body.size() - deed.lost);
         if (!send(socket, head + "\r\n")) return;
+        if (deed.rest > 0) {
+            if (!send(socket, body.substr(0, body.size() - deed.rest))) return;
+            deed.before_rest();
+            body.erase(0, body.size() - deed.rest);
+        }
         if (deed.drip.count() == 0) {
             (void)send(socket, body);
             return;
@@ -129,7 +146,7 @@ private:
             if (!send(socket, std::string(1, byte)) || !rest(socket, deed.drip)) return;
     }
 
-    Script m_script;
+    BodyScript m_script;
     int m_listener;
     int m_port = 0;
     std::atomic<bool> m_stop{false};

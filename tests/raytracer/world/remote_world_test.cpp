@@ -4,56 +4,33 @@
 #include <thread>
 
 #include "common/util/error.hpp"
-#include "common/voxel/box_builder.hpp"
 #include "common/voxel/box_codec.hpp"
-#include "common/voxel/world_json.hpp"
 #include "tests/catch.hpp"
-#include "tests/raytracer/world/bad_server.hpp"
+#include "tests/raytracer/world/served_boxes.hpp"
 
 using namespace terravox;
 using namespace std::chrono_literals;
 using terravox::test::BadServer;
+using terravox::test::box_of;
+using terravox::test::bytes_of;
 using terravox::test::contains;
 using terravox::test::Deed;
+using terravox::test::problem;
+using terravox::test::seconds_of;
+using terravox::test::world_with;
 
 namespace {
 
 const voxel::BoxKey kKey{0, 3, -1, 7};
 const std::string kPath = "/v2/boxes/0/3/-1/7";
 
-std::shared_ptr<const voxel::Box> box_of(const voxel::BoxKey& key) {
-    voxel::BoxBuilder builder;
-    for (int x = 0; x < voxel::kBoxSizeX; ++x)
-        for (int z = 0; z < voxel::kBoxSizeZ; ++z) builder.add(x, z, 0, 5 + (x * 3 + z * 7) % 40, true);
-    return builder.build(key, [](int x, int, int z) {
-        voxel::VoxelAttr attr;
-        attr.source_class = static_cast<std::uint8_t>(x ^ z);
-        return attr;
-    });
-}
-
-std::string bytes_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
-
 Deed good_box(const voxel::BoxKey& key = kKey) {
     return {.type = voxel::kBoxMediaType, .body = bytes_of(voxel::compress(*box_of(key))), .headers = "Content-Encoding: zstd\r\n"};
-}
-Deed problem(int status, const std::string& headers = "") {
-    return {.status = status, .type = "application/problem+json", .body = R"({"detail": "not\ntoday"})", .headers = headers};
 }
 Deed damaged_box() {
     Deed deed = good_box();
     deed.body[deed.body.size() / 2] = static_cast<char>(deed.body[deed.body.size() / 2] ^ 0x55);
     return deed;
-}
-
-/// The description of a world is always good; boxes are what `boxes` says.
-BadServer::Script world_with(BadServer::Script boxes) {
-    return [boxes = std::move(boxes)](const std::string& path, int n) {
-        if (path != "/v2/world") return boxes(path, n);
-        voxel::WorldInfo info;
-        info.title = "a bad world", info.bounds = {{0, -256, 0}, {640, 256, 640}};
-        return Deed{.body = voxel::world_to_json(info)};
-    };
 }
 
 /// A world whose boxes are bad at first: `bad` says what is done `times` times before a good box comes.
@@ -65,12 +42,6 @@ struct Mended {
         : server(world_with([bad, count](const std::string&, int n) { return n < count ? bad : good_box(); })),
           world(open_remote_world(server.url(), times, patience)) {}
 };
-
-double seconds_of(const std::function<void()>& work) {
-    const auto begin = std::chrono::steady_clock::now();
-    work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 /// For other threads, in which nothing may be checked.
 bool given_up(voxel::World& world, int bx) {

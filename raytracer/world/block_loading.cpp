@@ -1,0 +1,143 @@
+// The loaders of the block manager: what they ask the world for, and what becomes of the answers.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "common/util/free_memory.hpp"
+#include "raytracer/world/block_manager.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr std::size_t kMostReasons = 100;
+constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
+constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;  // of a box, before one is known
+
+std::string reason_of(const std::exception_ptr& failure) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::exception& e) {
+        return e.what();
+    } catch (...) {
+        return "an error without a name";
+    }
+}
+
+}  // namespace
+
+// What is queued is shared among those who have nothing to do: the lock is held by one of them.
+std::size_t BlockManager::share_of(std::size_t queued) const noexcept {
+    const std::size_t idle = m_loader_count - m_busy;
+    return std::clamp<std::size_t>((queued + idle - 1) / idle, 1, m_batch);
+}
+
+// What is on its way and `more` boxes beside may need, as large as boxes have been so far.
+std::size_t BlockManager::coming_bytes(std::size_t more) const noexcept {
+    std::uint64_t loaded = 0, bytes = 0;
+    for (const auto& level : m_stats.levels) loaded += level.loaded, bytes += level.bytes_loaded;
+    return (m_coming + more) * (loaded > 0 ? static_cast<std::size_t>(bytes / loaded) : kGuessed_bytes);
+}
+
+// The lock is held. False: nothing to load now.
+bool BlockManager::next_keys(std::vector<voxel::BoxKey>& keys) {
+    keys.clear();
+    if (m_unseen_bytes > m_limit_bytes / 4) return false;
+    if (!m_wanted.empty()) take_wanted(share_of(m_wanted.size()), keys);
+    else if (m_ahead < m_most_ahead) take_foreseen(share_of(m_foreseen.size()), keys);
+    return !keys.empty();
+}
+
+// The first goes whatever there is room for, or nothing would ever come; others only where all that is coming fits.
+void BlockManager::take_wanted(std::size_t most, std::vector<voxel::BoxKey>& keys) {
+    while (!m_wanted.empty() && keys.size() < most && (keys.empty() || m_unseen_bytes + coming_bytes(keys.size() + 1) <= m_limit_bytes / 4)) {
+        keys.push_back(m_wanted.front());
+        m_wanted.pop_front();
+    }
+}
+
+void BlockManager::take_foreseen(std::size_t most, std::vector<voxel::BoxKey>& keys) {
+    const std::size_t room_bytes = m_limit_bytes / 4 * 3;
+    while (!m_foreseen.empty() && keys.size() < most && m_stats.bytes < room_bytes &&
+           (keys.empty() || m_stats.bytes + coming_bytes(keys.size() + 1) < room_bytes)) {
+        const voxel::BoxKey key = m_foreseen.front();
+        m_foreseen.pop_front();
+        const bool known = m_entries.contains(key) || std::find(keys.begin(), keys.end(), key) != keys.end();  // here, or on its way
+        if (!known) keys.push_back(key);
+    }
+}
+
+void BlockManager::load_boxes() {
+    std::vector<voxel::BoxKey> keys;
+    std::unique_lock lock(m_mutex);
+    while (true) {
+        m_work.wait(lock, [&] { return m_stop || next_keys(keys); });
+        if (m_stop) return;
+        bool ahead = true;
+        for (const voxel::BoxKey& key : keys) {
+            Entry& queued = m_entries[key];
+            ahead = ahead && !queued.wanted;
+            queued.wanted = false, queued.loading = true;
+        }
+        ++m_busy, m_ahead += ahead ? 1 : 0, m_coming += keys.size();
+        lock.unlock();
+        load(keys);
+        lock.lock();
+        --m_busy, m_ahead -= ahead ? 1 : 0;
+    }
+}
+
+void BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
+    std::vector<voxel::BoxKey> asked, holes;  // once a hole, always a hole: a picture has one answer
+    {
+        const std::lock_guard lock(m_mutex);
+        for (const voxel::BoxKey& key : keys) (m_holes.contains(key) ? holes : asked).push_back(key);
+    }
+    for (const voxel::BoxKey& key : holes) come(key, {nullptr, true});
+    std::vector<voxel::BoxKey> missing(asked);
+    std::string reason = "the world gave no answer";
+    const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
+        if (std::erase(missing, key) == 0) return;
+        // One box less must not lose the picture; it stays visible, counted and in the exit code.
+        if (outcome.failure) note_hole(key, reason_of(outcome.failure));
+        come(key, {outcome.failure ? nullptr : std::move(outcome.box), outcome.failure != nullptr});
+    };
+    try {
+        m_world.boxes(asked, take);
+    } catch (...) {
+        reason = reason_of(std::current_exception());
+    }
+    // Nobody must wait for ever for what a world has forgotten.
+    for (const voxel::BoxKey& key : missing) {
+        note_hole(key, reason);
+        come(key, {nullptr, true});
+    }
+}
+
+void BlockManager::come(const voxel::BoxKey& key, Block made) {
+    auto block = std::make_shared<const Block>(std::move(made));
+    std::vector<BlockPin> evicted;  // freed without the lock
+    bool much = false;
+    {
+        const std::lock_guard lock(m_mutex);
+        --m_coming;
+        keep(key, std::move(block), evicted);
+        m_came.notify_all();
+        for (const BlockPin& gone : evicted) m_freed_bytes += gone->memory_bytes();
+        much = m_freed_bytes > kMuchFreed_bytes;
+        if (much) m_freed_bytes = 0;
+    }
+    evicted.clear();
+    if (much) util::give_back_free_memory();
+}
+
+void BlockManager::note_hole(const voxel::BoxKey& key, const std::string& reason) {
+    const std::lock_guard lock(m_mutex);
+    if (m_stop) return;
+    // A damaged file fails in the same words for each of its boxes: said once, the boxes are counted at the end.
+    if (m_holes.insert(key).second && m_hole_reasons.size() < kMostReasons && m_hole_reasons.insert(reason).second)
+        spdlog::error("hole at box {}: {}", voxel::to_string(key), reason);
+}
+
+}  // namespace terravox
