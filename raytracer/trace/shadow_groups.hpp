@@ -15,7 +15,7 @@ struct ShadowRay {
     WalkEnd* end;      ///< kWaits: not known yet
 };
 
-/// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256, 64 and 16 of them, then in packets. One for each thread.
+/// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256 and 64 of them, then in packets. One for each thread.
 class ShadowGroups {
 public:
     static constexpr std::size_t kMost = 256;
@@ -24,15 +24,23 @@ public:
 
     /// Sets `end` of those that are known; the others may have gone part of their way and are for RayWalk.
     /// @param rays at most kMost, neighbours beside each other @return how many no step was needed for
-    std::uint64_t trace(std::span<const ShadowRay> rays) { return trace(rays, kMost, std::nullopt); }
+    std::uint64_t trace(std::span<const ShadowRay> rays) {
+        const std::uint64_t spared = trace(rays, kMost, std::nullopt);
+        walk();
+        return spared;
+    }
 
 private:
     std::uint64_t trace(std::span<const ShadowRay> rays, std::size_t size, std::optional<std::int32_t> known);
-    void walk(std::span<const ShadowRay> rays);
+    /// To the packet. @param free_from plane on `axis` from which on it is free
+    void add(const ShadowRay& ray, int axis, std::int32_t free_from);
+    void walk();
     ShaftMarch& m_shafts;
     PacketWalk* m_packets;
     Vec3 m_sun;
     double m_radius_rad;
+    RayPacket m_packet;  ///< rays that wait until it is full
+    const ShadowRay* m_lanes[RayPacket::kLanes] = {};
 };
 
 }  // namespace terravox

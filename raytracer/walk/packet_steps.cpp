@@ -3,39 +3,19 @@
 #include <cstdlib>
 #include <cstring>
 
-// They bring nothing here that their neighbours have not.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
+// The later AVX-512 counts the bits of whole vectors. SSSE3 brings nothing here that its neighbours have not.
+#define HWY_WANT_AVX3_DL
+#define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "raytracer/walk/packet_steps.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "raytracer/walk/packet_box.hpp"
+#include "raytracer/walk/packet_lanes.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace terravox::HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-// Eight lanes of 64 bits, or four.
-using Doubles = hn::CappedTag<double, 8>;
-using Ints = hn::RebindToSigned<Doubles>;
-using VD = hn::Vec<Doubles>;
-using VI = hn::Vec<Ints>;
-using Lanes = hn::Mask<Doubles>;
-constexpr Doubles d;
-constexpr Ints di;
-constexpr int kWidth = static_cast<int>(hn::MaxLanes(d));
-static_assert(RayPacket::kLanes % kWidth == 0);
-
-HWY_INLINE Lanes lanes_of(std::uint32_t bits, int first) {
-    const std::uint8_t byte = static_cast<std::uint8_t>(bits >> first);
-    alignas(8) const std::uint8_t loaded[8] = {byte};
-    return hn::LoadMaskBits(d, loaded);
-}
-HWY_INLINE std::uint32_t bits_of(Lanes lanes, int first) {
-    alignas(8) std::uint8_t stored[8] = {};
-    hn::StoreMaskBits(d, lanes, stored);
-    return static_cast<std::uint32_t>(stored[0]) << first;
-}
-HWY_INLINE VD choose(Lanes yes, VD a, VD b) { return hn::IfThenElse(yes, a, b); }
 
 std::uint32_t inside(const RayPacket& p, const PacketCell& cell, std::uint32_t active) noexcept {
     std::uint32_t out = 0;
@@ -146,57 +126,8 @@ void leap(RayPacket& p, const PacketCell& cell, std::uint32_t lanes) noexcept {
     }
 }
 
-std::uint32_t brick(RayPacket& p, const PacketCell& cell, std::uint64_t mask, std::uint32_t lanes) noexcept {
-    std::uint32_t stopped = 0;
-    const VI solid = hn::Set(di, static_cast<std::int64_t>(mask)), one_i = hn::Set(di, 1);
-    // A whole number below 2^52, added to this, has itself in the low bits of the sum.
-    const VD magic = hn::Set(d, 4503599627370496.0);
-    constexpr std::int64_t kStride[3] = {1, 16, 4};
-    for (int first = 0; first < p.count; first += kWidth) {
-        if ((lanes >> first & ((1u << kWidth) - 1)) == 0) continue;
-        Lanes alive = lanes_of(lanes, first), hit = hn::Lt(magic, magic);
-        VD origin[3], inverse[3], voxel[3], ahead[3], step[3], end[3];
-        VI bit_step[3];
-        VD place = hn::Zero(d);
-        for (int a = 0; a < 3; ++a) {
-            origin[a] = hn::Load(d, p.origin[a] + first), inverse[a] = hn::Load(d, p.inverse[a] + first), voxel[a] = hn::Load(d, p.voxel[a] + first);
-            ahead[a] = hn::Set(d, p.forward[a] ? 1.0 : 0.0), step[a] = hn::Set(d, p.forward[a] ? 1.0 : -1.0);
-            end[a] = hn::Set(d, p.forward[a] ? cell.high[a] + 1 : cell.low[a] - 1);
-            bit_step[a] = hn::Set(di, p.forward[a] ? kStride[a] : -kStride[a]);
-            place = hn::Add(place, hn::Mul(hn::Sub(voxel[a], hn::Set(d, cell.low[a])), hn::Set(d, static_cast<double>(kStride[a]))));
-        }
-        VI bit = hn::And(hn::BitCast(di, hn::Add(place, magic)), hn::Set(di, 63));
-        VD t = hn::Load(d, p.t + first), axis = hn::Load(d, p.axis + first);
-        while (true) {
-            const Lanes here = hn::RebindMask(d, hn::Ne(hn::And(hn::Shr(solid, bit), one_i), hn::Zero(di)));
-            hit = hn::Or(hit, hn::And(alive, here));
-            alive = hn::AndNot(here, alive);
-            if (hn::AllFalse(d, alive)) break;
-            VD out[3];
-            for (int a = 0; a < 3; ++a) out[a] = hn::Mul(hn::Sub(hn::Add(voxel[a], ahead[a]), origin[a]), inverse[a]);
-            const Lanes x_first = hn::And(hn::Le(out[0], out[1]), hn::Le(out[0], out[2])), y_first = hn::AndNot(x_first, hn::Le(out[1], out[2]));
-            const Lanes z_first = hn::Not(hn::Or(x_first, y_first));
-            t = choose(alive, hn::Min(out[0], hn::Min(out[1], out[2])), t);
-            axis = choose(alive, choose(x_first, hn::Zero(d), choose(y_first, hn::Set(d, 1.0), hn::Set(d, 2.0))), axis);
-            const Lanes go[3] = {hn::And(alive, x_first), hn::And(alive, y_first), hn::And(alive, z_first)};
-            Lanes left = hn::Lt(magic, magic);
-            for (int a = 0; a < 3; ++a) {
-                voxel[a] = hn::Add(voxel[a], hn::IfThenElseZero(go[a], step[a]));
-                left = hn::Or(left, hn::And(go[a], hn::Eq(voxel[a], end[a])));
-                bit = hn::Add(bit, hn::IfThenElseZero(hn::RebindMask(di, go[a]), bit_step[a]));
-            }
-            alive = hn::AndNot(left, alive);
-            bit = hn::And(bit, hn::Set(di, 63));
-        }
-        for (int a = 0; a < 3; ++a) hn::Store(voxel[a], d, p.voxel[a] + first);
-        hn::Store(t, d, p.t + first), hn::Store(axis, d, p.axis + first);
-        stopped |= bits_of(hit, first);
-    }
-    return stopped;
-}
-
 const PacketSteps* steps() {
-    static constexpr PacketSteps out{primary, inside, leap, brick};
+    static constexpr PacketSteps out{primary, inside, leap, box};
     return kWidth >= 4 ? &out : nullptr;
 }
 

@@ -2,13 +2,14 @@
 
 #include <cstdint>
 
+#include "common/voxel/box.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/beam.hpp"
 #include "raytracer/walk/ray_packet.hpp"
 
 namespace terravox {
 
-/// An aligned cube of voxels, both corners included, in voxels of the packet's level.
+/// An aligned block of voxels, both corners included, in voxels of the packet's level.
 struct PacketCell {
     double low[3], high[3];
 };
@@ -33,8 +34,9 @@ struct PacketSteps {
     std::uint32_t (*inside)(const RayPacket& packet, const PacketCell& cell, std::uint32_t active) noexcept;
     /// Takes lanes that are in the cell out of it, in one leap: RayState::leap.
     void (*leap)(RayPacket& packet, const PacketCell& cell, std::uint32_t lanes) noexcept;
-    /// Takes lanes that are in a brick of 4 x 4 x 4 voxels to the first one of `mask`, or out of it. @return those that were stopped
-    std::uint32_t (*brick)(RayPacket& packet, const PacketCell& cell, std::uint64_t mask, std::uint32_t lanes) noexcept;
+    /// Takes lanes of `lanes` that are in a box to the first solid voxel each, or out of it, or to where nothing is in their way.
+    /// @param cells of the box @param block its voxels @param steps counted up @return those that were stopped, with `brick` set
+    std::uint32_t (*box)(RayPacket& packet, const voxel::TreeCell* cells, const PacketCell& block, std::uint32_t lanes, std::uint64_t& steps) noexcept;
 };
 
 /// Those for this machine's instructions: AVX-512 or AVX2. nullptr: it has neither, and single rays are as fast.

@@ -8,31 +8,6 @@ namespace {
 using voxel::child_bit;
 using voxel::TreeCell;
 
-PacketCell cube_around(std::int32_t x, std::int32_t y, std::int32_t z, int shift) noexcept {
-    const std::int32_t size = (std::int32_t{1} << shift) - 1;
-    const auto low = [&](std::int32_t v) { return static_cast<double>(v & ~size); };
-    return {{low(x), low(y), low(z)}, {low(x) + size, low(y) + size, low(z) + size}};
-}
-
-/// What a voxel of a box lies in: a cube of 2^shift voxels.
-struct Place {
-    const TreeCell* brick;  ///< nullptr: the cube is empty, or hidden rock throughout
-    bool empty;
-    int shift;
-};
-
-Place find_place(const TreeCell* cells, std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
-    const TreeCell* cell = &cells[y >> 6 & 3];
-    if (cell->mask == 0) return {nullptr, true, 6};
-    for (int shift = 4; shift >= 2; shift -= 2) {
-        const int bit = child_bit(x >> shift, y >> shift, z >> shift);
-        if ((cell->mask >> bit & 1) == 0) return {nullptr, true, voxel_leap_shift(cell->mask, bit, shift)};
-        if ((cell->detail >> bit & 1) == 0) return {nullptr, false, shift};
-        cell = &cells[cell->index_of(bit)];
-    }
-    return {cell, false, 2};
-}
-
 }  // namespace
 
 template <bool kAny>
@@ -45,6 +20,11 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
         const int lane = std::countr_zero(active);
         const std::int32_t v[3] = {static_cast<std::int32_t>(p.voxel[0][lane]), static_cast<std::int32_t>(p.voxel[1][lane]), static_cast<std::int32_t>(p.voxel[2][lane])};
         ++m_counts.steps;
+        if (p.is_free(lane)) {
+            ends.missed |= 1u << lane;
+            active &= active - 1;
+            continue;
+        }
         const voxel::BoxKey key{p.level, v[0] >> 6, v[1] >> 8, v[2] >> 6};
         if (block == nullptr || key != own) {
             const int level = m_cut.level_at(v[0] << p.level, v[2] << p.level, p.level);
@@ -71,25 +51,14 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
             }
             own = key;
         }
+        const double x = key.bx * 64.0, y = key.by * 256.0, z = key.bz * 64.0;
+        const PacketCell cell{{x, y, z}, {x + 63, y + 255, z + 63}};
         if (!block->box) {
-            const double x = key.bx * 64.0, y = key.by * 256.0, z = key.bz * 64.0;
-            const PacketCell cell{{x, y, z}, {x + 63, y + 255, z + 63}};
             m_steps.leap(p, cell, m_steps.inside(p, cell, active));
             continue;
         }
-        const Place place = find_place(block->box->cells().data(), v[0], v[1], v[2]);
-        const PacketCell cell = cube_around(v[0], v[1], v[2], place.shift);
-        const std::uint32_t group = m_steps.inside(p, cell, active);
-        if (place.empty) {
-            m_steps.leap(p, cell, group);
-            continue;
-        }
-        if (place.brick == nullptr) {
-            if constexpr (kAny) ends.hit |= group;
-            active &= ~group;
-            continue;
-        }
-        const std::uint32_t stopped = m_steps.brick(p, cell, place.brick->mask, group);
+        const TreeCell* cells = block->box->cells().data();
+        const std::uint32_t stopped = m_steps.box(p, cells, cell, active, m_counts.steps);
         active &= ~stopped;
         if constexpr (kAny) {
             ends.hit |= stopped;
@@ -98,10 +67,11 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 const int i = std::countr_zero(left);
                 const VoxelCoord at{static_cast<std::int32_t>(p.voxel[0][i]), static_cast<std::int32_t>(p.voxel[1][i]), static_cast<std::int32_t>(p.voxel[2][i])};
                 const int bit = child_bit(at.x, at.y, at.z);
-                if ((place.brick->detail >> bit & 1) == 0) continue;
+                const TreeCell& brick = cells[p.brick[i]];
+                if (p.brick[i] == 0 || (brick.detail >> bit & 1) == 0) continue;
                 const int axis = static_cast<int>(p.axis[i]);
                 hits[i] = {p.t[i], at, axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]), static_cast<std::int8_t>(p.level), false,
-                           block->box->attrs()[place.brick->index_of(bit)]};
+                           block->box->attrs()[brick.index_of(bit)]};
                 ends.hit |= 1u << i;
             }
         }

@@ -8,9 +8,8 @@
 
 namespace terravox {
 
-/// Walks packets: the cell that the first ray is in is looked up once, and all rays in it leave it together. Neighbouring rays are mostly
-/// in the same cells, so that the masks are read, and branched on, once for many. Voxel, face and t are those of RayWalk to the last bit.
-/// One for each thread.
+/// Walks packets: all rays that are in the first one's box go on through it at the same time. Voxel, face and t are those of RayWalk to the
+/// last bit. One for each thread.
 class PacketWalk {
 public:
     /// Lanes as bits. Those in neither are where they stopped for something that is not done in packets (a box that is missing or of another

@@ -53,6 +53,12 @@ struct alignas(64) RayPacket {
             }
         level = to;
     }
+    /// Whether nothing is known to lie ahead of lane i.
+    [[nodiscard]] bool is_free(int i) const noexcept {
+        if (free_axis < 0) return false;
+        const double at = std::ldexp(free_from[i], -level), v = voxel[free_axis][i];
+        return forward[free_axis] ? v >= at : v + 1 <= at;
+    }
     /// Where lane i is now. @param ray what was added as this lane
     void update(int i, RayState& ray) const noexcept {
         ray.change_scale(left_at[i] < 0 ? level : left_at[i]);
@@ -64,9 +70,12 @@ struct alignas(64) RayPacket {
 
     // Lanes that no ray was added to hold nothing that is looked at.
     double origin[3][kLanes] = {}, direction[3][kLanes] = {}, inverse[3][kLanes] = {}, voxel[3][kLanes] = {}, t[kLanes] = {}, axis[kLanes] = {};
+    double free_from[kLanes] = {};  ///< plane on `free_axis`, level-0 voxels, from which on nothing is in the lane's way
+    std::uint64_t brick[kLanes] = {};  ///< index of the cell in its box that a lane was stopped in; 0: hidden rock
     bool forward[3] = {};
     int level = 0;
     int count = 0;
+    int free_axis = -1;  ///< -1: no such planes are known
     std::int8_t left_at[kLanes];  ///< level on which a lane was done with; -1: it is that of the packet
 };
 

@@ -15,6 +15,7 @@ public:
     explicit Shaft(Vec3 direction, double radius_rad = 0) noexcept;
     /// @param ray where it starts
     void add(const Vec3& origin, const RayState& ray) noexcept;
+    [[nodiscard]] int axis() const noexcept { return m_axis; }
 
 private:
     friend class ShaftMarch;

@@ -143,11 +143,13 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
     CHECK((bytes_of(render(holed, 2)) != bytes_of(render(whole, 2))));
     CHECK(holed.blocks.hole_count() == 1);
     Film film(holed.view.scene.output.size_px[0], holed.view.scene.output.size_px[1]);
+    RenderStatistics statistics;
     {
         ThreadProcessor processor(holed.view, holed.blocks, 2);
-        CHECK(render_film({holed.view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film).holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
+        statistics.counts = render_film({holed.view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film);
+        CHECK(statistics.counts.holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
     }
-    const auto metadata = metadata_of(holed.view, holed.world->info(), holed.blocks.hole_count());
+    const auto metadata = picture_info(holed.view, holed.world->info(), statistics, false).metadata;
     CHECK(std::count(metadata.begin(), metadata.end(), std::pair<std::string, std::string>("terravox:holes", "1")) == 1);
 }
 

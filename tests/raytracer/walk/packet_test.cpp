@@ -2,7 +2,9 @@
 #include <random>
 
 #include "raytracer/shade/random.hpp"
+#include "raytracer/trace/shadow_groups.hpp"
 #include "raytracer/walk/packet_walk.hpp"
+#include "raytracer/walk/surroundings.hpp"
 #include "raytracer/walk/walker.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/pyramid_world.hpp"
@@ -191,4 +193,61 @@ TEST_CASE("primary rays made in a packet are those of the camera", "[raytracer][
     }
     CHECK(wrong == 0);
     CHECK(lanes_seen > 1000);
+}
+
+TEST_CASE("groups of shadow rays answer what single rays answer", "[raytracer][packet]") {
+    struct Case {
+        const char* name;
+        Vec3 sun;
+        double radius_rad, detail;
+    };
+    for (const Case& c : {Case{"high sun", {0.3, 0.9, 0.2}, 0, 0}, Case{"low sun in the west", {-0.8, 0.2, 0.3}, 0, 0}, Case{"low sun in the east, levels", {0.7, 0.15, -0.1}, 0.01, 1},
+                          Case{"low sun in the south, levels", {0.1, 0.3, 0.9}, 0, 2}, Case{"high sun, levels", {-0.2, 0.8, -0.4}, 0, 2},
+                          Case{"broad sun in the zenith", {0, 1, 0.01}, 0.05, 1}}) {
+        DYNAMIC_SECTION(c.name) {
+            Fixture f(c.detail);
+            std::optional<PacketWalk> packets = packet_walk(f.reader, f.cut);
+            ShaftMarch shafts(f.reader, f.cut);
+            const Vec3 sun = normalized(c.sun);
+            ShadowGroups groups(shafts, packets ? &*packets : nullptr, sun, c.radius_rad);
+            Random random(23);
+            std::size_t wrong = 0, dark = 0, free = 0;
+            for (int group = 0; group < 120; ++group) {
+                const Vec3 eye{-80, 60, -90}, towards{real(random, -1, 1), real(random, -0.8, -0.1), real(random, -1, 1)};
+                RayState states[ShadowGroups::kMost], alone[ShadowGroups::kMost];
+                WalkEnd ends[ShadowGroups::kMost];
+                ShadowRay rays[ShadowGroups::kMost];
+                std::size_t count = 0;
+                for (std::size_t i = 0; i < ShadowGroups::kMost; ++i) {
+                    const Ray ray{eye, normalized(towards + Vec3{real(random, 0, 0.2), real(random, 0, 0.2), real(random, 0, 0.2)})};
+                    const std::optional<Hit> hit = f.walker.first_hit(ray);
+                    if (!hit || hit->face == Face::kNone) continue;
+                    const Vec3 from = ray.origin + ray.direction * hit->t;
+                    const double r = c.radius_rad / 2;
+                    states[count] = RayState(Ray{from, normalized(sun + Vec3{real(random, -r, r), real(random, -r, r), real(random, -r, r)})});
+                    states[count].start_in(neighbour(hit->voxel, hit->face), hit->level);
+                    alone[count] = states[count], ends[count] = WalkEnd::kWaits;
+                    rays[count] = {from, &states[count], &ends[count]};
+                    ++count;
+                }
+                (void)groups.trace({rays, count});
+                for (std::size_t i = 0; i < count; ++i) {
+                    const auto finish = [&](RayState& ray) {
+                        while (true) {
+                            Occluder none;
+                            const WalkEnd end = f.single.any_hit(ray, kFar, none);
+                            if (end != WalkEnd::kWaits) return end;
+                            (void)f.blocks.get(f.single.missing());
+                        }
+                    };
+                    const WalkEnd wanted = finish(alone[i]), found = ends[i] == WalkEnd::kWaits ? finish(states[i]) : ends[i];
+                    if (found != wanted) ++wrong;
+                    (wanted == WalkEnd::kHit ? dark : free) += 1;
+                }
+            }
+            CHECK(wrong == 0);
+            CHECK(dark > 500);
+            CHECK(free > 500);
+        }
+    }
 }
