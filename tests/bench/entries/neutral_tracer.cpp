@@ -91,7 +91,7 @@ void NeutralTracer::trace_shadow(int x0, int y0, int thread) {
         of[count++] = &seen;
     }
     if (count == 0) return;
-    ShadowGroups(worker.shafts, worker.packets ? &*worker.packets : nullptr, sun).trace({rays, count});
+    ShadowGroups(worker.shafts, worker.packets ? &*worker.packets : nullptr, sun, 0).trace({rays, count});
     for (std::size_t i = 0; i < count; ++i)
         of[i]->shadowed = (ends[i] == WalkEnd::kWaits ? worker.walk.any_hit(states[i], kFar, worker.occluder) : ends[i]) == WalkEnd::kHit;
 }
