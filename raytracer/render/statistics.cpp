@@ -103,6 +103,15 @@ ImageMetadata run_of(const RenderStatistics& s) {
             {"terravox:peak_memory_bytes", std::to_string(s.peak_rss_bytes)}};
 }
 
+/// The scene without what no pixel depends on: a picture's file is the same whoever made it.
+Scene what_shows(Scene scene) {
+    const Scene plain;
+    scene.processing = plain.processing;
+    scene.world.memory_mib = plain.world.memory_mib;
+    scene.quality.tile = plain.quality.tile, scene.quality.tile_order = plain.quality.tile_order, scene.quality.coarse_step = plain.quality.coarse_step;
+    return scene;
+}
+
 std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
     std::array<float, 16> out;
     std::transform(m.begin(), m.end(), out.begin(), [](double v) { return static_cast<float>(v); });
@@ -117,7 +126,7 @@ PictureInfo picture_info(const View& view, const voxel::WorldInfo& world, const 
     out.exposure_ev = output.exposure_ev, out.tone = output.tone;
     if (output.credit) out.credit = world.attribution;
     out.metadata = metadata_of(view, world, statistics);
-    out.metadata.emplace_back("terravox:scene", to_toml(view.scene));
+    out.metadata.emplace_back("terravox:scene", to_toml(what_shows(view.scene)));
     if (!world.crs_wkt.empty()) out.metadata.emplace_back("terravox:crs_wkt", world.crs_wkt);
     if (with_run)
         for (auto& entry : run_of(statistics)) out.metadata.push_back(std::move(entry));

@@ -97,9 +97,9 @@ Spectrum Atmosphere::extinction(const Densities& at) const noexcept {
     return out;
 }
 
-// A landscape of meadow, wood and rock: darker in the blue.
+// A landscape under its own haze: nearly grey, so that it stays a quiet backdrop.
 const Spectrum& Atmosphere::ground_albedo() noexcept {
-    static constexpr Spectrum kAlbedo = {0.09, 0.10, 0.11, 0.13, 0.16, 0.17, 0.17, 0.18, 0.18, 0.19, 0.22};
+    static constexpr Spectrum kAlbedo = {0.24, 0.26, 0.27, 0.28, 0.28, 0.27, 0.26, 0.25, 0.24, 0.24, 0.24};
     return kAlbedo;
 }
 

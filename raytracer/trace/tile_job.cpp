@@ -235,9 +235,12 @@ void TileJob::trace_shadow_groups(TracerTools& tools) {
     ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr, tools.view.sky.to_sun(), tools.view.sky.sun_radius_rad());
     m_shadows.clear();
     for (TracedRay& ray : m_wave)
-        if (ray.kind == RayKind::kShadow && ray.only_blocked() && ray.end == WalkEnd::kWaits && ray.state.t == 0) m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
+        if (ray.kind == RayKind::kShadow && ray.stop == StopAt::kSolid && ray.state.t == 0) m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
     for (std::size_t first = 0; first < m_shadows.size(); first += ShadowGroups::kMost)
         m_counts.spared += groups.trace(std::span(m_shadows).subspan(first, std::min(ShadowGroups::kMost, m_shadows.size() - first)));
+    // Where it counts what stops a ray, it goes once more, alone.
+    for (TracedRay& ray : m_wave)
+        if (ray.leaves && ray.end == WalkEnd::kHit) ray.end = WalkEnd::kWaits;
 }
 
 // False: no pixel of the part needs more.

@@ -55,7 +55,7 @@ class BadInput(Case):
             "unknown flag": (2, ["--no-such-flag"], "--no-such-flag"),
             "a flag without its value": (2, ["--fov"], "--camera-fov-deg"),
             "a word for a number": (2, ["--fov", "wide"], "'wide'"),
-            "out of range": (2, ["--fov", "200"], "camera.fov_deg = 200; allowed: 1 to 160"),
+            "out of range": (2, ["--fov", "200"], "camera.fov_deg = 200; allowed for a perspective: 1 to 170"),
             "a size given twice": (2, ["--output-size", "4x4"], "--output-size"),
             "another word": (2, ["--colour", "red"], "allowed: material, true, mix"),
             "unknown class table": (2, ["--classes", "nonsense"], "asprs"),

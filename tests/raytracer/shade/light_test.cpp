@@ -17,7 +17,6 @@ Scene tiny(const char* integrator, int samples) {
     scene.output.size_px = {40, 24};
     scene.quality.integrator = integrator, scene.quality.samples = samples;
     scene.quality.coarse_step = 1;
-    scene.quality.clamp = 0;
     return scene;
 }
 
