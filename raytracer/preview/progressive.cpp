@@ -85,7 +85,7 @@ void Progressive::run(const View& view) {
 void Progressive::develop_tile(const View& view, const Film& film, const RenderTile& tile) {
     const auto& output = view.scene.output;
     const int width = film.width_px();
-    const Developer develop(output.exposure_ev, output.tone);
+    const Developer develop(view.exposure_ev, output.tone);
     std::vector<std::uint8_t> row(static_cast<std::size_t>(tile.x1 - tile.x0) * 3);
     for (int y = tile.y0; y < tile.y1; ++y) {
         for (int x = tile.x0; x < tile.x1; ++x) {

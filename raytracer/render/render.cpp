@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/util/config_dir.hpp"
+#include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/progress.hpp"
 #include "raytracer/sky/sun_of.hpp"
@@ -27,6 +28,13 @@ bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int leve
     bool solid = false;
     while (!surroundings.look(at, level, solid)) (void)blocks.get(surroundings.missing());
     return solid;
+}
+
+/// Stops that make up for a dim sun and sky, by what they send to level ground.
+double adaptation_ev(const Sky& sky, double share) noexcept {
+    constexpr double kFullDay = 1, kDarkest = 1e-6, kMost_ev = 9, kLn2 = 0.693147180559945309417;
+    const double level = static_cast<double>(luminance(sky.ambient({0, 1, 0}) + sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));
+    return std::clamp(-share * det::log(std::max(level, kDarkest) / kFullDay) / kLn2, 0.0, kMost_ev);
 }
 
 void check_camera(const View& view, BlockManager& blocks) {
@@ -62,6 +70,8 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     View view{scene, camera, Sky(sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
               std::make_shared<MaterialTable>(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world),
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
+    view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
+    view.most_indirect = static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
     check_camera(view, blocks);
     return view;
 }

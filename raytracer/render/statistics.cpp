@@ -84,7 +84,7 @@ ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, const
     ImageMetadata out = {{"Software", std::string("terravox ") + kVersion}, {"ImageDescription", world.title}, {"terravox:voxel_m", text(world.voxel_m)},
                          {"terravox:camera", texts(view.camera.position())}, {"terravox:projection", view.scene.camera.projection},
                          {"terravox:origin", texts(view.origin)}, {"terravox:to_sun", texts(to_sun)}, {"terravox:detail", text(view.scene.quality.detail)},
-                         {"terravox:samples", std::to_string(s.counts.samples)}, {"terravox:holes", std::to_string(s.counts.holes.size())}};
+                         {"terravox:exposure_ev", text(view.exposure_ev)}, {"terravox:samples", std::to_string(s.counts.samples)}, {"terravox:holes", std::to_string(s.counts.holes.size())}};
     if (!world.crs.empty()) out.emplace_back("terravox:crs", world.crs);
     if (!world.attribution.empty()) out.emplace_back("Copyright", world.attribution);
     return out;
@@ -123,7 +123,7 @@ std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
 PictureInfo picture_info(const View& view, const voxel::WorldInfo& world, const RenderStatistics& statistics, bool with_run) {
     const auto& output = view.scene.output;
     PictureInfo out;
-    out.exposure_ev = output.exposure_ev, out.tone = output.tone;
+    out.exposure_ev = view.exposure_ev, out.tone = output.tone;
     if (output.credit) out.credit = world.attribution;
     out.metadata = metadata_of(view, world, statistics);
     out.metadata.emplace_back("terravox:scene", to_toml(what_shows(view.scene)));

@@ -50,7 +50,8 @@ struct Scene {
     } sky;
     struct Output {
         std::array<int, 2> size_px = {1280, 720};
-        double exposure_ev = 0;
+        double exposure_ev = 0;   ///< on top of what adaptation gives
+        double adaptation = 0.75; ///< share of the daylight's want that the exposure makes up: 0 as at noon, 1 as bright as by day
         std::string tone = "photographic";  ///< curve of 8-bit pictures: photographic, filmic, agx or linear
         std::string layers = "beauty";      ///< of EXR files: beauty, or all
         std::string tiff = "auto";          ///< samples of TIFF files: auto (bytes of maps, else floats), byte or float
@@ -65,7 +66,7 @@ struct Scene {
         double time_s = 0;     ///< goes on with samples as long as this; 0: until `samples` are done
         int seed = 0;          ///< of the noise
         int bounces = 6;       ///< of a path; of mirrors in direct light
-        double clamp = 16;     ///< most light that one indirect sample of a path brings; 0: no limit
+        double clamp = 16;     ///< most light that one indirect sample of a path brings, at the picture's exposure; 0: no limit
         int level = 0;    ///< finest level of the boxes
         double detail = 1;  ///< pixels that a voxel may cover at most, where coarser levels are used; 0: only `level`
         int coarse_step = 8;  ///< the first pass traces one of step x step pixels; 1 = a single pass

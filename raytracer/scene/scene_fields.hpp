@@ -52,7 +52,8 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("sky.strength", s.sky.strength, FieldRule{"times the natural light", 0, 100});
     visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km; 0 = no haze; default: by turbidity", 0, 100000});
     visit("output.size", s.output.size_px, FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
-    visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops", -20, 20, {}, "--exposure"});
+    visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops, beside what adaptation gives", -20, 20, {}, "--exposure"});
+    visit("output.adaptation", s.output.adaptation, FieldRule{"how far the exposure follows dusk and night: 0 = as at noon, 1 = as bright as by day", 0, 1});
     visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "filmic", "agx", "linear"}, "--tone"});
     visit("output.layers", s.output.layers, FieldRule{"of EXR files", 0, 0, {"beauty", "all"}, "--layers"});
     visit("output.tiff", s.output.tiff, FieldRule{"samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats", 0, 0, {"auto", "byte", "float"}});
@@ -65,7 +66,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.time_s", s.quality.time_s, FieldRule{"samples go on as long as this, seconds; 0 = until all are done", 0, 1e7, {}, "--time"});
     visit("quality.seed", s.quality.seed, FieldRule{"of the noise: another number, other noise", 0, 2147483647});
     visit("quality.bounces", s.quality.bounces, FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
-    visit("quality.clamp", s.quality.clamp, FieldRule{"most light of one indirect sample of a path; 0 = no limit", 0, 1e6});
+    visit("quality.clamp", s.quality.clamp, FieldRule{"most light of one indirect sample of a path, 1 = white; 0 = no limit", 0, 1e6});
     visit("quality.level", s.quality.level, FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
     visit("quality.detail", s.quality.detail, FieldRule{"pixels that a voxel of a coarser level may cover, far away; 0 = the finest level everywhere", 0, 64, {}, "--detail"});
     visit("quality.coarse_step", s.quality.coarse_step, FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});

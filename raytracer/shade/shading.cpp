@@ -51,7 +51,7 @@ bool Shading::allows_surroundings(const TracedRay& ray) const noexcept {
 
 void Shading::add(bool direct, Colour light, SampleSum& sum) const noexcept {
     Colour& to = direct ? sum.direct : sum.indirect;
-    const float brightest = std::max({light.r, light.g, light.b}), most = static_cast<float>(m_view.scene.quality.clamp);
+    const float brightest = std::max({light.r, light.g, light.b}), most = m_view.most_indirect;
     if (!direct && most > 0 && brightest > most) light = light * (most / brightest);
     to = to + light;
 }
