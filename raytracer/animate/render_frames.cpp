@@ -25,9 +25,8 @@ void check(const Animation& animation, const FrameOptions& o, int last) {
 }
 
 // What a picture depends on: not how many threads make it.
-std::uint64_t fingerprint(Scene scene, const std::string& inputs) {
-    scene.processing = {};
-    return fingerprint_of(to_toml(scene) + "\n" + inputs + "\n" + kVersion);
+std::uint64_t fingerprint(const Scene& scene, const std::string& inputs) {
+    return fingerprint_of(to_toml(what_shows(scene)) + "\n" + inputs + "\n" + kVersion);
 }
 
 bool is_there(const std::filesystem::path& picture) {

@@ -1,5 +1,7 @@
 #include "raytracer/render/picture_renderer.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <csignal>
 
 #include "common/thread/parallel.hpp"
@@ -23,7 +25,11 @@ StreamShape shape_of(const Scene& scene) {
 
 bool streams(const Scene& scene) { return must_stream(shape_of(scene), (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2); }
 
-bool is_exr(const std::string& file) { return std::filesystem::path(file).extension() == ".exr"; }
+bool is_exr(const std::string& file) {
+    std::string ending = std::filesystem::path(file).extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending == ".exr";
+}
 
 /// Tiles to several files.
 class Streams final : public TileSink {
@@ -104,6 +110,7 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::ve
 
 void PictureRenderer::render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
     const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+    statistics.counts.samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);  // known before: it goes into the file first
     Streams sinks;
     for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), picture_info(*m_view, m_world->info(), statistics, false)));
     ThreadProcessor processor(*m_view, *m_blocks, m_threads);

@@ -71,7 +71,7 @@ View make_view(const Scene& scene, BlockManager& blocks) {
               std::make_shared<MaterialTable>(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world),
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    view.most_indirect = static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
+    if (scene.quality.integrator == "path") view.most_indirect = static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
     check_camera(view, blocks);
     return view;
 }

@@ -103,15 +103,6 @@ ImageMetadata run_of(const RenderStatistics& s) {
             {"terravox:peak_memory_bytes", std::to_string(s.peak_rss_bytes)}};
 }
 
-/// The scene without what no pixel depends on: a picture's file is the same whoever made it.
-Scene what_shows(Scene scene) {
-    const Scene plain;
-    scene.processing = plain.processing;
-    scene.world.memory_mib = plain.world.memory_mib;
-    scene.quality.tile = plain.quality.tile, scene.quality.tile_order = plain.quality.tile_order, scene.quality.coarse_step = plain.quality.coarse_step;
-    return scene;
-}
-
 std::array<float, 16> single(const std::array<double, 16>& m) noexcept {
     std::array<float, 16> out;
     std::transform(m.begin(), m.end(), out.begin(), [](double v) { return static_cast<float>(v); });

@@ -45,7 +45,7 @@ struct Scene {
         double turbidity = 2.5;  ///< of the air: 2 very clear, 3 clear, 6 hazy
         std::optional<double> visibility_km;  ///< distance at which haze leaves 5 % of the contrast; default: by turbidity; 0: no air before things
         double clouds = 0;          ///< share of the sky that they cover
-        double cloud_height_m = 1500;  ///< above the camera's ground
+        double cloud_height_m = 1500;  ///< above the lowest voxel of the world
         double strength = 1;
     } sky;
     struct Output {

@@ -48,7 +48,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("sky.colour", s.sky.colour, FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1"});
     visit("sky.turbidity", s.sky.turbidity, FieldRule{"haze of the whole air: 2 very clear, 3 clear, 6 hazy", 1.5, 10, {}, "--turbidity"});
     visit("sky.clouds", s.sky.clouds, FieldRule{"share of the sky that clouds cover", 0, 1, {}, "--clouds"});
-    visit("sky.cloud_height_m", s.sky.cloud_height_m, FieldRule{"height of the clouds above the ground of the place, metres", 100, 12000});
+    visit("sky.cloud_height_m", s.sky.cloud_height_m, FieldRule{"height of the clouds above the lowest ground, metres", 100, 12000});
     visit("sky.strength", s.sky.strength, FieldRule{"times the natural light", 0, 100});
     visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km; 0 = no haze; default: by turbidity", 0, 100000});
     visit("output.size", s.output.size_px, FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
@@ -74,7 +74,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.tile_order", s.quality.tile_order, FieldRule{"order of the tiles", 0, 0, {"spiral", "vertical", "vertical-split", "hilbert", "rows"}});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
-    visit("quality.reflections", s.quality.reflections, FieldRule{"mirror rays on water"});
+    visit("quality.reflections", s.quality.reflections, FieldRule{"mirrors: water, window panes"});
     visit("quality.refraction", s.quality.refraction, FieldRule{"rays into water, ice and glass"});
     visit("quality.ao_rays", s.quality.ao_rays, FieldRule{"ambient-occlusion rays for each hit; 0 = dark corners without rays", 0, 1024, {}, "--ao-rays"});
     visit("quality.ao_range_m", s.quality.ao_range_m, FieldRule{"how far ambient-occlusion rays look, metres", 0.01, 1e6});

@@ -225,6 +225,14 @@ std::string to_toml(const Scene& scene) {
     return out.str();
 }
 
+Scene what_shows(Scene scene) {
+    const Scene plain;
+    scene.processing = plain.processing;
+    scene.world.memory_mib = plain.world.memory_mib;
+    scene.quality.tile = plain.quality.tile, scene.quality.tile_order = plain.quality.tile_order, scene.quality.coarse_step = plain.quality.coarse_step;
+    return scene;
+}
+
 std::vector<SceneFlag> scene_flags() {
     std::vector<SceneFlag> out;
     Scene scene;

@@ -22,6 +22,9 @@ void set_field(Scene& scene, const std::string& path, const std::string& text);
 /// The scene as a TOML file that read_scene takes.
 [[nodiscard]] std::string to_toml(const Scene& scene);
 
+/// The scene without what no pixel depends on: what is stored in pictures, which are the same whoever made them.
+[[nodiscard]] Scene what_shows(Scene scene);
+
 /// A flag of the command line for each field: its names ("--camera-fov-deg,--fov"), path, and help.
 struct SceneFlag {
     std::string names, path, help;

@@ -28,7 +28,7 @@ void PathShading::light_up(const Meeting& m) const {
     const auto& q = m_view.scene.quality;
     const Surface& s = m.surface;
     add(m.ray, m.weight * s.emission, m.sum);
-    if (s.polish > 0) {
+    if (s.polish > 0 && q.reflections) {
         const double mirrored = static_cast<double>(s.polish) * fresnel(std::min(1.0, -dot(s.direction, s.normal)), s.index);
         if (m.sum.numbers.number(number_of(m.ray, kChoice)) < mirrored) {
             if (static_cast<int>(m.ray.depth) < q.bounces) send_mirror(m, m.weight);

@@ -76,7 +76,7 @@ Surface surface_at(const View& view, const TracedRay& ray) {
     out.opacity = out.leaves ? texel.opacity : 1;
     out.transparent = look.kind == Kind::kWater || look.kind == Kind::kGlass;
     out.polish = out.transparent ? 0 : look.reflects ? 1 : texel.gloss;
-    out.roughness = look.reflects || out.transparent ? look.roughness : 0;
+    out.roughness = look.roughness;
     out.index = static_cast<double>(look.index);
     if (ray.hit.face == Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0)) out.smooth_normal = normalized({static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});
     return out;
