@@ -125,7 +125,8 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& t
         std::vector<RenderTile> noisy;
         for (RenderTile tile : tiles) {
             tile.first_sample = samples, tile.samples = more;
-            if (q.noise == 0 || film.error_above(tile, q.noise)) noisy.push_back(tile);
+            // Two samples may agree by chance.
+            if (q.noise == 0 || samples < static_cast<std::uint32_t>(q.min_samples) || film.error_above(tile, q.noise)) noisy.push_back(tile);
         }
         if (noisy.empty()) break;
         runner.run(noisy);

@@ -43,9 +43,9 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("sun.azimuth_deg", s.sun.azimuth_deg, FieldRule{"clockwise from north, degrees", -360, 360});
     visit("sun.strength", s.sun.strength, FieldRule{"times the natural light", 0, 100});
     visit("sun.size", s.sun.size, FieldRule{"radius of the disc, times the true 0.27 degrees; 0 = hard shadows", 0, 100});
-    visit("sun.light", s.sun.light, FieldRule{"r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's"});
+    visit("sun.light", s.sun.light, FieldRule{"r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0, 1e6});
     visit("sky.model", s.sky.model, FieldRule{"where its light comes from", 0, 0, {"atmosphere", "uniform"}});
-    visit("sky.colour", s.sky.colour, FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1"});
+    visit("sky.colour", s.sky.colour, FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
     visit("sky.turbidity", s.sky.turbidity, FieldRule{"haze of the whole air: 2 very clear, 3 clear, 6 hazy", 1.5, 10, {}, "--turbidity"});
     visit("sky.clouds", s.sky.clouds, FieldRule{"share of the sky that clouds cover", 0, 1, {}, "--clouds"});
     visit("sky.cloud_height_m", s.sky.cloud_height_m, FieldRule{"height of the clouds above the lowest ground, metres", 100, 12000});

@@ -53,6 +53,7 @@ public:
     }
     void put(const std::vector<double>& value, std::optional<Triple>& field) const {
         if (value.size() != 3 || !std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); })) fail(std::to_string(value.size()) + " numbers", "three finite numbers");
+        for (const double v : value) (void)checked(v);
         field = Triple{value[0], value[1], value[2]};
     }
     void put(const std::vector<double>& value, Size& field) const {

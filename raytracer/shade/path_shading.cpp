@@ -18,8 +18,10 @@ bool PathShading::needs_surroundings(const TracedRay& ray) const noexcept { retu
 void PathShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
     const Sky& sky = m_view.sky;
     Colour light = sky.radiance(ray.ray.direction);
-    if (ray.density == 0) light = light + sky.sun_disc(ray.ray.direction);
-    else if (sky.uneven()) light = light * static_cast<float>(static_cast<double>(ray.density) / (static_cast<double>(ray.density) + sky.pdf(ray.ray.direction)));
+    // The sun has been asked for directly, but by way of mirrors; through water, too, from its bed.
+    if (ray.density == 0 && !ray.sun_asked) light = light + sky.sun_disc(ray.ray.direction);
+    if (const auto own = static_cast<double>(ray.density); own > 0 && sky.uneven())
+        light = light * static_cast<float>(own / (own + sky.pdf(ray.ray.direction)));
     // What comes to the first hit by a bounce has come from the sky without a detour.
     add(ray.direct || (ray.kind == RayKind::kBounce && ray.depth == 1), weight * light, sum);
 }
@@ -63,6 +65,7 @@ void PathShading::bounce(const Meeting& m, Colour weight) const {
     }
     const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
     TracedRay out = sent(m, direction, RayKind::kBounce, weight, kDirection);
+    out.sun_asked = m.ray.medium != voxel::Material::kAir;
     out.density = static_cast<float>(dot(direction, m.surface.normal) * kInversePi);
     m.next.push_back(out);
 }

@@ -27,8 +27,7 @@ bool shows_leaves(const View& view, const Hit& hit, float footprint) noexcept {
 
 RayState behind(const TracedRay& ray) noexcept {
     RayState out(ray.ray);
-    out.change_scale(ray.hit.level);
-    for (int a = 0; a < 3; ++a) out.voxel[a] = ray.hit.voxel[a];
+    out.start_in(ray.hit.voxel, ray.hit.level);
     out.t = ray.hit.t, out.face = ray.hit.face;
     return out;
 }
@@ -62,18 +61,28 @@ void Shading::shade(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>
         return;
     }
     if (ray.end == WalkEnd::kHit) {
-        if (ray.leaves && !ray.hit.hole && ray.hit.face != Face::kNone && ray.hit.t <= ray.t_max) {
-            const Surface surface = surface_at(m_view, ray);
-            if (surface.leaves && surface.opacity < 1 && static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity))) pass(ray, next);
-        }
+        if (!ray.leaves || ray.hit.hole || !has_holes(m_view, ray.hit.attr.material)) return;
+        // A face between leaves sends its rays from among them.
+        if (ray.hit.face == Face::kNone || slips_through(ray, surface_at(m_view, ray), sum)) pass(ray, next);
         return;
     }
     add(ray, ray.weight, sum);
     if (ray.kind == RayKind::kShadow && ray.direct) sum.sun = 1;
 }
 
+bool Shading::slips_through(const TracedRay& ray, const Surface& surface, const SampleSum& sum) const noexcept {
+    return surface.leaves && surface.opacity < 1 && shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
+           static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity));
+}
+
 void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const {
-    const bool hit = ray.end == WalkEnd::kHit;
+    const bool hit = ray.end == WalkEnd::kHit, face_met = hit && !ray.hit.hole && ray.hit.face != Face::kNone;
+    const Surface surface = face_met ? surface_at(m_view, ray) : Surface{};
+    // Before anything is added up: what lies in front of the hole is added where the ray ends.
+    if (face_met && slips_through(ray, surface, sum)) {
+        pass(ray, next);
+        return;
+    }
     Colour weight = ray.weight;
     if (ray.medium != voxel::Material::kAir) {
         constexpr double kBottomless_m = 1000;
@@ -109,12 +118,6 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
         else if (has_holes(m_view, ray.hit.attr.material)) pass(ray, next);
         return;
     }
-    const Surface surface = surface_at(m_view, ray);
-    if (surface.leaves && surface.opacity < 1 && shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
-        static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity))) {
-        pass(ray, next);
-        return;
-    }
     take_air();
     if (ray.kind == RayKind::kPrimary) {
         sum.t = ray.hit.t;
@@ -127,7 +130,7 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
     else light_up(m);
 }
 
-TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) noexcept {
+TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) const noexcept {
     TracedRay out;
     out.ray = {m.surface.point, direction};
     out.state = RayState(out.ray);
@@ -136,10 +139,11 @@ TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour w
     out.sample = m.ray.sample;
     out.stream = static_cast<std::uint32_t>(hash64(m.ray.stream, 0x100 + branch));
     out.footprint = footprint_at(m.ray);
-    out.spread = kind == RayKind::kBounce || kind == RayKind::kAmbient ? kDiffuseSpread : m.ray.spread;
+    out.spread = kind == RayKind::kBounce || kind == RayKind::kSky || kind == RayKind::kAmbient ? kDiffuseSpread : m.ray.spread;
     out.kind = kind;
     out.depth = static_cast<std::uint8_t>(m.ray.depth + 1);
     out.direct = false;
+    out.leaves = out.asks() && shows_leaves(m_view, m.ray.hit, out.footprint);
     out.medium = m.ray.medium;
     if (out.medium != voxel::Material::kAir) out.stop = StopAt::end_of(out.medium);
     return out;
@@ -171,7 +175,6 @@ void Shading::send_sun(const Meeting& m, Colour weight) const {
         return;
     }
     if (m.ray.medium != voxel::Material::kAir) out.stop = {m.ray.medium, false};
-    out.leaves = shows_leaves(m_view, m.ray.hit, out.footprint);
     m.next.push_back(out);
 }
 
@@ -191,7 +194,8 @@ void Shading::meet_transparent(const Meeting& m) const {
     const Surface& s = m.surface;
     Vec3 n = s.smooth_normal;
     if (dot(s.direction, n) > -1e-3) n = s.normal;  // seen from its back, a wave is as flat as the face
-    const auto thrown_back = static_cast<float>(fresnel(std::min(1.0, -dot(s.direction, n)), index));
+    auto thrown_back = static_cast<float>(fresnel(std::min(1.0, -dot(s.direction, n)), index));
+    if (!q.reflections && thrown_back < 1) thrown_back = 0;  // all of it goes in then
     const auto through = q.refraction || m.ray.medium != voxel::Material::kAir ? refract(s.direction, n, index) : std::nullopt;
     const bool both = splits(m.ray);
     const bool may_go_on = static_cast<int>(m.ray.depth) < std::max(q.bounces, 1);
@@ -207,6 +211,7 @@ void Shading::meet_transparent(const Meeting& m) const {
     out.state = RayState(out.ray);
     out.state.start_in(m.ray.hit.voxel, m.ray.hit.level);
     out.medium = beyond;
+    out.sun_asked = m.ray.sun_asked;
     out.stop = beyond == voxel::Material::kAir ? StopAt::kSolid : StopAt::end_of(beyond);
     m.next.push_back(out);
 }
@@ -215,7 +220,7 @@ void Shading::pass(const TracedRay& ray, std::vector<TracedRay>& next) const {
     TracedRay out = ray;
     out.state = behind(ray);
     out.state.leap(0);
-    out.stream = static_cast<std::uint32_t>(hash64(ray.stream, 0x200));
+    out.stream = static_cast<std::uint32_t>(hash64(ray.stream, 0x10000));
     out.end = WalkEnd::kWaits;
     out.around = {};
     next.push_back(out);

@@ -63,7 +63,7 @@ protected:
     /// The ray that a smooth coat throws back.
     void send_mirror(const Meeting& m, Colour weight) const;
     /// A ray from the surface, back into where the ray came from. @param branch tells the streams of one vertex apart
-    [[nodiscard]] static TracedRay sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) noexcept;
+    [[nodiscard]] TracedRay sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) const noexcept;
     /// Share of the light of the sky, or of the sun, that comes down to a bed through what lies above it. @param direction to the light
     [[nodiscard]] Colour through_medium(const Meeting& m, Vec3 direction) const noexcept;
     [[nodiscard]] static std::uint32_t number_of(const TracedRay& ray, std::uint32_t use) noexcept { return static_cast<std::uint32_t>(hash64(ray.stream, use)); }
@@ -73,6 +73,8 @@ protected:
 private:
     void see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const;
     void meet_transparent(const Meeting& m) const;
+    /// Whether it comes through a hole between the leaves that it has met.
+    [[nodiscard]] bool slips_through(const TracedRay& ray, const Surface& surface, const SampleSum& sum) const noexcept;
     /// The ray goes on behind the voxel that it has met.
     void pass(const TracedRay& ray, std::vector<TracedRay>& next) const;
     /// The ray goes on inside the medium that it starts in.

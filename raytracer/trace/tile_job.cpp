@@ -13,7 +13,7 @@ enum PictureUse : std::uint32_t { kPixelPoint = 0xffff0000, kLensPoint };
 std::size_t part_blocks(const View& view) noexcept {
     const auto& q = view.scene.quality;
     const std::size_t rays = q.integrator == "direct" && q.ambient_occlusion ? 1 + static_cast<std::size_t>(q.ao_rays) / 2 : 1;
-    return std::max<std::size_t>(kPartBlocks / rays, 4);
+    return std::max<std::size_t>(kPartBlocks / rays, 1);
 }
 
 }  // namespace

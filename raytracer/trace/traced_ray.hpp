@@ -37,7 +37,8 @@ struct TracedRay {
     WalkEnd end = WalkEnd::kWaits;
     std::uint8_t depth = 0;     ///< faces that threw it back or let it in
     bool direct = true;         ///< what it brings is light that came to the first hit without a detour
-    bool leaves = false;        ///< of shadow and ambient rays: leaves may let it pass, so that the voxel it meets counts
+    bool leaves = false;        ///< of rays that ask: leaves may let it pass, so that the voxel it meets counts
+    bool sun_asked = false;     ///< of paths: the sun that it may come to has been counted where it was sent, in water
     voxel::Material medium = voxel::Material::kAir;  ///< that it runs through
     StopAt stop;
     Seen around;  ///< the voxels around the one before the face

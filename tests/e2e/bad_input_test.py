@@ -55,6 +55,7 @@ class BadInput(Case):
             "unknown flag": (2, ["--no-such-flag"], "--no-such-flag"),
             "a flag without its value": (2, ["--fov"], "--camera-fov-deg"),
             "a word for a number": (2, ["--fov", "wide"], "'wide'"),
+            "light out of range": (2, ["--sun-light", "1e39,1,1"], "sun.light = 1e+39; allowed: 0 to 1e+06"),
             "out of range": (2, ["--fov", "200"], "camera.fov_deg = 200; allowed for a perspective: 1 to 170"),
             "a size given twice": (2, ["--output-size", "4x4"], "--output-size"),
             "another word": (2, ["--colour", "red"], "allowed: material, true, mix"),

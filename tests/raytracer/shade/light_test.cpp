@@ -135,3 +135,9 @@ TEST_CASE("a picture with a time to keep has at least its first samples", "[rayt
     scene.quality.time_s = 1000;
     CHECK(picture(scene).at(3, 3).samples == 64);
 }
+
+TEST_CASE("with a time to keep, too, no pixel is known by fewer samples than were asked for", "[raytracer][shade][light]") {
+    Scene scene = tiny("direct", 64);
+    scene.quality.time_s = 1000, scene.quality.noise = 1, scene.quality.min_samples = 16;
+    CHECK(picture(scene).at(3, 3).samples >= 16);
+}
