@@ -52,7 +52,7 @@ class Golden(Case):
 
     def test_the_kept_pictures_are_small(self):
         for name in SCENES:
-            self.assertLessEqual((GOLDEN / f"{name}.png").stat().st_size, 61_440, name)
+            self.assertLessEqual((GOLDEN / f"{name}.png").stat().st_size, 81_920, name)
 
 
 if __name__ == "__main__":
