@@ -143,10 +143,4 @@ void write_image(const Film& film, const std::filesystem::path& file, const Pict
     write_bytes(film, file, info);
 }
 
-void write_image(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata) {
-    PictureInfo info;
-    info.exposure_ev = exposure_ev, info.tone = tone, info.metadata = metadata;
-    write_image(film, file, info);
-}
-
 }  // namespace terravox

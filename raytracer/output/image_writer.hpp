@@ -19,7 +19,4 @@ void check_image_target(const std::filesystem::path& file);
 /// @throws Error
 void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info);
 
-/// As above, with nothing known but these.
-void write_image(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata);
-
 }  // namespace terravox

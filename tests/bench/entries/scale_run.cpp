@@ -142,7 +142,7 @@ void keep_picture(const Film& film, const std::string& name) {
     const auto cache = bench_cache();
     if (!cache) return;
     std::filesystem::create_directories(*cache / "pictures");
-    write_image(film, *cache / "pictures" / (name + ".png"), 0, "photographic", {});
+    write_image(film, *cache / "pictures" / (name + ".png"), PictureInfo{});
 }
 
 }  // namespace terravox::bench

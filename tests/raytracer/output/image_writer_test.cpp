@@ -18,6 +18,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// A picture with nothing known but these.
+void write_plain(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata) {
+    PictureInfo info;
+    info.exposure_ev = exposure_ev, info.tone = tone, info.metadata = metadata;
+    write_image(film, file, info);
+}
+
 constexpr int kWidth = 61, kHeight = 37;
 
 Film film_of(int width, int height) {
@@ -63,7 +70,7 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
     const Film film = film_of(kWidth, kHeight);
-    write_image(film, file, 3, "photographic", kMetadata);  // exposure and tone are for 8-bit pictures
+    write_plain(film, file, 3, "photographic", kMetadata);  // exposure and tone are for 8-bit pictures
     const Picture back = read_picture(file);
     const bool exr = back.spec.nchannels == 5;
     CHECK(exr == (ending == ".exr" || ending == ".EXR"));
@@ -91,7 +98,7 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     const std::string tone = GENERATE("photographic", "filmic", "agx", "linear");
     const double exposure = GENERATE(-2.0, 0.0, 1.5);
     const Film film = film_of(kWidth, kHeight);
-    write_image(film, file, exposure, tone, {});
+    write_plain(film, file, exposure, tone, {});
     const Picture back = read_picture(file);
     REQUIRE(back.spec.nchannels == 3);
     CHECK(back.spec.format == OIIO::TypeDesc::UINT8);
@@ -109,7 +116,7 @@ TEST_CASE("what a person should know is stored in the picture", "[raytracer][out
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
-    write_image(film_of(8, 8), file, 0, "photographic", kMetadata);
+    write_plain(film_of(8, 8), file, 0, "photographic", kMetadata);
     const Picture back = read_picture(file);
     CHECK(back.spec.get_string_attribute("Software") == "terravox test");
     CHECK(back.spec.get_string_attribute("Copyright") == "ARSO, CC BY 4.0");
@@ -135,7 +142,7 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
     const auto c = GENERATE(values<Case>({{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
     DYNAMIC_SECTION(c.name) {
         CHECK_THROWS_AS(check_image_target(folder.path() / c.target), Error);
-        CHECK_THROWS_AS(write_image(film_of(8, 8), folder.path() / c.target, 0, "photographic", {}), Error);
+        CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0, "photographic", {}), Error);
         CHECK(entries_in(folder.path()) == 2);
     }
 }
@@ -152,7 +159,7 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     {
         const FullDisk full(20'000);
         try {
-            write_image(film, file, 0, "photographic", {});
+            write_plain(film, file, 0, "photographic", {});
         } catch (const Error& e) {
             said = e.what();
         }
