@@ -226,8 +226,9 @@ void TileJob::shade_wave(TracerTools& tools) {
     m_wave.swap(m_next);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i) ++m_counts.rays[static_cast<std::size_t>(m_wave[i].kind)];
     trace_shadow_groups(tools);
+    trace_octant_groups(tools);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i)
-        if (m_wave[i].end == WalkEnd::kWaits) m_pending.push_back(i);
+        if (m_wave[i].end == WalkEnd::kWaits || tools.shading->needs_surroundings(m_wave[i])) m_pending.push_back(i);
 }
 
 // Shadow rays that follow each other in a wave come from neighbouring pixels.
@@ -241,6 +242,14 @@ void TileJob::trace_shadow_groups(TracerTools& tools) {
     // Where it counts what stops a ray, it goes once more, alone.
     for (TracedRay& ray : m_wave)
         if (ray.leaves && ray.end == WalkEnd::kHit) ray.end = WalkEnd::kWaits;
+}
+
+void TileJob::trace_octant_groups(TracerTools& tools) {
+    if (!tools.packets) return;
+    OctantGroups groups(*tools.packets);
+    for (TracedRay& ray : m_wave)
+        if (ray.end == WalkEnd::kWaits && OctantGroups::accepts(ray)) groups.add(ray);
+    groups.finish();
 }
 
 // False: no pixel of the part needs more.

@@ -10,6 +10,7 @@
 #include "raytracer/shade/shading.hpp"
 #include "raytracer/trace/pixel_sum.hpp"
 #include "raytracer/tiles/tile.hpp"
+#include "raytracer/trace/octant_groups.hpp"
 #include "raytracer/trace/pixel_blocks.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
 
@@ -68,6 +69,7 @@ private:
     [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
     void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count);
     void trace_shadow_groups(TracerTools& tools);
+    void trace_octant_groups(TracerTools& tools);
     void shade_wave(TracerTools& tools);
     [[nodiscard]] bool end_round(const View& view);
     void end_part(const View& view);

@@ -167,7 +167,7 @@ HWY_INLINE void start(const RayPacket& p, int first, std::uint32_t lanes, const 
         const VD low = hn::Set(d, p.forward[a] ? block.low[a] : -1 - block.high[a]);
         VD end = hn::Set(d, p.forward[a] ? block.high[a] + 1 : -block.low[a]);
         if (p.free_axis == a) {
-            const VD scale = hn::Mul(sign, hn::Set(d, std::ldexp(1.0, -p.level)));
+            const VD scale = hn::Mul(sign, hn::Set(d, power_of_two(-p.level)));
             end = hn::Min(end, hn::Ceil(hn::Mul(hn::Load(d, p.free_from + first), scale)));
         }
         in = hn::And(in, hn::And(hn::Ge(v, low), hn::Lt(v, end)));
