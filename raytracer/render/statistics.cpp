@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string>
 
 #include "common/util/version.hpp"
@@ -36,6 +37,20 @@ nlohmann::json rays_of(const TraceCounts& counts) {
     return out;
 }
 
+nlohmann::json seconds_of(const TraceCounts& counts) {
+    nlohmann::json out;
+    for (std::size_t i = 0; i < kTraceStages; ++i) out[name_of(static_cast<TraceStage>(i))] = counts.seconds[i];
+    return out;
+}
+
+void print_shares(const TraceCounts& counts) {
+    const double all = std::accumulate(counts.seconds.begin(), counts.seconds.end(), 0.0);
+    if (!(all > 0)) return;
+    std::printf("tracing:");
+    for (std::size_t i = 0; i < kTraceStages; ++i) std::printf("%s %s %.0f %%", i == 0 ? "" : ",", name_of(static_cast<TraceStage>(i)), 100 * counts.seconds[i] / all);
+    std::printf("\n");
+}
+
 }  // namespace
 
 std::uint64_t peak_rss_bytes() noexcept {
@@ -48,7 +63,7 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
     for (const auto& stage : times.stages()) stages.push_back({{"name", stage.name}, {"seconds", stage.seconds}, {"count", stage.count}});
     const TraceCounts& t = s.counts.trace;
     return {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
-            {"size", view.scene.output.size_px}, {"samples", s.counts.samples}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"steps", t.steps},
+            {"size", view.scene.output.size_px}, {"samples", s.counts.samples}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"tracing_seconds", seconds_of(t)}, {"steps", t.steps},
             {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.counts.holes.size()},
             {"boxes", {{"levels", levels_of(s.blocks)}, {"hit_rate", hit_rate(s.blocks)}, {"waits", s.blocks.waits}, {"limit_bytes", s.limit_bytes},
                        {"peak_bytes", s.blocks.peak_bytes}}},
@@ -65,6 +80,7 @@ void print_statistics(const RenderStatistics& s, const util::StageTimes& times) 
     for (std::size_t k = 0; k < kRayKinds; ++k)
         std::printf("%s%s %.2f", k == 0 ? "" : ", ", name_of(static_cast<RayKind>(k)), static_cast<double>(t.rays[k]) / 1e6);
     std::printf("), %.1f steps a ray, %.0f %% spared, %d threads\n", per_ray(t, t.steps), 100 * per_ray(t, t.spared), s.threads);
+    print_shares(t);
     for (std::size_t l = 0; l < s.blocks.levels.size(); ++l) {
         const auto& level = s.blocks.levels[l];
         if (level.loaded == 0) continue;

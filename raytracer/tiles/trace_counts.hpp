@@ -6,7 +6,23 @@
 
 namespace terravox {
 
-/// What tracing took. Sums over tiles. Rays, and those that met holes, do not depend on who traced; steps, slabs, spared and waits do.
+/// What a thread does for a tile.
+enum class TraceStage : std::uint8_t {
+    kBeams,      ///< blocks of pixels, and where their rays may start
+    kPrimary,    ///< rays through pixels, in packets
+    kSun,        ///< shadow rays: shafts and packets
+    kScattered,  ///< rays that go every way, in packets
+    kSingle,     ///< rays that walk alone; what stands around hits
+    kShading,
+    kPixels,     ///< samples to pixels
+};
+inline constexpr std::size_t kTraceStages = 7;
+[[nodiscard]] constexpr const char* name_of(TraceStage stage) noexcept {
+    constexpr const char* names[kTraceStages] = {"beams", "primary rays", "sun", "scattered rays", "single rays", "shading", "pixels"};
+    return names[static_cast<std::size_t>(stage)];
+}
+
+/// What tracing took. Sums over tiles. Rays, and those that met holes, do not depend on who traced; steps, slabs, spared, waits and seconds do.
 struct TraceCounts {
     static constexpr std::size_t kKinds = 7;  ///< RayKind
     std::array<std::uint64_t, kKinds> rays{};
@@ -15,6 +31,7 @@ struct TraceCounts {
     std::uint64_t spared = 0;       ///< rays that a beam or shaft answered: no step of their own
     std::uint64_t parked = 0;       ///< times that a ray was laid aside
     std::uint64_t hole_rays = 0;    ///< that ended at a box that could not be had, shadow rays too
+    std::array<double, kTraceStages> seconds{};  ///< by TraceStage, summed over threads
 
     [[nodiscard]] std::uint64_t all_rays() const noexcept {
         std::uint64_t sum = 0;
@@ -23,6 +40,7 @@ struct TraceCounts {
     }
     void add(const TraceCounts& o) noexcept {
         for (std::size_t i = 0; i < kKinds; ++i) rays[i] += o.rays[i];
+        for (std::size_t i = 0; i < kTraceStages; ++i) seconds[i] += o.seconds[i];
         steps += o.steps, slabs += o.slabs, spared += o.spared, parked += o.parked, hole_rays += o.hole_rays;
     }
 };

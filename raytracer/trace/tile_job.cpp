@@ -52,9 +52,11 @@ bool TileJob::run(TracerTools& tools, const std::atomic<bool>& stop) {
         m_holes.merge(tools.walk.take_holes());
         m_holes.merge(tools.surroundings.take_holes());
     };
+    m_lap = std::chrono::steady_clock::now();
     if (m_round < 0) begin(tools);
     while (true) {
         walk_pending(tools, stop);
+        lap(TraceStage::kSingle);
         if (stop) return false;
         if (!m_parked.empty()) {
             count();
@@ -62,16 +64,23 @@ bool TileJob::run(TracerTools& tools, const std::atomic<bool>& stop) {
         }
         shade_wave(tools);
         if (!m_wave.empty()) continue;
-        if (!end_round(tools.view)) {
-            end_part(tools.view);
-            if (m_part_end == m_blocks.size()) {
-                count();
-                return true;
-            }
-            begin_part(tools.view);
+        const bool part_done = !end_round(tools.view);
+        if (part_done) end_part(tools.view);
+        lap(TraceStage::kPixels);
+        if (part_done && m_part_end == m_blocks.size()) {
+            count();
+            return true;
         }
+        if (part_done) begin_part(tools.view);
         make_primary(tools);
+        lap(TraceStage::kPrimary);
     }
+}
+
+void TileJob::lap(TraceStage stage) {
+    const auto now = std::chrono::steady_clock::now();
+    m_counts.seconds[static_cast<std::size_t>(stage)] += std::chrono::duration<double>(now - m_lap).count();
+    m_lap = now;
 }
 
 void TileJob::begin(TracerTools& tools) {
@@ -81,8 +90,10 @@ void TileJob::begin(TracerTools& tools) {
     m_samples.resize(static_cast<std::size_t>(count));
     m_layers.resize(tools.view.wants_layers() ? m_samples.size() : 0);
     add_pixel_blocks(m_lattice, tools.view.camera, tools.beams, m_blocks);
+    lap(TraceStage::kBeams);
     begin_part(tools.view);
     make_primary(tools);
+    lap(TraceStage::kPrimary);
 }
 
 void TileJob::begin_part(const View& view) {
@@ -225,8 +236,11 @@ void TileJob::shade_wave(TracerTools& tools) {
     }
     m_wave.swap(m_next);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i) ++m_counts.rays[static_cast<std::size_t>(m_wave[i].kind)];
+    lap(TraceStage::kShading);
     trace_shadow_groups(tools);
+    lap(TraceStage::kSun);
     trace_octant_groups(tools);
+    lap(TraceStage::kScattered);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i)
         if (m_wave[i].end == WalkEnd::kWaits || tools.shading->needs_surroundings(m_wave[i])) m_pending.push_back(i);
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <optional>
 #include <utility>
 #include <unordered_map>
@@ -60,6 +61,8 @@ private:
         const PixelBlock* block = nullptr;
     };
     void begin(TracerTools& tools);
+    /// The time since the last call, or since run(), went into this stage.
+    void lap(TraceStage stage);
     [[nodiscard]] std::size_t lattice_index(int column, int row) const noexcept;
     void begin_part(const View& view);
     void make_primary(TracerTools& tools);
@@ -93,6 +96,7 @@ private:
     std::vector<voxel::BoxKey> m_missing;
     int m_round = -1;  ///< which sample of each pixel of the part; -1: not begun
     TraceCounts m_counts;
+    std::chrono::steady_clock::time_point m_lap;  ///< when the stage began that is under way
     std::set<voxel::BoxKey> m_holes;
 };
 
