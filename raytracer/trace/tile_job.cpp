@@ -239,7 +239,7 @@ void TileJob::shade_wave(TracerTools& tools) {
     lap(TraceStage::kShading);
     trace_shadow_groups(tools);
     lap(TraceStage::kSun);
-    trace_octant_groups(tools);
+    trace_scattered(tools);
     lap(TraceStage::kScattered);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i)
         if (m_wave[i].end == WalkEnd::kWaits || tools.shading->needs_surroundings(m_wave[i])) m_pending.push_back(i);
@@ -258,12 +258,13 @@ void TileJob::trace_shadow_groups(TracerTools& tools) {
         if (ray.leaves && ray.end == WalkEnd::kHit) ray.end = WalkEnd::kWaits;
 }
 
-void TileJob::trace_octant_groups(TracerTools& tools) {
-    if (!tools.packets) return;
-    OctantGroups groups(*tools.packets);
+// What matt faces send out, mirrors, and shadow rays among leaves.
+void TileJob::trace_scattered(TracerTools& tools) {
+    if (!tools.stream) return;
+    m_scattered.clear();
     for (TracedRay& ray : m_wave)
-        if (ray.end == WalkEnd::kWaits && OctantGroups::accepts(ray)) groups.add(ray);
-    groups.finish();
+        if (ray.end == WalkEnd::kWaits && ray.stop == StopAt::kSolid) m_scattered.push_back({&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
+    tools.stream->trace(m_scattered);
 }
 
 // False: no pixel of the part needs more.

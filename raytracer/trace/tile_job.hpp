@@ -11,26 +11,27 @@
 #include "raytracer/shade/shading.hpp"
 #include "raytracer/trace/pixel_sum.hpp"
 #include "raytracer/tiles/tile.hpp"
-#include "raytracer/trace/octant_groups.hpp"
 #include "raytracer/trace/pixel_blocks.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
+#include "raytracer/walk/stream_walk.hpp"
 
 namespace terravox {
 
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {
     TracerTools(const View& of, BlockManager& blocks, std::size_t pinned_bytes)
-        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(make_shading(of)) {}
+        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), stream(stream_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(make_shading(of)) {}
     const View& view;
     BlockReader reader;
     RayWalk walk;
-    std::optional<PacketWalk> packets;  ///< where the machine has the instructions
+    std::optional<PacketWalk> packets;  ///< where the machine has the instructions, as
+    std::optional<StreamWalk> stream;   ///< this
     BeamMarch beams;
     ShaftMarch shafts;
     Surroundings surroundings;
     std::unique_ptr<const Shading> shading;
     Occluder occluder;
-    [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0); }
+    [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0) + (stream ? stream->counts().steps : 0); }
     [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
 };
 
@@ -72,7 +73,7 @@ private:
     [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
     void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count);
     void trace_shadow_groups(TracerTools& tools);
-    void trace_octant_groups(TracerTools& tools);
+    void trace_scattered(TracerTools& tools);
     void shade_wave(TracerTools& tools);
     [[nodiscard]] bool end_round(const View& view);
     void end_part(const View& view);
@@ -91,6 +92,7 @@ private:
     std::vector<SampleSum> m_sums;        ///< of this round, one for each of those
     std::vector<TracedRay> m_wave, m_next;
     std::vector<ShadowRay> m_shadows;  ///< of the wave
+    std::vector<StreamRay> m_scattered;
     std::vector<std::uint32_t> m_pending;
     std::unordered_map<voxel::BoxKey, std::vector<std::uint32_t>, voxel::BoxKeyHash> m_parked;
     std::vector<voxel::BoxKey> m_missing;

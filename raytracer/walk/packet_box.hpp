@@ -32,12 +32,27 @@ struct Walkers {
     WordLanes new_node, new_brick;        ///< have come into another one
 };
 
-/// The tree of a box, and how its children lie for the packet.
-struct Tree {
+/// Fields of roots.
+struct Root {
+    VU mask, detail, first;
+};
+
+/// The tree of the box that all are in, and how its children lie for the packet.
+struct SharedTree {
     const std::uint64_t* cells;
-    VU mask, detail, first;  ///< of the roots, bottom first, again and again
-    VU flip;                 ///< of the bit of a child
+    Root roots;  ///< bottom first, again and again
+    VU flip;     ///< of the bit of a child
     VU flip_root;
+
+    /// Field 0 to 2 of cells.
+    [[nodiscard]] HWY_INLINE VU field(VU index, int of) const {
+        return hn::GatherIndex(du, cells + of, hn::BitCast(hn::RebindToSigned<Words>(), hn::Add(index, hn::Add(index, index))));
+    }
+    [[nodiscard]] HWY_INLINE VU root_number(VU y) const { return hn::Xor(hn::And(hn::ShiftRight<6>(y), word(3)), flip_root); }
+    [[nodiscard]] HWY_INLINE Root root(VU number) const {
+        const auto lane = hn::IndicesFromVec(du, number);
+        return {hn::TableLookupLanes(roots.mask, lane), hn::TableLookupLanes(roots.detail, lane), hn::TableLookupLanes(roots.first, lane)};
+    }
 };
 
 HWY_INLINE VU root_field(const voxel::TreeCell* cells, std::uint64_t (*field)(const voxel::TreeCell&)) {
@@ -46,19 +61,19 @@ HWY_INLINE VU root_field(const voxel::TreeCell* cells, std::uint64_t (*field)(co
     return hn::Load(du, of);
 }
 
-HWY_INLINE Tree tree_of(const voxel::TreeCell* cells, const bool (&forward)[3]) {
-    Tree out;
+HWY_INLINE SharedTree tree_of(const voxel::TreeCell* cells, const bool (&forward)[3]) {
+    SharedTree out;
     out.cells = reinterpret_cast<const std::uint64_t*>(cells);
-    out.mask = root_field(cells, [](const voxel::TreeCell& c) { return c.mask; });
-    out.detail = root_field(cells, [](const voxel::TreeCell& c) { return c.detail; });
-    out.first = root_field(cells, [](const voxel::TreeCell& c) -> std::uint64_t { return c.first; });
+    out.roots.mask = root_field(cells, [](const voxel::TreeCell& c) { return c.mask; });
+    out.roots.detail = root_field(cells, [](const voxel::TreeCell& c) { return c.detail; });
+    out.roots.first = root_field(cells, [](const voxel::TreeCell& c) -> std::uint64_t { return c.first; });
     out.flip = word((forward[0] ? 0 : 3) | (forward[2] ? 0 : 12) | (forward[1] ? 0 : 48));
     out.flip_root = word(forward[1] ? 0 : 3);
     return out;
 }
 
 /// child_bit() of voxel >> shift.
-template <int kShift>
+template <int kShift, class Tree>
 HWY_INLINE VU child_of(const Walkers& w, const Tree& tree) {
     VU z = w.voxel[2], y = w.voxel[1];
     if constexpr (kShift == 0) z = hn::ShiftLeft<2>(z), y = hn::ShiftLeft<4>(y);
@@ -66,11 +81,6 @@ HWY_INLINE VU child_of(const Walkers& w, const Tree& tree) {
     if constexpr (kShift == 4) z = hn::ShiftRight<2>(z);
     const VU x = kShift == 0 ? w.voxel[0] : hn::ShiftRight<kShift>(w.voxel[0]);
     return hn::Xor(hn::Or3(hn::And(x, word(3)), hn::And(z, word(12)), hn::And(y, word(48))), tree.flip);
-}
-
-/// Field 0 to 2 of cells.
-HWY_INLINE VU gather(const Tree& tree, VU index, int field) {
-    return hn::GatherIndex(du, tree.cells + field, hn::BitCast(hn::RebindToSigned<Words>(), hn::Add(index, hn::Add(index, index))));
 }
 
 /// voxel_leap_shift(): whether the eight children around are empty.
@@ -83,31 +93,33 @@ HWY_INLINE VU index_of(VU detail, VU first, VU one) { return hn::Add(first, hn::
 
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
+template <class Tree>
 HWY_INLINE void find_node(Walkers& w, const Tree& tree) {
-    const auto root = hn::IndicesFromVec(du, hn::Xor(hn::And(hn::ShiftRight<6>(w.voxel[1]), word(3)), tree.flip_root));
-    const VU mask = hn::TableLookupLanes(tree.mask, root), detail = hn::TableLookupLanes(tree.detail, root), first = hn::TableLookupLanes(tree.first, root);
+    const auto [mask, detail, first] = tree.root(tree.root_number(w.voxel[1]));
     const VU bit = child_of<4>(w, tree), one = hn::Shl(word(1), bit);
     const WordLanes there = hn::And(w.new_node, hn::TestBit(mask, one)), fine = hn::And(there, hn::TestBit(detail, one));
     const VU index = hn::IfThenElseZero(fine, index_of(detail, first, one));
     const VU empty = choose(hn::Eq(mask, hn::Zero(du)), word(63), choose(eight_empty(mask, bit), word(31), word(15)));
     // Hidden rock: as if all its bricks were.
-    const VU node = choose(fine, gather(tree, index, 0), hn::IfThenElseZero(there, word(kAll)));
+    const VU node = choose(fine, tree.field(index, 0), hn::IfThenElseZero(there, word(kAll)));
     w.node = choose(w.new_node, node, w.node);
-    w.node_detail = choose(w.new_node, hn::IfThenElseZero(fine, gather(tree, index, 1)), w.node_detail);
-    w.node_first = choose(w.new_node, hn::And(gather(tree, index, 2), word(0xffff'ffff)), w.node_first);
+    w.node_detail = choose(w.new_node, hn::IfThenElseZero(fine, tree.field(index, 1)), w.node_detail);
+    w.node_first = choose(w.new_node, hn::And(tree.field(index, 2), word(0xffff'ffff)), w.node_first);
     w.node_size = choose(w.new_node, hn::IfThenZeroElse(there, empty), w.node_size);
 }
 
+template <class Tree>
 HWY_INLINE void find_brick(Walkers& w, const Tree& tree) {
     const VU bit = child_of<2>(w, tree), one = hn::Shl(word(1), bit);
     const WordLanes there = hn::And(w.going, hn::TestBit(w.node, one)), fine = hn::And(there, hn::TestBit(w.node_detail, one));
     const VU index = hn::IfThenElseZero(fine, index_of(w.node_detail, w.node_first, one));
     w.brick = choose(w.going, index, w.brick);
-    w.solid = choose(fine, gather(tree, index, 0), hn::IfThenElseZero(there, word(kAll)));
+    w.solid = choose(fine, tree.field(index, 0), hn::IfThenElseZero(there, word(kAll)));
     w.size = hn::Or(choose(eight_empty(w.node, bit), word(7), word(3)), w.node_size);
 }
 
 /// Stops those that are in a solid voxel, and finds out how far the others may leap.
+template <class Tree>
 HWY_INLINE void look(Walkers& w, const Tree& tree) {
     if (!hn::AllFalse(du, w.new_node)) find_node(w, tree);
     if (!hn::AllFalse(du, w.new_brick)) find_brick(w, tree);
@@ -154,15 +166,13 @@ HWY_INLINE void leap_out(Walkers& w, const Way& way) {
 }
 
 HWY_INLINE void start(const RayPacket& p, int first, std::uint32_t lanes, const PacketCell& block, Way& way, Walkers& w) {
-    // Far above what rounding does to a position, far below a voxel.
-    constexpr double kSlack_voxel = 1.0 / (1 << 16);
     Lanes in = lanes_of(lanes, first);
     for (int a = 0; a < 3; ++a) {
         const VD sign = hn::Set(d, p.forward[a] ? 1.0 : -1.0), shift = hn::Set(d, p.forward[a] ? 0.0 : -1.0);
         way.origin[a] = hn::Mul(hn::Load(d, p.origin[a] + first), sign);
         way.direction[a] = hn::Mul(hn::Load(d, p.direction[a] + first), sign);
         way.inverse[a] = hn::Mul(hn::Load(d, p.inverse[a] + first), sign);
-        way.estimate[a] = hn::Sub(way.origin[a], hn::Set(d, 0.5 + kSlack_voxel));
+        way.estimate[a] = hn::Sub(way.origin[a], hn::Set(d, 0.5 + StreamLanes::kSlack_voxel));
         const VD v = hn::Add(hn::Mul(hn::Load(d, p.voxel[a] + first), sign), shift);
         const VD low = hn::Set(d, p.forward[a] ? block.low[a] : -1 - block.high[a]);
         VD end = hn::Set(d, p.forward[a] ? block.high[a] + 1 : -block.low[a]);
@@ -198,7 +208,7 @@ HWY_INLINE void finish(RayPacket& p, int first, const Way& way, const Walkers& w
 constexpr int kTogether = 2;
 
 std::uint32_t box(RayPacket& p, const voxel::TreeCell* cells, const PacketCell& block, std::uint32_t lanes, std::uint64_t& steps) noexcept {
-    const Tree tree = tree_of(cells, p.forward);
+    const SharedTree tree = tree_of(cells, p.forward);
     std::uint32_t stopped = 0;
     for (int first = 0; first < p.count; first += kWidth * kTogether) {
         Way way[kTogether];

@@ -13,6 +13,7 @@
 
 #include "raytracer/walk/packet_box.hpp"
 #include "raytracer/walk/packet_lanes.hpp"
+#include "raytracer/walk/stream_box.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace terravox::HWY_NAMESPACE {
@@ -127,7 +128,7 @@ void leap(RayPacket& p, const PacketCell& cell, std::uint32_t lanes) noexcept {
 }
 
 const PacketSteps* steps() {
-    static constexpr PacketSteps out{primary, inside, leap, box};
+    static constexpr PacketSteps out{primary, inside, leap, box, advance};
     return kWidth >= 4 ? &out : nullptr;
 }
 

@@ -1,61 +1,15 @@
 // Packets must find what single rays find, to the last bit.
-#include <random>
-
-#include "raytracer/shade/random.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
 #include "raytracer/walk/packet_walk.hpp"
 #include "raytracer/walk/surroundings.hpp"
-#include "raytracer/walk/walker.hpp"
 #include "tests/catch.hpp"
-#include "tests/raytracer/pyramid_world.hpp"
+#include "tests/raytracer/walk/walk_fixture.hpp"
 
 using namespace terravox;
-using terravox::test::ArrayWorld;
-using terravox::test::PyramidWorld;
+using namespace terravox::test;
 using voxel::Material;
 
 namespace {
-
-constexpr int kLevels = 4;
-using Random = std::mt19937_64;
-double real(Random& r, double low, double high) { return low + unit_from(r()) * (high - low); }
-
-std::unique_ptr<PyramidWorld> towers() {
-    auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-90, -20, -100}, ArrayWorld::Coord{170, 80, 140});
-    finest->fill_with([](int x, int y, int z) {
-        const auto h = hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2));
-        const int height = h % 23 == 0 ? static_cast<int>(h >> 20 & 63) : (x * x + z * z) / 900;
-        return y < height ? Material::kGround : h % 31 == 1 && (y & 7) == 3 ? Material::kRoof : Material::kAir;
-    });
-    return std::make_unique<PyramidWorld>(std::move(finest), kLevels);
-}
-
-struct Fixture {
-    explicit Fixture(double detail)
-        : world(towers()), cut(world->info().bounds, {-80, 60, -90}, 0.03, detail, 0, kLevels - 1), blocks(*world, std::size_t{1} << 30), reader(blocks),
-          walker(reader, cut), single(reader, cut) {}
-    std::unique_ptr<PyramidWorld> world;
-    LevelCut cut;
-    BlockManager blocks;
-    BlockReader reader;
-    Walker walker;
-    RayWalk single;
-
-    /// The end of a ray that a packet has left: single steps go on, and wait for boxes.
-    std::optional<Hit> finish(RayState& ray) {
-        Hit hit;
-        while (true) {
-            const WalkEnd end = single.first_hit(ray, StopAt::kSolid, kFar, hit);
-            if (end != WalkEnd::kWaits) return end == WalkEnd::kHit ? std::optional(hit) : std::nullopt;
-            (void)blocks.get(single.missing());
-        }
-    }
-};
-
-bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
-    if (a.has_value() != b.has_value()) return false;
-    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level && a->attr == b->attr && a->hole == b->hole);
-}
 
 /// How far the rays of a packet lie apart, voxels and share of the direction.
 struct Spread {
