@@ -41,6 +41,15 @@ void PathShading::light_up(const Meeting& m) const {
     send_sun(m, matt);
     if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir) send_sky(m, matt);
     if (static_cast<int>(m.ray.depth) < q.bounces) bounce(m, matt);
+    else if (!m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir) send_even_sky(m, matt);
+}
+
+// The last face has no bounce that would meet the sky.
+void PathShading::send_even_sky(const Meeting& m, Colour weight) const {
+    const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
+    TracedRay out = sent(m, direction, RayKind::kSky, weight * m_view.sky.radiance(direction), kSkyPoint);
+    out.direct = m.ray.depth == 0;
+    m.next.push_back(out);
 }
 
 void PathShading::send_sky(const Meeting& m, Colour weight) const {

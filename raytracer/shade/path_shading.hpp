@@ -16,6 +16,7 @@ private:
     void leave(const TracedRay& ray, Colour weight, SampleSum& sum) const override;
     [[nodiscard]] bool splits(const TracedRay&) const noexcept override { return false; }
     void send_sky(const Meeting& m, Colour weight) const;
+    void send_even_sky(const Meeting& m, Colour weight) const;
     void bounce(const Meeting& m, Colour weight) const;
 };
 
