@@ -2,8 +2,16 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <system_error>
+#include <vector>
 
+#include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
 #include "raytracer/output/image_writer.hpp"
@@ -19,6 +27,31 @@ struct Arguments {
     std::string animation;
 };
 
+/// What is shown, for the frames that are done: names and sizes of files, not their times, which change when a survey is copied to another machine.
+/// @param points_only of a folder LiDAR files alone: the frames may lie in it, too
+std::string contents_of(const std::string& input, bool points_only) {
+    namespace fs = std::filesystem;
+    std::vector<std::string> files;
+    std::error_code failed;
+    const auto note = [&](const fs::path& file) { files.push_back(file.string() + " " + std::to_string(fs::file_size(file, failed))); };
+    if (fs::is_regular_file(input, failed)) note(input);
+    for (fs::recursive_directory_iterator it(input, fs::directory_options::skip_permission_denied, failed), end; !failed && it != end; it.increment(failed)) {
+        std::string ending = it->path().extension().string();
+        std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        const bool counts = points_only ? ending == ".las" || ending == ".laz" : !it->path().filename().string().starts_with('.');
+        if (counts && fs::is_regular_file(it->path(), failed)) note(it->path());
+    }
+    std::sort(files.begin(), files.end());
+    std::string out = input + "\n";
+    for (const std::string& file : files) out += file + "\n";
+    return out;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
 ExitCode run(const Arguments& args, const OpenRenderer& open) {
     util::set_up_log(args.frames.quiet ? "error" : args.world.log_level);
     const Animation animation = Animation::read(args.animation);
@@ -27,8 +60,9 @@ ExitCode run(const Arguments& args, const OpenRenderer& open) {
     check_image_target(FrameNames(args.frames.pattern).of(args.frames.first));
     (void)animation.at(0, base);
     FrameOptions frames = args.frames;
-    for (const auto& input : args.world.inputs) frames.inputs += input + "\n";
-    for (const auto& photo : args.world.orthophotos) frames.inputs += "ortho " + photo + "\n";
+    for (const auto& input : args.world.inputs) frames.inputs += contents_of(input, true);
+    for (const auto& photo : args.world.orthophotos) frames.inputs += "ortho " + contents_of(photo, false);
+    frames.inputs += text_of(util::config_dir() / "materials.toml");
     // The world is opened when the first frame has to be made: a film that is done costs nothing.
     RenderPicture render;
     return render_frames(animation, base, frames, [&](const Scene& scene, const std::filesystem::path& picture) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 #include "common/util/version.hpp"
 #include "raytracer/animate/frame_ledger.hpp"
@@ -34,6 +35,30 @@ bool is_there(const std::filesystem::path& picture) {
     return std::filesystem::is_regular_file(picture, failed) && std::filesystem::file_size(picture, failed) > 0 && !failed;
 }
 
+/// What a run that was killed has left beside its frames: unfinished files of util::AtomicFile, ".NAME.part-..." with the frame's ending.
+/// Those of a frame go when it has been made; others may be those of another run at work on other frames.
+class Leftovers {
+public:
+    explicit Leftovers(std::filesystem::path folder) {
+        std::error_code failed;
+        if (folder.empty()) folder = ".";
+        for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
+            const std::string name = it->path().filename().string();
+            const std::size_t part = name.find(".part-");
+            if (name.starts_with('.') && part != std::string::npos && part > 1)
+                m_files.emplace(name.substr(1, part - 1) + it->path().extension().string(), it->path());
+        }
+    }
+    void remove_of(const std::filesystem::path& picture) const {
+        std::error_code ignored;
+        const auto [first, last] = m_files.equal_range(picture.filename().string());
+        for (auto it = first; it != last; ++it) std::filesystem::remove(it->second, ignored);
+    }
+
+private:
+    std::multimap<std::string, std::filesystem::path> m_files;  ///< by the name of the frame
+};
+
 }  // namespace
 
 ExitCode render_frames(const Animation& animation, const Scene& base, const FrameOptions& options, const RenderPicture& render) {
@@ -42,6 +67,7 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
     check(animation, options, last);
     if (!options.video.empty()) check_video(options.video, names, options.ffmpeg);
     FrameLedger ledger(names.ledger());
+    const Leftovers leftovers(names.ledger().parent_path());
     int made = 0, with_holes = 0, kept = 0;
     for (int frame = options.first; frame <= last; frame += std::min(options.every, last - frame + 1)) {
         const Scene scene = animation.at(frame, base);
@@ -53,6 +79,7 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
         }
         if (!options.quiet) std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(), picture.c_str());
         const ExitCode code = render(scene, picture);
+        leftovers.remove_of(picture);
         if (code == ExitCode::kDone) ledger.add(frame, print);
         else if (code == ExitCode::kHoles) ++with_holes;
         else return code;

@@ -32,7 +32,8 @@ std::vector<fs::path> candidates_of(const fs::path& given) {
     std::error_code error;
     if (!fs::is_directory(given, error)) return {given};
     std::vector<fs::path> out;
-    for (const char* folder : {"", "lib", "lib64", "oidn/lib.linux.x64", "lib.linux.x64"})
+    // As the project's own archives have it, and the packages `pyoidn` (version 2) and `oidn` (version 1.4) of Python.
+    for (const char* folder : {"", "lib", "lib64", "pyoidn/oidn/lib", "oidn/lib", "oidn/lib.linux.x64", "lib.linux.x64"})
         for (fs::path& file : files_in(given / folder, kName)) out.push_back(std::move(file));
     return out;
 }
@@ -59,7 +60,7 @@ void* open_library(std::string& found) {
         if (void* library = dlopen(found.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
     }
     throw UsageError("denoise the picture: Intel Open Image Denoise is not here; install the system's package of it, "
-                     "or `pip install oidn --no-deps --target FOLDER` and set TERRAVOX_OIDN=FOLDER; or leave out --denoise");
+                     "or `pip install pyoidn --no-deps --target FOLDER` and set TERRAVOX_OIDN=FOLDER; or leave out --denoise");
 }
 
 OidnLibrary load() {

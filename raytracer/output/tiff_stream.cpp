@@ -17,7 +17,7 @@ public:
             m_floats(m_info.tiff_holds_floats()), m_target(file) {
         constexpr int kTiffTiles = 16;
         const int edge = file_tile_px(shape.tile_px, kTiffTiles);
-        if (edge == 0) throw UsageError(m_attempt + ": tiles of " + std::to_string(shape.tile_px) + " pixels; allowed for .tif at this size: multiples of 16");
+        if (edge == 0) throw Error(m_attempt + ": tiles of " + std::to_string(shape.tile_px) + " pixels, which check_can_stream refuses");
         const GdalWatch watch(m_attempt);
         GdalOptions options = {{"TILED", "YES"}, {"BLOCKXSIZE", std::to_string(edge)}, {"BLOCKYSIZE", std::to_string(edge)}, {"COMPRESS", "DEFLATE"},
             {"PREDICTOR", m_floats ? "3" : "2"},

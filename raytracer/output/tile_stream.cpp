@@ -22,12 +22,22 @@ int tiles_along(int size_px, int tile_px) noexcept { return (size_px + tile_px -
 
 bool must_stream(const StreamShape& s, std::uint64_t limit_bytes) noexcept { return Film::bytes(s.width_px, s.height_px, s.with_layers) > limit_bytes; }
 
+std::uint64_t memory_to_keep_mib(const StreamShape& s) noexcept {
+    constexpr std::uint64_t kHalfMib = std::uint64_t{1} << 19;
+    return (Film::bytes(s.width_px, s.height_px, s.with_layers) + kHalfMib - 1) / kHalfMib;
+}
+
 void check_can_stream(const std::filesystem::path& file, const StreamShape& s) {
-    const std::string ending = ending_of(file);
-    if (ending == ".exr" || ending == ".tif" || ending == ".tiff") return;
-    throw UsageError("write the picture " + file.string() + ": " + std::to_string(s.width_px) + "x" + std::to_string(s.height_px) + " pixels need " +
-                     std::to_string(Film::bytes(s.width_px, s.height_px, s.with_layers) >> 20) + " MiB, more than there is for a picture, and '" + ending +
-                     "' cannot be written in parts; allowed at this size: .exr .tif");
+    constexpr int kTiffTiles = 16;
+    const std::string ending = ending_of(file), attempt = "write the picture " + file.string() + ": ", memory = std::to_string(memory_to_keep_mib(s));
+    if (ending == ".exr") return;
+    if (ending != ".tif" && ending != ".tiff")
+        throw UsageError(attempt + std::to_string(s.width_px) + "x" + std::to_string(s.height_px) + " pixels need " +
+                         std::to_string(Film::bytes(s.width_px, s.height_px, s.with_layers) >> 20) + " MiB, more than there is for a picture, and '" + ending +
+                         "' cannot be written in parts; allowed at this size: .exr .tif, or --memory-mib " + memory + " and more");
+    if (file_tile_px(s.tile_px, kTiffTiles) == 0)
+        throw UsageError(attempt + "tiles of " + std::to_string(s.tile_px) + " pixels; allowed for .tif at this size: multiples of 16, or --memory-mib " +
+                         memory + " and more");
 }
 
 int file_tile_px(int tile_px, int multiple_of) noexcept {

@@ -19,7 +19,9 @@ struct StreamShape {
 
 /// Whether a film of this size would take more than `limit_bytes`, so that the picture must be streamed.
 [[nodiscard]] bool must_stream(const StreamShape& shape, std::uint64_t limit_bytes) noexcept;
-/// @throws UsageError for a file that only a film can be written to: not .exr or .tif
+/// The least processing.memory_mib with which the picture need not be streamed: its film takes half of it.
+[[nodiscard]] std::uint64_t memory_to_keep_mib(const StreamShape& shape) noexcept;
+/// @throws UsageError for a file that only a film can be written to, neither .exr nor .tif, or a .tif whose tiles would be no multiple of 16
 void check_can_stream(const std::filesystem::path& file, const StreamShape& shape);
 
 /// A picture larger than memory: tiles go to the file as they come, in any order, and are forgotten. EXR has the channels that write_image

@@ -1,8 +1,11 @@
 #include "raytracer/render/picture_renderer.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cctype>
 #include <csignal>
+#include <utility>
 
 #include "common/thread/parallel.hpp"
 #include "common/util/cache_dir.hpp"
@@ -29,6 +32,26 @@ bool is_exr(const std::string& file) {
     std::string ending = std::filesystem::path(file).extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return ending == ".exr";
+}
+
+/// Tiles on their way to a file may take the memory that is spared the film, and no more. No picture depends on their size.
+TileSize tiles_that_fit(const Scene& scene) {
+    constexpr int kSmallEnough_px = 64, kTiffTiles = 16;
+    const StreamShape shape = shape_of(scene);
+    const auto in_flight = static_cast<std::uint64_t>(ThreadProcessor::tiles_in_flight(thread::thread_count(scene.processing.threads)));
+    const auto bytes = [&](int edge_px) { return Film::bytes(edge_px, edge_px, shape.with_layers) * in_flight; };
+    int edge_px = shape.tile_px;
+    while (edge_px > kSmallEnough_px && bytes(edge_px) > (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2)
+        edge_px = std::max(edge_px / 2 / kTiffTiles * kTiffTiles, kSmallEnough_px);
+    return edge_px == shape.tile_px ? scene.quality.tile : TileSize{edge_px, 0};
+}
+
+/// What is asked for, less what would take memory for nothing. Layers go into EXR files alone: for others they would take seven times the
+/// memory, and be thrown away.
+Scene thrifty(Scene scene, const std::vector<std::string>& files) {
+    if (std::none_of(files.begin(), files.end(), is_exr)) scene.output.layers = "beauty";
+    if (streams(scene)) scene.quality.tile = tiles_that_fit(scene);
+    return scene;
 }
 
 /// Tiles to several files.
@@ -59,21 +82,25 @@ PictureRenderer::PictureRenderer(const WorldArguments& world, const Scene& base,
 
 PictureRenderer::~PictureRenderer() = default;
 
-void PictureRenderer::check(const Scene& scene, const std::vector<std::string>& files) {
+void PictureRenderer::check(const Scene& asked, const std::vector<std::string>& files) {
+    const Scene scene = thrifty(asked, files);
     for (const std::string& file : files) check_image_target(file);
     if (scene.output.denoise) check_can_denoise();
     if (!streams(scene)) return;
     const auto [width, height] = scene.output.size_px;
     const std::string attempt = "render " + std::to_string(width) + "x" + std::to_string(height) + " pixels: more than the memory limit holds, so they go straight into the file; ";
-    if (scene.output.denoise) throw UsageError(attempt + "output.denoise = true; allowed: false, or a larger processing.memory_mib");
-    if (scene.quality.time_s > 0) throw UsageError(attempt + "quality.time_s is set; allowed: 0, or a larger processing.memory_mib");
+    const std::string memory = ", or --memory-mib " + std::to_string(memory_to_keep_mib(shape_of(scene))) + " and more";
+    if (scene.output.denoise) throw UsageError(attempt + "output.denoise = true; allowed: false" + memory);
+    if (scene.quality.time_s > 0) throw UsageError(attempt + "quality.time_s is set; allowed: 0" + memory);
     for (const std::string& file : files) check_can_stream(file, shape_of(scene));
 }
 
-RenderStatistics PictureRenderer::render(const Scene& scene, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
     RenderStatistics statistics;
     statistics.threads = m_threads;
+    const Scene scene = thrifty(asked, files);
     m_view = std::make_unique<View>(make_view(scene, *m_blocks));
+    if (const std::string why = out_of_sight(*m_view, m_world->info()); !why.empty() && !std::exchange(m_warned, true)) spdlog::warn("{}", why);
     foresee_boxes(*m_view, *m_blocks);
     if (streams(scene)) render_to_files(statistics, files, start);
     else render_to_film(statistics, files, start);

@@ -21,6 +21,7 @@ public:
     /// Refuses, before any work is done, what cannot be written. @throws UsageError, Error
     static void check(const Scene& scene, const std::vector<std::string>& files);
     /// Renders a scene and writes it to all files. Where the film would not fit into half of the memory for boxes, tiles go straight into the files.
+    /// Layers are kept for EXR files alone. Warns when the world is out of sight, once.
     /// @param start from which quality.time_s counts @throws Error, UsageError
     RenderStatistics render(const Scene& scene, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
 
@@ -39,6 +40,7 @@ private:
     std::unique_ptr<voxel::World> m_world;
     std::unique_ptr<BlockManager> m_blocks;
     std::unique_ptr<View> m_view;
+    bool m_warned = false;  ///< that the world is out of sight: once for all frames
 };
 
 }  // namespace terravox

@@ -172,6 +172,42 @@ RenderCounts render_film(const RenderJob& job, Film& film) {
     return std::move(runner.counts());
 }
 
+namespace {
+
+/// A place as a person would look for it on the map: easting, northing, height in metres; without a CRS voxels.
+std::string place_of(Vec3 at, const voxel::WorldInfo& world) {
+    const bool placed = !world.crs.empty();
+    const Vec3 p = placed ? Vec3{at.x * world.crs_units_per_voxel, -at.z * world.crs_units_per_voxel, at.y * world.voxel_m} : at;
+    const auto whole = [](double v) { return std::to_string(static_cast<std::int64_t>(std::floor(v + 0.5))); };
+    return whole(p.x) + ", " + whole(p.y) + ", " + whole(p.z) + (placed ? " m" : "");
+}
+
+/// Whether a place lies farther from the world, on the map, than the world is wide.
+bool far_off(Vec3 at, const voxel::VoxelBounds& b) noexcept {
+    const double x = std::max({b.min[0] - at.x, at.x - b.max[0], 0.0}), z = std::max({b.min[2] - at.z, at.z - b.max[2], 0.0});
+    return std::hypot(x, z) > std::hypot(static_cast<double>(b.max[0]) - b.min[0], static_cast<double>(b.max[2]) - b.min[2]);
+}
+
+}  // namespace
+
+std::string out_of_sight(const View& view, const voxel::WorldInfo& world) {
+    const auto& camera = view.scene.camera;
+    const auto [width, height] = view.scene.output.size_px;
+    const bool seen = !boxes_in_sight(view.camera, width, height, view.cut, 1).empty();
+    std::optional<Vec3> target;
+    if (camera.target) target = to_voxels(*camera.target, camera.space, world);
+    if (seen && !(target && far_off(*target, world.bounds))) return {};
+    const auto& b = world.bounds;
+    // The world's lower left corner on the map is its south-west: z grows to the south.
+    const Vec3 low{static_cast<double>(b.min[0]), static_cast<double>(b.min[1]), static_cast<double>(b.max[2])};
+    const Vec3 high{static_cast<double>(b.max[0]), static_cast<double>(b.max[1]), static_cast<double>(b.min[2])};
+    std::string out = camera.look.empty() ? "the camera" : "the view '" + camera.look + "'";
+    out += seen ? " looks at what is far from the world" : " shows nothing of the world";
+    out += ": it stands at " + place_of(view.camera.position(), world);
+    if (target) out += " and looks at " + place_of(*target, world);
+    return out + "; the world reaches from " + place_of(low, world) + " to " + place_of(high, world) + (world.crs.empty() ? ", voxels" : " in " + world.crs);
+}
+
 void foresee_boxes(const View& view, BlockManager& blocks) {
     const auto [width, height] = view.scene.output.size_px;
     blocks.prefetch(boxes_in_sight(view.camera, width, height, view.cut, kMostForeseen));

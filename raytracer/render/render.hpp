@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <set>
+#include <string>
 
 #include "raytracer/output/film.hpp"
 #include "raytracer/sched/processor.hpp"
@@ -38,6 +39,10 @@ struct RenderJob {
 
 /// The view that a scene gives of a world. @throws UsageError for a camera inside rock, a level the world does not have, ...
 [[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
+
+/// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks at lies farther from the world than the world is wide.
+/// @return a line that says where the view is and where the world; empty: all is well
+[[nodiscard]] std::string out_of_sight(const View& view, const voxel::WorldInfo& world);
 
 /// Begins to load what the view may see, nearest first.
 void foresee_boxes(const View& view, BlockManager& blocks);

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <string>
 
@@ -13,14 +15,13 @@ namespace {
 constexpr double kFarthest = 1e9;  // voxels: beyond, a ray's positions are coarser than what it looks at
 constexpr double kMostFov_deg = 170;
 
+// The shortest digits that say the same number; without an exponent as long as a person can read it so.
 std::string text_of(double v) {
-    std::string out = std::to_string(v);
-    while (out.find('.') != std::string::npos && (out.back() == '0' || out.back() == '.')) {
-        const bool point = out.back() == '.';
-        out.pop_back();
-        if (point) break;
-    }
-    return out;
+    constexpr double kMostPlain = 1e15;
+    std::array<char, 64> text{};
+    const auto format = std::abs(v) < kMostPlain ? std::chars_format::fixed : std::chars_format::general;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), v, format);
+    return end.ec == std::errc{} ? std::string(text.data(), end.ptr) : std::to_string(v);
 }
 
 [[noreturn]] void refuse(const std::string& what) { throw UsageError("place the camera: " + what); }
@@ -120,7 +121,16 @@ private:
             + ", " + text_of(c) + ")"; };
         if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
             refuse(numbers(point[0], point[1], point[2]) + "; allowed: finite numbers");
-        const Vec3 v = to_voxels(point, m_camera.space, m_world);
+        const Vec3 v = [&] {
+            try {
+                return to_voxels(point, m_camera.space, m_world);
+            } catch (const UsageError&) {
+                throw;
+            } catch (const Error&) {
+                refuse(numbers(point[0], point[1], point[2]) + " is no place that " + m_world.crs
+                       + " can tell; allowed: latitude, longitude and height near the world");
+            }
+        }();
         for (const double c : {v.x, v.y, v.z})
             if (!(std::abs(c) < kFarthest))
                 refuse(numbers(point[0], point[1], point[2]) + " lies beyond 10^9 voxels; allowed: nearer to the middle of its " + m_camera.space + " space");
@@ -220,6 +230,8 @@ Vec3 to_voxels(const std::array<double, 3>& p, const std::string& space, const v
     if (world.crs.empty()) throw UsageError("place the camera: camera.space = '" + space + "', but this world has no place on Earth; allowed: voxel");
     double easting = p[0], northing = p[1];
     if (space == "latlon") {
+        if (!(std::abs(p[0]) <= 90)) refuse("latitude = " + text_of(p[0]) + "; allowed: -90 to 90, and the longitude after it");
+        if (!(std::abs(p[1]) <= 360)) refuse("longitude = " + text_of(p[1]) + "; allowed: -360 to 360");
         easting = p[1], northing = p[0];
         geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_text(world.crs_wkt)).apply({&easting, 1}, {&northing, 1});
     }

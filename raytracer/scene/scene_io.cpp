@@ -25,6 +25,9 @@ std::string number(double v) {
     return {text.data(), end.ptr};
 }
 
+/// Of a whole number all digits, as long as they are few: 100000, not 1e+05.
+std::string plain(double v) { return v == std::floor(v) && std::abs(v) < 1e15 ? std::to_string(static_cast<std::int64_t>(v)) : number(v); }
+
 std::string allowed(const FieldRule& rule) {
     if (!rule.words.empty()) {
         std::string out;
@@ -52,14 +55,16 @@ public:
         field = value;
     }
     void put(const std::vector<double>& value, std::optional<Triple>& field) const {
-        if (value.size() != 3 || !std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); })) fail(std::to_string(value.size()) + " numbers", "three finite numbers");
+        if (value.size() != 3) fail(std::to_string(value.size()) + " numbers", "three finite numbers");
+        if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
+            fail("(" + number(value[0]) + ", " + number(value[1]) + ", " + number(value[2]) + ")", "three finite numbers");
         for (const double v : value) (void)checked(v);
         field = Triple{value[0], value[1], value[2]};
     }
     void put(const std::vector<double>& value, Size& field) const {
         if (value.size() != 2) fail(std::to_string(value.size()) + " numbers", "WIDTHxHEIGHT");
         for (const double v : value)
-            if (v != std::floor(v) || !(v >= m_rule.min && v <= m_rule.max)) fail(number(v), "whole numbers from " + allowed(m_rule));
+            if (v != std::floor(v) || !(v >= m_rule.min && v <= m_rule.max)) fail(plain(v), "whole numbers from " + allowed(m_rule));
         field = {static_cast<int>(value[0]), static_cast<int>(value[1])};
     }
     void put(const std::string& value, TileSize& field) const {

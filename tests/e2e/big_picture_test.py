@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Pictures larger than the memory for them go straight into their files, and memory stays where it was.
+
+big_picture_test.py --long: a poster of 32768 x 32768 pixels (minutes, and some 2 GB of disk).
+"""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from pictures import Tags
+from support import Case, Run, binary, entries, render, square, temporary_folder
+
+MIB = 1 << 20
+# What the process takes beside its limits: libraries with their tables (GDAL, PROJ, OpenImageIO), textures, sky, tiles in flight.
+BASE_MIB = 220
+FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats.md
+
+
+class BigPictures(Case):
+    def streamed(self, width, height, memory_mib, world_mib, *flags, endings=(".exr", ".tif"), timeout_s=100):
+        """Renders a picture that cannot be kept. @return the folder with the files"""
+        out = temporary_folder()
+        most_mib = BASE_MIB + memory_mib + world_mib
+        film_mib = width * height * FILM_BYTES / MIB
+        self.assertGreater(film_mib, memory_mib / 2, "this one would be kept")
+        self.assertGreater(film_mib, most_mib, "this one would not show whether it was kept")
+        files = [out / f"a{ending}" for ending in endings]
+        run = render(square(), "--size", f"{width}x{height}", "--samples", "1", "--quiet",
+                     "--memory-mib", str(memory_mib), "--world-memory-mib", str(world_mib), "--report", out / "r.json", *flags, *(x for f in files for x in ("-o", f)), timeout_s=timeout_s)
+        self.assertDone(run)
+        report = json.loads((out / "r.json").read_text())
+        self.assertLess(report["peak_rss_bytes"] / MIB, most_mib)
+        self.assertLessEqual(report["boxes"]["peak_bytes"], report["boxes"]["limit_bytes"])
+        for file in files:
+            self.assertGreater(file.stat().st_size, width * height / 100)
+        return out
+
+    def header(self, file):
+        run = Run([binary("VALUES"), file])
+        self.assertDone(run)
+        return json.loads(run.out)
+
+    def test_a_poster_needs_no_more_memory_than_a_postcard(self):
+        # Mostly sky: it costs time, and is as large.
+        out = self.streamed(4096, 3400, 60, 64, "--zoom", "0.2")
+        said = self.header(out / "a.exr")
+        self.assertEqual((said["width"], said["height"], said["tile"]), (4096, 3400, [64, 64]))
+        self.assertEqual([c["name"] for c in said["channels"]], ["R", "G", "B", "A", "Z"])
+        self.assertEqual(int(said["metadata"]["terravox:holes"]), 0)
+        self.assertEqual(said["metadata"]["terravox:samples"], "1")
+        said = self.header(out / "a.tif")
+        self.assertEqual((said["width"], said["height"]), (4096, 3400))
+        self.assertTrue(Tags(out / "a.tif").big)
+
+    def test_huge_tiles_do_not_fill_the_memory(self):
+        # The whole picture would be one tile of 448 MiB.
+        out = self.streamed(4096, 4096, 60, 64, "--zoom", "0.1", "--tile", "100%", endings=(".exr",))
+        self.assertLess(self.header(out / "a.exr")["tile"][0], 2048)
+
+    def begun(self, out, ending):
+        """A picture that takes long, when the first of its bytes are on the disk."""
+        command = [binary("RAYTRACER"), "render", square(), "--size", "8192x8192", "--samples", "64", "--quiet", "--memory-mib", "60", "-o", out / f"a{ending}"]
+        child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 60
+        while not entries(out) and child.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self.assertIsNone(child.poll(), "it has ended")
+        self.assertTrue(entries(out))
+        return child
+
+    def test_who_stops_it_leaves_nothing_behind(self):
+        for ending in (".exr", ".tif"):
+            with self.subTest(ending):
+                out = temporary_folder()
+                child = self.begun(out, ending)
+                child.send_signal(signal.SIGTERM)
+                _, said = child.communicate(timeout=60)
+                self.assertEqual((child.returncode, said.strip()), (1, "terravox: render: interrupted; no picture was written"))
+                self.assertEqual(entries(out), [])
+
+    def test_killed_it_leaves_nothing_under_the_pictures_name(self):
+        out = temporary_folder()
+        child = self.begun(out, ".exr")
+        child.kill()
+        child.communicate(timeout=60)
+        self.assertNotIn("a.exr", entries(out))
+
+    def test_a_full_disk(self):
+        for ending in (".exr", ".tif"):
+            with self.subTest(ending):
+                out = temporary_folder()
+                run = render(square(), "--size", "2048x2048", "--samples", "1", "--quiet", "--memory-mib", "60", "-o", out / f"a{ending}", file_bytes=100_000)
+                self.assertRefused(run, 1, f"a{ending}")
+                self.assertEqual(entries(out), [])
+
+
+class LongPictures(BigPictures):
+    def test_a_poster_of_a_thousand_million_pixels(self):
+        out = self.streamed(32768, 32768, 300, 64, "--zoom", "0.2", "--quality-shadows", "no", endings=(".exr",), timeout_s=3000)
+        said = self.header(out / "a.exr")
+        self.assertEqual((said["width"], said["height"]), (32768, 32768))
+        print(f"{(out / 'a.exr').stat().st_size / MIB:.0f} MiB, report: {(out / 'r.json').read_text()}")
+
+
+if __name__ == "__main__":
+    if "--long" in sys.argv:
+        unittest.main(argv=[sys.argv[0], "LongPictures.test_a_poster_of_a_thousand_million_pixels"])
+    unittest.main(argv=[sys.argv[0], "BigPictures", *sys.argv[1:]])

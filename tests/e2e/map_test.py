@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Maps: GeoTIFF files lie where they say they lie, and show what is there."""
+
+import json
+import shutil
+import unittest
+
+from pictures import Picture, Tags
+from support import Case, Run, render, square, survey, temporary_folder
+
+WEST, SOUTH, EAST, NORTH = 462368, 101360, 462624, 101616  # of the invented square
+MIDDLE = f"{(WEST + EAST) // 2},{(SOUTH + NORTH) // 2},500"
+QUIET = ["--quiet", "--samples", "1"]
+MAP = ["--projection", "orthographic", "--camera-down-deg", "90", "--camera-target", MIDDLE]
+PROJECTED_CRS = 3072  # GeoKey
+WATER, HIGH_VEGETATION = 13, 7  # materials
+KIND_WATER, KIND_TREE = 5, 6  # of the survey's truth
+
+
+def at(transform, px, py):
+    """Easting and northing of picture coordinates."""
+    g = transform
+    return g[0] + px * g[1] + py * g[2], g[3] + px * g[4] + py * g[5]
+
+
+class Maps(Case):
+    def positions_lie_where_the_tags_say(self, tif, exr):
+        """Each pixel's first hit is known in the world's coordinates: it lies in the pixel's square on the map."""
+        transform, p = Tags(tif).transform(), Picture(exr)
+        origin = p.numbers("terravox:origin")
+        area = abs(transform[1] * transform[5] - transform[2] * transform[4])
+        hits = 0
+        for i, (a, x, z) in enumerate(p.channels("A", "position.X", "position.Z")):
+            if a == 0:
+                continue
+            hits += 1
+            easting, northing = origin[0] + x - transform[0], -(origin[2] + z) - transform[3]
+            px = (easting * transform[5] - northing * transform[2]) / (transform[1] * transform[5] - transform[2] * transform[4])
+            py = (northing * transform[1] - easting * transform[4]) / (transform[1] * transform[5] - transform[2] * transform[4])
+            self.assertTrue(-0.01 <= px - i % p.width <= 1.01 and -0.01 <= py - i // p.width <= 1.01, f"pixel {i} shows what lies at {px}, {py}")
+        self.assertGreater(hits, 5000)
+        return transform, area
+
+    def test_a_geotiff_lies_where_it_says(self):
+        out = temporary_folder()
+        for name, more in {"north up": [], "turned": ["--camera-roll-deg", "30"]}.items():
+            with self.subTest(name):
+                tif, exr = out / f"{name}.tif", out / f"{name}.exr"
+                # 256 m in 128 pixels: two metres each.
+                flags = [square(), *QUIET, *MAP, "--size", "192x128", "--camera-height-m", "256", *more]
+                self.assertDone(render(*flags, "-o", tif))
+                self.assertDone(render(*flags, "--layers", "all", "-o", exr))
+                self.assertEqual(Tags(tif).geo_keys()[PROJECTED_CRS], 3794)
+                self.assertEqual(Tags(tif).big, False)
+                transform, area = self.positions_lie_where_the_tags_say(tif, exr)
+                self.assertAlmostEqual(area, 4, delta=1e-6)
+                if name != "turned":
+                    self.assertEqual(transform, [WEST - 64, 2, 0, NORTH, 0, -2])
+                p = Picture(tif)
+                self.assertEqual(p.names, ["R", "G", "B", "A"])
+                self.assertEqual(set(p.types.values()), {"uint8"})
+                # Beside the square there is nothing; in its middle the survey.
+                alpha = p.channel("A")
+                self.assertEqual(alpha[64 * 192 + 96], 1)
+                if name != "turned":
+                    self.assertEqual((alpha[64 * 192 + 20], alpha[64 * 192 + 180]), (0, 0))
+
+    def test_larger_than_memory_it_is_the_same_map(self):
+        out = temporary_folder()
+        flags = [square(), *QUIET, *MAP, "--size", "400x300", "--camera-height-m", "256", "--output-tiff", "float"]
+        self.assertDone(render(*flags, "-o", out / "film.tif"))
+        self.assertDone(render(*flags, "--memory-mib", "4", "-o", out / "streamed.tif"))
+        film, streamed = Tags(out / "film.tif"), Tags(out / "streamed.tif")
+        self.assertEqual((film.big, streamed.big), (False, True))
+        self.assertEqual(film.transform(), streamed.transform())
+        self.assertEqual(streamed.geo_keys()[PROJECTED_CRS], 3794)
+        self.assertAlike(out / "film.tif", out / "streamed.tif", exact=True)
+
+    def test_the_map_shows_the_truth(self):
+        out = temporary_folder()
+        flags = [*QUIET, *MAP, "--size", "256x256", "--camera-height-m", "256", "--detail", "0", "--layers", "all"]
+        self.assertDone(render(survey(), *flags, "-o", out / "a.exr"))
+        seen = Picture(out / "a.exr").channel("material.ID")
+        truth = Picture(next((survey() / "truth").glob("kind_*.tif")))
+        self.assertEqual((truth.width, truth.height), (256, 256))
+        kinds = [round(v * 255) for v in truth.values]
+        for material, kind, least in ((WATER, KIND_WATER, 0.9), (HIGH_VEGETATION, KIND_TREE, 0.3)):
+            def agreement(shift):
+                """Of the pixels that either calls so, those that both do."""
+                a = {i for i, m in enumerate(seen) if m == material}
+                b = {i + shift for i, k in enumerate(kinds) if k == kind}
+                self.assertGreater(len(a), 300)
+                return len(a & b) / len(a | b)
+            here = agreement(0)
+            self.assertGreater(here, least, f"material {material}")
+            for name, shift in {"east": 3, "west": -3, "south": 3 * 256, "north": -3 * 256}.items():
+                self.assertLess(agreement(shift), here, f"material {material}, moved 3 m {name}")
+
+    def test_a_colour_of_the_orthophoto_is_found_at_its_place(self):
+        out = temporary_folder()
+        flags = [survey(), "--ortho", survey() / "ortho", *QUIET, *MAP, "--size", "256x256", "--camera-height-m", "256", "--detail", "0"]
+        self.assertDone(render(*flags, "--colour", "true", "--layers", "all", "--quality-textures", "no", "-o", out / "a.exr"))
+        albedo = Picture(out / "a.exr").channels("albedo.R", "albedo.G", "albedo.B")
+        photo = Picture(next((survey() / "ortho").glob("*.tif")))  # two pixels a metre
+        bands = [photo.channel(name) for name in photo.names[:3]]
+
+        def linear(v):
+            return v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
+
+        def difference(dx, dy):
+            """Mean over the open middle of the map."""
+            total = count = 0
+            for y in range(16, 240, 5):
+                for x in range(16, 240, 5):
+                    for c in range(3):
+                        near = [bands[c][(2 * (y + dy) + j) * photo.width + 2 * (x + dx) + i] for j in (0, 1) for i in (0, 1)]
+                        total += abs(linear(sum(near) / 4) - albedo[y * 256 + x][c])
+                        count += 1
+            return total / count
+
+        here = difference(0, 0)
+        for dx, dy in ((4, 0), (-4, 0), (0, 4), (0, -4)):
+            self.assertLess(here, 0.8 * difference(dx, dy), f"moved by {dx}, {dy} m")
+
+    def test_other_views_are_pictures_without_a_place(self):
+        out = temporary_folder()
+        views = {"isometric": ["--projection", "isometric"], "oblique": ["--projection", "orthographic", "--camera-down-deg", "60"], "perspective": []}
+        for name, flags in views.items():
+            with self.subTest(name):
+                self.assertDone(render(square(), *QUIET, "--size", "96x54", *flags, "-o", out / f"{name}.tif"))
+                tags = Tags(out / f"{name}.tif")
+                self.assertIsNone(tags.transform())
+                self.assertEqual(tags.geo_keys(), {})
+                self.assertEqual(set(Picture(out / f"{name}.tif").types.values()), {"float"})
+
+    @unittest.skipUnless(shutil.which("gdalinfo"), "gdalinfo is not installed")
+    def test_gdal_reads_the_same(self):
+        out = temporary_folder()
+        self.assertDone(render(square(), *QUIET, *MAP, "--size", "600x600", "--camera-height-m", "300", "-o", out / "a.tif"))
+        run = Run(["gdalinfo", "-json", out / "a.tif"])
+        self.assertDone(run)
+        said = json.loads(run.out)
+        self.assertEqual(said["geoTransform"], Tags(out / "a.tif").transform())
+        self.assertIn('ID["EPSG",3794]]', said["coordinateSystem"]["wkt"])
+        self.assertEqual([b["colorInterpretation"] for b in said["bands"]], ["Red", "Green", "Blue", "Alpha"])
+        self.assertEqual(said["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
+        self.assertTrue(said["bands"][0]["overviews"])
+        own = said["metadata"][""]
+        self.assertEqual((own["terravox_crs"], own["terravox_holes"], own["AREA_OR_POINT"]), ("EPSG:3794", "0", "Area"))
+
+
+if __name__ == "__main__":
+    unittest.main()
