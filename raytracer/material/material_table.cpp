@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "common/util/log.hpp"
-#include "common/util/power_of_two.hpp"
+#include "common/util/det_math.hpp"
 #include "raytracer/material/waves.hpp"
 
 namespace terravox {
@@ -128,7 +128,7 @@ Texel MaterialTable::texel(voxel::Material material, const FacePoint& at) const 
             m_windows.draw({on.voxel_s, on.voxel_t, on.into, on.s, on.t, axis_of(at.face) == 2}, at, out);
     }
     if (entry.waves && at.face == Face::kTop) {
-        const double size_m = at.voxel_m * power_of_two(at.level);
+        const double size_m = at.voxel_m * det::exp2_int(at.level);
         out.tilt = material::water_tilt((at.voxel.x + at.v) * size_m, (at.voxel.z + at.u) * size_m, at.footprint * at.voxel_m);
     }
     return out;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/util/power_of_two.hpp"
+#include "common/util/det_math.hpp"
 #include "raytracer/shade/random.hpp"
 
 namespace terravox {
@@ -19,7 +19,7 @@ Colour base_colour(const View& view, const Look& look, const Hit& hit) {
     if (hit.attr.has_colour() && q.colour != "material")
         colour = mix(colour, to_linear(hit.attr.colour), q.colour == "true" ? 1.0f : static_cast<float>(q.colour_mix));
     // The mean of the many voxels that a coarse one stands for varies less.
-    const auto variation = static_cast<float>(static_cast<double>(look.variation) * power_of_two(-hit.level));
+    const auto variation = static_cast<float>(static_cast<double>(look.variation) * det::exp2_int(-hit.level));
     const auto wobble = static_cast<float>(unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
     return colour * (1 + wobble);
 }
@@ -27,7 +27,7 @@ Colour base_colour(const View& view, const Look& look, const Hit& hit) {
 // Where on its face a point lies, along an axis.
 double part_of_voxel(double point, int level, std::int32_t voxel) noexcept {
     constexpr double kBelowOne = 0x1.fffffffffffffp-1;
-    return std::clamp(point * power_of_two(-level) - voxel, 0.0, kBelowOne);
+    return std::clamp(point * det::exp2_int(-level) - voxel, 0.0, kBelowOne);
 }
 
 Texel texel_at(const View& view, const TracedRay& ray, Vec3 point, const Look& look) noexcept {
@@ -102,7 +102,7 @@ float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
         const int side_a = solid(i, 1), side_b = solid(1, j);
         return side_a + side_b == 2 ? 3 : side_a + side_b + solid(i, j);
     };
-    const double size = power_of_two(hit.level);
+    const double size = det::exp2_int(hit.level);
     const double u = std::clamp(point[a] / size - hit.voxel[a], 0.0, 1.0), v = std::clamp(point[b] / size - hit.voxel[b], 0.0, 1.0);
     const double level = (corner(0, 0) * (1 - u) + corner(2, 0) * u) * (1 - v) + (corner(0, 2) * (1 - u) + corner(2, 2) * u) * v;
     return static_cast<float>(1 - 0.22 * level);

@@ -260,11 +260,11 @@ void TileJob::trace_shadow_groups(TracerTools& tools) {
 
 // What matt faces send out, mirrors, and shadow rays among leaves.
 void TileJob::trace_scattered(TracerTools& tools) {
-    if (!tools.stream) return;
+    if (!tools.lanes) return;
     m_scattered.clear();
     for (TracedRay& ray : m_wave)
         if (ray.end == WalkEnd::kWaits && ray.stop == StopAt::kSolid) m_scattered.push_back({&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
-    tools.stream->trace(m_scattered);
+    tools.lanes->trace(m_scattered);
 }
 
 // False: no pixel of the part needs more.

@@ -13,25 +13,25 @@
 #include "raytracer/tiles/tile.hpp"
 #include "raytracer/trace/pixel_blocks.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
-#include "raytracer/walk/stream_walk.hpp"
+#include "raytracer/walk/lane_walk.hpp"
 
 namespace terravox {
 
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {
     TracerTools(const View& of, BlockManager& blocks, std::size_t pinned_bytes)
-        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), stream(stream_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(make_shading(of)) {}
+        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), lanes(lane_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(make_shading(of)) {}
     const View& view;
     BlockReader reader;
     RayWalk walk;
     std::optional<PacketWalk> packets;  ///< where the machine has the instructions, as
-    std::optional<StreamWalk> stream;   ///< this
+    std::optional<LaneWalk> lanes;    ///< this
     BeamMarch beams;
     ShaftMarch shafts;
     Surroundings surroundings;
     std::unique_ptr<const Shading> shading;
     Occluder occluder;
-    [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0) + (stream ? stream->counts().steps : 0); }
+    [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0) + (lanes ? lanes->counts().steps : 0); }
     [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
 };
 
@@ -92,7 +92,7 @@ private:
     std::vector<SampleSum> m_sums;        ///< of this round, one for each of those
     std::vector<TracedRay> m_wave, m_next;
     std::vector<ShadowRay> m_shadows;  ///< of the wave
-    std::vector<StreamRay> m_scattered;
+    std::vector<LaneRay> m_scattered;
     std::vector<std::uint32_t> m_pending;
     std::unordered_map<voxel::BoxKey, std::vector<std::uint32_t>, voxel::BoxKeyHash> m_parked;
     std::vector<voxel::BoxKey> m_missing;

@@ -172,12 +172,12 @@ HWY_INLINE void start(const RayPacket& p, int first, std::uint32_t lanes, const 
         way.origin[a] = hn::Mul(hn::Load(d, p.origin[a] + first), sign);
         way.direction[a] = hn::Mul(hn::Load(d, p.direction[a] + first), sign);
         way.inverse[a] = hn::Mul(hn::Load(d, p.inverse[a] + first), sign);
-        way.estimate[a] = hn::Sub(way.origin[a], hn::Set(d, 0.5 + StreamLanes::kSlack_voxel));
+        way.estimate[a] = hn::Sub(way.origin[a], hn::Set(d, 0.5 + RayLanes::kSlack_voxel));
         const VD v = hn::Add(hn::Mul(hn::Load(d, p.voxel[a] + first), sign), shift);
         const VD low = hn::Set(d, p.forward[a] ? block.low[a] : -1 - block.high[a]);
         VD end = hn::Set(d, p.forward[a] ? block.high[a] + 1 : -block.low[a]);
         if (p.free_axis == a) {
-            const VD scale = hn::Mul(sign, hn::Set(d, power_of_two(-p.level)));
+            const VD scale = hn::Mul(sign, hn::Set(d, det::exp2_int(-p.level)));
             end = hn::Min(end, hn::Ceil(hn::Mul(hn::Load(d, p.free_from + first), scale)));
         }
         in = hn::And(in, hn::And(hn::Ge(v, low), hn::Lt(v, end)));

@@ -9,7 +9,7 @@
 #include <hwy/highway.h>
 
 #include "raytracer/walk/ray_packet.hpp"
-#include "raytracer/walk/stream_lanes.hpp"
+#include "raytracer/walk/ray_lanes.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace terravox::HWY_NAMESPACE {
@@ -43,7 +43,7 @@ HWY_INLINE VU word(std::uint64_t v) { return hn::Set(du, v); }
 HWY_INLINE WordLanes words(Lanes m) { return hn::RebindMask(du, m); }
 HWY_INLINE Lanes doubles(WordLanes m) { return hn::RebindMask(d, m); }
 
-constexpr double kWhole = StreamLanes::kWholeNumber;
+constexpr double kWhole = RayLanes::kWholeNumber;
 HWY_INLINE VU bits_from(VD whole) { return hn::BitCast(du, hn::Add(whole, hn::Set(d, kWhole))); }
 HWY_INLINE VD number_from(VU bits) { return hn::Sub(hn::BitCast(d, bits), hn::Set(d, kWhole)); }
 

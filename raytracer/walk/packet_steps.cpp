@@ -13,7 +13,7 @@
 
 #include "raytracer/walk/packet_box.hpp"
 #include "raytracer/walk/packet_lanes.hpp"
-#include "raytracer/walk/stream_box.hpp"
+#include "raytracer/walk/lane_box.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace terravox::HWY_NAMESPACE {

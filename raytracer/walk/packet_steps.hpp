@@ -6,7 +6,7 @@
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/beam.hpp"
 #include "raytracer/walk/ray_packet.hpp"
-#include "raytracer/walk/stream_lanes.hpp"
+#include "raytracer/walk/ray_lanes.hpp"
 
 namespace terravox {
 
@@ -39,7 +39,7 @@ struct PacketSteps {
     /// @param cells of the box @param block its voxels @param steps counted up @return those that were stopped, with `brick` set
     std::uint32_t (*box)(RayPacket& packet, const voxel::TreeCell* cells, const PacketCell& block, std::uint32_t lanes, std::uint64_t& steps) noexcept;
     /// Takes lanes that are going on in their boxes, until a quarter of them has been stopped or has left its box. @param steps counted up
-    void (*advance)(StreamLanes& lanes, std::uint64_t& steps) noexcept;
+    void (*advance)(RayLanes& lanes, std::uint64_t& steps) noexcept;
 };
 
 /// Those for this machine's instructions: AVX-512 or AVX2. nullptr: it has neither, and single rays are as fast.

@@ -44,7 +44,7 @@ struct alignas(64) RayPacket {
     void coarsen(int to, std::uint32_t lanes) noexcept {
         for (int i = 0; i < kLanes; ++i)
             if ((lanes >> i & 1) == 0 && left_at[i] < 0) left_at[i] = static_cast<std::int8_t>(level);
-        const double down = power_of_two(level - to), up = power_of_two(to - level);
+        const double down = det::exp2_int(level - to), up = det::exp2_int(to - level);
         for (int a = 0; a < 3; ++a)
             for (int i = 0; i < kLanes; ++i) {
                 if ((lanes >> i & 1) == 0) continue;
@@ -56,7 +56,7 @@ struct alignas(64) RayPacket {
     /// Whether nothing is known to lie ahead of lane i.
     [[nodiscard]] bool is_free(int i) const noexcept {
         if (free_axis < 0) return false;
-        const double at = free_from[i] * power_of_two(-level), v = voxel[free_axis][i];
+        const double at = free_from[i] * det::exp2_int(-level), v = voxel[free_axis][i];
         return forward[free_axis] ? v >= at : v + 1 <= at;
     }
     /// Where lane i is now. @param ray what was added as this lane

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/util/power_of_two.hpp"
+#include "common/util/det_math.hpp"
 #include "common/voxel/world.hpp"
 #include "raytracer/walk/ray.hpp"
 
@@ -78,7 +78,7 @@ struct RayState {
     void start_in(VoxelCoord start, int its_level) noexcept {
         rescale(its_level);
         // A component of zero keeps the middle of a level-0 voxel, so that it lies on no plane of any level.
-        const double half = 0.5 * power_of_two(-its_level);
+        const double half = 0.5 * det::exp2_int(-its_level);
         for (int a = 0; a < 3; ++a) {
             voxel[a] = start[a];
             if (direction[a] == 0) origin[a] = std::clamp(origin[a], start[a] + half, start[a] + 1 - half);
@@ -165,7 +165,7 @@ struct RayState {
 
 private:
     void rescale(int to) noexcept {
-        const double up = power_of_two(to - level), down = power_of_two(level - to);
+        const double up = det::exp2_int(to - level), down = det::exp2_int(level - to);
         for (int a = 0; a < 3; ++a) origin[a] *= down, direction[a] *= down, inverse[a] *= up;
         level = static_cast<std::int8_t>(to);
     }

@@ -129,7 +129,7 @@ Entry limits_entry(int side_km) {
 
 /// How far pictures of a coarser level are from those of level 0, and, as a measure of that, pictures of fewer samples from those of more.
 Entry detail_entry(int side_km) {
-    constexpr int kManySamples = 4;
+    constexpr int kManySamples = 16;  // fewer differ from each other by more than levels do
     Entry out = entry_of("scale/detail", "mean absolute difference of a picture from that of --detail 0, linear light: coarser levels far away; fewer samples",
                          "an invented land of " + area_of(side_km) + ", 1280x720, 1 and " + std::to_string(kManySamples) + " samples, N threads");
     out.prepare = [side_km](const Context& c) -> Body {

@@ -1,13 +1,13 @@
 // Rays side by side, each in a box of its own; included once for each target of Highway, see packet_steps.cpp.
-#if defined(TERRAVOX_STREAM_BOX_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef TERRAVOX_STREAM_BOX_HPP
-#undef TERRAVOX_STREAM_BOX_HPP
+#if defined(TERRAVOX_LANE_BOX_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef TERRAVOX_LANE_BOX_HPP
+#undef TERRAVOX_LANE_BOX_HPP
 #else
-#define TERRAVOX_STREAM_BOX_HPP
+#define TERRAVOX_LANE_BOX_HPP
 #endif
 
 #include "raytracer/walk/packet_box.hpp"
-#include "raytracer/walk/stream_lanes.hpp"
+#include "raytracer/walk/ray_lanes.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace terravox::HWY_NAMESPACE {
@@ -16,7 +16,7 @@ namespace terravox::HWY_NAMESPACE {
 struct LaneTrees {
     VU cells;  ///< addresses in words
     VU flip;
-    const StreamLanes& lanes;
+    const RayLanes& lanes;
     int first;
 
     [[nodiscard]] HWY_INLINE VU field(VU index, int of) const {
@@ -37,11 +37,11 @@ struct LaneTrees {
 };
 
 HWY_INLINE WordLanes word_lanes_of(std::uint32_t bits, int first) { return words(lanes_of(bits, first)); }
-HWY_INLINE VU bits_at(const double (&field)[StreamLanes::kLanes], int first) { return hn::BitCast(du, hn::Load(d, field + first)); }
+HWY_INLINE VU bits_at(const double (&field)[RayLanes::kLanes], int first) { return hn::BitCast(du, hn::Load(d, field + first)); }
 
-HWY_INLINE LaneTrees trees_of(const StreamLanes& lanes, int first) { return {hn::Load(du, lanes.cells + first), hn::Load(du, lanes.flip + first), lanes, first}; }
+HWY_INLINE LaneTrees trees_of(const RayLanes& lanes, int first) { return {hn::Load(du, lanes.cells + first), hn::Load(du, lanes.flip + first), lanes, first}; }
 
-HWY_INLINE void load(const StreamLanes& lanes, int first, Way& way, Walkers& w) {
+HWY_INLINE void load(const RayLanes& lanes, int first, Way& way, Walkers& w) {
     for (int a = 0; a < 3; ++a) {
         way.origin[a] = hn::Load(d, lanes.origin[a] + first), way.direction[a] = hn::Load(d, lanes.direction[a] + first);
         way.inverse[a] = hn::Load(d, lanes.inverse[a] + first), way.estimate[a] = hn::Load(d, lanes.estimate[a] + first);
@@ -56,7 +56,7 @@ HWY_INLINE void load(const StreamLanes& lanes, int first, Way& way, Walkers& w) 
     w.stopped = hn::Ne(word(0), word(0));
 }
 
-HWY_INLINE void store(const Walkers& w, int first, StreamLanes& lanes) {
+HWY_INLINE void store(const Walkers& w, int first, RayLanes& lanes) {
     for (int a = 0; a < 3; ++a) hn::Store(hn::BitCast(d, w.voxel[a]), d, lanes.voxel[a] + first);
     hn::Store(w.axis, d, lanes.axis + first);
     hn::Store(w.node, du, lanes.node + first), hn::Store(w.node_detail, du, lanes.node_detail + first), hn::Store(w.node_first, du, lanes.node_first + first);
@@ -64,9 +64,9 @@ HWY_INLINE void store(const Walkers& w, int first, StreamLanes& lanes) {
     hn::Store(w.size, du, lanes.size + first);
 }
 
-void advance(StreamLanes& lanes, std::uint64_t& steps) noexcept {
+void advance(RayLanes& lanes, std::uint64_t& steps) noexcept {
     std::uint32_t going_on = 0, stopped = 0;
-    for (int first = 0; first < StreamLanes::kLanes; first += kWidth * kTogether) {
+    for (int first = 0; first < RayLanes::kLanes; first += kWidth * kTogether) {
         const LaneTrees trees[kTogether] = {trees_of(lanes, first), trees_of(lanes, first + kWidth)};
         Way way[kTogether];
         Walkers w[kTogether];

@@ -1,5 +1,5 @@
 // Rays that are walked side by side must find what single rays find, to the last bit.
-#include "raytracer/walk/stream_walk.hpp"
+#include "raytracer/walk/lane_walk.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/walk/walk_fixture.hpp"
 
@@ -8,8 +8,8 @@ using namespace terravox::test;
 
 namespace {
 
-/// A ray, what a single walk finds, and what the stream finds.
-struct Streamed {
+/// A ray, what a single walk finds, and what the lanes find.
+struct Sent {
     RayState state;
     double t_max = kFar;
     bool asks = false;
@@ -20,10 +20,10 @@ struct Streamed {
 
 enum class Kind { kAnywhere, kWhole, kLimited };
 
-std::optional<Streamed> random_ray(Fixture& f, Random& random, Kind kind) {
+std::optional<Sent> random_ray(Fixture& f, Random& random, Kind kind) {
     Ray ray{{real(random, -120, 200), real(random, -25, 110), real(random, -130, 170)}, normalized({real(random, -1, 1), real(random, -1, 1), real(random, -1, 1)})};
     if (kind == Kind::kWhole) ray = {{std::round(ray.origin.x), std::round(ray.origin.y), std::round(ray.origin.z)}, {std::round(ray.direction.x * 3), -1, std::round(ray.direction.z * 3) / 2}};
-    Streamed out;
+    Sent out;
     out.state = RayState(ray);
     if (!out.state.enter(f.cut.entry_bounds())) return std::nullopt;
     if (kind == Kind::kLimited) out.t_max = out.state.t + real(random, 0, 90);
@@ -33,7 +33,7 @@ std::optional<Streamed> random_ray(Fixture& f, Random& random, Kind kind) {
     return out;
 }
 
-bool as_alone(Fixture& f, Streamed& ray) {
+bool as_alone(Fixture& f, Sent& ray) {
     std::optional<Hit> found = ray.end == WalkEnd::kHit ? std::optional(ray.hit) : std::nullopt;
     if (ray.end == WalkEnd::kWaits) found = f.finish(ray.state, ray.t_max);
     if (ray.asks && ray.end != WalkEnd::kWaits) return (ray.end == WalkEnd::kHit) == ray.wanted.has_value();
@@ -42,24 +42,24 @@ bool as_alone(Fixture& f, Streamed& ray) {
 
 void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_hand) {
     Fixture f(detail), other(detail, pinned_bytes);
-    StreamWalk stream(other.reader, other.cut, *packet_steps());
+    LaneWalk lanes(other.reader, other.cut, *packet_steps());
     Random random(23);
-    int wrong = 0, hits = 0, streamed = 0, all = 0;
+    int wrong = 0, hits = 0, alongside = 0, all = 0;
     for (const int count : {1, 5, 16, 17, 200, 4000}) {
-        std::vector<Streamed> rays;
+        std::vector<Sent> rays;
         while (rays.size() < static_cast<std::size_t>(count))
             if (auto ray = random_ray(f, random, kind)) rays.push_back(*ray);
         // Where all are at hand; else those that the rays of the rounds before have asked for at their ends.
         if (boxes_at_hand)
-            for (const Streamed& ray : rays) {
+            for (const Sent& ray : rays) {
                 RayState copy = ray.state;
                 (void)other.finish(copy);
             }
-        std::vector<StreamRay> sent;
-        for (Streamed& ray : rays) sent.push_back({&ray.state, &ray.end, ray.t_max, ray.asks ? nullptr : &ray.hit});
-        stream.trace(sent);
-        for (Streamed& ray : rays) {
-            ++all, hits += ray.wanted ? 1 : 0, streamed += ray.end != WalkEnd::kWaits ? 1 : 0;
+        std::vector<LaneRay> sent;
+        for (Sent& ray : rays) sent.push_back({&ray.state, &ray.end, ray.t_max, ray.asks ? nullptr : &ray.hit});
+        lanes.trace(sent);
+        for (Sent& ray : rays) {
+            ++all, hits += ray.wanted ? 1 : 0, alongside += ray.end != WalkEnd::kWaits ? 1 : 0;
             wrong += as_alone(other, ray) ? 0 : 1;
         }
     }
@@ -67,12 +67,12 @@ void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_han
     CHECK(wrong == 0);
     CHECK(hits > all / 6);
     CHECK(hits < all * 19 / 20);
-    if (boxes_at_hand && kind != Kind::kWhole) CHECK(streamed > all / 2);
+    if (boxes_at_hand && kind != Kind::kWhole) CHECK(alongside > all / 2);
 }
 
 }  // namespace
 
-TEST_CASE("rays side by side find the voxel, face and time that single rays find", "[raytracer][stream]") {
+TEST_CASE("rays side by side find the voxel, face and time that single rays find", "[raytracer][lanes]") {
     if (packet_steps() == nullptr) {
         WARN("skipped: neither AVX2 nor AVX-512");
         return;
@@ -90,7 +90,7 @@ TEST_CASE("rays side by side find the voxel, face and time that single rays find
             }
 }
 
-TEST_CASE("rays side by side keep to a reader's memory", "[raytracer][stream]") {
+TEST_CASE("rays side by side keep to a reader's memory", "[raytracer][lanes]") {
     if (packet_steps() == nullptr) return;
     for (const std::size_t pinned_bytes : {std::size_t{1}, std::size_t{20'000}, std::size_t{200'000}}) {
         DYNAMIC_SECTION(pinned_bytes << " bytes") {

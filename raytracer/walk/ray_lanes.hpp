@@ -6,7 +6,7 @@ namespace terravox {
 
 /// Rays side by side for vector instructions, each in a box of its own. Axes that a ray goes down are mirrored, v -> -1 - v, so that all
 /// go up. Voxels are whole numbers as the bits of kWholeNumber + v.
-struct alignas(64) StreamLanes {
+struct alignas(64) RayLanes {
     static constexpr int kLanes = 16, kRoots = 4;
     /// A whole number below 2^51 either way, added to this, stands in the low bits of the sum.
     static constexpr double kWholeNumber = 6755399441055744.0;

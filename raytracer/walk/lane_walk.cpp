@@ -1,4 +1,4 @@
-#include "raytracer/walk/stream_walk.hpp"
+#include "raytracer/walk/lane_walk.hpp"
 
 #include "raytracer/walk/ray_packet.hpp"
 
@@ -13,8 +13,8 @@ constexpr TreeCell kNothing;
 
 std::uint64_t address_of(const TreeCell* cell) noexcept { return reinterpret_cast<std::uintptr_t>(cell) / sizeof(std::uint64_t); }
 
-double bits_of_whole(double v) noexcept { return v + StreamLanes::kWholeNumber; }
-double whole_of_bits(double bits) noexcept { return bits - StreamLanes::kWholeNumber; }
+double bits_of_whole(double v) noexcept { return v + RayLanes::kWholeNumber; }
+double whole_of_bits(double bits) noexcept { return bits - RayLanes::kWholeNumber; }
 
 /// A plane that the ray reaches after t_max, in voxels of its level.
 double plane_after(const RayState& ray, int axis, double t_max) noexcept {
@@ -25,15 +25,15 @@ double plane_after(const RayState& ray, int axis, double t_max) noexcept {
 
 }  // namespace
 
-void StreamWalk::trace(std::span<const StreamRay> rays) {
+void LaneWalk::trace(std::span<const LaneRay> rays) {
     m_reader.hold();
-    for (int lane = 0; lane < StreamLanes::kLanes; ++lane) fill(lane, rays);
+    for (int lane = 0; lane < RayLanes::kLanes; ++lane) fill(lane, rays);
     while (m_lanes.going != 0) {
         m_steps.advance(m_lanes, m_counts.steps);
         if (m_reader.holds_much()) let_boxes_go();
-        for (int lane = 0; lane < StreamLanes::kLanes; ++lane) {
+        for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
             if ((m_lanes.going >> lane & 1) != 0) continue;
-            const StreamRay*& ray = m_rays[static_cast<std::size_t>(lane)];
+            const LaneRay*& ray = m_rays[static_cast<std::size_t>(lane)];
             if (ray != nullptr) {
                 const bool stopped = (m_lanes.stopped >> lane & 1) != 0;
                 if (stopped) stop(lane);
@@ -47,23 +47,23 @@ void StreamWalk::trace(std::span<const StreamRay> rays) {
 }
 
 // All boxes are given up; rays that are on their way ask for theirs again.
-void StreamWalk::let_boxes_go() {
+void LaneWalk::let_boxes_go() {
     const std::uint32_t going = std::exchange(m_lanes.going, 0), stopped = std::exchange(m_lanes.stopped, 0);
-    for (int lane = 0; lane < StreamLanes::kLanes; ++lane) {
+    for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
         if ((stopped >> lane & 1) != 0) stop(lane);
         else if ((going >> lane & 1) != 0) update(lane);
     }
     m_reader.let_go();
     m_reader.hold();
-    for (int lane = 0; lane < StreamLanes::kLanes; ++lane) {
+    for (int lane = 0; lane < RayLanes::kLanes; ++lane) {
         m_lanes.cells[lane] = address_of(&kNothing);
         if ((stopped >> lane & 1) != 0 || ((going >> lane & 1) != 0 && !enter(lane))) m_rays[static_cast<std::size_t>(lane)] = nullptr;
     }
 }
 
 // The next ray that has a way to go.
-void StreamWalk::fill(int lane, std::span<const StreamRay>& rays) {
-    const StreamRay*& ray = m_rays[static_cast<std::size_t>(lane)];
+void LaneWalk::fill(int lane, std::span<const LaneRay>& rays) {
+    const LaneRay*& ray = m_rays[static_cast<std::size_t>(lane)];
     for (ray = nullptr; ray == nullptr && !rays.empty(); rays = rays.subspan(1)) {
         if (!RayPacket::accepts(*rays.front().state)) continue;
         ray = &rays.front();
@@ -73,8 +73,8 @@ void StreamWalk::fill(int lane, std::span<const StreamRay>& rays) {
 }
 
 // As RayWalk::walk between boxes. False: it has ended, or RayWalk has to go on.
-bool StreamWalk::enter(int lane) {
-    const StreamRay& of = *m_rays[static_cast<std::size_t>(lane)];
+bool LaneWalk::enter(int lane) {
+    const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
     RayState& ray = *of.state;
     while (ray.t <= of.t_max) {
         int level = ray.level;
@@ -97,8 +97,8 @@ bool StreamWalk::enter(int lane) {
     return false;
 }
 
-void StreamWalk::load(int lane, const voxel::Box& box) {
-    const StreamRay& of = *m_rays[static_cast<std::size_t>(lane)];
+void LaneWalk::load(int lane, const voxel::Box& box) {
+    const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
     const RayState& ray = *of.state;
     constexpr int kShift[3] = {6, 8, 6};
     for (int a = 0; a < 3; ++a) {
@@ -109,15 +109,15 @@ void StreamWalk::load(int lane, const voxel::Box& box) {
         if (of.t_max < kFar) end = std::min(end, forward ? plane_after(ray, a, of.t_max) : -plane_after(ray, a, of.t_max));
         m_lanes.origin[a][lane] = ray.origin[a] * sign, m_lanes.direction[a][lane] = ray.direction[a] * sign;
         m_lanes.inverse[a][lane] = ray.inverse[a] * sign;
-        m_lanes.estimate[a][lane] = ray.origin[a] * sign - (0.5 + StreamLanes::kSlack_voxel);
+        m_lanes.estimate[a][lane] = ray.origin[a] * sign - (0.5 + RayLanes::kSlack_voxel);
         m_lanes.end[a][lane] = bits_of_whole(end);
         m_lanes.voxel[a][lane] = bits_of_whole(forward ? ray.voxel[a] : -1.0 - ray.voxel[a]);
     }
     m_lanes.cells[lane] = address_of(box.cells().data());
     m_lanes.flip[lane] = static_cast<std::uint64_t>((ray.forward[0] ? 0 : 3) | (ray.forward[2] ? 0 : 12) | (ray.forward[1] ? 0 : 48));
-    for (int i = 0; i < StreamLanes::kRoots; ++i) {
+    for (int i = 0; i < RayLanes::kRoots; ++i) {
         // Mirrored, -1 - y: the bits are all turned over, so the first root is met last.
-        const TreeCell& root = box.cells()[static_cast<std::size_t>(ray.forward[1] ? i : StreamLanes::kRoots - 1 - i)];
+        const TreeCell& root = box.cells()[static_cast<std::size_t>(ray.forward[1] ? i : RayLanes::kRoots - 1 - i)];
         m_lanes.root[0][i][lane] = root.mask, m_lanes.root[1][i][lane] = root.detail, m_lanes.root[2][i][lane] = root.first;
     }
     m_lanes.axis[lane] = -1;
@@ -126,7 +126,7 @@ void StreamWalk::load(int lane, const voxel::Box& box) {
 }
 
 // The ray is where its lane is.
-void StreamWalk::update(int lane) noexcept {
+void LaneWalk::update(int lane) noexcept {
     RayState& ray = *m_rays[static_cast<std::size_t>(lane)]->state;
     if (m_lanes.axis[lane] < 0) return;
     for (int a = 0; a < 3; ++a) {
@@ -139,9 +139,9 @@ void StreamWalk::update(int lane) noexcept {
 }
 
 // In a solid voxel: the ray has ended, or RayWalk goes on.
-void StreamWalk::stop(int lane) {
+void LaneWalk::stop(int lane) {
     update(lane);
-    const StreamRay& of = *m_rays[static_cast<std::size_t>(lane)];
+    const LaneRay& of = *m_rays[static_cast<std::size_t>(lane)];
     const RayState& ray = *of.state;
     if (of.hit != nullptr) {
         const std::uint64_t index = m_lanes.brick[lane];
