@@ -11,9 +11,9 @@
 #include <system_error>
 #include <vector>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
+#include "raytracer/material/material_file.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/world_arguments.hpp"
 #include "raytracer/scene/views.hpp"
@@ -62,7 +62,7 @@ ExitCode run(const Arguments& args, const OpenRenderer& open) {
     FrameOptions frames = args.frames;
     for (const auto& input : args.world.inputs) frames.inputs += contents_of(input, true);
     for (const auto& photo : args.world.orthophotos) frames.inputs += "ortho " + contents_of(photo, false);
-    frames.inputs += text_of(util::config_dir() / "materials.toml");
+    frames.inputs += text_of(material::find_materials(base.quality.materials));
     // The world is opened when the first frame has to be made: a film that is done costs nothing.
     RenderPicture render;
     return render_frames(animation, base, frames, [&](const Scene& scene, const std::filesystem::path& picture) {

@@ -1,7 +1,9 @@
 #include "raytracer/material/material_file.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
 #include "common/util/toml_file.hpp"
 #include "raytracer/material/texture_list.hpp"
@@ -112,6 +114,27 @@ Look look_of(const Fields& fields) {
 }
 
 }  // namespace
+
+std::filesystem::path find_materials(const std::string& name) {
+    namespace fs = std::filesystem;
+    constexpr std::string_view kPrefix = "materials-", kEnding = ".toml";
+    const fs::path folder = util::config_dir();
+    if (name.empty()) return folder / "materials.toml";
+    const bool is_path = name.ends_with(kEnding);
+    const fs::path file = is_path ? fs::path(name) : folder / (std::string(kPrefix) + name + std::string(kEnding));
+    std::error_code ignored;
+    if ((is_path || name.find('/') == std::string::npos) && fs::is_regular_file(file, ignored)) return file;
+    std::vector<std::string> known;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+        const std::string found = entry.path().filename().string();
+        if (found.starts_with(kPrefix) && found.ends_with(kEnding))
+            known.push_back(found.substr(kPrefix.size(), found.size() - kPrefix.size() - kEnding.size()));
+    }
+    std::sort(known.begin(), known.end());
+    std::string allowed;
+    for (const std::string& one : known) allowed += one + ", ";
+    throw UsageError("find the materials '" + name + "': no such file; allowed: " + allowed + "or a path to a .toml file");
+}
 
 MaterialFile read_materials(const std::filesystem::path& file) {
     const auto fail = [&](const std::string& what) -> void { throw Error("read the materials " + file.string() + ": " + what); };

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "common/util/config_dir.hpp"
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/material/material_file.hpp"
 #include "raytracer/output/progress.hpp"
 #include "raytracer/sky/sun_of.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
@@ -68,7 +68,7 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     constexpr double kLampsOn_deg = -2;
     const auto origin = camera.picture_origin();
     View view{scene, camera, Sky(sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
-              std::make_shared<MaterialTable>(util::config_dir() / "materials.toml"), cut, world.voxel_m, SquareGrid(world),
+              std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials)), cut, world.voxel_m, SquareGrid(world),
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
     if (scene.quality.integrator == "path") view.most_indirect = static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));

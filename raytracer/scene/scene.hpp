@@ -75,6 +75,7 @@ struct Scene {
         bool shadows = true, ambient_occlusion = true, reflections = true, refraction = true;
         int ao_rays = 0;  ///< ambient-occlusion rays for each hit; 0: corners are darkened without rays
         double ao_range_m = 40, ao_strength = 1;
+        std::string materials;  ///< another material file: NAME for config/materials-NAME.toml, or a path; empty: config/materials.toml
         bool textures = true;  ///< what is drawn on the faces of voxels
         bool cut_outs = true;  ///< holes between leaves
         std::string colour = "mix";  ///< material, true, or mix

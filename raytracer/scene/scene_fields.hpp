@@ -79,6 +79,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.ao_rays", s.quality.ao_rays, FieldRule{"ambient-occlusion rays for each hit; 0 = dark corners without rays", 0, 1024, {}, "--ao-rays"});
     visit("quality.ao_range_m", s.quality.ao_range_m, FieldRule{"how far ambient-occlusion rays look, metres", 0.01, 1e6});
     visit("quality.ao_strength", s.quality.ao_strength, FieldRule{"1 = as the rays say, 0 = none", 0, 1});
+    visit("quality.materials", s.quality.materials, FieldRule{"looks of the materials: NAME for config/materials-NAME.toml, or a path; default: config/materials.toml", 0, 0, {}, "--materials"});
     visit("quality.textures", s.quality.textures, FieldRule{"what is drawn on the faces of voxels"});
     visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
     visit("quality.colour", s.quality.colour, FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});

@@ -13,11 +13,27 @@ std::uint64_t voxel_hash(VoxelCoord v) noexcept {
     return hash64(static_cast<std::uint32_t>(v.x) | static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32, static_cast<std::uint32_t>(v.y));
 }
 
+/// How far a photo's colour is that of a voxel, and not its neighbour's: a photo that is a metre off, or leans, shows the lake on its shore, and what
+/// stands beside a wall on top of it. Share of what the scene mixes in.
+float believed(voxel::Material material, Colour photo) noexcept {
+    using voxel::Material;
+    if (material == Material::kWall) return 0;
+    const bool dry = material == Material::kGround || material == Material::kGrass || material == Material::kLowVegetation ||
+                     material == Material::kMediumVegetation || material == Material::kHighVegetation;
+    if (!dry) return 1;
+    // Nothing that grows, nor bare ground, is mostly blue; shade is bluish only.
+    constexpr float kShade = 1.75f, kWater = 2.5f, kBlack = 1e-3f;
+    if (photo.b < photo.g) return 1;
+    return 1 - std::clamp((photo.b / std::max(photo.r, kBlack) - kShade) / (kWater - kShade), 0.0f, 1.0f);
+}
+
 Colour base_colour(const View& view, const Look& look, const Hit& hit) {
     const auto& q = view.scene.quality;
     Colour colour = look.colour;
-    if (hit.attr.has_colour() && q.colour != "material")
-        colour = mix(colour, to_linear(hit.attr.colour), q.colour == "true" ? 1.0f : static_cast<float>(q.colour_mix));
+    if (hit.attr.has_colour() && q.colour != "material") {
+        const Colour photo = to_linear(hit.attr.colour);
+        colour = mix(colour, photo, q.colour == "true" ? 1.0f : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
+    }
     // The mean of the many voxels that a coarse one stands for varies less.
     const auto variation = static_cast<float>(static_cast<double>(look.variation) * det::exp2_int(-hit.level));
     const auto wobble = static_cast<float>(unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;

@@ -53,6 +53,37 @@ TEST_CASE("a ray that asks for light comes out of the leaves that it starts in, 
     }
 }
 
+TEST_CASE("a mixed colour is not that of what stands beside the voxel", "[raytracer][shade]") {
+    const voxel::Rgb8 lake{40, 110, 125}, meadow{90, 120, 60}, shade{45, 55, 58}, roof{170, 80, 60};
+    struct Case {
+        const char* name;
+        Material material;
+        voxel::Rgb8 photo;
+        const char* colour;
+        float least, most;  ///< share of the photo in what is shown
+    };
+    for (const Case& c : {Case{"a meadow", Material::kGrass, meadow, "mix", 0.84f, 0.86f}, Case{"a shore that shows the lake", Material::kGrass, lake, "mix", 0, 0.001f},
+                          Case{"leaves over the lake", Material::kHighVegetation, lake, "mix", 0, 0.001f}, Case{"leaves in the shade", Material::kHighVegetation, shade, "mix", 0.5f, 0.86f},
+                          Case{"the lake itself", Material::kConcrete, lake, "mix", 0.84f, 0.86f}, Case{"a wall that shows the roof", Material::kWall, roof, "mix", 0, 0.001f},
+                          Case{"a wall, as the photo has it", Material::kWall, roof, "true", 0.999f, 1.001f}, Case{"a shore, as the photo has it", Material::kGrass, lake, "true", 0.999f, 1.001f}}) {
+        INFO(c.name);
+        Scene scene = small_scene();
+        scene.quality.colour = c.colour, scene.quality.textures = false;
+        const Job job(scene);
+        const auto shading = make_shading(job.view);
+        TracedRay ray = met(*shading, c.material, Face::kTop);
+        const Colour plain = surface_at(job.view, ray).albedo;
+        ray.hit.attr.colour = c.photo, ray.hit.attr.flags = voxel::VoxelAttr::kHasColour;
+        const Colour shown = surface_at(job.view, ray).albedo;
+        scene.quality.colour = "true";
+        const Job photo_job(scene);
+        const Colour photo = surface_at(photo_job.view, ray).albedo;
+        const float share = (shown.g - plain.g) / (photo.g - plain.g);
+        CHECK(share >= c.least);
+        CHECK(share <= c.most);
+    }
+}
+
 TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][shade]") {
     struct Kind {
         const char* name;
