@@ -53,7 +53,8 @@ gallery_place() {
         say "Inventing the place (49 squares; a few minutes, once)"
         find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 -name 'place-*' ! -name "place-$key*" -exec rm -rf {} +
         for part in AROUND MIDDLE; do gallery_part "$program" "$folder" "$part"; done
-        mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
+        # Moved already by a run that was cut off here.
+        [[ ! -f $folder-MIDDLE/$GALLERY_SQUARE.laz ]] || mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
         rm -rf "$folder-MIDDLE" "$folder-AROUND/truth"
         mv "$folder-AROUND" "$folder"
     ) 9>"$ROOT/build/gallery/.lock"

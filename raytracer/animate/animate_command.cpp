@@ -2,18 +2,16 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
+#include <set>
 #include <system_error>
 #include <vector>
 
+#include "common/util/error.hpp"
+#include "common/util/files.hpp"
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
-#include "raytracer/material/material_file.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/world_arguments.hpp"
 #include "raytracer/scene/views.hpp"
@@ -27,29 +25,29 @@ struct Arguments {
     std::string animation;
 };
 
-/// What is shown, for the frames that are done: names and sizes of files, not their times, which change when a survey is copied to another machine.
-/// @param points_only of a folder LiDAR files alone: the frames may lie in it, too
-std::string contents_of(const std::string& input, bool points_only) {
-    namespace fs = std::filesystem;
-    std::vector<std::string> files;
-    std::error_code failed;
-    const auto note = [&](const fs::path& file) { files.push_back(file.string() + " " + std::to_string(fs::file_size(file, failed))); };
-    if (fs::is_regular_file(input, failed)) note(input);
-    for (fs::recursive_directory_iterator it(input, fs::directory_options::skip_permission_denied, failed), end; !failed && it != end; it.increment(failed)) {
-        std::string ending = it->path().extension().string();
-        std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        const bool counts = points_only ? ending == ".las" || ending == ".laz" : !it->path().filename().string().starts_with('.');
-        if (counts && fs::is_regular_file(it->path(), failed)) note(it->path());
+/// What is shown, for the frames that are done: names and sizes of the files that a world is made of, not their times, which change when a survey is
+/// copied to another machine. The frames themselves may lie among them.
+std::string contents_of(const std::vector<std::string>& inputs, std::initializer_list<std::string_view> endings, const std::set<std::filesystem::path>& frames) {
+    std::string out;
+    for (const std::string& input : inputs) {
+        out += input + "\n";
+        std::error_code failed;
+        if (!std::filesystem::exists(input, failed)) continue;  // a server's address; what is wrong is said when the world is opened
+        try {
+            for (const auto& file : util::expand_folders({input}, endings, "inputs"))
+                if (!frames.contains(file)) out += file.string() + " " + std::to_string(std::filesystem::file_size(file, failed)) + "\n";
+        } catch (const Error&) {
+            continue;
+        }
     }
-    std::sort(files.begin(), files.end());
-    std::string out = input + "\n";
-    for (const std::string& file : files) out += file + "\n";
     return out;
 }
 
-std::string text_of(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+std::set<std::filesystem::path> frames_of(const Animation& animation, const std::string& pattern) {
+    const FrameNames names(pattern);
+    std::set<std::filesystem::path> out;
+    for (int frame = 0; frame < animation.frames(); ++frame) out.insert(names.of(frame));
+    return out;
 }
 
 ExitCode run(const Arguments& args, const OpenRenderer& open) {
@@ -60,9 +58,9 @@ ExitCode run(const Arguments& args, const OpenRenderer& open) {
     check_image_target(FrameNames(args.frames.pattern).of(args.frames.first));
     (void)animation.at(0, base);
     FrameOptions frames = args.frames;
-    for (const auto& input : args.world.inputs) frames.inputs += contents_of(input, true);
-    for (const auto& photo : args.world.orthophotos) frames.inputs += "ortho " + contents_of(photo, false);
-    frames.inputs += text_of(material::find_materials(base.quality.materials));
+    const auto own = frames_of(animation, frames.pattern);
+    frames.inputs += contents_of(args.world.inputs, {".las", ".laz"}, own);
+    frames.inputs += "ortho " + contents_of(args.world.orthophotos, {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, own);
     // The world is opened when the first frame has to be made: a film that is done costs nothing.
     RenderPicture render;
     return render_frames(animation, base, frames, [&](const Scene& scene, const std::filesystem::path& picture) {

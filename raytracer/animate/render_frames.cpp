@@ -1,13 +1,20 @@
 #include "raytracer/animate/render_frames.hpp"
 
+#include <signal.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include "common/util/version.hpp"
 #include "raytracer/animate/frame_ledger.hpp"
 #include "raytracer/animate/frame_names.hpp"
 #include "raytracer/animate/video.hpp"
+#include "raytracer/material/material_file.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
 namespace terravox {
@@ -25,9 +32,14 @@ void check(const Animation& animation, const FrameOptions& o, int last) {
         throw UsageError("render the frames: a video is made of all frames; leave out --first, --last and --every");
 }
 
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
 // What a picture depends on: not how many threads make it.
 std::uint64_t fingerprint(const Scene& scene, const std::string& inputs) {
-    return fingerprint_of(to_toml(what_shows(scene)) + "\n" + inputs + "\n" + kVersion);
+    return fingerprint_of(to_toml(what_shows(scene)) + "\n" + inputs + "\n" + text_of(material::find_materials(scene.quality.materials)) + "\n" + kVersion);
 }
 
 bool is_there(const std::filesystem::path& picture) {
@@ -35,8 +47,8 @@ bool is_there(const std::filesystem::path& picture) {
     return std::filesystem::is_regular_file(picture, failed) && std::filesystem::file_size(picture, failed) > 0 && !failed;
 }
 
-/// What a run that was killed has left beside its frames: unfinished files of util::AtomicFile, ".NAME.part-..." with the frame's ending.
-/// Those of a frame go when it has been made; others may be those of another run at work on other frames.
+/// What a run that was killed has left beside its frames: unfinished files of util::AtomicFile, ".NAME.part-PID-..." with the frame's ending.
+/// Those of a frame go when it has been made; not those of a run that is still at work.
 class Leftovers {
 public:
     explicit Leftovers(std::filesystem::path folder) {
@@ -45,7 +57,7 @@ public:
         for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
             const std::string name = it->path().filename().string();
             const std::size_t part = name.find(".part-");
-            if (name.starts_with('.') && part != std::string::npos && part > 1)
+            if (name.starts_with('.') && part != std::string::npos && part > 1 && !at_work(name.substr(part + 6)))
                 m_files.emplace(name.substr(1, part - 1) + it->path().extension().string(), it->path());
         }
     }
@@ -56,6 +68,13 @@ public:
     }
 
 private:
+    /// Whether the process that writes a file still runs. @param rest what follows ".part-"; of other programs' files nothing is known, so that they stay
+    static bool at_work(const std::string& rest) {
+        int pid = 0;
+        const auto read = std::from_chars(rest.data(), rest.data() + rest.size(), pid);
+        if (read.ec != std::errc{} || pid <= 0 || read.ptr == rest.data() + rest.size() || *read.ptr != '-') return true;
+        return ::kill(pid, 0) == 0 || errno == EPERM;
+    }
     std::multimap<std::string, std::filesystem::path> m_files;  ///< by the name of the frame
 };
 
@@ -68,10 +87,12 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
     if (!options.video.empty()) check_video(options.video, names, options.ffmpeg);
     FrameLedger ledger(names.ledger());
     const Leftovers leftovers(names.ledger().parent_path());
+    // Before any is made: what is wrong with a later one is said now.
+    std::map<int, std::uint64_t> prints;
+    for (int frame = options.first; frame <= last; frame += std::min(options.every, last - frame + 1)) prints[frame] = fingerprint(animation.at(frame, base), options.inputs);
     int made = 0, with_holes = 0, kept = 0;
-    for (int frame = options.first; frame <= last; frame += std::min(options.every, last - frame + 1)) {
+    for (const auto& [frame, print] : prints) {
         const Scene scene = animation.at(frame, base);
-        const std::uint64_t print = fingerprint(scene, options.inputs);
         const std::filesystem::path picture = names.of(frame);
         if (!options.again && ledger.is_done(frame, print) && is_there(picture)) {
             ++kept;

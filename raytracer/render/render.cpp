@@ -174,12 +174,12 @@ RenderCounts render_film(const RenderJob& job, Film& film) {
 
 namespace {
 
-/// A place as a person would look for it on the map: easting, northing, height in metres; without a CRS voxels.
+/// A place as a person would look for it on the map: easting and northing in units of the CRS, height in metres; without a CRS voxels.
 std::string place_of(Vec3 at, const voxel::WorldInfo& world) {
     const bool placed = !world.crs.empty();
     const Vec3 p = placed ? Vec3{at.x * world.crs_units_per_voxel, -at.z * world.crs_units_per_voxel, at.y * world.voxel_m} : at;
     const auto whole = [](double v) { return std::to_string(static_cast<std::int64_t>(std::floor(v + 0.5))); };
-    return whole(p.x) + ", " + whole(p.y) + ", " + whole(p.z) + (placed ? " m" : "");
+    return whole(p.x) + ", " + whole(p.y) + ", " + whole(p.z) + (placed && world.crs_units_per_voxel == world.voxel_m ? " m" : "");
 }
 
 /// Whether a place lies farther from the world, on the map, than the world is wide.

@@ -47,7 +47,9 @@ void PathShading::light_up(const Meeting& m) const {
 // The last face has no bounce that would meet the sky.
 void PathShading::send_even_sky(const Meeting& m, Colour weight) const {
     const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
-    TracedRay out = sent(m, direction, RayKind::kSky, weight * m_view.sky.radiance(direction), kSkyPoint);
+    const Colour light = weight * m_view.sky.radiance(direction);
+    if (!(luminance(light) > 0)) return;
+    TracedRay out = sent(m, direction, RayKind::kSky, light, kSkyPoint);
     out.direct = m.ray.depth == 0;
     m.next.push_back(out);
 }

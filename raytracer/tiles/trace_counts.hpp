@@ -11,7 +11,7 @@ enum class TraceStage : std::uint8_t {
     kBeams,      ///< blocks of pixels, and where their rays may start
     kPrimary,    ///< rays through pixels, in packets
     kSun,        ///< shadow rays: shafts and packets
-    kScattered,  ///< rays that go every way, in packets
+    kScattered,  ///< rays that go every way, in lanes
     kSingle,     ///< rays that walk alone; what stands around hits
     kShading,
     kPixels,     ///< samples to pixels

@@ -11,7 +11,7 @@ namespace terravox {
 /// One thread's view of the block manager: remembers, and pins, the boxes met last, so that a walk takes no lock. Not thread-safe.
 class BlockReader {
 public:
-    /// @param budget_bytes of boxes it may pin
+    /// @param budget_bytes of boxes it may pin, held ones included but for the last few
     explicit BlockReader(BlockManager& blocks, std::size_t budget_bytes = std::size_t{64} << 20)
         : m_blocks(blocks), m_budget_bytes(std::min(budget_bytes, blocks.limit_bytes() / 16)), m_slots(kSlots) {}
 
@@ -26,7 +26,7 @@ public:
     /// From now on what it has given stays valid.
     void hold() noexcept { m_holding = true; }
     /// Whether it keeps so much for that reason that it should be let go.
-    [[nodiscard]] bool holds_much() const noexcept { return m_held_bytes > m_budget_bytes; }
+    [[nodiscard]] bool holds_much() const noexcept { return m_held_bytes > 0 && m_bytes + m_held_bytes > m_budget_bytes; }
     void let_go() noexcept {
         m_held.clear();
         m_held_bytes = 0;

@@ -23,10 +23,19 @@ double plane_after(const RayState& ray, int axis, double t_max) noexcept {
     return std::clamp(std::floor(ray.forward[axis] ? at + kRoom_voxels : at - kRoom_voxels), -kFarAway, kFarAway);
 }
 
+/// Lets go however it ends.
+struct Holding {
+    explicit Holding(BlockReader& of) : reader(of) { reader.hold(); }
+    ~Holding() { reader.let_go(); }
+    Holding(const Holding&) = delete;
+    Holding& operator=(const Holding&) = delete;
+    BlockReader& reader;
+};
+
 }  // namespace
 
 void LaneWalk::trace(std::span<const LaneRay> rays) {
-    m_reader.hold();
+    const Holding holding(m_reader);
     for (int lane = 0; lane < RayLanes::kLanes; ++lane) fill(lane, rays);
     while (m_lanes.going != 0) {
         m_steps.advance(m_lanes, m_counts.steps);
@@ -43,7 +52,6 @@ void LaneWalk::trace(std::span<const LaneRay> rays) {
             if (ray == nullptr) fill(lane, rays);
         }
     }
-    m_reader.let_go();
 }
 
 // All boxes are given up; rays that are on their way ask for theirs again.
@@ -149,7 +157,9 @@ void LaneWalk::stop(int lane) {
         const TreeCell& brick = box.cells()[index];
         const int bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]);
         if (index == 0 || (brick.detail >> bit & 1) == 0) return;
-        *of.hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false, box.attrs()[brick.index_of(bit)]};
+        const voxel::VoxelAttr& attr = box.attrs()[brick.index_of(bit)];
+        if (attr.material == voxel::Material::kAir) return;  // a strange server's: nothing stops at it
+        *of.hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false, attr};
     }
     *of.end = ray.t <= of.t_max ? WalkEnd::kHit : WalkEnd::kMiss;
 }

@@ -69,9 +69,10 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 const int bit = child_bit(at.x, at.y, at.z);
                 const TreeCell& brick = cells[p.brick[i]];
                 if (p.brick[i] == 0 || (brick.detail >> bit & 1) == 0) continue;
+                const voxel::VoxelAttr& attr = block->box->attrs()[brick.index_of(bit)];
+                if (attr.material == voxel::Material::kAir) continue;  // a strange server's: nothing stops at it
                 const int axis = static_cast<int>(p.axis[i]);
-                hits[i] = {p.t[i], at, axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]), static_cast<std::int8_t>(p.level), false,
-                           block->box->attrs()[brick.index_of(bit)]};
+                hits[i] = {p.t[i], at, axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]), static_cast<std::int8_t>(p.level), false, attr};
                 ends.hit |= 1u << i;
             }
         }

@@ -1,5 +1,7 @@
 #include "raytracer/animate/render_frames.hpp"
 
+#include <unistd.h>
+
 #include <fstream>
 #include <sstream>
 
@@ -177,6 +179,33 @@ TEST_CASE("what is done survives in a list, whatever else stands in it", "[raytr
     CHECK_FALSE(again.is_done(2, 5));
     for (const int frame : {7, 8, 9, 10, 11}) CHECK_FALSE(again.is_done(frame, 7));
     CHECK_THROWS_WITH(FrameLedger(folder.path()), contains("is no list of frames"));
+}
+
+TEST_CASE("of what killed runs have left beside frames, that of living ones stays", "[raytracer][animate]") {
+    Film film;
+    // AtomicFile's names hold the process that writes them; no process has the largest number.
+    const fs::path dead = film.frame(".002.part-2147483647-0.png"), alive = film.frame(".002.part-" + std::to_string(::getpid()) + "-0.png"), other = film.frame(".002.part-mine.png");
+    for (const fs::path& file : {dead, alive, other}) std::ofstream(file) << "x";
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(!fs::exists(dead));
+    CHECK(fs::exists(alive));
+    CHECK(fs::exists(other));
+}
+
+TEST_CASE("frames are made anew when their own materials change, and wrong ones are refused before the first", "[raytracer][animate]") {
+    Film film;
+    const fs::path materials = film.folder.path() / "mine.toml";
+    film.base.quality.materials = materials.string();
+    CHECK_THROWS_AS(film.run(), UsageError);
+    CHECK(film.made.empty());
+    std::ofstream(materials) << "rock = { colour = \"#112233\" }\n";
+    CHECK(film.run() == ExitCode::kDone);
+    CHECK(film.made == kAll);
+    (void)film.run();
+    CHECK(film.made.empty());
+    std::ofstream(materials) << "rock = { colour = \"#112234\" }\n";
+    (void)film.run();
+    CHECK(film.made == kAll);
 }
 
 TEST_CASE("a video is made through the program, whole or not at all", "[raytracer][animate]") {
