@@ -13,11 +13,11 @@ namespace terravox::voxel {
 
 /// How a material fares when eight voxels become one.
 enum class Grain : std::uint8_t {
-    kTerrain,  ///< rock, soil, ground, grass, road, rail, concrete, sand, snow; and all hidden voxels, whose material is unknown
-    kShell,    ///< walls, roofs, bridges, towers: often one voxel thick with air behind
-    kObject,   ///< objects and unknown things: opaque, often a lone voxel
-    kWater,
-    kSparse,   ///< leaves, trunks and wires
+    kTerrain,  ///< rock, soil, ground, grass, road, rail, concrete, sand, snow, lava; and all hidden voxels, whose material is unknown
+    kShell,    ///< walls, roofs, bridges, towers, what is built of wood, bricks and cloth: often one voxel thick with air behind
+    kObject,   ///< objects, lamps and unknown things: opaque, often a lone voxel
+    kWater,    ///< water and ice
+    kSparse,   ///< leaves, trunks, wires and panes
 };
 [[nodiscard]] constexpr Grain grain_of(Material material) noexcept;
 
@@ -90,11 +90,11 @@ inline constexpr std::array<Grain, 256> kGrainOf = [] {
         for (const Material m : materials) grains[static_cast<std::size_t>(m)] = grain;
     };
     using enum Material;
-    set(Grain::kTerrain, {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow});
-    set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower});
-    set(Grain::kWater, {kWater});
-    set(Grain::kObject, {kObject, kUnknown});
-    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kTrunk, kWire});  // a trunk that grew would darken its wood
+    set(Grain::kTerrain, {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow, kLava});
+    set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower, kWood, kMasonry, kPlain});
+    set(Grain::kWater, {kWater, kIce});
+    set(Grain::kObject, {kObject, kUnknown, kLamp});
+    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kTrunk, kWire, kGlass});  // a trunk that grew would darken its wood
     return grains;
 }();
 

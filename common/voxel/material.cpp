@@ -11,7 +11,8 @@ namespace {
 constexpr std::array<std::string_view, kMaterialCount> kNames = {
     "air",    "rock",     "soil", "ground",   "grass", "low_vegetation", "medium_vegetation", "high_vegetation",
     "wall",   "roof",     "orange_roof", "grey_roof", "flat_roof", "water", "bridge", "road",
-    "concrete", "rail",   "wire", "tower",    "object", "sand", "snow", "unknown", "trunk"};
+    "concrete", "rail",   "wire", "tower",    "object", "sand", "snow", "unknown", "trunk",
+    "glass", "ice", "lava", "lamp", "wood", "masonry", "plain"};
 
 constexpr std::array<std::string_view, 10> kLookFields = {"colour", "variation", "texture", "kind", "roughness",
                                                           "index", "absorption", "glow", "emission", "reflects"};

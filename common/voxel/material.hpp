@@ -36,8 +36,15 @@ enum class Material : std::uint8_t {
     kSnow = 22,
     kUnknown = 23,  ///< a class that no table names: kept visible
     kTrunk = 24,    ///< of a tree, from the ground to its crown
+    kGlass = 25,
+    kIce = 26,
+    kLava = 27,     ///< gives light
+    kLamp = 28,     ///< gives light, in its voxel's own colour
+    kWood = 29,     ///< planks
+    kMasonry = 30,  ///< stones or bricks, laid
+    kPlain = 31,    ///< of one colour, without a drawing: cloth, plaster, cast and polished things
 };
-inline constexpr int kMaterialCount = 25;
+inline constexpr int kMaterialCount = 32;
 
 [[nodiscard]] std::string_view material_name(Material material) noexcept;
 [[nodiscard]] std::optional<Material> material_from_name(std::string_view name) noexcept;
@@ -45,7 +52,8 @@ inline constexpr int kMaterialCount = 25;
 /// Light and leaves pass: a voxel behind such a voxel can be seen.
 [[nodiscard]] constexpr bool see_through(Material material) noexcept {
     return material == Material::kAir || material == Material::kWater || material == Material::kLowVegetation ||
-           material == Material::kMediumVegetation || material == Material::kHighVegetation || material == Material::kWire;
+           material == Material::kMediumVegetation || material == Material::kHighVegetation || material == Material::kWire ||
+           material == Material::kGlass || material == Material::kIce;
 }
 
 /// sRGB, 8 bits a channel.

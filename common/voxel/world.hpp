@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/geo/crs.hpp"
 #include "common/voxel/box.hpp"
@@ -35,6 +36,8 @@ struct WorldInfo {
     double crs_units_per_voxel = 1;
     std::optional<geo::LatLon> centre;
     std::string licence, attribution;
+    /// What a camera that frames the world frames; empty: bounds. For worlds without end.
+    VoxelBounds framed;
 };
 
 /// Which boxes of one column of boxes hold anything.
@@ -85,6 +88,9 @@ public:
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;
+
+    /// What of the world's data was found damaged so far, one line each; boxes are made without it. To be told, and counted like a hole.
+    [[nodiscard]] virtual std::vector<std::string> damage() const { return {}; }
 
     /// Requests under way and later ones end soon with an Error: for Ctrl-C.
     virtual void stop() noexcept {}

@@ -64,6 +64,20 @@ void draw_masonry(Canvas& canvas, int variant) {
     });
 }
 
+// Planks: four boards above each other, each with one joint. Boards that cross the edge look the same in all variants.
+void draw_planks(Canvas& canvas, int variant) {
+    const std::uint64_t seed = 38'000 + static_cast<std::uint64_t>(variant);
+    constexpr std::array kJoint = {4, 11, 7, 14};
+    canvas.each([&](Dot& dot, int s, int t) {
+        const int board = t / 4, joint = kJoint[static_cast<std::size_t>(board)];
+        const float own = chance(board, s < joint ? 0 : 1, 38) - 0.5f;
+        float b = 1 + 0.13f * own + 0.05f * chance(s / 3, t, seed) + 0.03f * grain(s, t, seed + 1);
+        if (t % 4 == 0) b *= 0.74f;
+        else if (s == joint) b *= 0.82f;
+        dot.ratio = tint(b, 0.05f * own);
+    });
+}
+
 // A deck: setts in rows.
 void draw_paving(Canvas& canvas, int variant) {
     const std::uint64_t seed = 34'000 + static_cast<std::uint64_t>(variant);

@@ -24,6 +24,7 @@ constexpr Drawing kAsphalt{draw_asphalt, 6, Turn::kAny};
 constexpr Drawing kSlabs{draw_slabs, 4, Turn::kNone, true};
 constexpr Drawing kBallast{draw_ballast, 4, Turn::kAny};
 constexpr Drawing kMasonry{draw_masonry, 4, Turn::kMirror, true};
+constexpr Drawing kPlanks{draw_planks, 4, Turn::kMirror, true};
 constexpr Drawing kPaving{draw_paving, 4, Turn::kNone, true};
 constexpr Drawing kPlaster{draw_plaster, 4, Turn::kMirror};
 constexpr Drawing kLattice{draw_lattice, 2, Turn::kMirror, true};
@@ -54,6 +55,7 @@ constexpr std::array kTextures = {
     Texture{"ballast", kBallast, kBallast, kBallast},
     Texture{"bridge", kPaving, kMasonry, kMasonry},
     Texture{"masonry", kMasonry, kMasonry, kMasonry},
+    Texture{"planks", kPlanks, kPlanks, kPlanks},
     Texture{"plaster", kPlaster, kPlaster, kPlaster},
     Texture{"house", kPlaster, kPlaster, kPlaster, true},
     Texture{"lattice", kLattice, kLattice, kLattice},

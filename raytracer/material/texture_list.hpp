@@ -64,6 +64,7 @@ void draw_asphalt(Canvas&, int variant);
 void draw_slabs(Canvas&, int variant);
 void draw_ballast(Canvas&, int variant);
 void draw_masonry(Canvas&, int variant);
+void draw_planks(Canvas&, int variant);
 void draw_paving(Canvas&, int variant);
 void draw_plaster(Canvas&, int variant);
 void draw_lattice(Canvas&, int variant);

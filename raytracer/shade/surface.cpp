@@ -40,6 +40,13 @@ Colour base_colour(const View& view, const Look& look, const Hit& hit) {
     return colour * (1 + wobble);
 }
 
+// A lamp shines in its own colour: the brightest channel is as bright as the material says.
+Colour hue_of(const voxel::VoxelAttr& attr) noexcept {
+    if (attr.material != voxel::Material::kLamp || !attr.has_colour()) return {1, 1, 1};
+    const Colour own = to_linear(attr.colour);
+    return own * (1 / std::max({own.r, own.g, own.b, 1e-3f}));
+}
+
 // Where on its face a point lies, along an axis.
 double part_of_voxel(double point, int level, std::int32_t voxel) noexcept {
     constexpr double kBelowOne = 0x1.fffffffffffffp-1;
@@ -88,7 +95,7 @@ Surface surface_at(const View& view, const TracedRay& ray) {
     const Look& look = view.materials->look(ray.hit.attr.material);
     const Texel texel = texel_at(view, ray, out.point, look);
     out.albedo = base_colour(view, look, ray.hit) * texel.ratio * (1 - texel.own_share) + texel.own * texel.own_share;
-    out.emission = look.emission * texel.emission;
+    out.emission = look.emission * texel.emission * hue_of(ray.hit.attr);
     out.leaves = look.kind == Kind::kLeaves && view.scene.quality.cut_outs;
     out.opacity = out.leaves ? texel.opacity : 1;
     out.transparent = look.kind == Kind::kWater || look.kind == Kind::kGlass;

@@ -38,6 +38,13 @@ constexpr std::array kWords = {
     word(80),                  // snow
     word(kWool, kMagenta),     // unknown: to be seen
     word(17),                  // trunk: oak log
+    word(20),                  // glass
+    word(79),                  // ice
+    word(11),                  // lava, still
+    word(89),                  // lamp: glowstone
+    word(5),                   // wood: oak planks
+    word(98),                  // masonry: stone bricks
+    word(kWool, kWhite),       // plain
 };
 static_assert(kWords.size() == voxel::kMaterialCount);
 

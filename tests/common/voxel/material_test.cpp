@@ -78,7 +78,7 @@ TEST_CASE("a wrong materials file is refused by file, field and value", "[common
         {"a variation is negative", "0.12 }", "-0.1 }", {"variation = -0.1", "0 to 1"}},
         {"a variation is no number", "0.12 }", "nan }", {"variation", "0 to 1"}},
         {"a variation is text", "0.12 }", "\"much\" }", {"variation", "0 to 1"}},
-        {"a material that nobody knows", "trunk =", "lava = { colour = \"#ff0000\" }\ntrunk =", {"[lava]", "is no material"}},
+        {"a material that nobody knows", "trunk =", "magma = { colour = \"#ff0000\" }\ntrunk =", {"[magma]", "is no material"}},
         {"a field that nobody knows", "0.12 }", "0.12, shine = 1 }", {"shine is no field", "colour, variation"}},
         {"it is not TOML", "grass =", "grass = = ", {"line"}},
     }));

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <cstddef>
+#include <memory>
+#include <utility>
+
+#include "common/thread/parallel.hpp"
+
+namespace terravox::thread {
+
+/// Calls use(i, make(i)) for each i in [0, count): makes on at most `threads` threads (0 = one for each core), uses one after the other in rising
+/// order, with at most twice as many made things waiting as there are threads. What is written thus does not depend on the number of threads.
+/// @throws what the first failing call threw
+template <class Make, class Use>
+void in_order(std::size_t count, int threads, const Make& make, const Use& use) {
+    namespace tbb = oneapi::tbb;
+    using Made = decltype(make(std::size_t{0}));
+    struct Item { std::size_t index; Made made; };
+    using ItemPtr = std::shared_ptr<Item>;
+    const int most = thread_count(threads);
+    tbb::task_arena arena(most);
+    std::size_t next = 0;
+    arena.execute([&] {
+        tbb::parallel_pipeline(static_cast<std::size_t>(most) * 2,
+                               tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
+                                                                   [&](tbb::flow_control& control) {
+                                                                       if (next == count) control.stop();
+                                                                       return next == count ? count : next++;
+                                                                   }) &
+                                   tbb::make_filter<std::size_t, ItemPtr>(tbb::filter_mode::parallel, [&](std::size_t i) { return std::make_shared<Item>(Item{i, make(i)}); }) &
+                                   tbb::make_filter<ItemPtr, void>(tbb::filter_mode::serial_in_order, [&](const ItemPtr& item) { use(item->index, std::move(item->made)); }));
+    });
+}
+
+}  // namespace terravox::thread

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace terravox::convert {
+
+/// Tells a person how far a conversion is: a bar on a terminal, a plain line now and then elsewhere. Writes to standard error. Thread-safe.
+class Meter {
+public:
+    /// @param what stands before the bar @param total steps @param quiet say nothing
+    Meter(std::string what, std::uint64_t total, bool quiet);
+    ~Meter() { finish(); }
+    Meter(const Meter&) = delete;
+    Meter& operator=(const Meter&) = delete;
+    void add(std::uint64_t steps = 1);
+    void finish();  ///< ends the bar's line; idempotent
+
+private:
+    void show(bool last);
+    const std::string m_what;
+    const std::uint64_t m_total;
+    const bool m_quiet, m_terminal;
+    std::mutex m_mutex;
+    std::uint64_t m_done = 0;
+    bool m_shown = false, m_finished = false;
+    const std::chrono::steady_clock::time_point m_start;
+    std::chrono::steady_clock::time_point m_last;
+};
+
+}  // namespace terravox::convert
