@@ -3,7 +3,9 @@
 #include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <atomic>
 #include <cstddef>
+#include <exception>
 #include <memory>
 #include <utility>
 
@@ -23,16 +25,35 @@ void in_order(std::size_t count, int threads, const Make& make, const Use& use) 
     const int most = thread_count(threads);
     tbb::task_arena arena(most);
     std::size_t next = 0;
+    // Out of a filter that throws, TBB loses the items under way without freeing them: failures wait here until all has ended.
+    std::atomic<bool> failed{false};
+    std::exception_ptr failure;
+    const auto try_to = [&](const auto& work) {
+        try {
+            if (!failed) work();
+        } catch (...) {
+            if (!failed.exchange(true)) failure = std::current_exception();
+        }
+    };
     arena.execute([&] {
         tbb::parallel_pipeline(static_cast<std::size_t>(most) * 2,
                                tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
                                                                    [&](tbb::flow_control& control) {
-                                                                       if (next == count) control.stop();
-                                                                       return next == count ? count : next++;
+                                                                       const bool ends = next == count || failed;
+                                                                       if (ends) control.stop();
+                                                                       return ends ? count : next++;
                                                                    }) &
-                                   tbb::make_filter<std::size_t, ItemPtr>(tbb::filter_mode::parallel, [&](std::size_t i) { return std::make_shared<Item>(Item{i, make(i)}); }) &
-                                   tbb::make_filter<ItemPtr, void>(tbb::filter_mode::serial_in_order, [&](const ItemPtr& item) { use(item->index, std::move(item->made)); }));
+                                   tbb::make_filter<std::size_t, ItemPtr>(tbb::filter_mode::parallel,
+                                                                          [&](std::size_t i) {
+                                                                              ItemPtr item;
+                                                                              try_to([&] { item = std::make_shared<Item>(Item{i, make(i)}); });
+                                                                              return item;
+                                                                          }) &
+                                   tbb::make_filter<ItemPtr, void>(tbb::filter_mode::serial_in_order, [&](const ItemPtr& item) {
+                                       if (item) try_to([&] { use(item->index, std::move(item->made)); });
+                                   }));
     });
+    if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace terravox::thread

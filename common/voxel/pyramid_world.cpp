@@ -8,7 +8,7 @@
 
 namespace terravox::voxel {
 
-int PyramidWorld::levels_for(const VoxelBounds& bounds) noexcept {
+int levels_for(const VoxelBounds& bounds) noexcept {
     const std::int64_t widest = std::max(std::int64_t{bounds.max[0]} - bounds.min[0], std::int64_t{bounds.max[2]} - bounds.min[2]);
     int levels = 1;
     while (levels < kMaxLevel && (std::int64_t{kBoxSizeX} << (levels - 1)) < widest) ++levels;

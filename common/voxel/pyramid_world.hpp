@@ -15,6 +15,9 @@ struct FineColumn {
     std::vector<std::shared_ptr<const Box>> boxes;
 };
 
+/// How many levels a world of these bounds has, until it fits into one box across.
+[[nodiscard]] int levels_for(const VoxelBounds& bounds) noexcept;
+
 /// A world that makes its finest boxes, all of a column of boxes at once. Those of the levels above are made from them by downsample(); all are
 /// kept under a byte limit, least recently used first to go, and made once however many ask. Thread-safe.
 class PyramidWorld : public World {
@@ -31,9 +34,6 @@ protected:
     [[nodiscard]] virtual FineColumn make_column(std::int32_t bx, std::int32_t bz) = 0;
     /// Whether anything may lie in a column of boxes of a level: a cheap answer that may say yes too often. Within the world's bounds only.
     [[nodiscard]] virtual bool may_hold(int /*level*/, std::int32_t /*bx*/, std::int32_t /*bz*/) const { return true; }
-
-    /// Levels until a world of these bounds fits into one box across.
-    [[nodiscard]] static int levels_for(const VoxelBounds& bounds) noexcept;
 
 private:
     [[nodiscard]] std::shared_ptr<const Box> fine_box(const BoxKey& key);

@@ -38,6 +38,7 @@ struct WorldInfo {
     std::string licence, attribution;
     /// What a camera that frames the world frames; empty: bounds. For worlds without end.
     VoxelBounds framed;
+    [[nodiscard]] const VoxelBounds& framed_bounds() const noexcept { return framed.empty() ? bounds : framed; }
 };
 
 /// Which boxes of one column of boxes hold anything.
@@ -85,6 +86,9 @@ public:
     }
     /// How many keys at once suit boxes(), at least 1. More than 1: asking costs much beside making, as over a network.
     [[nodiscard]] virtual int preferred_batch() const noexcept { return 1; }
+
+    /// How many threads are worth asking at once; more than there are cores where each answer is waited for, as over a network.
+    [[nodiscard]] virtual int worth_asking(int threads) const noexcept { return threads; }
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;

@@ -8,26 +8,28 @@
 
 namespace terravox::convert {
 
-std::shared_ptr<const voxel::Box> Job::box(std::int32_t bx, std::int32_t by, std::int32_t bz) {
+voxel::BoxOutcome Job::outcome(std::int32_t bx, std::int32_t by, std::int32_t bz) {
     const voxel::BoxKey key{part.level, bx, by, bz};
+    voxel::BoxOutcome got;
     try {
-        return m_world.box(key);
+        got.box = m_world.box(key);
     } catch (const Error& e) {
         hole(key, e.what());
-        return nullptr;
+        got.failure = std::current_exception();
     }
+    return got;
 }
 
 voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
     const voxel::BoxRange range = part.boxes();
-    voxel::ColumnExtent out{range.min.by, range.max.by};
+    voxel::ColumnExtent extent{range.min.by, range.max.by};
     try {
         const voxel::ColumnExtent told = m_world.column(part.level, bx, bz);
-        out = {std::max(out.by_begin, told.by_begin), std::min(out.by_end, told.by_end)};
+        extent = {std::max(extent.by_begin, told.by_begin), std::min(extent.by_end, told.by_end)};
     } catch (const Error& e) {
         spdlog::debug("{}", e.what());  // its boxes say it again, and count
     }
-    return out;
+    return extent;
 }
 
 void Job::hole(const voxel::BoxKey& key, const char* what) {
@@ -44,9 +46,9 @@ void Job::wrote(const std::filesystem::path& file) {
 
 std::vector<std::filesystem::path> Job::files() const {
     const std::lock_guard lock(m_mutex);
-    auto out = m_files;
-    std::sort(out.begin(), out.end());
-    return out;
+    auto sorted = m_files;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted;
 }
 
 std::vector<voxel::BoxKey> Job::holes() const {

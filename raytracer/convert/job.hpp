@@ -48,6 +48,7 @@ public:
     const std::filesystem::path out;  ///< what the person named: a file or a folder
     const voxel::Palette& palette;
     Meter& meter;                     ///< one step for each column of boxes of the part that is done
+    std::string name = "conversion";  ///< two that are alike in all that shapes their files have the same: what a Journal begins with
     Colours colours = Colours::kTrue;
     int threads = 0;                                   ///< 0 = one for each core
     std::size_t memory_bytes = std::size_t{1} << 30;   ///< what the writer may hold beside the world's own caches
@@ -56,8 +57,10 @@ public:
     /// Edge of a voxel of the part, metres.
     [[nodiscard]] double voxel_m() const noexcept { return m_world.info().voxel_m * static_cast<double>(std::int64_t{1} << part.level); }
 
-    /// A box of the part's level. @return nullptr = air; or a hole, which is told and counted
-    [[nodiscard]] std::shared_ptr<const voxel::Box> box(std::int32_t bx, std::int32_t by, std::int32_t bz);
+    /// A box of the part's level. A hole is told and counted.
+    [[nodiscard]] voxel::BoxOutcome outcome(std::int32_t bx, std::int32_t by, std::int32_t bz);
+    /// @return nullptr = air, or a hole
+    [[nodiscard]] std::shared_ptr<const voxel::Box> box(std::int32_t bx, std::int32_t by, std::int32_t bz) { return outcome(bx, by, bz).box; }
     /// As World::column, of the part's level, cut to the part; a hole is taken to reach through the whole part.
     [[nodiscard]] voxel::ColumnExtent column(std::int32_t bx, std::int32_t bz);
 

@@ -1,28 +1,33 @@
 #include "raytracer/convert/journal.hpp"
 
-#include <charconv>
+#include <algorithm>
+#include <sstream>
 
 #include "common/util/error.hpp"
 
 namespace terravox::convert {
 
-Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(std::move(file)) {
+Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(std::move(file)), m_what(what) {
     bool goes_on = false;
     if (std::ifstream in(m_path); in) {
         std::string line;
         goes_on = std::getline(in, line) && line == what;
         while (goes_on && std::getline(in, line)) {
-            // "VOXELS NAME"; a line that was cut off ends in no dot.
-            const auto blank = line.find(' ');
-            std::uint64_t voxels = 0;
-            if (line.size() < 2 || line.back() != '.' || blank == std::string::npos || std::from_chars(line.data(), line.data() + blank, voxels).ec != std::errc{}) continue;
-            m_names.insert(line.substr(blank + 1, line.size() - blank - 2));
-            m_voxels_before += voxels, ++m_files_before;
+            // "VOXELS END NAME ;": a line that was cut off lacks the last.
+            std::istringstream words(line);
+            std::uint64_t voxels = 0, end = 0;
+            std::string name, last;
+            if (!(words >> voxels >> end >> name >> last) || last != ";" || !m_names.insert(name).second) continue;
+            m_voxels_before += voxels, ++m_files_before, m_end_before = std::max(m_end_before, end);
         }
     }
+    open(goes_on);
+}
+
+void Journal::open(bool goes_on) {
     m_out.open(m_path, goes_on ? std::ios::app : std::ios::trunc);
     // A line break first: the last line may have been cut off.
-    m_out << (goes_on ? "" : what) << '\n' << std::flush;
+    m_out << (goes_on ? "" : m_what) << '\n' << std::flush;
     if (!m_out) throw Error("write the journal " + m_path.string() + ": cannot be written");
 }
 
@@ -31,11 +36,19 @@ bool Journal::has(const std::string& name) const {
     return m_names.contains(name);
 }
 
-void Journal::add(const std::string& name, std::uint64_t voxels) {
+void Journal::add(const std::string& name, std::uint64_t voxels, std::uint64_t end) {
     const std::lock_guard lock(m_mutex);
     m_names.insert(name);
-    m_out << voxels << ' ' << name << ".\n" << std::flush;
+    m_out << voxels << ' ' << end << ' ' << name << " ;\n" << std::flush;
     if (!m_out) throw Error("write the journal " + m_path.string() + ": disk full, or cannot be written");
+}
+
+void Journal::forget() {
+    const std::lock_guard lock(m_mutex);
+    m_names.clear();
+    m_voxels_before = m_end_before = 0, m_files_before = 0;
+    m_out.close();
+    open(false);
 }
 
 void Journal::remove() {

@@ -11,7 +11,7 @@ namespace terravox::convert {
 
 /// What of a conversion into many files is done, so that one that was cut off goes on where it was: a text file with one name a line, below a line
 /// that says what is being converted. One whose first line says something else belongs to another conversion, and is begun anew.
-/// A name is added only when its file lies whole under its name. Thread-safe.
+/// A name (without blanks) is added only when its file lies whole under its name. Thread-safe.
 class Journal {
 public:
     /// @param what names the conversion: two that are alike in everything that shapes their files have the same; no line breaks
@@ -19,18 +19,22 @@ public:
     Journal(std::filesystem::path file, const std::string& what);
 
     [[nodiscard]] bool has(const std::string& name) const;
-    /// @param voxels that went into the file, for the report of a run that goes on
-    void add(const std::string& name, std::uint64_t voxels);
-    /// Sum over what was there when the journal was opened.
+    /// @param voxels that went into the file, for the report of a run that goes on @param end of what was written, where all goes into one file
+    void add(const std::string& name, std::uint64_t voxels, std::uint64_t end = 0);
+    /// Of what was there when the journal was opened: voxels in all, files, the farthest end.
     [[nodiscard]] std::uint64_t voxels_before() const noexcept { return m_voxels_before; }
     [[nodiscard]] std::size_t files_before() const noexcept { return m_files_before; }
+    [[nodiscard]] std::uint64_t end_before() const noexcept { return m_end_before; }
+    void forget();  ///< what was there is of no use: begins anew
     void remove();  ///< all is done: the file goes
 
 private:
+    void open(bool goes_on);
     const std::filesystem::path m_path;
+    const std::string m_what;
     mutable std::mutex m_mutex;
     std::set<std::string> m_names;
-    std::uint64_t m_voxels_before = 0;
+    std::uint64_t m_voxels_before = 0, m_end_before = 0;
     std::size_t m_files_before = 0;
     std::ofstream m_out;
 };

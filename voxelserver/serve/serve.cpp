@@ -18,6 +18,7 @@
 #include "voxelserver/serve/progress.hpp"
 #include "voxelserver/serve/signals.hpp"
 #include "voxelserver/serve/store_world.hpp"
+#include "voxelserver/voxelize/store_options.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -65,7 +66,7 @@ ExitCode serve(Options& options) {
     std::optional<store::GrabberStore> store;
     if (!options.store.empty()) {
         store = store::read_grabber_store(options.store);
-        take_from_store(*store, options.world);
+        voxelize::take_from_store(*store, options.world);
     }
     if (options.world.classes.empty()) options.world.classes = "asprs";
 
@@ -74,7 +75,7 @@ ExitCode serve(Options& options) {
     util::StageTimes times;
     OpeningWorld world(options.world, times, {plan.facts, plan.image_bytes});
     if (store) {
-        const Terms terms = terms_of(*store);
+        const voxelize::Terms terms = voxelize::terms_of(*store);
         world.set_licence(terms.licence, terms.attribution);
     }
     boxes::BoxCache cache(world, times, plan.boxes);

@@ -9,7 +9,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/store/mapped_file.hpp"
+#include "common/util/mapped_file.hpp"
 
 namespace terravox::store {
 namespace {
@@ -61,13 +61,13 @@ void write(const std::filesystem::path& path, Header header, std::span<const std
 }
 
 struct Opened {
-    std::shared_ptr<const MappedFile> file;
+    std::shared_ptr<const util::MappedFile> file;
     Header header;
 };
 
 /// What a mapped square holds.
 struct Mapped {
-    std::shared_ptr<const MappedFile> file;
+    std::shared_ptr<const util::MappedFile> file;
     std::vector<PatchEntry> patches;
 };
 
@@ -80,7 +80,7 @@ struct Layout {
 template <class LayoutOf>
 Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic, const LayoutOf& layout_of) {
     const auto fail = [&](const std::string& what) { return Error("read the prepared square " + path.string() + ": " + what); };
-    Opened out{MappedFile::open(path), {}};
+    Opened out{util::MappedFile::open(path), {}};
     if (!out.file) return out;
     const auto bytes = out.file->bytes();
     if (bytes.size() < sizeof(Header)) throw fail("cut short");
@@ -92,7 +92,7 @@ Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
     const std::optional<Layout> layout = layout_of(out.header, room);
     if (!layout || layout->tables + layout->points != room)
         throw fail("damaged (" + std::to_string(bytes.size()) + " bytes do not fit the counts in its header)");
-    if (!readable(bytes.first(sizeof(Header) + layout->tables))) throw fail("cut short while it was read");
+    if (!util::readable(bytes.first(sizeof(Header) + layout->tables))) throw fail("cut short while it was read");
     if (checksum(out.header, bytes.subspan(sizeof(Header), layout->tables)) != out.header.checksum) throw fail("damaged (checksum)");
     return out;
 }

@@ -9,7 +9,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/store/mapped_file.hpp"
+#include "common/util/mapped_file.hpp"
 
 namespace terravox::voxelize {
 namespace {
@@ -64,7 +64,7 @@ std::span<const VoxelPoint> Square::points(PatchKey patch) const {
     if (found == m_patches.end() || !(found->key == patch)) return {};
     const auto out = m_points.subspan(found->begin, found->count);
     // A file cut short in place is asked first: to touch a page that is gone would end the program.
-    if (!m_checked && (!store::readable(std::as_bytes(out)) || checksum_of(out) != found->checksum))
+    if (!m_checked && (!util::readable(std::as_bytes(out)) || checksum_of(out) != found->checksum))
         throw Error("read a prepared square: patch " + std::to_string(patch.px) + ", " + std::to_string(patch.pz) + " is damaged on disk; remove the cache folder");
     return out;
 }

@@ -39,16 +39,16 @@ TEST_CASE("every material has a name that leads back to it", "[common][voxel][ma
     CHECK(material_name(Material::kMediumVegetation) == "medium_vegetation");
     CHECK(material_name(Material::kUnknown) == "unknown");
     CHECK(material_name(static_cast<Material>(200)) == "unknown");
-    CHECK_FALSE(material_from_name("lava"));
+    CHECK_FALSE(material_from_name("cheese"));
     CHECK_FALSE(material_from_name(""));
 }
 
-TEST_CASE("light passes air, water, leaves and wires, nothing else", "[common][voxel][material]") {
+TEST_CASE("light passes air, water, leaves, wires, glass and ice, nothing else", "[common][voxel][material]") {
     int passing = 0;
     for (int i = 0; i < kMaterialCount; ++i) passing += see_through(static_cast<Material>(i));
-    CHECK(passing == 6);
+    CHECK(passing == 8);
     for (const Material m : {Material::kAir, Material::kWater, Material::kLowVegetation, Material::kMediumVegetation,
-                             Material::kHighVegetation, Material::kWire})
+                             Material::kHighVegetation, Material::kWire, Material::kGlass, Material::kIce})
         CHECK(see_through(m));
 }
 

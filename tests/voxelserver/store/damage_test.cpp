@@ -3,7 +3,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/store/squares.hpp"
-#include "voxelserver/store/mapped_file.hpp"
+#include "common/util/mapped_file.hpp"
 #include "voxelserver/store/square_file.hpp"
 
 using namespace terravox;
@@ -133,9 +133,9 @@ TEST_CASE("a prepared square that is cut short in place while it is mapped is re
     REQUIRE(mapped);
     const auto size = std::filesystem::file_size(file);
     std::filesystem::resize_file(file, size / 2);
-    const auto map = store::MappedFile::open(file);
+    const auto map = util::MappedFile::open(file);
     std::filesystem::resize_file(file, size / 4);
-    if (store::readable(map->bytes())) {
+    if (util::readable(map->bytes())) {
         WARN("not tested: this system does not tell what a map has lost (Linux does from 5.14 on)");
         return;
     }

@@ -4,7 +4,7 @@
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/store/squares.hpp"
-#include "voxelserver/store/mapped_file.hpp"
+#include "common/util/mapped_file.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -63,7 +63,7 @@ TEST_CASE("a file that is not there is no error, and what is no plain file is on
     REQUIRE(std::system(("mkfifo " + pipe.string()).c_str()) == 0);
     CHECK_THROWS_WITH(store::map_square(pipe), contains("not a plain file"));  // and nobody waits for a writer
     write_bytes(folder.path() / "empty", "");
-    const auto empty = store::MappedFile::open(folder.path() / "empty");
+    const auto empty = util::MappedFile::open(folder.path() / "empty");
     REQUIRE(empty);
     CHECK(empty->bytes().empty());
 }
@@ -73,23 +73,23 @@ TEST_CASE("what a mapped file no longer holds is not readable", "[voxelserver][s
     const auto file = folder.path() / "a";
     constexpr std::size_t kPage = 65536;  // at least a page, on any machine
     write_bytes(file, std::string(4 * kPage, 'x'));
-    const auto mapped = store::MappedFile::open(file);
+    const auto mapped = util::MappedFile::open(file);
     REQUIRE(mapped);
     const auto bytes = mapped->bytes();
-    CHECK(store::readable(bytes));
-    CHECK(store::readable(bytes.first(0)));
+    CHECK(util::readable(bytes));
+    CHECK(util::readable(bytes.first(0)));
     std::filesystem::resize_file(file, 2 * kPage);  // in place: the map's end has nothing behind it
-    CHECK(store::readable(bytes.first(2 * kPage)));
-    CHECK(store::readable(bytes.subspan(kPage + 17, 100)));
-    if (store::readable(bytes)) {
+    CHECK(util::readable(bytes.first(2 * kPage)));
+    CHECK(util::readable(bytes.subspan(kPage + 17, 100)));
+    if (util::readable(bytes)) {
         WARN("not tested: this system does not tell what a map has lost (Linux does from 5.14 on)");
         return;
     }
-    CHECK_FALSE(store::readable(bytes.subspan(2 * kPage, 1)));
-    CHECK_FALSE(store::readable(bytes.subspan(2 * kPage - 1, 2)));
-    CHECK_FALSE(store::readable(bytes.last(1)));
+    CHECK_FALSE(util::readable(bytes.subspan(2 * kPage, 1)));
+    CHECK_FALSE(util::readable(bytes.subspan(2 * kPage - 1, 2)));
+    CHECK_FALSE(util::readable(bytes.last(1)));
     std::filesystem::resize_file(file, 4 * kPage);  // grown again: zeros, which a checksum tells from what was there
-    CHECK(store::readable(bytes));
+    CHECK(util::readable(bytes));
 }
 
 TEST_CASE("the directory of a mapped square stays when its file is cut short in place", "[voxelserver][store]") {

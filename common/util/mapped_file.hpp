@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-namespace terravox::store {
+namespace terravox::util {
 
 /// A whole file mapped for reading. The pages are the system's cache: they cost memory only while they are used. Immutable, thread-safe.
 /// Whoever reads from one that another program may cut short in place asks readable() first.
@@ -28,4 +28,4 @@ private:
 /// @return false when the file no longer holds them: cut short in place, or its disk fails; always true before Linux 5.14
 [[nodiscard]] bool readable(std::span<const std::byte> part) noexcept;
 
-}  // namespace terravox::store
+}  // namespace terravox::util

@@ -1,4 +1,4 @@
-#include "voxelserver/store/mapped_file.hpp"
+#include "common/util/mapped_file.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -12,7 +12,7 @@
 
 #include "common/util/error.hpp"
 
-namespace terravox::store {
+namespace terravox::util {
 
 std::shared_ptr<const MappedFile> MappedFile::open(const std::filesystem::path& path) {
     const auto fail = [&](const char* what) { return Error("map the file " + path.string() + ": " + what); };
@@ -51,4 +51,4 @@ bool readable(std::span<const std::byte> part) noexcept {
 #endif
 }
 
-}  // namespace terravox::store
+}  // namespace terravox::util

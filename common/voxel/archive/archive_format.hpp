@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/voxel/box.hpp"
+#include "common/voxel/morton.hpp"
+
+/// The layout of a box archive, version 1 (docs/formats.md). Little-endian; structures lie in the file as they lie here.
+namespace terravox::voxel::archive {
+
+inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
+inline constexpr std::uint32_t kVersion = 1;
+inline constexpr const char* kEnding = ".tvx";
+
+/// At offset 0.
+struct Header {
+    char magic[8];
+    std::uint32_t version, reserved;
+    std::uint64_t info_offset, info_bytes;  ///< JSON as /v2/world says it
+    std::uint64_t root_offset, root_bytes;  ///< 0 while the archive is being made
+    std::uint64_t file_bytes;
+    std::uint64_t checksum;  ///< XXH64 of the bytes before
+};
+static_assert(sizeof(Header) == 64);
+
+enum class Kind : std::uint32_t {
+    kBox = 0,   ///< a box: a zstd frame
+    kHole = 1,  ///< could not be had when the archive was made: the reason, UTF-8
+};
+
+struct Key {
+    std::int32_t level, bx, by, bz;
+};
+
+/// Before each frame.
+struct Record {
+    Key key;
+    std::uint32_t bytes;
+    Kind kind;
+    std::uint64_t checksum;  ///< XXH64 of the frame
+};
+static_assert(sizeof(Record) == 32);
+
+/// One of a leaf of the index.
+struct Entry {
+    Key key;
+    std::uint64_t offset;  ///< of the frame
+    std::uint32_t bytes;
+    Kind kind;
+};
+static_assert(sizeof(Entry) == 32);
+
+/// One of the root of the index: a leaf, which is a zstd frame of its entries.
+struct Leaf {
+    Key first;
+    std::uint64_t offset;
+    std::uint32_t bytes, entries;
+    std::uint64_t checksum;  ///< XXH64 of the frame
+};
+static_assert(sizeof(Leaf) == 40);
+
+inline constexpr std::uint32_t kLeafEntries = 1024;
+
+[[nodiscard]] constexpr Key key_of(const BoxKey& k) noexcept { return {k.level, k.bx, k.by, k.bz}; }
+[[nodiscard]] constexpr BoxKey key_of(const Key& k) noexcept { return {k.level, k.bx, k.by, k.bz}; }
+
+/// The order of entries: by level, then along the Morton curve.
+[[nodiscard]] inline bool before(const Key& a, const Key& b) noexcept {
+    if (a.level != b.level) return a.level < b.level;
+    return morton_encode(a.bx, a.by, a.bz) < morton_encode(b.bx, b.by, b.bz);
+}
+/// The Morton code is one to one for these only.
+[[nodiscard]] constexpr bool in_range(const Key& k) noexcept {
+    const auto fits = [](std::int32_t v) { return v >= -(1 << 20) && v < (1 << 20); };
+    return k.level >= 0 && k.level <= kMaxLevel && fits(k.bx) && fits(k.by) && fits(k.bz);
+}
+
+}  // namespace terravox::voxel::archive

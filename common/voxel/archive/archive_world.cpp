@@ -1,0 +1,151 @@
+#include "common/voxel/archive/archive_world.hpp"
+
+#include <xxhash.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <optional>
+
+#include "common/util/cache.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_format.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "common/voxel/world_json.hpp"
+
+namespace terravox::voxel {
+namespace {
+
+using namespace archive;
+
+constexpr std::uint64_t kMostInfo_bytes = 4 << 20, kMostRoot_bytes = std::uint64_t{256} << 20;
+constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
+constexpr std::uint32_t kMostFrame_bytes = 1 << 30;
+
+class ArchiveWorld final : public World {
+public:
+    explicit ArchiveWorld(std::unique_ptr<ByteSource> source) : m_source(std::move(source)), m_leaves(kLeafCache_bytes) {
+        const Header header = read_header();
+        std::vector<std::byte> room;
+        const auto text = m_source->read(header.info_offset, static_cast<std::size_t>(header.info_bytes), room);
+        m_info = world_from_json(std::string(reinterpret_cast<const char*>(text.data()), text.size()), m_source->name());
+        m_root = read_root(header);
+    }
+
+    [[nodiscard]] const WorldInfo& info() const noexcept override { return m_info; }
+
+    [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
+        if (key.level < 0 || key.level >= m_info.levels)
+            throw UsageError("read a box of " + m_source->name() + ": level " + std::to_string(key.level) + "; allowed: 0 to " + std::to_string(m_info.levels - 1));
+        const auto entry = find(key);
+        if (!entry) return nullptr;
+        const std::string name = m_source->name() + " box " + to_string(key);
+        std::vector<std::byte> room;
+        const auto frame = m_source->read(entry->offset, entry->bytes, room);
+        if (entry->kind == Kind::kHole)
+            throw Error("read " + name + ": it could not be had when the archive was made: " + std::string(reinterpret_cast<const char*>(frame.data()), frame.size()));
+        auto box = decompress_box(frame, name);
+        if (box->key() != key) throw Error("read " + name + ": the archive holds box " + to_string(box->key()) + " there");
+        return box;
+    }
+
+    [[nodiscard]] ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        if (m_info.bounds.empty() || level < 0 || level >= m_info.levels) return {};
+        const BoxRange range = boxes_over(m_info.bounds, level);
+        if (!range.contains({level, bx, range.min.by, bz})) return {};
+        return {range.min.by, range.max.by};
+    }
+
+    [[nodiscard]] int worth_asking(int threads) const noexcept override { return m_source->worth_asking(threads); }
+    void stop() noexcept override { m_source->stop(); }
+
+private:
+    using Entries = std::vector<Entry>;
+
+    [[noreturn]] void fail(const std::string& what) const { throw Error("open the box archive " + m_source->name() + ": " + what); }
+
+    [[nodiscard]] Header read_header() {
+        Header header{};
+        std::vector<std::byte> room;
+        const auto bytes = m_source->read(0, sizeof header, room);
+        std::memcpy(&header, bytes.data(), sizeof header);
+        if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) fail("not a box archive");
+        if (header.version != kVersion) fail("version " + std::to_string(header.version) + "; allowed: " + std::to_string(kVersion));
+        if (header.checksum != XXH64(&header, offsetof(Header, checksum), 0)) fail("its header is damaged");
+        if (header.root_offset == 0) fail("it was never finished; convert again to go on");
+        const auto inside = [&](std::uint64_t offset, std::uint64_t count) { return offset <= header.file_bytes && count <= header.file_bytes - offset; };
+        if (header.info_bytes > kMostInfo_bytes || header.root_bytes > kMostRoot_bytes || header.root_bytes < sizeof(std::uint64_t) ||
+            (header.root_bytes - sizeof(std::uint64_t)) % sizeof(Leaf) != 0 || !inside(header.info_offset, header.info_bytes) || !inside(header.root_offset, header.root_bytes))
+            fail("its header leads outside");
+        m_file_bytes = header.file_bytes;
+        return header;
+    }
+
+    [[nodiscard]] std::vector<Leaf> read_root(const Header& header) {
+        std::vector<std::byte> room;
+        const auto bytes = m_source->read(header.root_offset, static_cast<std::size_t>(header.root_bytes), room);
+        const std::size_t payload = bytes.size() - sizeof(std::uint64_t);
+        std::uint64_t checksum = 0;
+        std::memcpy(&checksum, bytes.data() + payload, sizeof checksum);
+        if (checksum != XXH64(bytes.data(), payload, 0)) fail("its index is damaged");
+        std::vector<Leaf> root(payload / sizeof(Leaf));
+        if (payload != 0) std::memcpy(root.data(), bytes.data(), payload);
+        for (std::size_t i = 0; i < root.size(); ++i) {
+            const Leaf& leaf = root[i];
+            if (leaf.entries == 0 || leaf.entries > kLeafEntries || leaf.offset > m_file_bytes || leaf.bytes > m_file_bytes - leaf.offset || !in_range(leaf.first) ||
+                (i > 0 && !before(root[i - 1].first, leaf.first)))
+                fail("its index is damaged");
+        }
+        return root;
+    }
+
+    [[nodiscard]] std::shared_ptr<const Entries> entries_of(std::size_t index) {
+        return m_leaves.get(
+            index,
+            [&] {
+                const Leaf& leaf = m_root[index];
+                std::vector<std::byte> room;
+                const auto frame = m_source->read(leaf.offset, leaf.bytes, room);
+                const auto damaged = [&] { return Error("read the index of the box archive " + m_source->name() + ": leaf " + std::to_string(index) + " is damaged"); };
+                if (XXH64(frame.data(), frame.size(), 0) != leaf.checksum) throw damaged();
+                auto entries = std::make_shared<Entries>(leaf.entries);
+                const std::size_t size = ZSTD_decompress(entries->data(), entries->size() * sizeof(Entry), frame.data(), frame.size());
+                if (size != entries->size() * sizeof(Entry)) throw damaged();
+                for (const Entry& e : *entries)
+                    if (e.offset > m_file_bytes || e.bytes > std::min<std::uint64_t>(kMostFrame_bytes, m_file_bytes - e.offset)) throw damaged();
+                return std::shared_ptr<const Entries>(std::move(entries));
+            },
+            [](const auto& made) { return made->size() * sizeof(Entry); });
+    }
+
+    [[nodiscard]] std::optional<Entry> find(const BoxKey& box) {
+        const Key key = key_of(box);
+        if (!in_range(key)) return std::nullopt;
+        const auto after = std::upper_bound(m_root.begin(), m_root.end(), key, [](const Key& k, const Leaf& leaf) { return before(k, leaf.first); });
+        if (after == m_root.begin()) return std::nullopt;
+        const auto entries = entries_of(static_cast<std::size_t>(after - m_root.begin()) - 1);
+        const auto found = std::lower_bound(entries->begin(), entries->end(), key, [](const Entry& e, const Key& k) { return before(e.key, k); });
+        if (found == entries->end() || key_of(found->key) != box) return std::nullopt;
+        return *found;
+    }
+
+    const std::unique_ptr<ByteSource> m_source;
+    std::uint64_t m_file_bytes = 0;
+    WorldInfo m_info;
+    std::vector<Leaf> m_root;
+    util::Cache<std::size_t, Entries> m_leaves;
+};
+
+}  // namespace
+
+std::unique_ptr<World> open_archive(std::unique_ptr<ByteSource> source) { return std::make_unique<ArchiveWorld>(std::move(source)); }
+
+bool is_archive(const std::filesystem::path& file) {
+    std::array<char, sizeof kMagic> magic{};
+    std::ifstream in(file, std::ios::binary);
+    return in.read(magic.data(), magic.size()) && std::equal(magic.begin(), magic.end(), kMagic);
+}
+
+}  // namespace terravox::voxel

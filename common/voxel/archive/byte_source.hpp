@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terravox::voxel::archive {
+
+/// Where the bytes of an archive come from. Thread-safe.
+class ByteSource {
+public:
+    ByteSource() = default;
+    ByteSource(const ByteSource&) = delete;
+    ByteSource& operator=(const ByteSource&) = delete;
+    virtual ~ByteSource() = default;
+    [[nodiscard]] virtual const std::string& name() const noexcept = 0;  ///< for messages
+    /// @param room where the bytes go, unless they lie in memory already
+    /// @return `bytes` bytes from `offset` on, valid as long as the source and `room` @throws Error when they cannot be had
+    [[nodiscard]] virtual std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& room) = 0;
+    virtual void stop() noexcept {}  ///< as World::stop
+    [[nodiscard]] virtual int worth_asking(int threads) const noexcept { return threads; }  ///< as World::worth_asking
+};
+
+/// A file, mapped. @throws Error when there is no such file, or it cannot be read
+[[nodiscard]] std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path);
+
+}  // namespace terravox::voxel::archive

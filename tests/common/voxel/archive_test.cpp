@@ -1,0 +1,205 @@
+#include <fstream>
+#include <map>
+#include <random>
+
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/common/voxel/invented_world.hpp"
+
+using namespace terravox;
+using namespace terravox::voxel;
+using archive::Kind;
+using terravox::test::contains;
+using terravox::test::same_box;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+WorldInfo info_of(int levels = 3) {
+    WorldInfo info;
+    info.title = "archive", info.bounds = {{-300, -256, -300}, {300, 512, 300}}, info.levels = levels, info.voxel_m = 0.5;
+    return info;
+}
+
+std::shared_ptr<const Box> box_at(const BoxKey& key) {
+    BoxBuilder builder;
+    for (int x = 0; x < 8; ++x) builder.add(x, (key.bx & 31) + x, 3, 5 + x + (key.bz & 7), true);
+    return builder.build(key, [&](int x, int y, int z) { return test::InventedWorld::attr_at(x, y, z + key.by); });
+}
+
+void add(ArchiveWriter& writer, const BoxKey& key) { writer.add(key, Kind::kBox, compress(*box_at(key))); }
+
+void add_text(ArchiveWriter& writer, const BoxKey& key, const std::string& text) { writer.add(key, Kind::kHole, std::as_bytes(std::span(text))); }
+
+std::unique_ptr<World> open(const fs::path& file) { return open_archive(archive::file_source(file)); }
+
+std::string bytes_of(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+void write_bytes(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
+
+std::vector<BoxKey> many_keys(std::size_t count) {
+    std::mt19937 random(5);
+    std::map<BoxKey, int> keys;
+    while (keys.size() < count) keys[{static_cast<int>(random() % 3), static_cast<std::int32_t>(random() % 40) - 20, static_cast<std::int32_t>(random() % 4) - 2, static_cast<std::int32_t>(random() % 40) - 20}] = 1;
+    std::vector<BoxKey> out;
+    for (const auto& [key, one] : keys) out.push_back(key);
+    std::shuffle(out.begin(), out.end(), random);
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("an archive gives back every box that was put in, and air for the others", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx";
+    const auto keys = many_keys(2500);  // three leaves of the index
+    {
+        ArchiveWriter writer(file, info_of(), 0);
+        for (const BoxKey& key : keys) add(writer, key);
+        CHECK_FALSE(fs::exists(file));
+        writer.finish();
+    }
+    CHECK_FALSE(fs::exists(file.string() + ".part"));
+    CHECK(is_archive(file));
+    const auto world = open(file);
+    CHECK(world->info().title == "archive");
+    CHECK(world->info().bounds == info_of().bounds);
+    CHECK(world->info().voxel_m == 0.5);
+    for (const BoxKey& key : keys) {
+        INFO(to_string(key));
+        REQUIRE(same_box(world->box(key), box_at(key)));
+    }
+    const std::map<BoxKey, int> known = [&] {
+        std::map<BoxKey, int> out;
+        for (const BoxKey& key : keys) out[key] = 1;
+        return out;
+    }();
+    int air = 0;
+    for (int bx = -22; bx < 22; ++bx)
+        for (int bz = -22; bz < 22; ++bz)
+            if (!known.contains({1, bx, 0, bz})) {
+                CHECK(world->box({1, bx, 0, bz}) == nullptr);
+                ++air;
+            }
+    CHECK(air > 500);
+    CHECK_THROWS_AS(world->box({3, 0, 0, 0}), UsageError);
+    CHECK(world->column(0, 0, 0).by_begin == -1);
+    CHECK(world->column(0, 0, 0).by_end == 2);
+    CHECK(world->column(0, 99, 0).empty());
+}
+
+TEST_CASE("a hole of an archive is told when it is asked for, with its reason", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx";
+    ArchiveWriter writer(file, info_of(), 0);
+    add_text(writer, {0, 1, 0, 1}, "the disk was wet");
+    add(writer, {0, 2, 0, 1});
+    writer.finish();
+    const auto world = open(file);
+    CHECK_THROWS_WITH(world->box({0, 1, 0, 1}), contains("the disk was wet") && contains("0/1/0/1"));
+    CHECK(world->box({0, 2, 0, 1}) != nullptr);
+}
+
+TEST_CASE("an archive of nothing is one", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    ArchiveWriter writer(folder.path() / "a.tvx", info_of(), 0);
+    writer.finish();
+    CHECK(open(folder.path() / "a.tvx")->box({0, 0, 0, 0}) == nullptr);
+}
+
+TEST_CASE("what was added before a break is taken over, and the bytes are those of one go", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path whole = folder.path() / "whole.tvx", broken = folder.path() / "broken.tvx";
+    const auto keys = many_keys(40);
+    {
+        ArchiveWriter writer(whole, info_of(), 0);
+        for (const BoxKey& key : keys) add(writer, key);
+        writer.finish();
+    }
+    std::uint64_t keep = 0;
+    {
+        ArchiveWriter writer(broken, info_of(), 0);
+        for (std::size_t i = 0; i < 25; ++i) {
+            add(writer, keys[i]);
+            if (i == 19) keep = writer.flush();
+        }
+        writer.flush();
+    }
+    CHECK_THROWS_WITH(open(broken.string() + ".part"), contains("never finished"));
+    {
+        ArchiveWriter writer(broken, info_of(), keep);
+        CHECK(writer.entries().size() == 20);
+        for (std::size_t i = 20; i < keys.size(); ++i) add(writer, keys[i]);
+        writer.finish();
+    }
+    CHECK((bytes_of(whole) == bytes_of(broken)));
+
+    SECTION("but not when it is not there, or damaged") {
+        write_bytes(broken.string() + ".part", bytes_of(whole).substr(0, 300));
+        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep), contains("gone on with"));
+        std::string bytes = bytes_of(whole);
+        bytes[keep / 2] = static_cast<char>(bytes[keep / 2] ^ 1);
+        write_bytes(broken.string() + ".part", bytes);
+        CHECK_THROWS_WITH(ArchiveWriter(broken, info_of(), keep), contains("gone on with"));
+    }
+}
+
+TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx";
+    const auto keys = many_keys(12);
+    {
+        ArchiveWriter writer(file, info_of(), 0);
+        for (const BoxKey& key : keys) add(writer, key);
+        writer.finish();
+    }
+    const std::string whole = bytes_of(file);
+    // Either an Error somewhere, or the very boxes: the facts about the world are text that no checksum holds.
+    const auto right_or_refused = [&](const std::string& bytes) {
+        write_bytes(file, bytes);
+        try {
+            const auto world = open(file);
+            for (const BoxKey& key : keys)
+                if (key.level < world->info().levels && !same_box(world->box(key), box_at(key))) return false;
+        } catch (const Error&) {
+        }
+        return true;
+    };
+    std::mt19937 random(11);
+    for (int i = 0; i < 400; ++i) {
+        std::string bytes = whole;
+        const std::size_t at = random() % bytes.size();
+        bytes[at] = static_cast<char>(bytes[at] ^ 1 << random() % 8);
+        INFO("byte " << at);
+        CHECK(right_or_refused(bytes));
+    }
+    for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{63}, std::size_t{64}, whole.size() / 2, whole.size() - 1}) {
+        INFO("length " << length);
+        CHECK(right_or_refused(whole.substr(0, length)));
+    }
+    write_bytes(file, whole);
+    CHECK_NOTHROW(open(file));
+}
+
+TEST_CASE("files that are no archives are refused by name", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx";
+    CHECK_THROWS_WITH(open(file), contains("no such file"));
+    write_bytes(file, std::string(200, 'x'));
+    CHECK_THROWS_WITH(open(file), contains("a.tvx") && contains("not a box archive"));
+    CHECK_FALSE(is_archive(file));
+    CHECK_FALSE(is_archive(folder.path()));
+    ArchiveWriter(file, info_of(), 0).finish();
+    std::string bytes = bytes_of(file);
+    bytes[8] = 9;
+    write_bytes(file, bytes);
+    CHECK_THROWS_WITH(open(file), contains("version 9"));
+    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "b.tvx", info_of(), 0).add({0, 1 << 20, 0, 0}, Kind::kBox, {}), contains("2^20"));
+}

@@ -1,0 +1,74 @@
+#include "common/voxel/pyramid_world.hpp"
+
+#include "common/thread/parallel.hpp"
+#include "common/voxel/downsample.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/voxel/invented_world.hpp"
+
+using namespace terravox;
+using namespace terravox::voxel;
+using terravox::test::InventedWorld;
+using terravox::test::same_box;
+
+namespace {
+
+constexpr VoxelBounds kBounds{{-200, -5, 70}, {300, 300, 330}};
+
+}  // namespace
+
+TEST_CASE("a world has levels until it fits into one box across", "[common][voxel][pyramid]") {
+    CHECK(levels_for({{0, 0, 0}, {64, 300, 64}}) == 1);
+    CHECK(levels_for({{0, 0, 0}, {65, 300, 64}}) == 2);
+    CHECK(levels_for({{-200, 0, 70}, {300, 9, 330}}) == 4);
+    CHECK(levels_for({{-(1 << 30), 0, 0}, {1 << 30, 1, 1}}) <= kMaxLevel);
+}
+
+TEST_CASE("coarse boxes of a pyramid are made of their eight children", "[common][voxel][pyramid]") {
+    InventedWorld world(kBounds);
+    for (int level = 1; level < world.info().levels; ++level) {
+        const BoxRange range = boxes_over(kBounds, level);
+        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
+            for (std::int32_t by = range.min.by; by < range.max.by; ++by)
+                for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) {
+                    std::array<std::shared_ptr<const Box>, 8> children;
+                    for (int i = 0; i < 8; ++i) children[static_cast<std::size_t>(i)] = world.box({level - 1, 2 * bx + (i & 1), 2 * by + (i >> 2), 2 * bz + (i >> 1 & 1)});
+                    const BoxKey key{level, bx, by, bz};
+                    INFO(to_string(key));
+                    CHECK(same_box(world.box(key), downsample(key, children)));
+                }
+    }
+}
+
+TEST_CASE("a column is made once for all its boxes, and whatever the limit the boxes are the same", "[common][voxel][pyramid]") {
+    InventedWorld roomy(kBounds), narrow(kBounds, 1);
+    const BoxRange range = boxes_over(kBounds, 0);
+    std::vector<BoxKey> keys;
+    for (std::int32_t by = range.min.by; by < range.max.by; ++by)
+        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
+            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) keys.push_back({0, bx, by, bz});
+    thread::parallel_for(keys.size(), 4, [&](std::size_t i) { (void)roomy.box(keys[i]); });
+    CHECK(roomy.made == (range.max.bx - range.min.bx) * (range.max.bz - range.min.bz));
+    for (const BoxKey& key : keys) CHECK(same_box(roomy.box(key), narrow.box(key)));
+    CHECK(narrow.made == static_cast<int>(keys.size()));
+}
+
+TEST_CASE("outside its bounds a pyramid is air, and other levels are refused", "[common][voxel][pyramid]") {
+    InventedWorld world(kBounds);
+    CHECK(world.box({0, 100, 0, 3}) == nullptr);
+    CHECK(world.column(0, 100, 3).empty());
+    CHECK_FALSE(world.column(0, 0, 3).empty());
+    CHECK(world.made == 0);
+    CHECK_THROWS_AS(world.box({world.info().levels, 0, 0, 0}), UsageError);
+    CHECK_THROWS_AS(world.box({-1, 0, 0, 0}), UsageError);
+}
+
+TEST_CASE("what cannot be made is an error on every level above it, and is tried again", "[common][voxel][pyramid]") {
+    InventedWorld world(kBounds);
+    world.fails_at_bx = 1;
+    CHECK_THROWS_AS(world.box({0, 1, 0, 3}), Error);
+    CHECK_THROWS_AS(world.box({2, 0, 0, 0}), Error);
+    CHECK_NOTHROW(world.box({0, 0, 0, 3}));
+    world.fails_at_bx = 1 << 20;
+    CHECK(world.box({0, 1, 0, 3}) != nullptr);
+    CHECK(world.box({2, 0, 0, 0}) != nullptr);
+}
