@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/voxel/material.hpp"
+
+namespace terravox::minecraft {
+
+/// What a block says of itself: `lit` = `true`.
+struct Property { std::string_view name, value; };
+using Properties = std::span<const Property>;
+
+/// [lit=true]: one property and the values that are meant.
+struct Condition {
+    std::string property;
+    std::vector<std::string> values;
+    [[nodiscard]] bool holds(Properties properties) const noexcept;
+    friend bool operator==(const Condition&, const Condition&) = default;
+};
+
+/// Is told what is wrong; must throw.
+using Fail = std::function<void(const std::string&)>;
+
+/// "name[a=1|2,b=3]", taken apart.
+struct BlockState {
+    std::string name;
+    std::vector<Condition> conditions;
+};
+/// @throws what `fail` throws
+[[nodiscard]] BlockState block_state_from(std::string_view text, const Fail& fail);
+
+/// A word that may stand in a pattern, and its colour where it has one.
+struct Word {
+    std::string text;
+    std::optional<voxel::Rgb8> colour;
+};
+using Words = std::map<std::string, std::vector<Word>, std::less<>>;
+
+/// A name that a pattern stands for. May hold '*'.
+struct Expanded {
+    std::string name;
+    std::map<std::string, const Word*, std::less<>> chosen;  ///< which word stands for {name}
+};
+
+/// All names that a pattern with {words} and (alternatives|of|text) stands for, in order; alternatives may hold words.
+/// @throws what `fail` throws: an unknown word, a brace that is not closed, more than 4096 names
+[[nodiscard]] std::vector<Expanded> expand(std::string_view pattern, const Words& words, const Fail& fail);
+
+/// How many letters of a pattern stand outside of braces and parentheses, '*' left out.
+[[nodiscard]] std::size_t own_letters(std::string_view pattern) noexcept;
+
+/// @param pattern '*' = any text, also none
+[[nodiscard]] bool fits(std::string_view pattern, std::string_view name) noexcept;
+
+}  // namespace terravox::minecraft
