@@ -1,0 +1,95 @@
+#pragma once
+
+#include <gdal_priv.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/geo/crs.hpp"
+
+namespace terravox::relief {
+
+/// How a raster of heights is to be read.
+struct Reading {
+    std::filesystem::path path;
+    std::optional<geo::Crs> crs;          ///< instead of the file's
+    std::optional<geo::Crs> warped_to;    ///< as seen in this system, north up; nullopt: as it is
+    std::optional<double> height_unit_m;  ///< instead of what the file says
+};
+
+/// Heights of some cells, metres; NaN where there is none. Row by row.
+struct Cells {
+    int x = 0, y = 0, width = 0, height = 0;  ///< in cells of the grid that they are of
+    std::vector<double> metres;
+    [[nodiscard]] double at(int cell_x, int cell_y) const noexcept {
+        return metres[static_cast<std::size_t>(cell_y - y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(cell_x - x)];
+    }
+};
+
+/// One opened raster of heights. Not thread-safe: one for each thread.
+class HeightFile {
+public:
+    /// @throws Error naming the file when it is missing, no raster, has no place on Earth, or blocks that fit no memory
+    explicit HeightFile(const Reading& reading);
+
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_reading.path; }
+    [[nodiscard]] const geo::Crs& crs() const noexcept { return *m_crs; }
+    [[nodiscard]] bool north_up() const noexcept { return m_geo[2] == 0 && m_geo[4] == 0; }  ///< or south up; rows run from west to east
+    [[nodiscard]] std::string copyright() const;
+    [[nodiscard]] int overviews() const noexcept { return m_band->GetOverviewCount(); }
+
+    /// The cells as they are, an overview of them, or each so-many-th cell of these.
+    struct Grid {
+        int overview = -1;   ///< of GDAL; -1: none
+        int stride = 1;      ///< cells to a cell of this grid
+        int width = 0, height = 0;
+        double x0 = 0, y0 = 0, dx = 0, dy = 0;  ///< place of the first cell's outer corner, and steps to the next; dy < 0: north up
+    };
+    /// For columns with edges of `side` (units of crs()): the cells, or the coarsest overview with two or more to a side; of very many each so-many-th.
+    [[nodiscard]] Grid grid_for(double side) const noexcept;
+
+    /// @param x, y, width, height cells of the grid, inside it
+    /// @throws Error naming the file when it is damaged
+    [[nodiscard]] Cells read(const Grid& grid, int x, int y, int width, int height);
+
+    /// Lowest and highest, metres.
+    struct Range {
+        double low_m = 0, high_m = 0;
+        bool exact = true;  ///< false: of a part of its blocks, or of an overview
+    };
+    /// @param most_cells that may be looked at, about @return nullopt: no heights in what was looked at
+    /// @throws Error when all that was looked at is damaged
+    [[nodiscard]] std::optional<Range> rough_range(double most_cells);
+
+    /// Outline in units of crs().
+    struct Outline { double west = 0, south = 0, east = 0, north = 0; };
+    [[nodiscard]] Outline outline() const noexcept;
+    /// Edge of a cell, metres, about.
+    [[nodiscard]] double cell_m() const noexcept;
+
+private:
+    [[noreturn]] void fail(const std::string& what) const;
+    void open();
+    void warp();
+    void learn();
+    void learn_values();
+    void to_metres(std::vector<double>& values) const noexcept;
+    [[nodiscard]] std::optional<Grid> grid_of(double most_cells) const noexcept;
+    void extend(std::optional<Range>& range, const Grid& grid, int x, int y, int width, int height);
+
+    Reading m_reading;
+    GDALDatasetUniquePtr m_source, m_warped;  // the second reads the first, so it goes first
+    GDALDataset* m_data = nullptr;
+    GDALRasterBand* m_band = nullptr;
+    std::optional<geo::Crs> m_crs;
+    std::array<double, 6> m_geo{};
+    double m_scale = 1, m_offset = 0;  // of values, to metres
+    std::optional<double> m_nodata;
+    bool m_float_nodata = false, m_masked = false;
+};
+
+}  // namespace terravox::relief
