@@ -14,6 +14,7 @@ find_package(CURL REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenSSL 3 REQUIRED)
 find_package(date REQUIRED)
+find_package(OpenVDB REQUIRED)
 # Not by its CMake package: Debian's names OpenCV's headers, which its -dev package does not need or install.
 pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)

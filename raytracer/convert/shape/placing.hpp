@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "raytracer/convert/job.hpp"
+
+namespace terravox::convert {
+
+/// The voxel whose lowest north-western corner is the origin of a shape's file: the middle of the part, at its bottom. Numbers stay small there
+/// (32-bit floats), and the shape stands on the grid of whatever opens it.
+[[nodiscard]] std::array<std::int32_t, 3> origin_of(const Part& part) noexcept;
+
+/// What a file says of the world it was made from, in a fixed order; empty things are left out. For formats with room for such.
+/// @param axes what the axes of the file are, in words
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> facts_of(const Job& job, const std::string& axes);
+
+/// Tells the job that `file` is finished, once its side-car FILE.georef.json is written. The side-car counts x east, y up, z south, as everywhere:
+/// of a file with z up, x = X, y = Z, z = -Y. @throws Error
+void finish_file(Job& job, const std::filesystem::path& file);
+
+/// For a part without a single voxel to write. @throws Error, always
+[[noreturn]] void fail_for_nothing(const Job& job);
+
+}  // namespace terravox::convert

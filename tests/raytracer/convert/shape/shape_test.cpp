@@ -1,0 +1,100 @@
+#include "common/util/error.hpp"
+#include "common/voxel/side_car.hpp"
+#include "raytracer/convert/shape/byte_file.hpp"
+#include "raytracer/convert/shape/columns.hpp"
+#include "raytracer/convert/shape/placing.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/convert/shape/painted_world.hpp"
+
+using namespace terravox;
+using namespace terravox::convert;
+
+TEST_CASE("columns come each once, square after square", "[convert][shape]") {
+    struct Case { const char* name; ColumnBlock of; std::size_t edge; };
+    const auto c = GENERATE(values<Case>({
+        {"one", {3, -2, 4, -1}, 4},
+        {"less than a square", {-1, -1, 2, 1}, 8},
+        {"squares that do not fit", {-5, 7, 6, 14}, 4},
+        {"squares of one", {0, 0, 3, 2}, 1},
+        {"a strip", {0, 0, 17, 1}, 4},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const Columns columns(c.of, c.edge);
+        REQUIRE(columns.count() == static_cast<std::size_t>((c.of.max_bx - c.of.min_bx) * (c.of.max_bz - c.of.min_bz)));
+        std::set<std::pair<int, int>> found;
+        std::size_t square = 0;
+        for (std::size_t i = 0; i < columns.count(); ++i) {
+            const auto at = columns.at(i);
+            found.emplace(at.bx, at.bz);
+            CHECK((at.bx >= c.of.min_bx && at.bx < c.of.max_bx && at.bz >= c.of.min_bz && at.bz < c.of.max_bz));
+            const auto edge = static_cast<int>(c.edge), across = (c.of.max_bx - c.of.min_bx + edge - 1) / edge;
+            CHECK(at.square == static_cast<std::size_t>((at.bz - c.of.min_bz) / edge * across + (at.bx - c.of.min_bx) / edge));
+            CHECK(at.square >= square);
+            square = at.square;
+        }
+        CHECK(found.size() == columns.count());
+        CHECK(square + 1 == columns.squares());
+    }
+}
+
+TEST_CASE("each voxel of a box is visited once, with what the box says of it", "[convert][shape]") {
+    const auto world = test::lumps(GENERATE(1u, 2u), 7);
+    for (const voxel::BoxKey key : {voxel::BoxKey{0, 0, 0, 0}, voxel::BoxKey{0, -1, -1, 0}, voxel::BoxKey{0, 1, 1, 1}}) {
+        const auto box = world->box(key);
+        if (!box) continue;
+        INFO(voxel::to_string(key));
+        std::vector<int> visits(64 * 256 * 64);
+        std::size_t wrong = 0;
+        const auto visit = [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
+            ++visits[static_cast<std::size_t>((y * 64 + z) * 64 + x)];
+            if (box->voxel(x, y, z) != attr) ++wrong;
+        };
+        each_voxel(*box, visit, [&](int x0, int y0, int z0, int edge) {
+            for (int y = y0; y < y0 + edge; ++y)
+                for (int z = z0; z < z0 + edge; ++z)
+                    for (int x = x0; x < x0 + edge; ++x) visit(x, y, z, {});
+        });
+        for (int y = 0; y < 256; ++y)
+            for (int z = 0; z < 64; ++z)
+                for (int x = 0; x < 64; ++x)
+                    if (visits[static_cast<std::size_t>((y * 64 + z) * 64 + x)] != (box->solid(x, y, z) ? 1 : 0)) ++wrong;
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("what is spooled is read back, and leaves no file", "[convert][shape]") {
+    test::TemporaryFolder folder;
+    {
+        ByteFile spool = ByteFile::spool_for(folder.path() / "a.vox");
+        CHECK(test::files_in(folder.path()).empty());
+        std::string text;
+        for (int i = 0; i < 200000; ++i) text += std::to_string(i);
+        spool.put(text);
+        spool.put_value(std::uint32_t{0x01020304});
+        std::string middle(100, ' ');
+        spool.read(700000, std::as_writable_bytes(std::span(middle)));
+        CHECK(middle == text.substr(700000, 100));
+        ByteFile to(folder.path() / "b", "b");
+        to.put("head");
+        spool.copy_to(to);
+        to.close();
+        CHECK(test::bytes_of_file(folder.path() / "b") == "head" + text + "\x04\x03\x02\x01");
+    }
+    CHECK(test::files_in(folder.path()) == std::set<std::string>{"b"});
+    std::string beyond(10, ' ');
+    ByteFile short_one = ByteFile::spool_for(folder.path() / "c");
+    short_one.put("abc");
+    CHECK_THROWS_AS(short_one.read(0, std::as_writable_bytes(std::span(beyond))), Error);
+}
+
+TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {
+    const auto world = test::lumps(1, 0);
+    test::ExportJob e(*world, {{-70, -12, -9}, {31, 40, 80}}, "a.glb");
+    finish_file(e.job, e.job.out);
+    const auto car = voxel::side_car_from_json(test::bytes_of_file(e.folder.path() / "a.glb.georef.json"), "the side-car");
+    CHECK(car.offset == std::array<std::int32_t, 3>{-20, -12, 35});
+    CHECK(car.offset == origin_of(e.job.part));
+    CHECK(car.crs == "EPSG:3794");
+    CHECK(car.voxel_m == 0.5);
+    CHECK(e.job.files().size() == 2);
+}
