@@ -6,8 +6,10 @@
 #include "raytracer/preview/preview_command.hpp"
 #endif
 #include "raytracer/animate/animate_command.hpp"
+#include "raytracer/convert/convert_command.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/render/render_command.hpp"
+#include "raytracer/world/world_command.hpp"
 
 namespace {
 
@@ -16,7 +18,7 @@ terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, con
     return [renderer](const terravox::Scene& scene, const std::filesystem::path& picture) {
         const std::vector<std::string> files{picture.string()};
         terravox::PictureRenderer::check(scene, files);
-        return renderer->render(scene, files).counts.holes.empty() ? terravox::ExitCode::kDone : terravox::ExitCode::kHoles;
+        return renderer->render(scene, files).has_holes() ? terravox::ExitCode::kHoles : terravox::ExitCode::kDone;
     };
 }
 
@@ -24,11 +26,13 @@ terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, con
 
 int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
-        CLI::App app{"Ray traces voxel worlds: real places from LiDAR, or a voxel server.", "terravox"};
+        CLI::App app{"Ray traces voxel worlds: real places, Minecraft worlds, and worlds from noise.", "terravox"};
         app.set_version_flag("--version", std::string("terravox ") + terravox::kVersion);
         app.require_subcommand(1);
         const auto render = terravox::add_render_command(app);
         const auto animate = terravox::add_animate_command(app, open_renderer);
+        const auto convert = terravox::add_convert_command(app);
+        const auto world = terravox::add_world_command(app);
 #ifdef TERRAVOX_PREVIEW
         const auto preview = terravox::add_preview_command(app);
 #endif
@@ -37,6 +41,8 @@ int main(int argc, char** argv) {
         if (app.got_subcommand("preview")) return static_cast<int>(preview());
 #endif
         if (app.got_subcommand("animate")) return static_cast<int>(animate());
+        if (app.got_subcommand("convert")) return static_cast<int>(convert());
+        if (app.got_subcommand("world")) return static_cast<int>(world());
         return static_cast<int>(render());
     });
 }

@@ -74,7 +74,7 @@ private:
 PictureRenderer::PictureRenderer(const WorldArguments& world, const Scene& base, bool quiet)
     : m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads)),
       m_world(open_world(world.inputs, world.orthophoto_paths(), base, m_times, util::cache_dir(world.cache))),
-      m_blocks(std::make_unique<BlockManager>(*m_world, static_cast<std::size_t>(base.processing.memory_mib) << 20, loaders_for(world.inputs, m_threads))) {
+      m_blocks(std::make_unique<BlockManager>(*m_world, static_cast<std::size_t>(base.processing.memory_mib) << 20, m_world->worth_asking(m_threads))) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
     std::signal(SIGINT, [](int) { g_stop = true; });
     std::signal(SIGTERM, [](int) { g_stop = true; });
@@ -110,6 +110,7 @@ RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<s
 
 void PictureRenderer::finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const {
     statistics.blocks = m_blocks->stats();
+    statistics.damage = m_world->damage();
     statistics.limit_bytes = m_blocks->limit_bytes();
     statistics.peak_rss_bytes = peak_rss_bytes();
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

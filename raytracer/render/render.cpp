@@ -62,7 +62,7 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     const int level = scene.quality.level;
     if (level >= world.levels) throw UsageError("choose the level: quality.level = " + std::to_string(level) + "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
-    const Camera camera = make_camera(scene, world, world.bounds);
+    const Camera camera = make_camera(scene, world, world.framed_bounds());
     const LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
     const geo::SunPosition sun = sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;

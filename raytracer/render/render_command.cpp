@@ -11,6 +11,7 @@
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/scene/scene_io.hpp"
+#include "raytracer/world/tell_damage.hpp"
 
 namespace terravox {
 namespace {
@@ -39,11 +40,9 @@ ExitCode run(const Arguments& args) {
         print_statistics(statistics, renderer.times());
         for (const std::string& output : args.outputs) std::printf("wrote %s\n", output.c_str());
     }
-    if (!statistics.counts.holes.empty()) {
-        spdlog::error("the picture has holes: {} boxes could not be had", statistics.counts.holes.size());
-        return ExitCode::kHoles;
-    }
-    return ExitCode::kDone;
+    if (!statistics.counts.holes.empty()) spdlog::error("the picture has holes: {} boxes could not be had", statistics.counts.holes.size());
+    if (!statistics.damage.empty()) tell_damage(statistics.damage);
+    return statistics.has_holes() ? ExitCode::kHoles : ExitCode::kDone;
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& time
     const TraceCounts& t = s.counts.trace;
     return {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
             {"size", view.scene.output.size_px}, {"samples", s.counts.samples}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"tracing_seconds", seconds_of(t)}, {"steps", t.steps},
-            {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.counts.holes.size()},
+            {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.counts.holes.size()}, {"damage", s.damage},
             {"boxes", {{"levels", levels_of(s.blocks)}, {"hit_rate", hit_rate(s.blocks)}, {"waits", s.blocks.waits}, {"limit_bytes", s.limit_bytes},
                        {"peak_bytes", s.blocks.peak_bytes}}},
             {"peak_rss_bytes", s.peak_rss_bytes}};
@@ -101,6 +101,7 @@ ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, const
                          {"terravox:camera", texts(view.camera.position())}, {"terravox:projection", view.scene.camera.projection},
                          {"terravox:origin", texts(view.origin)}, {"terravox:to_sun", texts(to_sun)}, {"terravox:detail", text(view.scene.quality.detail)},
                          {"terravox:exposure_ev", text(view.exposure_ev)}, {"terravox:samples", std::to_string(s.counts.samples)}, {"terravox:holes", std::to_string(s.counts.holes.size())}};
+    if (!s.damage.empty()) out.emplace_back("terravox:damage", std::to_string(s.damage.size()));
     if (!world.crs.empty()) out.emplace_back("terravox:crs", world.crs);
     if (!world.attribution.empty()) out.emplace_back("Copyright", world.attribution);
     return out;

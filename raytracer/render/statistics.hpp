@@ -1,6 +1,8 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 #include "common/util/stage_times.hpp"
 #include "raytracer/output/picture_info.hpp"
@@ -16,6 +18,9 @@ struct RenderStatistics {
     std::uint64_t peak_rss_bytes = 0;  ///< of the whole process; 0: not known
     double seconds = 0;
     int threads = 1;
+    std::vector<std::string> damage;  ///< of the world's data, as World::damage()
+
+    [[nodiscard]] bool has_holes() const noexcept { return !counts.holes.empty() || !damage.empty(); }
 };
 
 /// Most memory that this process has had so far, bytes; 0 where the system does not say.

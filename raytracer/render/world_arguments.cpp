@@ -1,9 +1,11 @@
 #include "raytracer/render/world_arguments.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/scene/views.hpp"
+#include "raytracer/world/recognise.hpp"
 
 namespace terravox {
 
@@ -12,16 +14,22 @@ Scene WorldArguments::scene() const {
 }
 
 void add_world_arguments(CLI::App& command, WorldArguments& args) {
-    command.add_option("inputs", args.inputs, "LAS, LAZ or COPC files, folders of them, or the http:// address of a voxel server")->required();
-    command.add_option("--ortho", args.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all();
+    command.add_option("inputs", args.inputs, std::string(kOrigins))->required();
+    add_opening_arguments(command, args, {});
+}
+
+void add_opening_arguments(CLI::App& command, WorldArguments& args, const std::vector<std::string>& sections) {
+    command.add_option("--ortho", args.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all()->allow_extra_args(false);
     command.add_option("--cache", args.cache, "folder that keeps prepared LiDAR squares for the next run; none: nothing on disk (default: ~/.cache/terravox)");
     command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
     command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
     for (const SceneFlag& flag : scene_flags()) {
+        const std::string section = flag.path.substr(0, flag.path.find('.'));
+        if (!sections.empty() && std::find(sections.begin(), sections.end(), section) == sections.end()) continue;
         const auto keep = [&args, path = flag.path](const std::string& text) { args.fields.emplace_back(path, text); };
         command.add_option_function<std::string>(flag.names, keep, flag.help)
             ->type_name(flag.is_switch ? "yes|no" : "VALUE")
-            ->group("Scene: " + flag.path.substr(0, flag.path.find('.')));
+            ->group("Scene: " + section);
     }
 }
 

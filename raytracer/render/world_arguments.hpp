@@ -27,5 +27,7 @@ struct WorldArguments {
 
 /// Adds the flags to a command. `args` must outlive the parsing.
 void add_world_arguments(CLI::App& command, WorldArguments& args);
+/// The same but for the inputs. @param sections of the scene whose fields are flags; empty: all
+void add_opening_arguments(CLI::App& command, WorldArguments& args, const std::vector<std::string>& sections);
 
 }  // namespace terravox

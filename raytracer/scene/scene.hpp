@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "raytracer/scene/tile_size.hpp"
+#include "raytracer/world/generated/settings.hpp"
 
 namespace terravox {
 
@@ -90,7 +91,10 @@ struct Scene {
         std::string crs, classes = "asprs", vertical_unit, settings;
         double voxel_m = 1;
         int memory_mib = 4096;  ///< decoded squares and columns
+        std::string dimension = "overworld";  ///< of a Minecraft world
+        std::optional<double> base_m;         ///< rasters of heights: rock down to here; default: a little below the lowest
     } world;
+    generated::Settings generated;  ///< but for seed and voxel_m, which come from elsewhere
 };
 
 }  // namespace terravox

@@ -87,12 +87,20 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("processing.threads", s.processing.threads, FieldRule{"threads; 0 = one for each core", 0, 1024, {}, "--threads"});
     visit("processing.memory_mib", s.processing.memory_mib, FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
     visit("processing.box_patience_s", s.processing.box_patience_s, FieldRule{"how long to try for a box of a voxel server, seconds", 1, 86400});
-    visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of the LiDAR files, instead of their own", 0, 0, {}, "--crs"});
+    visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of LiDAR files and rasters, instead of their own", 0, 0, {}, "--crs"});
     visit("world.classes", s.world.classes, FieldRule{"class table of the LiDAR files: an id of config/classes, or a path", 0, 0, {}, "--classes"});
-    visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the LiDAR heights; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});
+    visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the heights of LiDAR files and rasters; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});
     visit("world.settings", s.world.settings, FieldRule{"which voxelization steps run and how: a TOML file; default: config/voxelize.toml", 0, 0, {}, "--settings"});
-    visit("world.memory_mib", s.world.memory_mib, FieldRule{"limit for decoded LiDAR squares and columns, MiB", 64, 1048576});
-    visit("world.voxel_m", s.world.voxel_m, FieldRule{"edge of a voxel, metres", 0.01, 1000, {}, "--voxel"});
+    visit("world.memory_mib", s.world.memory_mib, FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
+    visit("world.voxel_m", s.world.voxel_m, FieldRule{"edge of a voxel, metres; not of Minecraft worlds, archives and servers", 0.01, 1000, {}, "--voxel"});
+    visit("world.dimension", s.world.dimension, FieldRule{"of a Minecraft world: overworld, nether, end, or another's name", 0, 0, {}, "--dimension"});
+    visit("world.base_m", s.world.base_m, FieldRule{"of rasters of heights: rock down to here, metres; default: a little below the lowest", -12000, 12000});
+    visit("generated.water_level", s.generated.water_level, FieldRule{"height of the sea, voxels", -4096, 4096});
+    visit("generated.world_height", s.generated.world_height, FieldRule{"how far the highest summits rise above the sea, voxels", 8, 4096});
+    visit("generated.harmonics", s.generated.harmonics, FieldRule{"octaves of hills and ridges, each twice as fine as the one before", 1, 16});
+    visit("generated.frequency", s.generated.frequency, FieldRule{"of the broadest hills, 1 / voxels", 1e-5, 0.1});
+    visit("generated.smoothness", s.generated.smoothness, FieldRule{"height of an octave to that of the one before: 0 smooth, 1 jagged", 0, 1});
+    visit("generated.trees", s.generated.trees, FieldRule{"trees, bushes and grass"});
 }
 
 }  // namespace terravox

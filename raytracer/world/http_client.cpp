@@ -121,6 +121,7 @@ struct HttpClient::Question {
     const std::string* json = nullptr;  ///< nullptr: GET
     const std::string* type = nullptr;
     const TakePart* take = nullptr;
+    const std::string* range = nullptr;
 };
 
 /// A handle on loan.
@@ -164,7 +165,11 @@ void HttpClient::check_address(const std::string& url) {
         throw UsageError("open the world '" + url + "': not an address; allowed: http(s)://host[:port]");
 }
 
-HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits) { return ask({url}, limits); }
+HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const std::string& range) {
+    Question question{url};
+    if (!range.empty()) question.range = &range;
+    return ask(question, limits);
+}
 
 HttpReply HttpClient::post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take) {
     return ask({url, &json, &type, &take}, limits);
@@ -182,9 +187,13 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
         curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(question.json->size()));
         curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDS, question.json->data());
     }
+    if (question.range != nullptr) curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.range->c_str());
     const CURLcode failed = curl_easy_perform(handle.get());
     if (m_stopped) throw stopped(url);
     if (transfer.failure) std::rethrow_exception(transfer.failure);
+    long status = 0;
+    if (transfer.too_long && question.range != nullptr && curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &status) == CURLE_OK && status == 200)
+        throw Error("fetch " + url + ": the server gives out whole files only; allowed: one that knows range requests, such as nginx");
     if (transfer.too_long) throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) + " bytes, or a head of more than 256 KiB");
     if (failed != CURLE_OK) {
         const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);

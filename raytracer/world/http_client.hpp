@@ -53,8 +53,9 @@ public:
 
     /// @throws UsageError for what is not written as http(s)://host[:port]
     static void check_address(const std::string& url);
+    /// @param range of bytes, "FIRST-LAST"; empty: all. A server that knows no ranges sends all, with status 200
     /// @throws LostError when no whole reply came within the limits; Error after stop(), and for what no other try will mend (a certificate)
-    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits);
+    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits, const std::string& range = {});
     /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part, and the reply comes back without it.
     /// @throws as get(), and what `take` throws
     [[nodiscard]] HttpReply post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take);

@@ -12,9 +12,7 @@ namespace terravox {
 /// The world of a voxel server (docs/formats.md: HTTP). Connections are kept alive, one for each thread that asks.
 /// The environment variable TERRAVOX_TOKEN holds the token for a server that wants one.
 ///
-/// The server may be late, silent, restarting or damaged: box() and column() try again what is worth it (raytracer/world/retry.hpp), and
-/// throw Error no later than about `box_patience` after they were called. When many boxes in a row had to be given up without one answer
-/// between them, the rest get a twentieth of the patience each, until something comes: a dead server must not hold a picture for days.
+/// The server may be late, silent, restarting or damaged: box() and column() ask with patience (raytracer/world/patient_client.hpp).
 /// boxes() asks for many in one request; what does not come that way is asked for like box(), one after the other, each with its own patience
 /// (raytracer/world/batch_client.hpp).
 /// stop() ends what is under way within about a second.

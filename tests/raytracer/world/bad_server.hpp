@@ -39,6 +39,7 @@ class BadServer {
 public:
     /// What to do with the n-th request (from 0) for a path. Called from several threads, one at a time.
     using Script = std::function<Deed(const std::string& path, int n)>;
+    /// The body of a request; of one for a range of bytes "FIRST-LAST".
     using BodyScript = std::function<Deed(const std::string& path, int n, const std::string& body)>;
 
     explicit BadServer(Script script)
@@ -122,7 +123,9 @@ private:
         const std::string path = request.substr(begin, request.find(' ', begin) - begin);
         const Deed deed = [&] {
             const std::lock_guard lock(m_mutex);
-            return m_script(path, m_asked[path]++, request.substr(body_at));
+            const std::size_t range_at = request.find("Range: bytes=");
+            const bool ranged = range_at < body_at;
+            return m_script(path, m_asked[path]++, ranged ? request.substr(range_at + 13, request.find('\r', range_at) - range_at - 13) : request.substr(body_at));
         }();
         if (deed.silent) {
             (void)rest(socket, std::chrono::hours(1));

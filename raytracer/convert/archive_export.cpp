@@ -1,0 +1,251 @@
+#include "raytracer/convert/archive_export.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "common/thread/in_order.hpp"
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "common/voxel/downsample.hpp"
+#include "common/voxel/pyramid_world.hpp"
+#include "raytracer/convert/journal.hpp"
+
+namespace terravox::convert {
+namespace {
+
+using voxel::Box;
+using voxel::BoxKey;
+using voxel::BoxRange;
+using voxel::archive::Entry;
+using voxel::archive::Kind;
+
+constexpr int kZstdLevel = 9;  // written once, read often
+
+// Whole columns of boxes, the world's height.
+voxel::WorldInfo info_of(const Part& part, const voxel::WorldInfo& world) {
+    const auto scale = static_cast<double>(std::int64_t{1} << part.level);
+    const BoxRange boxes = part.boxes();
+    voxel::WorldInfo info = world;
+    const auto whole = [&](std::size_t axis, std::int64_t begin, std::int64_t end, std::int64_t edge) {
+        const std::int64_t coarse = std::int64_t{1} << part.level, low = voxel::floor_div(world.bounds.min[axis], static_cast<std::int32_t>(coarse)),
+                           high = voxel::floor_div(world.bounds.max[axis] - 1, static_cast<std::int32_t>(coarse)) + 1;
+        info.bounds.min[axis] = static_cast<std::int32_t>(std::max(begin * edge, low));
+        info.bounds.max[axis] = static_cast<std::int32_t>(std::min(end * edge, high));
+    };
+    whole(0, boxes.min.bx, boxes.max.bx, voxel::kBoxSizeX), whole(2, boxes.min.bz, boxes.max.bz, voxel::kBoxSizeZ);
+    whole(1, boxes.min.by, boxes.max.by, voxel::kBoxSizeY);
+    info.voxel_m *= scale, info.crs_units_per_voxel *= scale;
+    info.levels = voxel::levels_for(info.bounds);
+    info.framed = {};
+    return info;
+}
+
+std::uint64_t solid_count(const Box& box) {
+    const auto cells = box.cells();
+    std::uint64_t count = 0;
+    const auto walk = [&](const auto& self, const voxel::TreeCell& cell, std::uint64_t child_voxels) -> void {
+        if (child_voxels == 1) {
+            count += static_cast<std::uint64_t>(std::popcount(cell.mask));
+            return;
+        }
+        count += static_cast<std::uint64_t>(std::popcount(cell.mask & ~cell.detail)) * child_voxels;
+        for (std::uint64_t left = cell.detail; left != 0; left &= left - 1) self(self, cells[cell.index_of(std::countr_zero(left))], child_voxels / 64);
+    };
+    for (int root = 0; root < Box::kRootCount; ++root) walk(walk, cells[static_cast<std::size_t>(root)], 4096);
+    return count;
+}
+
+struct Record {
+    BoxKey key;
+    Kind kind;
+    std::vector<std::byte> frame;
+};
+
+Record hole_record(const BoxKey& key, const std::string& why) {
+    const auto bytes = std::as_bytes(std::span(why));
+    return {key, Kind::kHole, {bytes.begin(), bytes.end()}};
+}
+
+// A box, or why there is none.
+struct Made {
+    std::shared_ptr<const Box> box;
+    std::string hole;
+};
+
+Made parent_of(const BoxKey& key, const std::array<Made, 8>& children) {
+    std::array<std::shared_ptr<const Box>, 8> boxes;
+    for (std::size_t i = 0; i < 8; ++i) {
+        if (!children[i].hole.empty()) return {nullptr, children[i].hole};
+        boxes[i] = children[i].box;
+    }
+    return {voxel::downsample(key, boxes), {}};
+}
+
+BoxKey child_of(const BoxKey& key, int i) { return {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)}; }
+
+// Makes the boxes under one of level kSubtreeLevel (or of the top, where the world is small), itself included, children first.
+class Subtree {
+public:
+    Subtree(Job& job, const voxel::WorldInfo& info) : m_job(job), m_info(info) {}
+    void make(const BoxKey& top) { (void)made(top); }
+    std::vector<Record> records;
+    std::uint64_t voxels = 0;
+
+private:
+    Made made(const BoxKey& key) {
+        if (!voxel::boxes_over(m_info.bounds, key.level).contains(key)) return {};
+        Made out = key.level == 0 ? finest(key) : coarser(key);
+        if (!out.hole.empty()) records.push_back(hole_record(key, out.hole));
+        else if (out.box) records.push_back({key, Kind::kBox, voxel::compress(*out.box, kZstdLevel)});
+        return out;
+    }
+
+    Made coarser(const BoxKey& key) {
+        std::array<Made, 8> children;
+        for (int i = 0; i < 8; ++i) children[static_cast<std::size_t>(i)] = made(child_of(key, i));
+        return parent_of(key, children);
+    }
+
+    Made finest(const BoxKey& key) {
+        const voxel::BoxOutcome got = m_job.outcome(key.bx, key.by, key.bz);
+        if (got.failure) {
+            try {
+                std::rethrow_exception(got.failure);
+            } catch (const std::exception& e) {
+                return {nullptr, e.what()};
+            }
+        }
+        if (!got.box) return {};
+        voxels += solid_count(*got.box);
+        return {m_job.part.level == 0 ? got.box : Box::from_arrays(key, got.box->cells(), got.box->attrs()), {}};
+    }
+
+    Job& m_job;
+    const voxel::WorldInfo& m_info;
+};
+
+class Exporter {
+public:
+    explicit Exporter(Job& job) : m_job(job), m_info(info_of(job.part, job.world())), m_journal(journal_of(job.out), job.name) {}
+
+    void run() {
+        open();
+        subtrees();
+        for (int level = std::min(kSubtreeLevel, m_info.levels - 1) + 1; level < m_info.levels; ++level) level_above(level);
+        m_writer->finish();
+        m_journal.remove();
+        m_job.wrote(m_job.out);
+    }
+
+private:
+    static std::filesystem::path journal_of(std::filesystem::path out) {
+        util::check_writable(out);
+        out += ".journal";
+        return out;
+    }
+
+    void open() {
+        if (m_journal.end_before() > 0) {
+            try {
+                m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info, m_journal.end_before());
+                m_job.count_voxels(m_journal.voxels_before());
+                spdlog::info("going on with {}.part", m_job.out.string());
+                return;
+            } catch (const Error& e) {
+                spdlog::warn("{}; beginning anew", e.what());
+                m_journal.forget();
+            }
+        }
+        m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info, 0);
+    }
+
+    void subtrees() {
+        const BoxRange range = voxel::boxes_over(m_info.bounds, std::min(kSubtreeLevel, m_info.levels - 1));
+        const auto nx = static_cast<std::size_t>(range.max.bx - range.min.bx), ny = static_cast<std::size_t>(range.max.by - range.min.by);
+        const auto nz = static_cast<std::size_t>(range.max.bz - range.min.bz);
+        const auto key_at = [&](std::size_t i) {
+            return BoxKey{range.min.level, range.min.bx + static_cast<std::int32_t>(i / ny % nx), range.min.by + static_cast<std::int32_t>(i % ny),
+                          range.min.bz + static_cast<std::int32_t>(i / ny / nx)};
+        };
+        thread::in_order(
+            nx * ny * nz, m_job.threads,
+            [&](std::size_t i) {
+                Subtree made(m_job, m_info);
+                if (!m_journal.has(voxel::to_string(key_at(i)))) made.make(key_at(i));
+                return made;
+            },
+            [&](std::size_t i, Subtree made) {
+                const std::string name = voxel::to_string(key_at(i));
+                if (!m_journal.has(name)) {
+                    for (const Record& r : made.records) m_writer->add(r.key, r.kind, r.frame);
+                    const bool whole = std::none_of(made.records.begin(), made.records.end(), [](const Record& r) { return r.kind == Kind::kHole; });
+                    m_whole = m_whole && whole;
+                    // With a hole, the next run tries again from here on.
+                    if (m_whole) m_journal.add(name, made.voxels, m_writer->flush());
+                    m_job.count_voxels(made.voxels);
+                }
+                m_job.meter.add();
+            });
+    }
+
+    Made read_back(const BoxKey& key, const Entry& entry) {
+        const auto frame = m_writer->frame_of(entry);
+        if (entry.kind == Kind::kHole) return {nullptr, std::string(reinterpret_cast<const char*>(frame.data()), frame.size())};
+        return {voxel::decompress_box(frame, voxel::to_string(key)), {}};
+    }
+
+    void level_above(int level) {
+        m_writer->flush();
+        std::map<BoxKey, Entry> below;
+        std::set<BoxKey> parents;
+        for (const Entry& e : m_writer->entries()) {
+            const BoxKey key = voxel::archive::key_of(e.key);
+            if (key.level != level - 1) continue;
+            below.emplace(key, e);
+            parents.insert({level, voxel::floor_div(key.bx, 2), voxel::floor_div(key.by, 2), voxel::floor_div(key.bz, 2)});
+        }
+        const std::vector<BoxKey> keys(parents.begin(), parents.end());
+        thread::in_order(
+            keys.size(), m_job.threads,
+            [&](std::size_t i) {
+                std::array<Made, 8> children;
+                for (int c = 0; c < 8; ++c) {
+                    const BoxKey key = child_of(keys[i], c);
+                    if (const auto found = below.find(key); found != below.end()) children[static_cast<std::size_t>(c)] = read_back(key, found->second);
+                }
+                Made made = parent_of(keys[i], children);
+                if (!made.hole.empty()) return hole_record(keys[i], made.hole);
+                return Record{keys[i], Kind::kBox, made.box ? voxel::compress(*made.box, kZstdLevel) : std::vector<std::byte>{}};
+            },
+            [&](std::size_t, const Record& r) {
+                if (!r.frame.empty()) m_writer->add(r.key, r.kind, r.frame);
+            });
+    }
+
+    Job& m_job;
+    const voxel::WorldInfo m_info;
+    Journal m_journal;
+    std::unique_ptr<voxel::ArchiveWriter> m_writer;
+    bool m_whole = true;
+};
+
+}  // namespace
+
+std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world) {
+    const voxel::WorldInfo info = info_of(part, world);
+    const BoxRange r = voxel::boxes_over(info.bounds, std::min(kSubtreeLevel, info.levels - 1));
+    return static_cast<std::uint64_t>(r.max.bx - r.min.bx) * static_cast<std::uint64_t>(r.max.by - r.min.by) * static_cast<std::uint64_t>(r.max.bz - r.min.bz);
+}
+
+void write_archive(Job& job) { Exporter(job).run(); }
+
+}  // namespace terravox::convert

@@ -1,0 +1,152 @@
+#include "raytracer/convert/convert_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
+#include <xxhash.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/cache_dir.hpp"
+#include "common/util/log.hpp"
+#include "common/util/version.hpp"
+#include "common/voxel/world_json.hpp"
+#include "raytracer/convert/anvil/write_anvil.hpp"
+#include "raytracer/convert/archive_export.hpp"
+#include "raytracer/convert/format.hpp"
+#include "raytracer/convert/mesh/mesh.hpp"
+#include "raytracer/convert/part.hpp"
+#include "raytracer/convert/vdb/vdb.hpp"
+#include "raytracer/convert/vox/vox.hpp"
+#include "raytracer/material/material_file.hpp"
+#include "raytracer/render/world_arguments.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/world/open_world.hpp"
+#include "raytracer/world/recognise.hpp"
+#include "raytracer/world/tell_damage.hpp"
+
+namespace terravox {
+namespace {
+
+namespace fs = std::filesystem;
+using convert::Format;
+
+struct Arguments {
+    WorldArguments world;
+    std::vector<std::string> paths;
+    std::string to, colours = "true", up = "z";
+    convert::MeshOptions mesh;
+    convert::Selection selection;
+    int memory_mib = 1024;
+    bool overwrite = false, quiet = false;
+};
+
+// Two conversions that are alike in what shapes their files have the same name: inputs with size and time, part, options.
+std::string name_of_job(const Arguments& args, const Scene& scene, const convert::Part& part, const voxel::WorldInfo& world, Format format) {
+    std::string facts = std::string(kVersion) + '\n' + to_toml(scene) + voxel::world_to_json(world) + args.colours;
+    for (const auto* list : {&args.world.inputs, &args.world.orthophotos})
+        for (const std::string& input : *list) {
+            std::error_code failed;
+            facts += '\n' + input + ' ' + std::to_string(fs::file_size(input, failed));
+            if (const auto time = fs::last_write_time(input, failed); !failed) facts += ' ' + std::to_string(time.time_since_epoch().count());
+        }
+    for (std::size_t a = 0; a < 3; ++a) facts += ' ' + std::to_string(part.bounds.min[a]) + ' ' + std::to_string(part.bounds.max[a]);
+    char text[64];
+    std::snprintf(text, sizeof text, "terravox %s %016llx", std::string(convert::name_of(format)).c_str(),
+                  static_cast<unsigned long long>(XXH64(facts.data(), facts.size(), static_cast<std::uint64_t>(part.level))));
+    return text;
+}
+
+// A Minecraft world is never written over: somebody may have built in it.
+void check_target(const Arguments& args, const fs::path& out, Format format) {
+    util::check_writable(out);
+    if (format == Format::kAnvil) {
+        if (args.overwrite) throw UsageError("convert to " + out.string() + ": --overwrite; allowed: with files, not with a Minecraft world's folder");
+        return;
+    }
+    if (fs::is_directory(out)) throw UsageError("convert to " + out.string() + ": it is a folder; allowed: the name of a file");
+    if (fs::exists(out) && !args.overwrite) throw UsageError("convert to " + out.string() + ": it is there already; allowed: another name, or --overwrite");
+}
+
+std::uint64_t steps_of(Format format, const convert::Part& part, const voxel::WorldInfo& world) {
+    if (format == Format::kArchive) return convert::archive_steps(part, world);
+    const voxel::BoxRange boxes = part.boxes();
+    return static_cast<std::uint64_t>(boxes.max.bx - boxes.min.bx) * static_cast<std::uint64_t>(boxes.max.bz - boxes.min.bz);
+}
+
+void write(const Arguments& args, Format format, convert::Job& job) {
+    switch (format) {
+        case Format::kArchive: return convert::write_archive(job);
+        case Format::kAnvil: return convert::write_anvil(job, {});
+        case Format::kVox: return convert::write_vox(job);
+        case Format::kVdb: return convert::write_vdb(job, {args.up == "y" ? convert::VdbUp::kY : convert::VdbUp::kZ});
+        case Format::kGlb: return convert::write_mesh(job, convert::MeshFormat::kGlb, args.mesh);
+        case Format::kPly: return convert::write_mesh(job, convert::MeshFormat::kPly, args.mesh);
+    }
+}
+
+ExitCode report(const convert::Job& job, const voxel::World& world, double seconds, bool quiet) {
+    const auto files = job.files();
+    if (!quiet) {
+        std::uint64_t bytes = 0;
+        std::error_code failed;
+        for (const fs::path& file : files) bytes += fs::file_size(file, failed);
+        std::printf("%llu voxels, %.1f MiB in %zu files, %.1f s\n", static_cast<unsigned long long>(job.voxels()), static_cast<double>(bytes) / (1 << 20), files.size(), seconds);
+        std::printf("wrote %s\n", job.out.c_str());
+    }
+    const auto holes = job.holes().size();
+    const auto damage = world.damage();
+    if (holes > 0) spdlog::error("what was written has holes: {} boxes could not be had", holes);
+    if (!damage.empty()) tell_damage(damage);
+    return holes > 0 || !damage.empty() ? ExitCode::kHoles : ExitCode::kDone;
+}
+
+ExitCode run(Arguments& args) {
+    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    if (args.paths.size() < 2) throw UsageError("convert: " + std::to_string(args.paths.size()) + " path; allowed: what to convert, then what to write");
+    const auto start = std::chrono::steady_clock::now();
+    const fs::path named = args.paths.back(), out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
+    args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
+    const Format format = convert::format_of(args.to, out);
+    check_target(args, out, format);
+    const Scene scene = args.world.scene();
+    util::StageTimes times;
+    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
+    const convert::Part part = convert::part_of(world->info(), args.selection);
+    const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
+    convert::Meter meter("convert", steps_of(format, part, world->info()), args.quiet);
+    convert::Job job(*world, part, out, palette, meter);
+    job.name = name_of_job(args, scene, part, world->info(), format);
+    job.colours = args.colours == "material" ? convert::Colours::kMaterial : convert::Colours::kTrue;
+    job.threads = scene.processing.threads;
+    job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
+    write(args, format, job);
+    meter.finish();
+    return report(job, *world, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), args.quiet);
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_convert_command(CLI::App& app) {
+    auto args = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand("convert", "Convert a world to a box archive, a Minecraft world, or another program's format");
+    command->add_option("paths", args->paths, "what to convert: " + std::string(kOrigins) + "; then what to write")->required();
+    command->add_option("--to", args->to, "format: " + convert::formats() + "; default: by the output's ending");
+    command->add_option("--level", args->selection.level, "level of the world: voxels of 2^level times its finest")->check(CLI::Range(0, 20));
+    command->add_option("--area", args->selection.area, "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none")->delimiter(',')->expected(4);
+    command->add_option("--heights", args->selection.heights, "lowest,highest in metres")->delimiter(',')->expected(2);
+    command->add_option("--colours", args->colours, "of voxels: true (their own, where they have one) or material")->check(CLI::IsMember({"true", "material"}))->capture_default_str();
+    command->add_option("--write-memory-mib", args->memory_mib, "what writing may hold, beside the world's own limit, MiB")->check(CLI::Range(64, 1 << 20))->capture_default_str();
+    command->add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")->check(CLI::IsMember({"z", "y"}))->capture_default_str();
+    command->add_option("--colour-steps", args->mesh.colour_steps, "of .glb and .ply: steps of each colour channel, fewer for larger faces; 0: colours as they are")->check(CLI::Range(0, 255))->capture_default_str();
+    command->add_flag("!--no-merge", args->mesh.merge, "of .glb and .ply: a face for each side of a voxel");
+    command->add_flag("--overwrite", args->overwrite, "write over what is there");
+    command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
+    add_opening_arguments(*command, args->world, {"world", "generated", "processing"});
+    return [args] { return run(*args); };
+}
+
+}  // namespace terravox

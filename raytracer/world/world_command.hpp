@@ -1,0 +1,16 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+/// Adds `world info`. @return what runs it
+[[nodiscard]] std::function<ExitCode()> add_world_command(CLI::App& app);
+
+}  // namespace terravox

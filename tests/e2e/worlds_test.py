@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""Worlds of every kind: told about, rendered, converted, and read back."""
+
+import json
+import pathlib
+import re
+import signal
+import struct
+import subprocess
+import threading
+import time
+import unittest
+import zipfile
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from support import Case, Run, binary, compare, entries, render, square, survey, temporary_folder
+
+SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
+PLAIN = [*SMALL, "--colour", "material"]
+
+
+def convert(*arguments, **options):
+    return Run([binary("RAYTRACER"), "convert", *arguments, "--quiet"], **options)
+
+
+def info(*arguments, **options):
+    return Run([binary("RAYTRACER"), "world", "info", *arguments], **options)
+
+
+class RangeServer:
+    """A static web server that gives out parts of one file, and counts what it sent."""
+
+    def __init__(self, data):
+        outer = self
+        self.sent = 0
+
+        class Handler(BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def do_GET(self):
+                first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
+                body = data[first:last + 1]
+                outer.sent += len(body)
+                self.send_response(206)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+
+            def log_message(self, *_):
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        self.url = f"http://127.0.0.1:{self.server.server_port}/place.tvx"
+
+
+class Worlds(Case):
+    def setUp(self):
+        self.out = temporary_folder()
+
+    def done(self, run, code=0):
+        self.assertEqual(run.code, code, str(run))
+        return run
+
+    def picture(self, name, *arguments, code=0):
+        file = self.out / name
+        self.done(render(*arguments, "-o", file), code)
+        return file
+
+    def same(self, a, b):
+        run = compare(a, b, exact=True)
+        self.assertEqual(run.code, 0, f"{a.name} and {b.name}: {run}")
+
+    def archive(self, name="place.tvx", *arguments):
+        file = self.out / name
+        self.done(convert(survey(), "--ortho", survey() / "ortho", file, *arguments))
+        return file
+
+    def test_an_archive_gives_the_picture_of_its_world(self):
+        archive = self.archive()
+        self.assertEqual(entries(self.out), ["place.tvx"])
+        flags = [*SMALL, "--detail", "4"]
+        self.same(self.picture("files.png", survey(), "--ortho", survey() / "ortho", *flags), self.picture("archive.png", archive, *flags))
+        facts = json.loads(self.done(info(archive, "--json")).out)
+        self.assertEqual(facts["crs"], "EPSG:3794")
+        self.assertGreater(facts["levels"], 2)
+
+    def test_a_web_server_gives_out_an_archive_by_parts(self):
+        data = self.archive().read_bytes()
+        server = RangeServer(data)
+        flags = [*SMALL, "--detail", "8"]
+        self.same(self.picture("here.png", self.out / "place.tvx", *flags), self.picture("there.png", server.url, *flags))
+        self.assertLess(server.sent, 1.2 * len(data) + 20000)
+
+    def test_a_minecraft_world_of_a_place_is_that_place(self):
+        world = self.out / "my town"
+        self.done(convert(survey(), "--ortho", survey() / "ortho", world))
+        for part in ("level.dat", "terravox.json", "region"):
+            self.assertTrue((world / part).exists(), part)
+        facts = self.done(info(world)).out
+        self.assertIn("Anvil", facts)
+        flags = [*PLAIN, "--detail", "0", "--camera-position", "462340,101330,640", "--camera-target", "462500,101490,480"]  # each frames its own bounds
+        place = self.picture("place.png", survey(), "--ortho", survey() / "ortho", *flags)
+        self.same(place, self.picture("blocks.png", world, *flags))
+        # The same from a ZIP, some folders deep.
+        zipped = self.out / "zipped.zip"
+        with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as z:
+            for file in world.rglob("*"):
+                z.write(file, pathlib.Path("saves/mine") / file.relative_to(world))
+        self.same(place, self.picture("zipped.png", zipped, *flags))
+
+    def test_other_formats_are_written_with_their_side_cars(self):
+        for name in ("place.vox", "place.vdb", "place.glb", "place.ply"):
+            with self.subTest(name):
+                self.done(convert(survey(), self.out / name, "--level", "1"))
+                self.assertGreater((self.out / name).stat().st_size, 10_000)
+                cars = [f for f in entries(self.out) if f.endswith(".georef.json")]
+                self.assertTrue(cars)
+                car = json.loads((self.out / cars[0]).read_text())
+                self.assertEqual(car["crs"], "EPSG:3794")
+                self.assertEqual(car["voxel_m"], 2)
+                self.assertFalse([f for f in entries(self.out) if f.endswith((".journal", ".part"))])
+                for f in entries(self.out):
+                    (self.out / f).unlink()
+
+    def test_a_generated_world_needs_nothing(self):
+        a = self.picture("a.png", "generated:7", *SMALL)
+        b = self.picture("b.png", "generated:7", *SMALL, "--threads", "1", "--memory-mib", "16")
+        self.same(a, b)
+        self.assertNotEqual(compare(a, self.picture("c.png", "generated:8", *SMALL)).code, 0)
+        self.done(convert("generated:7", self.out / "noise.tvx", "--area", "-128,-128,128,128"))
+        self.assertIn("a box archive", self.done(info(self.out / "noise.tvx")).out)
+
+    def test_a_conversion_that_was_killed_goes_on(self):
+        arguments = [binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--quiet", "--threads", "1"]
+        whole, killed = self.out / "whole.tvx", self.out / "killed.tvx"
+        self.done(Run([*arguments, whole], timeout_s=300))
+        process = subprocess.Popen([*arguments, killed])
+        journal = self.out / "killed.tvx.journal"
+        while not (journal.exists() and journal.read_text().count(";") >= 4):
+            self.assertIsNone(process.poll(), "it ended before it could be killed")
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        done = journal.read_text().count(";")
+        self.assertFalse(killed.exists())
+        run = self.done(Run([binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--threads", "1", killed], timeout_s=300))
+        self.assertIn("going on", run.out + run.err)
+        self.assertGreaterEqual(done, 4)
+        self.assertTrue(whole.read_bytes() == killed.read_bytes(), "not the same bytes")
+        self.assertEqual(entries(self.out), ["killed.tvx", "whole.tvx"])
+
+    def test_a_damaged_archive_is_told(self):
+        data = bytearray(self.archive().read_bytes())
+        records = struct.unpack_from("<QQ", data, 16)
+        at = sum(records) + 32 + 40  # in the frame of the first box
+        data[at] ^= 255
+        (self.out / "bad.tvx").write_bytes(data)
+        run = render(self.out / "bad.tvx", *SMALL, "--detail", "0", "-o", self.out / "bad.png")
+        self.assertEqual(run.code, 3, str(run))
+        self.assertIn("bad.tvx", run.err)
+        self.assertTrue((self.out / "bad.png").exists())
+
+    def test_what_cannot_be_is_refused(self):
+        (self.out / "text.txt").write_text("nothing to see here\n")
+        (self.out / "empty").mkdir()
+        (self.out / "there.tvx").write_text("mine")
+        cases = {
+            "a file that is nothing": (2, ["text.txt", "a.tvx"], ["text.txt", "box archive"]),
+            "an empty folder": (2, ["empty", "a.tvx"], ["empty", "allowed:"]),
+            "a missing path": (2, ["none", "a.tvx"], ["none", "does not exist"]),
+            "a seed of letters": (2, ["generated:abc", "a.tvx"], ["'abc'", "allowed: 0 to"]),
+            "two worlds": (2, ["generated:1", "generated:2", "a.tvx"], ["2 inputs"]),
+            "two kinds": (2, ["generated:1", square(), "a.tvx"], ["inputs of one kind"]),
+            "an unknown ending": (2, ["generated:1", "a.obj"], [".obj", "allowed:"]),
+            "an unknown format": (2, ["generated:1", "a.tvx", "--to", "fbx"], ["fbx", "allowed:"]),
+            "no output": (2, ["generated:1"], ["what to write"]),
+            "what is there already": (2, ["generated:1", "there.tvx"], ["--overwrite"]),
+            "a level beyond": (2, [square(), "a.tvx", "--level", "20"], ["level 20", "allowed: 0 to"]),
+            "an area elsewhere": (2, [square(), "a.tvx", "--area", "0,0,10,10"], ["nothing of the world"]),
+            "photos of noise": (2, ["generated:1", "a.tvx", "--ortho", survey() / "ortho"], ["--ortho"]),
+            "a setting out of range": (2, ["generated:1", "a.tvx", "--generated-world-height", "1"], ["world_height", "8 to"]),
+        }
+        for name, (code, arguments, said) in cases.items():
+            with self.subTest(name):
+                run = convert(*arguments, cwd=self.out)
+                self.assertRefused(run, code, *said)
+                self.assertEqual(entries(self.out), ["empty", "text.txt", "there.tvx"])
+        self.assertEqual((self.out / "there.tvx").read_text(), "mine")
+
+
+if __name__ == "__main__":
+    unittest.main()
