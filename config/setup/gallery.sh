@@ -8,9 +8,11 @@ GALLERY_MIDDLE=(--seed 7 --squares 1x1 --density 8)
 GALLERY_SQUARE=TM_462_101
 
 # In the order of docs/gallery/README.md.
-GALLERY_NAMES=(noon dusk fog water-from-above water-at-a-grazing-angle forest village cliff poster panorama clay orthophoto night)
+GALLERY_NAMES=(noon dusk fog water-from-above water-at-a-grazing-angle forest village cliff poster panorama clay orthophoto night noise)
 # Models of the middle square, and where trees hide the rest: that square alone is faster.
 GALLERY_OF_THE_SQUARE=(poster orthophoto forest)
+GALLERY_OF_NOISE=(noise)
+GALLERY_SEED=7
 
 gallery_help() {
     cat <<'TEXT'
@@ -72,10 +74,11 @@ gallery_part() {
 
 # gallery_picture PLACE NAME FILE [render arguments]: what render says of boxes and memory goes to the log.
 gallery_picture() {
-    local place=$1 name=$2 file=$3 data=$1 drawn=$ROOT/build/gallery/$2.png status=0
-    if in_list "$name" "${GALLERY_OF_THE_SQUARE[@]}"; then data=$place/$GALLERY_SQUARE.laz; fi
+    local place=$1 name=$2 file=$3 data=("$1" --ortho "$1/ortho") drawn=$ROOT/build/gallery/$2.png status=0
+    if in_list "$name" "${GALLERY_OF_THE_SQUARE[@]}"; then data[0]=$place/$GALLERY_SQUARE.laz; fi
+    if in_list "$name" "${GALLERY_OF_NOISE[@]}"; then data=("generated:$GALLERY_SEED"); fi
     rm -f "$drawn"
-    quietly "$LOGS/gallery-$name.log" "$ROOT/build/release/bin/terravox-raytracer" render "$data" --ortho "$place/ortho" \
+    quietly "$LOGS/gallery-$name.log" "$ROOT/build/release/bin/terravox-raytracer" render "${data[@]}" \
         --cache "$ROOT/build/gallery/cache" --scene "$GALLERY_SCENES/$name.toml" "${@:4}" -o "$drawn" || status=$?
     # With holes it is a picture all the same.
     [[ $status == 0 || $status == 3 ]] || return "$status"

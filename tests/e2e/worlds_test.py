@@ -4,6 +4,7 @@
 import json
 import pathlib
 import re
+import shutil
 import signal
 import struct
 import subprocess
@@ -120,6 +121,11 @@ class Worlds(Case):
                 self.assertEqual(car["crs"], "EPSG:3794")
                 self.assertEqual(car["voxel_m"], 2)
                 self.assertFalse([f for f in entries(self.out) if f.endswith((".journal", ".part"))])
+                if name.endswith(".vdb") and shutil.which("vdb_print"):  # another maker's reader
+                    printed = Run(["vdb_print", "-l", self.out / name])
+                    self.assertEqual(printed.code, 0, str(printed))
+                    for grid in ("density", "material", "Cd"):
+                        self.assertIn(grid, printed.out)
                 for f in entries(self.out):
                     (self.out / f).unlink()
 
