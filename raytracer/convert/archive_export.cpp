@@ -14,6 +14,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/box_builder.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/downsample.hpp"
 #include "common/voxel/pyramid_world.hpp"
@@ -30,23 +31,44 @@ using voxel::archive::Kind;
 
 constexpr int kZstdLevel = 9;  // written once, read often
 
-// Whole columns of boxes, the world's height.
 voxel::WorldInfo info_of(const Part& part, const voxel::WorldInfo& world) {
     const auto scale = static_cast<double>(std::int64_t{1} << part.level);
-    const BoxRange boxes = part.boxes();
     voxel::WorldInfo info = world;
-    const auto whole = [&](std::size_t axis, std::int64_t begin, std::int64_t end, std::int64_t edge) {
-        const std::int64_t coarse = std::int64_t{1} << part.level, low = voxel::floor_div(world.bounds.min[axis], static_cast<std::int32_t>(coarse)),
-                           high = voxel::floor_div(world.bounds.max[axis] - 1, static_cast<std::int32_t>(coarse)) + 1;
-        info.bounds.min[axis] = static_cast<std::int32_t>(std::max(begin * edge, low));
-        info.bounds.max[axis] = static_cast<std::int32_t>(std::min(end * edge, high));
-    };
-    whole(0, boxes.min.bx, boxes.max.bx, voxel::kBoxSizeX), whole(2, boxes.min.bz, boxes.max.bz, voxel::kBoxSizeZ);
-    whole(1, boxes.min.by, boxes.max.by, voxel::kBoxSizeY);
+    info.bounds = part.bounds;
     info.voxel_m *= scale, info.crs_units_per_voxel *= scale;
     info.levels = voxel::levels_for(info.bounds);
     info.framed = {};
     return info;
+}
+
+// Where the part ends before the world does, a box may reach beyond it.
+voxel::VoxelBounds limits_of(const Part& part, const voxel::WorldInfo& world) {
+    constexpr std::int32_t kFar = 1 << 30;
+    voxel::VoxelBounds limits = part.bounds;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (part.bounds.min[a] <= world.bounds.min[a] >> part.level) limits.min[a] = -kFar;
+        if (part.bounds.max[a] > (world.bounds.max[a] - 1) >> part.level) limits.max[a] = kFar;
+    }
+    return limits;
+}
+
+// The box without what lies outside the limits.
+std::shared_ptr<const Box> cut(const std::shared_ptr<const Box>& box, const voxel::VoxelBounds& limits) {
+    const std::array<std::int32_t, 3> size{voxel::kBoxSizeX, voxel::kBoxSizeY, voxel::kBoxSizeZ};
+    const std::array<std::int32_t, 3> at{box->key().bx * size[0], box->key().by * size[1], box->key().bz * size[2]};
+    std::array<int, 3> low{}, high{};
+    bool whole = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = std::clamp(limits.min[a] - at[a], 0, size[a]), high[a] = std::clamp(limits.max[a] - at[a], 0, size[a]);
+        whole = whole && low[a] == 0 && high[a] == size[a];
+    }
+    if (whole) return box;
+    voxel::BoxBuilder builder;
+    for (int x = low[0]; x < high[0]; ++x)
+        for (int z = low[2]; z < high[2]; ++z)
+            for (int y = low[1]; y < high[1]; ++y)
+                if (const auto voxel = box->voxel(x, y, z)) builder.add(x, z, y, y + 1, !voxel::see_through(voxel->material));
+    return builder.build(box->key(), [&](int x, int y, int z) { return *box->voxel(x, y, z); });
 }
 
 std::uint64_t solid_count(const Box& box) {
@@ -95,7 +117,7 @@ BoxKey child_of(const BoxKey& key, int i) { return {key.level - 1, 2 * key.bx + 
 // Makes the boxes under one of level kSubtreeLevel (or of the top, where the world is small), itself included, children first.
 class Subtree {
 public:
-    Subtree(Job& job, const voxel::WorldInfo& info) : m_job(job), m_info(info) {}
+    Subtree(Job& job, const voxel::WorldInfo& info) : m_job(job), m_info(info), m_limits(limits_of(job.part, job.world())) {}
     void make(const BoxKey& top) { (void)made(top); }
     std::vector<Record> records;
     std::uint64_t voxels = 0;
@@ -124,13 +146,15 @@ private:
                 return {nullptr, e.what()};
             }
         }
-        if (!got.box) return {};
-        voxels += solid_count(*got.box);
-        return {m_job.part.level == 0 ? got.box : Box::from_arrays(key, got.box->cells(), got.box->attrs()), {}};
+        const auto box = got.box ? cut(got.box, m_limits) : nullptr;
+        if (!box) return {};
+        voxels += solid_count(*box);
+        return {m_job.part.level == 0 ? box : Box::from_arrays(key, box->cells(), box->attrs()), {}};
     }
 
     Job& m_job;
     const voxel::WorldInfo& m_info;
+    const voxel::VoxelBounds m_limits;
 };
 
 class Exporter {
@@ -141,7 +165,7 @@ public:
         open();
         subtrees();
         for (int level = std::min(kSubtreeLevel, m_info.levels - 1) + 1; level < m_info.levels; ++level) level_above(level);
-        m_writer->finish();
+        m_writer->finish(m_job.damage());
         m_journal.remove();
         m_job.wrote(m_job.out);
     }

@@ -4,13 +4,19 @@
 #include <spdlog/spdlog.h>
 #include <xxhash.h>
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <regex>
+#include <sstream>
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/cache_dir.hpp"
+#include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
 #include "common/util/version.hpp"
 #include "common/voxel/world_json.hpp"
@@ -39,20 +45,51 @@ struct Arguments {
     std::vector<std::string> paths;
     std::string to, colours = "true", up = "z";
     convert::MeshOptions mesh;
+    std::string area, heights;
     convert::Selection selection;
     int memory_mib = 1024;
     bool overwrite = false, quiet = false;
 };
 
-// Two conversions that are alike in what shapes their files have the same name: inputs with size and time, part, options.
-std::string name_of_job(const Arguments& args, const Scene& scene, const convert::Part& part, const voxel::WorldInfo& world, Format format) {
+// @param allowed what stands there, for messages
+std::vector<double> numbers_of(const std::string& flag, const std::string& text, std::size_t count, const std::string& allowed) {
+    std::vector<double> out;
+    std::istringstream in(text);
+    for (std::string word; std::getline(in, word, ',');) {
+        double value = 0;
+        const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (read.ec != std::errc{} || read.ptr != word.data() + word.size() || !std::isfinite(value)) break;
+        out.push_back(value);
+    }
+    if (!text.empty() && (out.size() != count || static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')) + 1 != count))
+        throw UsageError("convert: " + flag + " " + text + "; allowed: " + allowed);
+    return out;
+}
+
+void add_file(std::string& facts, const fs::path& file) {
+    std::error_code failed;
+    facts += '\n' + file.string() + ' ' + std::to_string(fs::file_size(file, failed));
+    if (const auto time = fs::last_write_time(file, failed); !failed) facts += ' ' + std::to_string(time.time_since_epoch().count());
+}
+
+void add_files(std::string& facts, const fs::path& path) {
+    std::error_code failed;
+    std::vector<fs::path> files{path};
+    for (fs::recursive_directory_iterator it(path, failed), end; !failed && it != end; it.increment(failed)) files.push_back(it->path());
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) add_file(facts, file);
+}
+
+// Two conversions that are alike in what shapes their files have the same name: inputs and data files with size and time, part, options.
+std::string name_of_job(const Arguments& args, Scene scene, const convert::Part& part, const voxel::WorldInfo& world, Format format) {
+    scene.processing = {};
+    scene.world.memory_mib = Scene::World{}.memory_mib;
     std::string facts = std::string(kVersion) + '\n' + to_toml(scene) + voxel::world_to_json(world) + args.colours;
     for (const auto* list : {&args.world.inputs, &args.world.orthophotos})
-        for (const std::string& input : *list) {
-            std::error_code failed;
-            facts += '\n' + input + ' ' + std::to_string(fs::file_size(input, failed));
-            if (const auto time = fs::last_write_time(input, failed); !failed) facts += ' ' + std::to_string(time.time_since_epoch().count());
-        }
+        for (const std::string& input : *list) add_files(facts, input);
+    for (const char* folder : {"blocks", "classes", "palettes", "materials.toml", "voxelize.toml"}) add_files(facts, util::config_dir() / folder);
+    for (const std::string& file : {scene.world.settings, scene.world.classes})
+        if (!file.empty()) add_file(facts, file);
     for (std::size_t a = 0; a < 3; ++a) facts += ' ' + std::to_string(part.bounds.min[a]) + ' ' + std::to_string(part.bounds.max[a]);
     char text[64];
     std::snprintf(text, sizeof text, "terravox %s %016llx", std::string(convert::name_of(format)).c_str(),
@@ -60,13 +97,33 @@ std::string name_of_job(const Arguments& args, const Scene& scene, const convert
     return text;
 }
 
+// The files that a large .vdb is divided into.
+std::vector<fs::path> divided_files(const fs::path& out) {
+    const std::regex name(R"((.*)_\d+_\d+\.vdb)");
+    std::vector<fs::path> files;
+    std::error_code failed;
+    const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
+    for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
+        std::smatch match;
+        const std::string file = it->path().filename().string();
+        if (std::regex_match(file, match, name) && match[1] == out.stem().string()) files.push_back(it->path());
+    }
+    return files;
+}
+
 // A Minecraft world is never written over: somebody may have built in it.
 void check_target(const Arguments& args, const fs::path& out, Format format) {
-    util::check_writable(out);
     if (format == Format::kAnvil) {
+        util::check_writable(out / "level.dat");
         if (args.overwrite) throw UsageError("convert to " + out.string() + ": --overwrite; allowed: with files, not with a Minecraft world's folder");
         return;
     }
+    util::check_writable(out);
+    if (format == Format::kVdb)
+        for (const fs::path& file : divided_files(out)) {
+            if (!args.overwrite) throw UsageError("convert to " + out.string() + ": " + file.string() + " is there already; allowed: another name, or --overwrite");
+            fs::remove(file);
+        }
     if (fs::is_directory(out)) throw UsageError("convert to " + out.string() + ": it is a folder; allowed: the name of a file");
     if (fs::exists(out) && !args.overwrite) throw UsageError("convert to " + out.string() + ": it is there already; allowed: another name, or --overwrite");
 }
@@ -111,6 +168,8 @@ ExitCode run(Arguments& args) {
     const fs::path named = args.paths.back(), out = named.has_filename() ? named : named.parent_path();  // "a/" is "a"
     args.world.inputs.assign(args.paths.begin(), args.paths.end() - 1);
     const Format format = convert::format_of(args.to, out);
+    args.selection.area = numbers_of("--area", args.area, 4, "west,south,east,north, or x0,z0,x1,z1 in a world without a CRS");
+    args.selection.heights = numbers_of("--heights", args.heights, 2, "lowest,highest in metres");
     check_target(args, out, format);
     const Scene scene = args.world.scene();
     util::StageTimes times;
@@ -136,8 +195,8 @@ std::function<ExitCode()> add_convert_command(CLI::App& app) {
     command->add_option("paths", args->paths, "what to convert: " + std::string(kOrigins) + "; then what to write")->required();
     command->add_option("--to", args->to, "format: " + convert::formats() + "; default: by the output's ending");
     command->add_option("--level", args->selection.level, "level of the world: voxels of 2^level times its finest")->check(CLI::Range(0, 20));
-    command->add_option("--area", args->selection.area, "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none")->delimiter(',')->expected(4);
-    command->add_option("--heights", args->selection.heights, "lowest,highest in metres")->delimiter(',')->expected(2);
+    command->add_option("--area", args->area, "west,south,east,north in the world's CRS; x0,z0,x1,z1 in voxels where it has none");
+    command->add_option("--heights", args->heights, "lowest,highest in metres");
     command->add_option("--colours", args->colours, "of voxels: true (their own, where they have one) or material")->check(CLI::IsMember({"true", "material"}))->capture_default_str();
     command->add_option("--write-memory-mib", args->memory_mib, "what writing may hold, beside the world's own limit, MiB")->check(CLI::Range(64, 1 << 20))->capture_default_str();
     command->add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")->check(CLI::IsMember({"z", "y"}))->capture_default_str();

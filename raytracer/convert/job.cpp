@@ -34,9 +34,8 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
 
 void Job::hole(const voxel::BoxKey& key, const char* what) {
     const std::lock_guard lock(m_mutex);
-    if (std::find(m_holes.begin(), m_holes.end(), key) != m_holes.end()) return;
-    m_holes.push_back(key);
-    spdlog::error("{}", what);
+    constexpr std::size_t kMostTold = 20;
+    if (m_holes.insert(key).second) spdlog::log(m_holes.size() <= kMostTold ? spdlog::level::err : spdlog::level::debug, "{}", what);
 }
 
 void Job::wrote(const std::filesystem::path& file) {
@@ -53,7 +52,7 @@ std::vector<std::filesystem::path> Job::files() const {
 
 std::vector<voxel::BoxKey> Job::holes() const {
     const std::lock_guard lock(m_mutex);
-    return m_holes;
+    return {m_holes.begin(), m_holes.end()};
 }
 
 }  // namespace terravox::convert

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -75,6 +76,8 @@ public:
     [[nodiscard]] std::uint64_t voxels() const noexcept { return m_voxels; }
     [[nodiscard]] std::vector<std::filesystem::path> files() const;
     [[nodiscard]] std::vector<voxel::BoxKey> holes() const;
+    /// Places in which the world's data are damaged, as far as known.
+    [[nodiscard]] std::size_t damage() const { return m_world.damage().size(); }
 
 private:
     void hole(const voxel::BoxKey& key, const char* what);
@@ -82,7 +85,7 @@ private:
     std::atomic<std::uint64_t> m_voxels{0};
     mutable std::mutex m_mutex;
     std::vector<std::filesystem::path> m_files;
-    std::vector<voxel::BoxKey> m_holes;
+    std::set<voxel::BoxKey> m_holes;
 };
 
 }  // namespace terravox::convert

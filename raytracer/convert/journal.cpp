@@ -1,6 +1,12 @@
 #include "raytracer/convert/journal.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <sstream>
 
 #include "common/util/error.hpp"
@@ -8,6 +14,7 @@
 namespace terravox::convert {
 
 Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(std::move(file)), m_what(what) {
+    lock();
     bool goes_on = false;
     if (std::ifstream in(m_path); in) {
         std::string line;
@@ -22,6 +29,18 @@ Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(s
         }
     }
     open(goes_on);
+}
+
+Journal::~Journal() {
+    if (m_lock >= 0) ::close(m_lock);
+}
+
+void Journal::lock() {
+    m_lock = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (m_lock < 0) throw Error("write the journal " + m_path.string() + ": " + std::strerror(errno));
+    if (::flock(m_lock, LOCK_EX | LOCK_NB) == 0) return;
+    ::close(m_lock);
+    throw Error("write the journal " + m_path.string() + ": another conversion is writing there");
 }
 
 void Journal::open(bool goes_on) {

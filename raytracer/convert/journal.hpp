@@ -15,8 +15,11 @@ namespace terravox::convert {
 class Journal {
 public:
     /// @param what names the conversion: two that are alike in everything that shapes their files have the same; no line breaks
-    /// @throws Error when it cannot be written
+    /// @throws Error when it cannot be written, or another conversion is at work there
     Journal(std::filesystem::path file, const std::string& what);
+    ~Journal();
+    Journal(const Journal&) = delete;
+    Journal& operator=(const Journal&) = delete;
 
     [[nodiscard]] bool has(const std::string& name) const;
     /// @param voxels that went into the file, for the report of a run that goes on @param end of what was written, where all goes into one file
@@ -29,6 +32,7 @@ public:
     void remove();  ///< all is done: the file goes
 
 private:
+    void lock();
     void open(bool goes_on);
     const std::filesystem::path m_path;
     const std::string m_what;
@@ -37,6 +41,7 @@ private:
     std::uint64_t m_voxels_before = 0, m_end_before = 0;
     std::size_t m_files_before = 0;
     std::ofstream m_out;
+    int m_lock = -1;  ///< the file again, locked: two conversions to one place would spoil each other
 };
 
 }  // namespace terravox::convert

@@ -55,6 +55,13 @@ std::size_t take_body(char* data, std::size_t size, std::size_t count, void* int
     auto& transfer = *static_cast<Transfer*>(into);
     const std::size_t bytes = size * count;
     transfer.too_long = bytes > transfer.most_bytes - transfer.body_bytes;
+    // Why a server refuses may be longer than what was asked for: the rest of that is of no interest.
+    long status = 0;
+    constexpr long kRefusals = 400;
+    if (transfer.too_long && curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status) == CURLE_OK && status >= kRefusals) {
+        transfer.too_long = false;
+        return bytes;
+    }
     if (transfer.too_long) return 0;
     transfer.body_bytes += bytes;
     try {

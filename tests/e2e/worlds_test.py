@@ -156,6 +156,50 @@ class Worlds(Case):
         self.assertTrue(whole.read_bytes() == killed.read_bytes(), "not the same bytes")
         self.assertEqual(entries(self.out), ["killed.tvx", "whole.tvx"])
 
+    def test_a_minecraft_world_that_was_killed_goes_on(self):
+        arguments = [binary("RAYTRACER"), "convert", "generated:3", "--area", "-1100,-1100,1100,1100", "--quiet", "--threads", "1"]
+        world, empty = self.out / "town", self.out / "empty"
+        process = subprocess.Popen([*arguments, world])
+        journal = world / "conversion.journal"
+        while not (journal.exists() and journal.read_text().count(";") >= 2):
+            self.assertIsNone(process.poll(), "it ended before it could be killed")
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        self.assertFalse((world / "level.dat").exists())
+        first = (world / "region" / journal.read_text().split()[-2]).stat().st_mtime_ns
+        self.done(Run([*arguments[:-2], f"{world}/"], timeout_s=300))  # another number of threads is the same conversion
+        self.assertTrue((world / "level.dat").exists())
+        self.assertFalse(journal.exists())
+        self.assertIn(first, [f.stat().st_mtime_ns for f in (world / "region").iterdir()], "what was whole was written again")
+        self.assertRefused(convert("generated:3", world, "--area", "-64,-64,64,64"), 2, "holds a world")
+        empty.mkdir()
+        self.done(convert("generated:3", empty, "--area", "-64,-64,64,64"))
+
+    def test_a_full_disk_leaves_nothing(self):
+        for name in ("full.tvx", "full.vox", "full.vdb", "full.glb", "full.ply", "full"):
+            with self.subTest(name):
+                run = convert(survey(), self.out / name, file_bytes=60_000)
+                self.assertEqual(run.code, 1, str(run))
+                self.assertIn("full", run.err)
+                self.assertFalse((self.out / name).is_file())
+                self.assertFalse((self.out / name / "level.dat").exists())
+
+    def test_a_part_is_that_part_in_every_format(self):
+        # A flag before the output, numbers with signs, and a cut through rock: the same voxels whatever they are written to.
+        part = ["--area", "462400,101400,462500,101500", "--heights", "0,480"]
+        archive, world, again = self.out / "part.tvx", self.out / "part", self.out / "again.tvx"
+        counts = []
+        for out in (archive, world):
+            run = self.done(Run([binary("RAYTRACER"), "convert", survey(), *part, out]))
+            counts.append(re.search(r"^(\d+) voxels", run.out, re.M).group(1))
+        self.done(convert(world, again))
+        self.assertEqual(counts[0], counts[1])
+        run = self.done(Run([binary("RAYTRACER"), "convert", again, self.out / "third.tvx"]))
+        self.assertEqual(re.search(r"^(\d+) voxels", run.out, re.M).group(1), counts[0])
+        bounds = json.loads(self.done(info(archive, "--json")).out)["bounds"]
+        self.assertEqual([bounds["min"][0], bounds["max"][0], bounds["max"][1]], [462400, 462500, 480])
+
     def test_a_damaged_archive_is_told(self):
         data = bytearray(self.archive().read_bytes())
         records = struct.unpack_from("<QQ", data, 16)
@@ -183,6 +227,10 @@ class Worlds(Case):
             "no output": (2, ["generated:1"], ["what to write"]),
             "what is there already": (2, ["generated:1", "there.tvx"], ["--overwrite"]),
             "a level beyond": (2, [square(), "a.tvx", "--level", "20"], ["level 20", "allowed: 0 to"]),
+            "an area of letters": (2, [square(), "a.tvx", "--area", "a,b,c,d"], ["--area a,b,c,d", "allowed:"]),
+            "an area that is no number": (2, [square(), "a.tvx", "--area", "nan,0,10,10"], ["--area nan", "allowed:"]),
+            "an area of three": (2, [square(), "a.tvx", "--area", "0,0,10"], ["--area 0,0,10", "allowed:"]),
+            "heights upside down": (2, [square(), "a.tvx", "--heights", "500,400"], ["--heights 500", "allowed:"]),
             "an area elsewhere": (2, [square(), "a.tvx", "--area", "0,0,10,10"], ["nothing of the world"]),
             "photos of noise": (2, ["generated:1", "a.tvx", "--ortho", survey() / "ortho"], ["--ortho"]),
             "a setting out of range": (2, ["generated:1", "a.tvx", "--generated-world-height", "1"], ["world_height", "8 to"]),

@@ -15,7 +15,8 @@ inline constexpr const char* kEnding = ".tvx";
 /// At offset 0.
 struct Header {
     char magic[8];
-    std::uint32_t version, reserved;
+    std::uint32_t version;
+    std::uint32_t damage;  ///< places in which the data of the world that it was made from were damaged
     std::uint64_t info_offset, info_bytes;  ///< JSON as /v2/world says it
     std::uint64_t root_offset, root_bytes;  ///< 0 while the archive is being made
     std::uint64_t file_bytes;

@@ -58,6 +58,10 @@ public:
         return {range.min.by, range.max.by};
     }
 
+    [[nodiscard]] std::vector<std::string> damage() const override {
+        if (m_damage == 0) return {};
+        return {m_source->name() + ": the data that it was made from were damaged in " + std::to_string(m_damage) + (m_damage == 1 ? " place" : " places")};
+    }
     [[nodiscard]] int worth_asking(int threads) const noexcept override { return m_source->worth_asking(threads); }
     void stop() noexcept override { m_source->stop(); }
 
@@ -79,7 +83,7 @@ private:
         if (header.info_bytes > kMostInfo_bytes || header.root_bytes > kMostRoot_bytes || header.root_bytes < sizeof(std::uint64_t) ||
             (header.root_bytes - sizeof(std::uint64_t)) % sizeof(Leaf) != 0 || !inside(header.info_offset, header.info_bytes) || !inside(header.root_offset, header.root_bytes))
             fail("its header leads outside");
-        m_file_bytes = header.file_bytes;
+        m_file_bytes = header.file_bytes, m_damage = header.damage;
         return header;
     }
 
@@ -133,6 +137,7 @@ private:
 
     const std::unique_ptr<ByteSource> m_source;
     std::uint64_t m_file_bytes = 0;
+    std::uint32_t m_damage = 0;
     WorldInfo m_info;
     std::vector<Leaf> m_root;
     util::Cache<std::size_t, Entries> m_leaves;

@@ -103,7 +103,7 @@ std::vector<std::byte> ArchiveWriter::frame_of(const Entry& entry) const {
     return frame;
 }
 
-void ArchiveWriter::finish() {
+void ArchiveWriter::finish(std::size_t damage) {
     std::sort(m_entries.begin(), m_entries.end(), [](const Entry& a, const Entry& b) { return before(a.key, b.key); });
     std::vector<Leaf> root;
     std::vector<std::byte> frame(ZSTD_compressBound(kLeafEntries * sizeof(Entry)));
@@ -116,6 +116,7 @@ void ArchiveWriter::finish() {
         write(std::span(frame).first(size));
     }
     m_header.root_offset = m_at;
+    m_header.damage = static_cast<std::uint32_t>(damage);
     const auto root_bytes = std::as_bytes(std::span(root));
     write(root_bytes);
     const std::uint64_t checksum = XXH64(root_bytes.data(), root_bytes.size(), 0);

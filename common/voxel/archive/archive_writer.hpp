@@ -32,8 +32,8 @@ public:
     [[nodiscard]] const std::vector<archive::Entry>& entries() const noexcept { return m_entries; }
     /// The frame of an entry, read back. @throws Error
     [[nodiscard]] std::vector<std::byte> frame_of(const archive::Entry& entry) const;
-    /// Writes index and header, and gives the file its name. @throws Error
-    void finish();
+    /// Writes index and header, and gives the file its name. @param damage places in which the world's data are damaged @throws Error
+    void finish(std::size_t damage = 0);
 
 private:
     void begin(const std::string& info);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <set>
 
 #include "common/thread/in_order.hpp"
 #include "common/util/atomic_file.hpp"
@@ -29,7 +28,7 @@ class Export {
 public:
     Export(Job& job, const AnvilOptions& options)
         : m_job(job), m_folder(options.blocks.empty() ? util::config_dir() / "blocks" : options.blocks),
-          m_blocks(ExportBlocks::load(m_folder, minecraft::BlockTable::load(m_folder))), m_place(place_of(job.part)),
+          m_blocks(ExportBlocks::load(m_folder, minecraft::BlockTable::load(m_folder))), m_place(place_of(without_sky(job))),
           m_title(!options.title.empty() ? options.title : !job.world().title.empty() ? job.world().title : "Terravox") {}
 
     void write() {
@@ -40,7 +39,10 @@ public:
         fs::create_directories(m_job.out / "region");
         Journal journal(journal_file, what);
         m_job.count_voxels(journal.voxels_before());
-        for (const auto& [rx, rz] : regions()) write_region_at(rx, rz, journal);
+        const voxel::BoxRange range = m_job.part.boxes();
+        for (std::int32_t rx = region_of(range.min.bx, 0); rx <= region_of(range.max.bx - 1, 0); ++rx)
+            for (std::int32_t rz = region_of(range.min.bz, 2); rz <= region_of(range.max.bz - 1, 2); ++rz) write_region_at(rx, rz, journal);
+        if (m_job.voxels() == 0) refuse_nothing(journal);
         write_rest();
         journal.remove();
     }
@@ -86,13 +88,36 @@ private:
         if (!ignored && files != fs::directory_iterator()) fail("holds regions of another world");
     }
 
-    [[nodiscard]] std::set<Region> regions() const {
-        const voxel::BoxRange range = m_job.part.boxes();
-        std::set<Region> out;
-        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
-            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) out.insert({region_of(bx, 0), region_of(bz, 2)});
-        return out;
+    // Leaves nothing behind, so that another part may be written there.
+    [[noreturn]] void refuse_nothing(Journal& journal) const {
+        journal.remove();
+        std::error_code ignored;
+        fs::remove(m_job.out / "region", ignored);  // where they are empty
+        fs::remove(m_job.out, ignored);
+        throw Error("write a world for Minecraft to " + m_job.out.string() + ": the part holds nothing solid" + (m_job.holes().empty() ? "" : " but holes") + "; nothing was written");
     }
+
+    // A world's bounds may be higher than what stands there: a world that needs no data pack is better, if it can be had.
+    [[nodiscard]] static Part without_sky(Job& job) {
+        Part part = job.part;
+        constexpr std::int32_t kUsualHeight = 384;
+        if (part.bounds.max[1] - part.bounds.min[1] <= kUsualHeight - 2 * kSectionSize) return part;
+        const voxel::BoxRange range = part.boxes();
+        const auto nx = static_cast<std::size_t>(range.max.bx - range.min.bx), nz = static_cast<std::size_t>(range.max.bz - range.min.bz);
+        std::int32_t top = part.bounds.min[1] + 1;
+        thread::in_order(nx * nz, job.threads,
+                         [&](std::size_t i) {
+                             const auto bx = range.min.bx + static_cast<std::int32_t>(i % nx), bz = range.min.bz + static_cast<std::int32_t>(i / nx);
+                             const voxel::ColumnExtent extent = job.column(bx, bz);
+                             for (std::int32_t by = extent.by_end - 1; by >= extent.by_begin; --by)
+                                 if (const auto box = job.box(bx, by, bz); box && box->top() > 0) return by * voxel::kBoxSizeY + box->top();
+                             return part.bounds.min[1];
+                         },
+                         [&](std::size_t, std::int32_t of_column) { top = std::max(top, of_column); });
+        part.bounds.max[1] = std::min(part.bounds.max[1], top);
+        return part;
+    }
+
     /// Offsets are multiples of a region's size, so that box columns never lie in two.
     [[nodiscard]] std::int32_t region_of(std::int32_t box, std::size_t axis) const {
         return voxel::floor_div(box - m_place.offset[axis] / voxel::kBoxSizeX, kColumnsAlong);

@@ -95,6 +95,12 @@ void name_by_content(const std::filesystem::path& file, std::uint64_t a, std::ui
     if (!io) throw Error("write " + file.string() + ": disk full, or cannot be written");
 }
 
+/// Writes what openvdb::io::File writes, to a stream of ours: its own is not asked whether the disk was full.
+class Archive : public openvdb::io::Archive {
+public:
+    void write(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& about) const { openvdb::io::Archive::write(out, grids, true, about); }
+};
+
 }  // namespace
 
 void VdbTrees::take(VdbTrees& other) {
@@ -154,9 +160,10 @@ void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees, cons
 
     util::AtomicFile target(file);
     try {
-        openvdb::io::File out(target.temporary_path().string());
-        out.write(grids, about_file);
+        std::ofstream out(target.temporary_path(), std::ios::binary);
+        Archive().write(out, grids, about_file);
         out.close();
+        if (!out) throw Error("write " + file.string() + ": disk full, or cannot be written");
     } catch (const openvdb::Exception& e) {
         throw Error("write " + file.string() + ": " + e.what());
     }

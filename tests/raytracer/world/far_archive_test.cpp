@@ -66,6 +66,7 @@ TEST_CASE("a late, busy, broken or damaged reply is asked for again", "[raytrace
     struct Case { const char* name; Deed (*spoil)(Deed); };
     const auto c = GENERATE(values<Case>({
         {"busy", [](Deed) { return test::problem(503, "Retry-After: 0\r\n"); }},
+        {"busy, at length", [](Deed) { return Deed{.status = 503, .type = "text/html", .body = std::string(90000, 'x'), .headers = "Retry-After: 0\r\n"}; }},
         {"cut short", [](Deed d) { return d.lost = d.body.size() / 2, d; }},
         {"late", [](Deed d) { return d.late = std::chrono::milliseconds(150), d; }},
     }));

@@ -257,13 +257,22 @@ TEST_CASE("a box that cannot be had is a hole that is counted, not the end", "[c
     CHECK(test::read_world(folder.path).blocks.size() == 64u * 64 * 20);
 }
 
-TEST_CASE("a part that nothing stands in is a world without chunks", "[convert][anvil]") {
+TEST_CASE("a part that nothing stands in is refused, and leaves nothing", "[convert][anvil]") {
     PaintedWorld world({0, 0, 0}, {64, 20, 64});
     const TemporaryFolder folder;
-    Converting converting(world, {{0, 0, 0}, {64, 20, 64}}, folder.path);
-    converting.run();
-    CHECK(test::read_world(folder.path).chunks.empty());
-    CHECK(fs::exists(folder.path / "level.dat"));
+    Converting converting(world, {{0, 0, 0}, {64, 20, 64}}, folder.path / "town");
+    CHECK_THROWS_WITH(converting.run(), test::contains("nothing solid"));
+    CHECK_FALSE(fs::exists(folder.path / "town"));
+}
+
+TEST_CASE("a world whose bounds are higher than what stands there needs no data pack", "[convert][anvil]") {
+    PaintedWorld world({0, 400, 0}, {128, 900, 64});
+    world.array.fill({0, 400, 0}, {128, 520, 64}, Material::kRock);
+    world.array.fill({70, 520, 9}, {71, 740, 10}, Material::kWall);
+    const TemporaryFolder folder;
+    Converting(world, {{0, 400, 0}, {128, 900, 64}}, folder.path).run();
+    CHECK_FALSE(fs::exists(folder.path / "datapacks"));
+    CHECK(test::read_world(folder.path).blocks.size() == 128u * 64 * 120 + 220);
 }
 
 TEST_CASE("a high world has a data pack that is switched on", "[convert][anvil]") {
