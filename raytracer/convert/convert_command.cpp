@@ -201,7 +201,7 @@ std::function<ExitCode()> add_convert_command(CLI::App& app) {
     command->add_option("--write-memory-mib", args->memory_mib, "what writing may hold, beside the world's own limit, MiB")->check(CLI::Range(64, 1 << 20))->capture_default_str();
     command->add_option("--up", args->up, "of .vdb: z (Blender) or y (Houdini)")->check(CLI::IsMember({"z", "y"}))->capture_default_str();
     command->add_option("--colour-steps", args->mesh.colour_steps, "of .glb and .ply: steps of each colour channel, fewer for larger faces; 0: colours as they are")->check(CLI::Range(0, 255))->capture_default_str();
-    command->add_flag("!--no-merge", args->mesh.merge, "of .glb and .ply: a face for each side of a voxel");
+    command->add_flag_callback("--no-merge", [args] { args->mesh.merge = false; }, "of .glb and .ply: a face for each side of a voxel");
     command->add_flag("--overwrite", args->overwrite, "write over what is there");
     command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
     add_opening_arguments(*command, args->world, {"world", "generated", "processing"});
