@@ -97,17 +97,19 @@ std::string name_of_job(const Arguments& args, Scene scene, const convert::Part&
     return text;
 }
 
-// The files that a large .vdb is divided into.
-std::vector<fs::path> divided_files(const fs::path& out) {
+// What an earlier conversion to this .vdb may have left: it, or the files that a large one is divided into.
+std::vector<fs::path> vdb_files(const fs::path& out) {
     const std::regex name(R"((.*)_\d+_\d+\.vdb)");
     std::vector<fs::path> files;
     std::error_code failed;
+    if (fs::exists(out, failed)) files.push_back(out);
     const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
         std::smatch match;
         const std::string file = it->path().filename().string();
         if (std::regex_match(file, match, name) && match[1] == out.stem().string()) files.push_back(it->path());
     }
+    std::sort(files.begin(), files.end());
     return files;
 }
 
@@ -120,10 +122,8 @@ void check_target(const Arguments& args, const fs::path& out, Format format) {
     }
     util::check_writable(out);
     if (format == Format::kVdb)
-        for (const fs::path& file : divided_files(out)) {
-            if (!args.overwrite) throw UsageError("convert to " + out.string() + ": " + file.string() + " is there already; allowed: another name, or --overwrite");
-            fs::remove(file);
-        }
+        if (const auto there = vdb_files(out); !there.empty() && !args.overwrite)
+            throw UsageError("convert to " + out.string() + ": " + there.front().string() + " is there already; allowed: another name, or --overwrite");
     if (fs::is_directory(out)) throw UsageError("convert to " + out.string() + ": it is a folder; allowed: the name of a file");
     if (fs::exists(out) && !args.overwrite) throw UsageError("convert to " + out.string() + ": it is there already; allowed: another name, or --overwrite");
 }
@@ -182,8 +182,16 @@ ExitCode run(Arguments& args) {
     job.colours = args.colours == "material" ? convert::Colours::kMaterial : convert::Colours::kTrue;
     job.threads = scene.processing.threads;
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
+    const auto before = format == Format::kVdb ? vdb_files(out) : std::vector<fs::path>{};
     write(args, format, job);
     meter.finish();
+    // Files of another division would lie among the new ones.
+    const auto written = job.files();
+    for (const fs::path& file : before)
+        if (std::none_of(written.begin(), written.end(), [&](const fs::path& w) { return w.filename() == file.filename(); })) {
+            fs::remove(file);
+            fs::remove(file.string() + ".georef.json");
+        }
     return report(job, *world, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), args.quiet);
 }
 

@@ -176,6 +176,17 @@ class Worlds(Case):
         empty.mkdir()
         self.done(convert("generated:3", empty, "--area", "-64,-64,64,64"))
 
+    def test_a_divided_volume_is_not_written_over_unasked_nor_mixed(self):
+        volume = self.out / "place.vdb"
+        self.done(convert(survey(), volume, "--write-memory-mib", "64"))
+        parts = [f for f in entries(self.out) if f.endswith(".vdb")]
+        self.assertGreater(len(parts), 1)
+        self.assertRefused(convert(survey(), volume), 2, "_0.vdb", "--overwrite")
+        self.assertRefused(convert(self.out / "none", volume, "--overwrite"), 2, "does not exist")
+        self.assertEqual([f for f in entries(self.out) if f.endswith(".vdb")], parts)
+        self.done(convert(survey(), volume, "--overwrite"))
+        self.assertEqual(entries(self.out), ["place.vdb", "place.vdb.georef.json"])
+
     def test_a_full_disk_leaves_nothing(self):
         for name in ("full.tvx", "full.vox", "full.vdb", "full.glb", "full.ply", "full"):
             with self.subTest(name):

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "common/geo/quiet_gdal.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::imagery {
@@ -11,24 +12,6 @@ namespace terravox::imagery {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// GDAL's messages go into our errors, not to the standard error stream.
-class QuietGdal {
-public:
-    QuietGdal() {
-        CPLPushErrorHandler(CPLQuietErrorHandler);
-        CPLErrorReset();
-    }
-    ~QuietGdal() { CPLPopErrorHandler(); }
-    QuietGdal(const QuietGdal&) = delete;
-    QuietGdal& operator=(const QuietGdal&) = delete;
-    /// GDAL's last message as one line.
-    [[nodiscard]] static std::string reason() {
-        std::string text = CPLGetLastErrorMsg();
-        std::replace(text.begin(), text.end(), '\n', ' ');
-        return text.empty() ? "no reason given" : text;
-    }
-};
 
 /// "YYYY:MM:DD hh:mm:ss" as TIFF and EXIF write it; anything else is no date.
 std::string date_of(GDALDataset& data) {
@@ -55,7 +38,7 @@ std::mutex& gdal_mutex() {
 void Image::fail(const std::string& what) const { throw Error("read the orthophoto " + m_path.string() + ": " + what); }
 
 Image::Image(const fs::path& path) : m_path(path) {
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     open();
     learn_georeference();
     learn_values();
@@ -64,7 +47,7 @@ Image::Image(const fs::path& path) : m_path(path) {
 
 void Image::open() {
     if (m_data) return;
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     const std::string level = "OVERVIEW_LEVEL=" + std::to_string(m_overview);
     const std::array<const char*, 2> options{level.c_str(), nullptr};
     m_data.reset(GDALDataset::Open(m_path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, m_overview >= 0 ? options.data() : nullptr));
@@ -81,7 +64,7 @@ void Image::open() {
 }
 
 void Image::learn_georeference() {
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     if (m_data->GetGeoTransform(m_geo.data()) != CE_None) fail("no place on Earth (neither GeoTIFF tags nor a world file)");
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
     const bool finite = std::all_of(m_geo.begin(), m_geo.end(), [](double v) { return std::isfinite(v); });
@@ -145,7 +128,7 @@ void Image::choose_overview(double pixels_per_voxel) {
 
 void Image::read(const PixelWindow& window, Pixels& out) {
     open();
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     out.window = window;
     out.values.assign(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), Pixel{});
     out.valid.clear();
@@ -159,7 +142,7 @@ void Image::read_bands(const PixelWindow& window, Pixels& out) {
     const CPLErr failed = m_data->RasterIO(GF_Read, window.x, window.y, window.width, window.height, out.values.data(), window.width, window.height, GDT_Byte,
                                            static_cast<int>(m_bands.size()), m_bands.data(), sizeof(Pixel),
                                            static_cast<GSpacing>(sizeof(Pixel)) * window.width, 1, nullptr);
-    if (failed != CE_None) fail("damaged: " + QuietGdal::reason());
+    if (failed != CE_None) fail("damaged: " + geo::QuietGdal::reason());
     if (m_mask == Mask::kValue) {
         out.valid.resize(out.values.size());
         const auto none = static_cast<std::uint8_t>(m_nodata);
@@ -178,7 +161,7 @@ void Image::read_wide(const PixelWindow& window, Pixels& out) {
     const auto pixel_bytes = static_cast<GSpacing>(bands * sizeof(std::uint16_t));
     const CPLErr failed = m_data->RasterIO(GF_Read, window.x, window.y, window.width, window.height, wide.data(), window.width, window.height, GDT_UInt16,
                                            static_cast<int>(bands), m_bands.data(), pixel_bytes, pixel_bytes * window.width, sizeof(std::uint16_t), nullptr);
-    if (failed != CE_None) fail("damaged: " + QuietGdal::reason());
+    if (failed != CE_None) fail("damaged: " + geo::QuietGdal::reason());
     const auto narrow = [&](std::uint16_t v) { return static_cast<std::uint8_t>(std::min(v >> m_shift, 255)); };
     if (m_mask == Mask::kValue) out.valid.resize(out.values.size());
     for (std::size_t i = 0; i < out.values.size(); ++i) {
@@ -208,7 +191,7 @@ void Image::apply_mask(const PixelWindow& window, Pixels& out) {
     GDALRasterBand* mask = m_data->GetRasterBand(m_bands[0])->GetMaskBand();
     const CPLErr failed = mask->RasterIO(GF_Read, window.x, window.y, window.width, window.height, out.valid.data(), window.width, window.height,
                                          GDT_Byte, 0, 0, nullptr);
-    if (failed != CE_None) fail("damaged: " + QuietGdal::reason());
+    if (failed != CE_None) fail("damaged: " + geo::QuietGdal::reason());
     constexpr std::uint8_t kHalf = 128;  // of an alpha band: mostly see-through is no data
     for (std::uint8_t& v : out.valid) v = v >= kHalf ? 1 : 0;
 }

@@ -8,26 +8,15 @@
 #include <mutex>
 
 #include "common/geo/crs.hpp"
+#include "common/geo/quiet_gdal.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::survey {
 namespace {
 
-// GDAL's messages become part of our own errors instead of lines on standard error.
-struct QuietGdal {
-    QuietGdal() {
-        CPLPushErrorHandler(CPLQuietErrorHandler);
-        CPLErrorReset();
-    }
-    ~QuietGdal() { CPLPopErrorHandler(); }
-    QuietGdal(const QuietGdal&) = delete;
-    QuietGdal& operator=(const QuietGdal&) = delete;
-};
-
 [[noreturn]] void fail(const std::filesystem::path& path) {
-    const std::string reason = CPLGetLastErrorMsg();
-    throw Error("write " + path.string() + ": " + (reason.empty() ? "GDAL failed without a reason" : reason));
+    throw Error("write " + path.string() + ": " + geo::QuietGdal::reason());
 }
 
 template <class Value>
@@ -36,7 +25,7 @@ void write(const std::filesystem::path& path, const SquareExtent& extent, const 
     static std::once_flag once;
     std::call_once(once, [] { GDALRegister_GTiff(); });
     util::AtomicFile file(path);
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
     if (driver == nullptr) fail(path);
     const char* const options[] = {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256",   "COMPRESS=DEFLATE",
@@ -73,7 +62,7 @@ std::string survey_wkt1() {
     const geo::Crs crs = geo::Crs::from_text(kSurveyCrs);
     char* text = nullptr;
     const char* const options[] = {"FORMAT=WKT1_GDAL", "MULTILINE=NO", nullptr};
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     if (crs.ogr().exportToWkt(&text, options) != OGRERR_NONE) throw Error(std::string("describe ") + kSurveyCrs + " as WKT 1: GDAL failed");
     std::string wkt = text;
     CPLFree(text);

@@ -59,6 +59,9 @@ private:
         const Part& part = m_job.part;
         std::string out = "anvil " + std::to_string(kDataVersion) + " level " + std::to_string(part.level);
         for (std::size_t a = 0; a < 3; ++a) out += " " + std::to_string(part.bounds.min[a]) + ".." + std::to_string(part.bounds.max[a]);
+        // By what stands in the part, which may change where its bounds do not.
+        out += " at " + std::to_string(m_place.offset[0]) + ',' + std::to_string(m_place.offset[1]) + ',' + std::to_string(m_place.offset[2]) + " from " +
+               std::to_string(m_place.min_y) + " up " + std::to_string(m_place.height);
         out += m_job.colours == Colours::kTrue ? " true" : " material";
         std::string blocks;
         for (const ExportBlock& block : m_blocks.all()) blocks += block.name + std::to_string(static_cast<int>(block.material)) + ",";

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "common/geo/gdal.hpp"
+#include "common/geo/quiet_gdal.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::relief {
@@ -16,23 +17,6 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLowest_m = -12000, kHighest_m = 10000;  // of the Earth; what lies beyond is no height
-
-/// GDAL's messages go into our errors, not to the standard error stream.
-class QuietGdal {
-public:
-    QuietGdal() {
-        CPLPushErrorHandler(CPLQuietErrorHandler);
-        CPLErrorReset();
-    }
-    ~QuietGdal() { CPLPopErrorHandler(); }
-    QuietGdal(const QuietGdal&) = delete;
-    QuietGdal& operator=(const QuietGdal&) = delete;
-    [[nodiscard]] static std::string reason() {
-        std::string text = CPLGetLastErrorMsg();
-        std::replace(text.begin(), text.end(), '\n', ' ');
-        return text.empty() ? "no reason given" : text;
-    }
-};
 
 // A unit of height by its name, metres.
 std::optional<double> unit_of(std::string name) {
@@ -53,7 +37,7 @@ void HeightFile::fail(const std::string& what) const { throw Error("read the hei
 
 HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {
     geo::start_gdal();
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     open();
     if (m_reading.warped_to) warp();
     learn();
@@ -80,7 +64,7 @@ void HeightFile::warp() {
     GDALDatasetH source = GDALDataset::ToHandle(m_source.get());
     int failed = 0;
     m_warped.reset(options ? GDALDataset::FromHandle(GDALWarp("", nullptr, 1, &source, options.get(), &failed)) : nullptr);
-    if (!m_warped) fail("cannot be warped to " + m_reading.warped_to->name() + ": " + QuietGdal::reason());
+    if (!m_warped) fail("cannot be warped to " + m_reading.warped_to->name() + ": " + geo::QuietGdal::reason());
     m_data = m_warped.get();
 }
 
@@ -165,7 +149,7 @@ HeightFile::Grid HeightFile::grid_for(double side) const noexcept {
 }
 
 Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
-    const QuietGdal quiet;
+    const geo::QuietGdal quiet;
     Cells out;
     out.x = x, out.y = y, out.width = width, out.height = height;
     out.metres.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -173,7 +157,7 @@ Cells HeightFile::read(const Grid& grid, int x, int y, int width, int height) {
     const int s = grid.stride;
     const auto get = [&](GDALRasterBand* from, void* to, GDALDataType type) {
         if (from->RasterIO(GF_Read, x * s, y * s, width * s, height * s, to, width, height, type, 0, 0, nullptr) != CE_None) fail("damaged: "
-            + QuietGdal::reason());
+            + geo::QuietGdal::reason());
     };
     get(band, out.metres.data(), GDT_Float64);
     std::vector<std::uint8_t> mask;

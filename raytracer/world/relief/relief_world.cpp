@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "common/geo/gdal.hpp"
+#include "common/geo/quiet_gdal.hpp"
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
@@ -238,9 +239,8 @@ std::unique_ptr<voxel::World> open_relief_world(const ReliefOptions& options) {
 bool is_height_raster(const std::filesystem::path& path) noexcept {
     try {
         geo::start_gdal();
-        CPLPushErrorHandler(CPLQuietErrorHandler);
+        const geo::QuietGdal quiet;
         const GDALDatasetUniquePtr data(GDALDataset::Open(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-        CPLPopErrorHandler();
         if (!data || data->GetRasterCount() < 1 || data->GetRasterCount() > 2) return false;
         GDALRasterBand* band = data->GetRasterBand(1);
         if (band->GetRasterDataType() == GDT_Byte || GDALDataTypeIsComplex(band->GetRasterDataType()) != 0 || band->GetColorTable() != nullptr) return false;

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cpl_error.h>
+
+#include <algorithm>
+#include <string>
+
+namespace terravox::geo {
+
+/// While one lives, GDAL's messages on this thread go into our errors, not to the standard error stream.
+class QuietGdal {
+public:
+    QuietGdal() {
+        CPLPushErrorHandler(CPLQuietErrorHandler);
+        CPLErrorReset();
+    }
+    ~QuietGdal() { CPLPopErrorHandler(); }
+    QuietGdal(const QuietGdal&) = delete;
+    QuietGdal& operator=(const QuietGdal&) = delete;
+
+    /// GDAL's last message as one line.
+    [[nodiscard]] static std::string reason() {
+        std::string text = CPLGetLastErrorMsg();
+        std::replace(text.begin(), text.end(), '\n', ' ');
+        return text.empty() ? "no reason given" : text;
+    }
+};
+
+}  // namespace terravox::geo
