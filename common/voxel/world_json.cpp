@@ -26,6 +26,7 @@ std::string world_to_json(const WorldInfo& info) {
                 {"materials", materials},
                 {"licence", info.licence},
                 {"attribution", info.attribution}};
+    if (!info.framed.empty()) out["framed"] = {{"min", info.framed.min}, {"max", info.framed.max}};
     if (info.centre) out["centre"] = {{"lat_deg", info.centre->lat_deg}, {"lon_deg", info.centre->lon_deg}};
     return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -40,13 +41,17 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         const auto box = in.at("box").get<std::array<int, 3>>();
         if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ}) fail("boxes of another size than 64 x 256 x 64");
         info.title = in.at("title").get<std::string>();
-        const auto min = in.at("bounds").at("min").get<std::array<std::int64_t, 3>>(), max = in.at("bounds").at("max").get<std::array<std::int64_t, 3>>();
-        constexpr std::int64_t kFarthest = 1 << 30;
-        for (std::size_t a = 0; a < 3; ++a) {
-            if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a]) fail("bounds beyond 2^30 voxels, or upside down");
-            info.bounds.min[a] = static_cast<std::int32_t>(min[a]);
-            info.bounds.max[a] = static_cast<std::int32_t>(max[a]);
-        }
+        const auto read_bounds = [&](const json& from, VoxelBounds& into) {
+            const auto min = from.at("min").get<std::array<std::int64_t, 3>>(), max = from.at("max").get<std::array<std::int64_t, 3>>();
+            constexpr std::int64_t kFarthest = 1 << 30;
+            for (std::size_t a = 0; a < 3; ++a) {
+                if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a]) fail("bounds beyond 2^30 voxels, or upside down");
+                into.min[a] = static_cast<std::int32_t>(min[a]);
+                into.max[a] = static_cast<std::int32_t>(max[a]);
+            }
+        };
+        read_bounds(in.at("bounds"), info.bounds);
+        if (in.contains("framed")) read_bounds(in["framed"], info.framed);
         info.voxel_m = in.at("voxel_m").get<double>();
         info.levels = in.at("levels").get<int>();
         info.crs = in.at("crs").get<std::string>();

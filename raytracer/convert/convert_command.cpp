@@ -180,7 +180,7 @@ ExitCode run(Arguments& args) {
     convert::Job job(*world, part, out, palette, meter);
     job.name = name_of_job(args, scene, part, world->info(), format);
     job.colours = args.colours == "material" ? convert::Colours::kMaterial : convert::Colours::kTrue;
-    job.threads = scene.processing.threads;
+    job.threads = scene.processing.threads.value_or(0);
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;
     const auto before = format == Format::kVdb ? vdb_files(out) : std::vector<fs::path>{};
     write(args, format, job);

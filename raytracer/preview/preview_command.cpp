@@ -91,11 +91,11 @@ ExitCode run(const Arguments& args) {
     util::StageTimes times;
     const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
     BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20,
-                        world->worth_asking(thread::thread_count(scene.processing.threads)));
+                        world->worth_asking(thread::thread_count(scene.processing.threads.value_or(0))));
     const auto& bounds = world->info().framed_bounds();
     Orbit orbit = Orbit::from(make_camera(scene, world->info(), bounds), (bounds.min[1] + bounds.max[1]) / 2.0);
     orbit.apply(scene);
-    Progressive picture(blocks, thread::thread_count(scene.processing.threads));
+    Progressive picture(blocks, thread::thread_count(scene.processing.threads.value_or(0)));
     std::vector<std::uint8_t> rgb;
     std::uint64_t seen = 0;
     std::string problem;

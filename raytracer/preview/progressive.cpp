@@ -64,7 +64,7 @@ void Progressive::run(const View& view) {
     for (const auto& tiles : passes) {
         std::size_t submitted = 0, done = 0;
         while (done < tiles.size()) {
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(ThreadProcessor::tiles_in_flight(m_threads))) processor.submit(tiles[submitted++]);
+            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(processor.capacity())) processor.submit(tiles[submitted++]);
             while (!processor.wait(kStopPeriod) && !m_stop) {}
             if (m_stop) return;  // the processor's destructor cancels what is left
             const auto result = processor.take();

@@ -38,7 +38,7 @@ bool is_exr(const std::string& file) {
 TileSize tiles_that_fit(const Scene& scene) {
     constexpr int kSmallEnough_px = 64, kTiffTiles = 16;
     const StreamShape shape = shape_of(scene);
-    const auto in_flight = static_cast<std::uint64_t>(ThreadProcessor::tiles_in_flight(thread::thread_count(scene.processing.threads)));
+    const auto in_flight = static_cast<std::uint64_t>(ThreadProcessor::tiles_in_flight(thread::thread_count(scene.processing.threads.value_or(0))));
     const auto bytes = [&](int edge_px) { return Film::bytes(edge_px, edge_px, shape.with_layers) * in_flight; };
     int edge_px = shape.tile_px;
     while (edge_px > kSmallEnough_px && bytes(edge_px) > (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2)
@@ -72,7 +72,7 @@ private:
 }  // namespace
 
 PictureRenderer::PictureRenderer(const WorldArguments& world, const Scene& base, bool quiet)
-    : m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads)),
+    : m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads.value_or(0))),
       m_world(open_world(world.inputs, world.orthophoto_paths(), base, m_times, util::cache_dir(world.cache))),
       m_blocks(std::make_unique<BlockManager>(*m_world, static_cast<std::size_t>(base.processing.memory_mib) << 20, m_world->worth_asking(m_threads))) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
@@ -122,7 +122,7 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::ve
     {
         const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
         ThreadProcessor processor(*m_view, *m_blocks, m_threads);
-        statistics.counts = render_film({*m_view, processor, ThreadProcessor::tiles_in_flight(m_threads), m_quiet, &g_stop, start}, film);
+        statistics.counts = render_film({*m_view, processor, m_quiet, &g_stop, start}, film);
         processor.close();
     }
     finish(statistics, start);
@@ -142,7 +142,7 @@ void PictureRenderer::render_to_files(RenderStatistics& statistics, const std::v
     Streams sinks;
     for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), picture_info(*m_view, m_world->info(), statistics, false)));
     ThreadProcessor processor(*m_view, *m_blocks, m_threads);
-    statistics.counts = render_stream({*m_view, processor, ThreadProcessor::tiles_in_flight(m_threads), m_quiet, &g_stop, start}, sinks);
+    statistics.counts = render_stream({*m_view, processor, m_quiet, &g_stop, start}, sinks);
     processor.close();
     sinks.finish(statistics.counts.holes.size());
 }

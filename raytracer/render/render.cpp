@@ -57,8 +57,7 @@ void check_camera(const View& view, BlockManager& blocks) {
 
 }  // namespace
 
-View make_view(const Scene& scene, BlockManager& blocks) {
-    const voxel::WorldInfo& world = blocks.world_info();
+View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials) {
     const int level = scene.quality.level;
     if (level >= world.levels) throw UsageError("choose the level: quality.level = " + std::to_string(level) + "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
@@ -68,10 +67,15 @@ View make_view(const Scene& scene, BlockManager& blocks) {
     constexpr double kLampsOn_deg = -2;
     const auto origin = camera.picture_origin();
     View view{scene, camera, Sky(sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
-              std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials)), cut, world.voxel_m, SquareGrid(world),
+              std::move(materials), cut, world.voxel_m, SquareGrid(world),
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
     if (scene.quality.integrator == "path") view.most_indirect = static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
+    return view;
+}
+
+View make_view(const Scene& scene, BlockManager& blocks) {
+    View view = make_view(scene, blocks.world_info(), std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials)));
     check_camera(view, blocks);
     return view;
 }
@@ -86,7 +90,7 @@ public:
     void run(const std::vector<RenderTile>& tiles) {
         std::size_t submitted = 0, done = 0;
         while (done < tiles.size()) {
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(m_job.tiles_in_flight)) m_job.processor.submit(tiles[submitted++]);
+            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(m_job.processor.capacity())) m_job.processor.submit(tiles[submitted++]);
             // A world may take minutes over a box: who asks to stop is heard all the same.
             while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job)) {}
             if (stopped(m_job)) {

@@ -24,7 +24,6 @@ struct RenderCounts {
 struct RenderJob {
     const View& view;
     TileProcessor& processor;
-    int tiles_in_flight = 4;  ///< at least as many as the processor can work on at once
     bool quiet = false;
     const std::atomic<bool>* stop = nullptr;  ///< asks to end early
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
@@ -37,7 +36,11 @@ struct RenderJob {
 /// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory. The time to keep (quality.time_s) needs a film.
 [[nodiscard]] RenderCounts render_stream(const RenderJob& job, TileSink& sink);
 
-/// The view that a scene gives of a world. @throws UsageError for a camera inside rock, a level the world does not have, ...
+/// The view that a scene gives of a world. A function of its arguments, on every machine.
+/// @throws UsageError for a level the world does not have, ...; Error for an empty world
+[[nodiscard]] View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials);
+
+/// The same with the materials that the scene names. @throws UsageError for a camera inside rock, too
 [[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
 
 /// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks at lies farther from the world than the world is wide.

@@ -83,7 +83,7 @@ struct Scene {
         double colour_mix = 0.85;    ///< share of the true colour for mix
     } quality;
     struct Processing {
-        int threads = 0;  ///< 0 = one for each core
+        std::optional<int> threads;  ///< of this machine; default: one for each core; 0: none, workers render
         int memory_mib = 2048;  ///< boxes in memory
         int box_patience_s = 300;  ///< after which a box of a voxel server is given up
     } processing;

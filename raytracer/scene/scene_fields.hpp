@@ -84,7 +84,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
     visit("quality.colour", s.quality.colour, FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});
     visit("quality.colour_mix", s.quality.colour_mix, FieldRule{"share of the true colour for mix", 0, 1});
-    visit("processing.threads", s.processing.threads, FieldRule{"threads; 0 = one for each core", 0, 1024, {}, "--threads"});
+    visit("processing.threads", s.processing.threads, FieldRule{"threads of this machine; default: one for each core; 0 = none: workers render", 0, 1024, {}, "--threads"});
     visit("processing.memory_mib", s.processing.memory_mib, FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
     visit("processing.box_patience_s", s.processing.box_patience_s, FieldRule{"how long to try for a box of a voxel server, seconds", 1, 86400});
     visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of LiDAR files and rasters, instead of their own", 0, 0, {}, "--crs"});

@@ -49,6 +49,11 @@ public:
         if (value != std::floor(value)) fail(number(value), "whole numbers from " + allowed(m_rule));
         field = static_cast<int>(checked(value));
     }
+    void put(double value, std::optional<int>& field) const {
+        int whole = 0;
+        put(value, whole);
+        field = whole;
+    }
     void put(bool value, bool& field) const { field = value; }
     void put(const std::string& value, std::string& field) const {
         if (!m_rule.words.empty() && std::find(m_rule.words.begin(), m_rule.words.end(), value) == m_rule.words.end()) fail("'" + value + "'", allowed(m_rule));
@@ -102,6 +107,7 @@ std::vector<double> parse_numbers(const Setter& setter, const std::string& text,
 void put_text(const Setter& s, const std::string& text, double& f) { s.put(parse_number(s, text), f); }
 void put_text(const Setter& s, const std::string& text, std::optional<double>& f) { s.put(parse_number(s, text), f); }
 void put_text(const Setter& s, const std::string& text, int& f) { s.put(parse_number(s, text), f); }
+void put_text(const Setter& s, const std::string& text, std::optional<int>& f) { s.put(parse_number(s, text), f); }
 void put_text(const Setter& s, const std::string& text, std::string& f) { s.put(text, f); }
 void put_text(const Setter& s, const std::string& text, std::optional<Triple>& f) { s.put(parse_numbers(s, text, ','), f); }
 void put_text(const Setter& s, const std::string& text, Size& f) { s.put(parse_numbers(s, text, 'x'), f); }

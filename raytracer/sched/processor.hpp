@@ -14,6 +14,7 @@ public:
     TileProcessor(const TileProcessor&) = delete;
     TileProcessor& operator=(const TileProcessor&) = delete;
     virtual ~TileProcessor() = default;
+    [[nodiscard]] virtual int capacity() const noexcept = 0;  ///< tiles that it has use for at once, at least 1
     virtual void submit(RenderTile tile) = 0;  ///< blocks while full; thread-safe; ignored once closed
     /// Waits until take() has an answer, but no longer than this. @return whether it has
     [[nodiscard]] virtual bool wait(std::chrono::milliseconds most) = 0;

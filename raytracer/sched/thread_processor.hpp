@@ -26,13 +26,14 @@ public:
     /// @param threads at least 1; @param view, blocks outlive the processor
     ThreadProcessor(const View& view, BlockManager& blocks, int threads);
     ~ThreadProcessor() override;
+    [[nodiscard]] int capacity() const noexcept override { return tiles_in_flight(m_thread_count); }
     void submit(RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
     std::optional<TileResult> take() override;
     void close() noexcept override;
     void cancel() noexcept override;
 
-    /// Tiles that a processor of so many threads has use for at once.
+    /// The capacity of a processor of so many threads.
     [[nodiscard]] static int tiles_in_flight(int threads) noexcept { return threads * (kJobsPerThread + 2); }
 
     /// Most tiles begun for each thread, about 2 MiB each: some wait for boxes while others go on.

@@ -45,7 +45,7 @@ std::unique_ptr<voxel::World> open_lidar(const Opening& o, const voxelize::Lidar
     if (!o.scene.world.vertical_unit.empty()) options.vertical_unit = o.scene.world.vertical_unit;
     options.voxel_m = o.scene.world.voxel_m;
     options.memory_bytes = o.memory_bytes();
-    options.threads = o.scene.processing.threads;
+    options.threads = o.scene.processing.threads.value_or(0);
     auto world = voxelize::open_lidar_world(options, o.times);
     const auto stats = world->stats();
     spdlog::info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points, stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
@@ -87,7 +87,7 @@ std::unique_ptr<voxel::World> open_relief(const Opening& o) {
     else if (unit == "us-ft") options.height_unit_m = 1200.0 / 3937;
     options.base_m = o.scene.world.base_m;
     options.memory_bytes = o.memory_bytes();
-    options.threads = thread::thread_count(o.scene.processing.threads);
+    options.threads = thread::thread_count(o.scene.processing.threads.value_or(0));
     return relief::open_relief_world(options);
 }
 
@@ -96,7 +96,7 @@ std::unique_ptr<voxel::World> open_minecraft(const Opening& o) {
     options.path = o.inputs.front();
     options.dimension = o.scene.world.dimension;
     options.memory_bytes = o.memory_bytes();
-    options.threads = o.scene.processing.threads;
+    options.threads = o.scene.processing.threads.value_or(0);
     const auto blocks = minecraft::BlockTable::load(util::config_dir() / "blocks");
     auto world = minecraft::open_minecraft_world(options, blocks);
     const auto& b = world->info().bounds;

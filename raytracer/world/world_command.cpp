@@ -27,7 +27,7 @@ struct Arguments {
 
 ExitCode info_of_minecraft(const Arguments& args, const Scene& scene) {
     minecraft::DescribeOptions options;
-    options.path = args.world.inputs.front(), options.blocks = args.blocks, options.threads = scene.processing.threads;
+    options.path = args.world.inputs.front(), options.blocks = args.blocks, options.threads = scene.processing.threads.value_or(0);
     for (const auto& [field, text] : args.world.fields)
         if (field == "world.dimension") options.dimension = text;
     const minecraft::WorldFacts facts = minecraft::describe(options);

@@ -50,7 +50,7 @@ inline Film render(Job& job, int threads) {
     const auto [width, height] = job.view.scene.output.size_px;
     Film film(width, height, job.view.wants_layers());
     ThreadProcessor processor(job.view, job.blocks, threads);
-    (void)render_film({job.view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film);
+    (void)render_film({job.view, processor, true, nullptr}, film);
     return film;
 }
 

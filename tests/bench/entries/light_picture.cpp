@@ -60,7 +60,7 @@ TracedPicture trace_picture(const View& view, BlockManager& blocks, int threads)
     TracedPicture out;
     out.cost = cost_of([&] {
         ThreadProcessor processor(view, blocks, threads);
-        out.counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film);
+        out.counts = render_film({view, processor, true, nullptr}, film);
     });
     if (out.counts.trace.hole_rays != 0) throw Error("trace a picture: " + std::to_string(out.counts.trace.hole_rays) + " rays met holes");
     out.picture = picture_of(film);

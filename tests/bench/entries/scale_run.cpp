@@ -104,7 +104,7 @@ Shot shoot(voxel::World& world, const Scene& scene, std::size_t memory_bytes, in
         const View view = make_view(scene, blocks);
         foresee_boxes(view, blocks);
         ThreadProcessor processor(view, blocks, threads);
-        counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, out.film);
+        counts = render_film({view, processor, true, nullptr}, out.film);
         out.peak_boxes_mib = static_cast<double>(blocks.stats().peak_bytes) / kMib;
     });
     out.seconds = cost.wall_s, out.cpu_s = cost.cpu_s;

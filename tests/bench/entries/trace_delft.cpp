@@ -54,7 +54,7 @@ void trace_view(Traced& t, const View& view, int threads, const std::string& wha
     Film film(width, height);
     const double seconds = seconds_of([&] {
         ThreadProcessor processor(view, t.blocks, threads);
-        counts = render_film({view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film);
+        counts = render_film({view, processor, true, nullptr}, film);
     });
     if (counts.trace.hole_rays != 0) throw Error("trace Delft: " + std::to_string(counts.trace.hole_rays) + " rays met holes");
     add_rates(what, static_cast<double>(counts.trace.all_rays()), static_cast<double>(counts.trace.steps), seconds, readings);

@@ -99,7 +99,7 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
         const auto [width, height] = s.output.size_px;
         Film film(width, height);
         ThreadProcessor processor(view, blocks, v.threads);
-        (void)render_film({view, processor, ThreadProcessor::tiles_in_flight(v.threads), true, nullptr}, film);
+        (void)render_film({view, processor, true, nullptr}, film);
         std::size_t levels = 0;
         for (const auto& level : blocks.stats().levels) levels += level.loaded > 0 ? 1 : 0;
         CHECK(levels >= 1);
@@ -146,7 +146,7 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
     RenderStatistics statistics;
     {
         ThreadProcessor processor(holed.view, holed.blocks, 2);
-        statistics.counts = render_film({holed.view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film);
+        statistics.counts = render_film({holed.view, processor, true, nullptr}, film);
         CHECK(statistics.counts.holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
     }
     const auto metadata = picture_info(holed.view, holed.world->info(), statistics, false).metadata;
@@ -165,7 +165,7 @@ TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][rend
     while (job.blocks.hole_count() == 0) std::this_thread::yield();
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     ThreadProcessor processor(job.view, job.blocks, 2);
-    CHECK(render_film({job.view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film).holes.empty());
+    CHECK(render_film({job.view, processor, true, nullptr}, film).holes.empty());
 }
 
 TEST_CASE("a camera in rock is refused with the way out, unless it is asked for", "[raytracer][render]") {

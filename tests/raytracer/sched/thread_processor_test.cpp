@@ -242,7 +242,7 @@ TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sche
     Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
     {
         ThreadProcessor processor(job.view, blocks, 2);
-        CHECK_THROWS_WITH(render_film({job.view, processor, ThreadProcessor::tiles_in_flight(2), true, &stop}, film), terravox::test::contains("interrupted"));
+        CHECK_THROWS_WITH(render_film({job.view, processor, true, &stop}, film), terravox::test::contains("interrupted"));
     }
     released = true;
 }

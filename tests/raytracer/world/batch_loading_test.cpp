@@ -224,7 +224,7 @@ TEST_CASE("a picture is the same whether boxes come alone or in batches, in any 
         foresee_boxes(view, blocks);
         Film film(scene.output.size_px[0], scene.output.size_px[1]);
         ThreadProcessor processor(view, blocks, 2);
-        (void)render_film({view, processor, ThreadProcessor::tiles_in_flight(2), true, nullptr}, film);
+        (void)render_film({view, processor, true, nullptr}, film);
         return bytes_of(film);
     };
     const auto plain = landscape();

@@ -42,7 +42,7 @@ Picture picture_of(Scene scene, std::unique_ptr<ArrayWorld> world, int threads =
     Job job(scene, memory_bytes, std::move(world));
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     ThreadProcessor processor(job.view, job.blocks, threads);
-    Picture out{render_film({job.view, processor, ThreadProcessor::tiles_in_flight(threads), true, nullptr}, film), {}};
+    Picture out{render_film({job.view, processor, true, nullptr}, film), {}};
     out.bytes = bytes_of(film);
     return out;
 }

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/net/link.hpp"
+#include "common/util/error.hpp"
+
+namespace terravox::net {
+
+/// Where to dial or listen.
+struct Address {
+    std::string host;  ///< name or number; empty when listening: all interfaces
+    std::uint16_t port = 0;
+    /// @param text "host:port", ":port", "[v6]:port" @param default_port where none is named; 0: it must be named @throws UsageError
+    [[nodiscard]] static Address parse(const std::string& text, std::uint16_t default_port);
+    [[nodiscard]] std::string text() const;
+};
+inline constexpr std::uint16_t kWorkerPort = 7878;       ///< worker --listen, render --worker
+inline constexpr std::uint16_t kCoordinatorPort = 7879;  ///< render --listen, worker --join
+
+/// How both ends show that they may. Either a shared token, or certificates of one CA on both sides.
+struct Credentials {
+    std::string token;  ///< at least 16 characters; empty with certificates
+    std::filesystem::path ca, certificate, key;  ///< PEM; all three, or none
+    [[nodiscard]] bool tls() const noexcept { return !ca.empty(); }
+};
+
+/// The peer may not, or we may not there: trying again would not help.
+class RefusedError : public Error {
+public:
+    using Error::Error;
+};
+
+/// Connects, and shows and asks for the credentials. @throws RefusedError; Error when nobody answers in time
+[[nodiscard]] std::unique_ptr<Link> dial(const Address& address, const Credentials& credentials, std::chrono::milliseconds patience);
+
+struct ListenerLimits {
+    int connections = 1024;            ///< admitted at once
+    int connections_of_address = 256;  ///< from one address
+    int handshakes = 256;              ///< that have not shown yet that they may; one of the address with the most goes when there are more
+    std::chrono::milliseconds handshake{3000};  ///< time for it
+};
+
+/// Waits for peers. Strangers are refused before a byte of theirs is parsed; each reason is logged once a minute for each address.
+class Listener {
+public:
+    /// Takes a link whose peer has shown that it may; called on a thread of that link, which ends when the call returns or the link does.
+    using OnLink = std::function<void(std::unique_ptr<Link>)>;
+    /// @throws Error when it cannot listen there
+    Listener(const Address& address, const Credentials& credentials, OnLink on_link, const ListenerLimits& limits = {});
+    ~Listener();  ///< as stop()
+    [[nodiscard]] std::uint16_t port() const noexcept;
+    void stop() noexcept;  ///< no new links; those that are there are aborted; returns when all calls of on_link have ended
+
+private:
+    class Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace terravox::net

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "common/net/farm.pb.h"
+
+namespace terravox::net {
+
+inline constexpr std::uint32_t kProtocol = 1;
+inline constexpr std::size_t kMostFrame_bytes = std::size_t{16} << 20;  ///< a larger frame ends the link on either side
+
+/// One connection between a coordinator and a worker, whoever dialled: frames both ways, in order, each once. The peer has shown that it
+/// may (token or certificate) before a Link exists. Thread-safe; receive() is for one thread at a time.
+class Link {
+public:
+    Link() = default;
+    Link(const Link&) = delete;
+    Link& operator=(const Link&) = delete;
+    virtual ~Link() = default;  ///< as abort()
+
+    /// Queues a frame; waits while more than 32 MiB are queued. @return false: the link has ended, the frame is lost
+    virtual bool send(farm::Frame frame) = 0;
+    /// Waits for the next frame. @return nullopt: the link has ended, by either side
+    [[nodiscard]] virtual std::optional<farm::Frame> receive() = 0;
+    /// Ends the link once what is queued has been sent, but no later than after this; send() fails from now on. Idempotent.
+    virtual void close(std::chrono::milliseconds patience = std::chrono::seconds(2)) noexcept = 0;
+    /// Ends it at once: receive() returns. Idempotent.
+    virtual void abort() noexcept = 0;
+    [[nodiscard]] virtual const std::string& peer() const noexcept = 0;  ///< its address, for messages
+    /// Why it ended, for messages; empty before that, and after a close() of our own.
+    [[nodiscard]] virtual std::string why_ended() const = 0;
+    /// Bytes on the wire so far, near enough: serialized frames.
+    struct Traffic {
+        std::uint64_t sent_bytes = 0, received_bytes = 0;
+    };
+    [[nodiscard]] virtual Traffic traffic() const noexcept = 0;
+};
+
+/// Both ends of a link within this process. For tests.
+[[nodiscard]] std::pair<std::unique_ptr<Link>, std::unique_ptr<Link>> link_pair();
+
+}  // namespace terravox::net
