@@ -6,15 +6,19 @@
 #include "raytracer/preview/preview_command.hpp"
 #endif
 #include "raytracer/animate/animate_command.hpp"
+#include "raytracer/checkpoint/merge_command.hpp"
 #include "raytracer/convert/convert_command.hpp"
+#include "raytracer/render/crew_arguments.hpp"
 #include "raytracer/render/picture_renderer.hpp"
 #include "raytracer/render/render_command.hpp"
+#include "raytracer/worker/farm_command.hpp"
+#include "raytracer/worker/worker_command.hpp"
 #include "raytracer/world/world_command.hpp"
 
 namespace {
 
-terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, const terravox::Scene& base, bool quiet) {
-    const auto renderer = std::make_shared<terravox::PictureRenderer>(world, base, quiet);
+terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, const terravox::CrewArguments& crew, const terravox::Scene& base, bool quiet) {
+    const auto renderer = std::make_shared<terravox::PictureRenderer>(world, crew.options(base), base, quiet);
     return [renderer](const terravox::Scene& scene, const std::filesystem::path& picture) {
         const std::vector<std::string> files{picture.string()};
         terravox::PictureRenderer::check(scene, files);
@@ -32,6 +36,9 @@ int main(int argc, char** argv) {
         const auto render = terravox::add_render_command(app);
         const auto animate = terravox::add_animate_command(app, open_renderer);
         const auto convert = terravox::add_convert_command(app);
+        const auto worker = terravox::add_worker_command(app);
+        const auto farm = terravox::add_farm_command(app);
+        const auto merge = terravox::add_merge_command(app);
         const auto world = terravox::add_world_command(app);
 #ifdef TERRAVOX_PREVIEW
         const auto preview = terravox::add_preview_command(app);
@@ -41,7 +48,10 @@ int main(int argc, char** argv) {
         if (app.got_subcommand("preview")) return static_cast<int>(preview());
 #endif
         if (app.got_subcommand("animate")) return static_cast<int>(animate());
+        if (app.got_subcommand("worker")) return static_cast<int>(worker());
+        if (app.got_subcommand("farm")) return static_cast<int>(farm());
         if (app.got_subcommand("convert")) return static_cast<int>(convert());
+        if (app.got_subcommand("merge")) return static_cast<int>(merge());
         if (app.got_subcommand("world")) return static_cast<int>(world());
         return static_cast<int>(render());
     });

@@ -12,8 +12,9 @@ namespace terravox::util {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
+
 std::string text_of(const fs::path& file, const std::function<void(const std::string&)>& fail) {
-    constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
     std::error_code failed;
     const auto status = fs::status(file, failed);
     if (status.type() == fs::file_type::not_found) fail("no such file");
@@ -28,23 +29,24 @@ std::string text_of(const fs::path& file, const std::function<void(const std::st
         text.append(part.data(), static_cast<std::size_t>(in.gcount()));
     } while (in && text.size() <= kMost_bytes);
     if (in.bad() || !in.is_open()) fail("cannot be read");
-    if (text.size() > kMost_bytes) fail("longer than 1 MiB; allowed: up to 1 MiB");
     return text;
 }
 
 }  // namespace
 
-toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) {
-    const std::string text = text_of(file, fail);
+toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) { return parse_toml(text_of(file, fail), file.string(), fail); }
+
+toml::table parse_toml(std::string_view text, const std::string& name, const std::function<void(const std::string&)>& fail) {
+    if (text.size() > kMost_bytes) fail("longer than 1 MiB; allowed: up to 1 MiB");
     // Each dot of a name (a.b.c) is a table in a table, and tables go by recursion: 100,000 of them overflow a stack of 8 MiB.
     constexpr std::ptrdiff_t kMostDots = 10'000;
     if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMostDots) fail(std::to_string(dots) + " dots; allowed: up to 10000");
     try {
-        return toml::parse(std::string_view(text), file.string());
+        return toml::parse(text, name);
     } catch (const toml::parse_error& e) {
         fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
     }
-    throw Error("read " + file.string() + ": failed");  // only when `fail` has not thrown
+    throw Error("read " + name + ": failed");  // only when `fail` has not thrown
 }
 
 }  // namespace terravox::util

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace terravox::util {
 
@@ -14,5 +15,8 @@ namespace terravox::util {
 /// @param fail is told what is wrong, in words that follow "read the <thing> <file>: ", with the line where there is one; it must throw
 /// @throws what `fail` throws
 [[nodiscard]] toml::table read_toml(const std::filesystem::path& file, const std::function<void(const std::string&)>& fail);
+
+/// The same of a text that came another way. @param name for the line of an error @throws what `fail` throws
+[[nodiscard]] toml::table parse_toml(std::string_view text, const std::string& name, const std::function<void(const std::string&)>& fail);
 
 }  // namespace terravox::util

@@ -13,6 +13,7 @@
 #include "common/util/log.hpp"
 #include "raytracer/animate/frame_names.hpp"
 #include "raytracer/output/image_writer.hpp"
+#include "raytracer/render/crew_arguments.hpp"
 #include "raytracer/render/world_arguments.hpp"
 #include "raytracer/scene/views.hpp"
 
@@ -21,6 +22,7 @@ namespace {
 
 struct Arguments {
     WorldArguments world;
+    CrewArguments crew;
     FrameOptions frames;
     std::string animation;
 };
@@ -64,7 +66,7 @@ ExitCode run(const Arguments& args, const OpenRenderer& open) {
     // The world is opened when the first frame has to be made: a film that is done costs nothing.
     RenderPicture render;
     return render_frames(animation, base, frames, [&](const Scene& scene, const std::filesystem::path& picture) {
-        if (!render) render = open(args.world, base, frames.quiet);
+        if (!render) render = open(args.world, args.crew, base, frames.quiet);
         return render(scene, picture);
     });
 }
@@ -76,6 +78,7 @@ std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) 
     CLI::App* command = app.add_subcommand("animate", "Render the frames of an animation, and a video of them");
     command->add_option("animation", args->animation, "what moves: a TOML file with keys, a turntable or a day (docs/formats.md)")->required();
     add_world_arguments(*command, args->world);
+    add_crew_arguments(*command, args->crew);
     command->add_option("-o,--output", args->frames.pattern, "the frames' names, such as frames/%04d.png")->required();
     command->add_option("--video", args->frames.video, "make a video of the frames: .mp4, .mkv or .mov; through ffmpeg, which must be installed");
     command->add_option("--first", args->frames.first, "frame to begin with, from 0 on")->capture_default_str();

@@ -113,6 +113,34 @@ Look look_of(const Fields& fields) {
     return look;
 }
 
+std::function<void(const std::string&)> failing(const std::filesystem::path& file) {
+    return [file](const std::string& what) { throw Error("read the materials " + file.string() + ": " + what); };
+}
+
+MaterialFile materials_of(const toml::table& root, const std::filesystem::path& file) {
+    const auto fail = failing(file);
+    for (const auto& [name, node] : root) {
+        const auto known = voxel::material_from_name(name.str());
+        if (!known || *known == voxel::Material::kAir) fail("[" + std::string(name.str()) + "] is no material");
+        if (!node.is_table()) fail("[" + std::string(name.str()) + "] is no table; allowed: { colour = \"#rrggbb\", ... }");
+    }
+    MaterialFile out;
+    constexpr auto kUnknown = static_cast<std::size_t>(voxel::Material::kUnknown);
+    for (std::size_t i = 1; i < out.looks.size(); ++i) {
+        const std::string name(voxel::material_name(static_cast<voxel::Material>(i)));
+        if (const toml::table* table = root[name].as_table()) out.looks[i] = look_of(Fields(*table, name, file));
+        else {
+            out.missing.push_back(name);
+            if (i == kUnknown) out.looks[i].colour = to_linear(kMagenta);
+        }
+    }
+    for (const std::string& name : out.missing) {
+        Look& look = out.looks[static_cast<std::size_t>(*voxel::material_from_name(name))];
+        look.colour = out.looks[kUnknown].colour;
+    }
+    return out;
+}
+
 }  // namespace
 
 std::filesystem::path find_materials(const std::string& name) {
@@ -137,28 +165,9 @@ std::filesystem::path find_materials(const std::string& name) {
 }
 
 MaterialFile read_materials(const std::filesystem::path& file) {
-    const auto fail = [&](const std::string& what) -> void { throw Error("read the materials " + file.string() + ": " + what); };
-    const toml::table root = util::read_toml(file, fail);
-    for (const auto& [name, node] : root) {
-        const auto known = voxel::material_from_name(name.str());
-        if (!known || *known == voxel::Material::kAir) fail("[" + std::string(name.str()) + "] is no material");
-        if (!node.is_table()) fail("[" + std::string(name.str()) + "] is no table; allowed: { colour = \"#rrggbb\", ... }");
-    }
-    MaterialFile out;
-    constexpr auto kUnknown = static_cast<std::size_t>(voxel::Material::kUnknown);
-    for (std::size_t i = 1; i < out.looks.size(); ++i) {
-        const std::string name(voxel::material_name(static_cast<voxel::Material>(i)));
-        if (const toml::table* table = root[name].as_table()) out.looks[i] = look_of(Fields(*table, name, file));
-        else {
-            out.missing.push_back(name);
-            if (i == kUnknown) out.looks[i].colour = to_linear(kMagenta);
-        }
-    }
-    for (const std::string& name : out.missing) {
-        Look& look = out.looks[static_cast<std::size_t>(*voxel::material_from_name(name))];
-        look.colour = out.looks[kUnknown].colour;
-    }
-    return out;
+    return materials_of(util::read_toml(file, failing(file)), file);
 }
+
+MaterialFile parse_materials(const std::string& text, const std::string& name) { return materials_of(util::parse_toml(text, name, failing(name)), name); }
 
 }  // namespace terravox::material

@@ -24,4 +24,7 @@ struct MaterialFile {
 /// @throws Error naming file, material, field, value and allowed range; also for a material or a field that nobody knows
 [[nodiscard]] MaterialFile read_materials(const std::filesystem::path& file);
 
+/// The same of a text that came another way. @param name for messages
+[[nodiscard]] MaterialFile parse_materials(const std::string& text, const std::string& name);
+
 }  // namespace terravox::material

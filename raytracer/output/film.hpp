@@ -16,6 +16,8 @@ public:
 
     /// Passes must be added in order, tiles of a pass in any order. Later samples of the same pixels join the mean of the earlier ones.
     void add(const TileResult& result) override;
+    /// As long as it has no more than the first samples.
+    [[nodiscard]] bool replaces() const noexcept override { return true; }
 
     /// What a film of that size takes.
     [[nodiscard]] static std::uint64_t bytes(int width_px, int height_px, bool with_layers) noexcept {

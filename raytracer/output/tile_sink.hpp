@@ -13,6 +13,8 @@ public:
     virtual ~TileSink() = default;
     /// Not thread-safe. @throws Error
     virtual void add(const TileResult& result) = 0;
+    /// Whether a tile that comes again takes the place of the earlier one.
+    [[nodiscard]] virtual bool replaces() const noexcept { return false; }
 };
 
 }  // namespace terravox

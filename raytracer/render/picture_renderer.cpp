@@ -10,11 +10,13 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/checkpoint/input_names.hpp"
 #include "raytracer/output/denoise.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/output/tile_stream.hpp"
 #include "raytracer/sched/thread_processor.hpp"
 #include "raytracer/world/open_world.hpp"
+#include "raytracer/world/recognise.hpp"
 
 namespace terravox {
 namespace {
@@ -48,10 +50,28 @@ TileSize tiles_that_fit(const Scene& scene) {
 
 /// What is asked for, less what would take memory for nothing. Layers go into EXR files alone: for others they would take seven times the
 /// memory, and be thrown away.
-Scene thrifty(Scene scene, const std::vector<std::string>& files) {
+Scene thrifty(Scene scene, const std::vector<std::string>& files, bool fit = true) {
     if (std::none_of(files.begin(), files.end(), is_exr)) scene.output.layers = "beauty";
-    if (streams(scene)) scene.quality.tile = tiles_that_fit(scene);
+    if (fit && streams(scene)) scene.quality.tile = tiles_that_fit(scene);
     return scene;
+}
+
+/// Where workers may have boxes from themselves. A server on this machine is none that they can reach.
+BoxSource box_source(const WorldArguments& world, const Scene& base) {
+    BoxSource out;
+    const std::string& input = world.inputs.front();
+    switch (recognise(input)) {
+        case Origin::kGenerated: out.generated = input.find(':') != std::string::npos ? input : "generated:" + std::to_string(base.generated.seed); break;
+        case Origin::kServer:
+        case Origin::kFarArchive: {
+            const std::string host = input.substr(input.find("://") + 3);
+            const bool here = host.starts_with("localhost") || host.starts_with("127.") || host.starts_with("[::1]");
+            if (!here) out.server = input;
+            break;
+        }
+        default: break;
+    }
+    return out;
 }
 
 /// Tiles to several files.
@@ -71,13 +91,14 @@ private:
 
 }  // namespace
 
-PictureRenderer::PictureRenderer(const WorldArguments& world, const Scene& base, bool quiet)
-    : m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads.value_or(0))),
+PictureRenderer::PictureRenderer(const WorldArguments& world, const CrewOptions& crew, const Scene& base, bool quiet)
+    : m_inputs(world.inputs), m_orthophotos(world.orthophoto_paths()), m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads.value_or(0))),
       m_world(open_world(world.inputs, world.orthophoto_paths(), base, m_times, util::cache_dir(world.cache))),
       m_blocks(std::make_unique<BlockManager>(*m_world, static_cast<std::size_t>(base.processing.memory_mib) << 20, m_world->worth_asking(m_threads))) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
     std::signal(SIGINT, [](int) { g_stop = true; });
     std::signal(SIGTERM, [](int) { g_stop = true; });
+    m_crew = std::make_unique<Crew>(crew, *m_blocks, box_source(world, base));
 }
 
 PictureRenderer::~PictureRenderer() = default;
@@ -95,25 +116,81 @@ void PictureRenderer::check(const Scene& asked, const std::vector<std::string>& 
     for (const std::string& file : files) check_can_stream(file, shape_of(scene));
 }
 
-RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<std::string>& files, const KeepOptions& keep, std::chrono::steady_clock::time_point start) {
     RenderStatistics statistics;
     statistics.threads = m_threads;
-    const Scene scene = thrifty(asked, files);
+    Scene scene = thrifty(asked, files, !keep.part);
+    m_part = keep.part;
+    // Parts and checkpoints know whole tiles. Coarse passes are for who looks on. Each ends with workers that wait for the last.
+    const bool keeps = keep.resume || keep.part || (m_crew->is_farm() && keep.on_farms && scene.quality.time_s == 0);
+    if (keeps || m_crew->is_farm()) scene.quality.coarse_step = 1;
     m_view = std::make_unique<View>(make_view(scene, *m_blocks));
     if (const std::string why = out_of_sight(*m_view, m_world->info()); !why.empty() && !std::exchange(m_warned, true)) spdlog::warn("{}", why);
-    foresee_boxes(*m_view, *m_blocks);
-    if (streams(scene)) render_to_files(statistics, files, start);
+    if (m_crew->traces_here()) foresee_boxes(*m_view, *m_blocks);
+    m_checkpoint.reset();
+    if (keeps) open_checkpoint(scene, files, keep);
+    if (m_part) render_part(statistics, start);
+    else if (streams(scene)) render_to_files(statistics, files, start);
     else render_to_film(statistics, files, start);
+    if (m_checkpoint && (m_part || statistics.counts.missing > 0)) m_checkpoint->close();
+    else if (m_checkpoint) m_checkpoint->finish();
     finish(statistics, start);
+    m_checkpoint.reset();
     return statistics;
+}
+
+void PictureRenderer::open_checkpoint(const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep) {
+    check_can_checkpoint(scene);
+    const auto path = checkpoint_path(files.front(), keep.part);
+    const auto existing = keep.resume || keep.part ? Checkpoint::Existing::kGoOn : Checkpoint::Existing::kRefuse;
+    m_checkpoint = std::make_unique<Checkpoint>(path, key_of(scene, m_world->info(), name_inputs(m_inputs, m_orthophotos, scene)), existing);
+    if (m_checkpoint->count() > 0 && !m_quiet) spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
+}
+
+void PictureRenderer::render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) {
+    struct Nowhere final : TileSink {
+        void add(const TileResult&) override {}
+        [[nodiscard]] bool replaces() const noexcept override { return true; }
+    } nowhere;
+    const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+    render_with_crew([&](TileProcessor& processor) { statistics.counts = render_stream(job(processor, start), nowhere); }, statistics);
 }
 
 void PictureRenderer::finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const {
     statistics.blocks = m_blocks->stats();
     statistics.damage = m_world->damage();
+    // Of what earlier runs could not read there are tiles in the picture, too.
+    if (m_checkpoint)
+        for (const std::string& line : m_checkpoint->damage())
+            if (std::find(statistics.damage.begin(), statistics.damage.end(), line) == statistics.damage.end()) statistics.damage.push_back(line);
     statistics.limit_bytes = m_blocks->limit_bytes();
     statistics.peak_rss_bytes = peak_rss_bytes();
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clock::time_point start) {
+    RenderJob out{*m_view, processor, m_quiet, &g_stop};
+    out.start = start;
+    out.checkpoint = m_checkpoint.get(), out.part = m_part;
+    out.damage = [this] { return m_world->damage(); };
+    if (m_crew->is_farm()) {
+        out.on_progress = [this](std::uint64_t done, std::uint64_t of) { m_crew->set_progress(done, of); };
+        out.details = [this] { return m_crew->table(); };
+    }
+    return out;
+}
+
+void PictureRenderer::render_with_crew(const std::function<void(TileProcessor&)>& work, RenderStatistics& statistics) {
+    while (true) {
+        try {
+            m_crew->render(m_view->scene, *m_view, work);
+            break;
+        } catch (const Spoiled& e) {
+            spdlog::error("{}; the picture begins anew", e.what());
+        }
+    }
+    for (const Crew::Hand& hand : m_crew->hands()) statistics.hands.push_back(hand.status);
+    statistics.pool = m_crew->counts();
 }
 
 void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
@@ -121,9 +198,7 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::ve
     Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
     {
         const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
-        ThreadProcessor processor(*m_view, *m_blocks, m_threads);
-        statistics.counts = render_film({*m_view, processor, m_quiet, &g_stop, start}, film);
-        processor.close();
+        render_with_crew([&](TileProcessor& processor) { statistics.counts = render_film(job(processor, start), film); }, statistics);
     }
     finish(statistics, start);
     if (scene.output.denoise) {
@@ -138,13 +213,16 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::ve
 
 void PictureRenderer::render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
     const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
-    statistics.counts.samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);  // known before: it goes into the file first
-    Streams sinks;
-    for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), picture_info(*m_view, m_world->info(), statistics, false)));
-    ThreadProcessor processor(*m_view, *m_blocks, m_threads);
-    statistics.counts = render_stream({*m_view, processor, m_quiet, &g_stop, start}, sinks);
-    processor.close();
-    sinks.finish(statistics.counts.holes.size());
+    const auto samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);  // known before: it goes into the file first
+    statistics.counts.samples = samples;
+    const PictureInfo info = picture_info(*m_view, m_world->info(), statistics, false);
+    render_with_crew([&](TileProcessor& processor) {
+        Streams sinks;
+        for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), info));
+        statistics.counts = render_stream(job(processor, start), sinks);
+        if (statistics.counts.missing > 0) throw Error("render: " + std::to_string(statistics.counts.missing) + " tiles are missing; no picture was written");
+        sinks.finish(statistics.counts.holes.size());
+    }, statistics);
 }
 
 }  // namespace terravox

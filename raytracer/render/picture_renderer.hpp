@@ -5,17 +5,26 @@
 #include <vector>
 
 #include "common/util/stage_times.hpp"
+#include "raytracer/render/crew.hpp"
 #include "raytracer/render/statistics.hpp"
 #include "raytracer/render/world_arguments.hpp"
 
 namespace terravox {
 
+/// What a picture is kept in while it is made.
+struct KeepOptions {
+    bool resume = false;        ///< finished tiles are kept, and those that are there are not rendered again
+    bool on_farms = false;      ///< they are kept where workers render, too, as long as there are none yet
+    std::optional<Part> part;   ///< only these tiles, into their checkpoint and no picture
+};
+
 /// A world, opened once, and pictures of it in files. Not thread-safe. From its making on, SIGINT and SIGTERM end a picture early instead
 /// of the program.
 class PictureRenderer {
 public:
-    /// @param base what holds for all pictures: world and processing @param quiet say nothing but errors @throws Error, UsageError
-    PictureRenderer(const WorldArguments& world, const Scene& base, bool quiet);
+    /// @param base what holds for all pictures: world and processing @param crew who renders @param quiet say nothing but errors
+    /// @throws Error, UsageError
+    PictureRenderer(const WorldArguments& world, const CrewOptions& crew, const Scene& base, bool quiet);
     ~PictureRenderer();
 
     /// Refuses, before any work is done, what cannot be written. @throws UsageError, Error
@@ -23,23 +32,33 @@ public:
     /// Renders a scene and writes it to all files. Where the film would not fit into half of the memory for boxes, tiles go straight into the files.
     /// Layers are kept for EXR files alone. Warns when the world is out of sight, once.
     /// @param start from which quality.time_s counts @throws Error, UsageError
-    RenderStatistics render(const Scene& scene, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
+    RenderStatistics render(const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep = {}, std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
 
     [[nodiscard]] util::StageTimes& times() noexcept { return m_times; }
     /// The view of the last picture.
     [[nodiscard]] const View& view() const noexcept { return *m_view; }
 
 private:
+    [[nodiscard]] RenderJob job(TileProcessor& processor, std::chrono::steady_clock::time_point start);
+    void render_with_crew(const std::function<void(TileProcessor&)>& work, RenderStatistics& statistics);
     void render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start);
     void render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start);
     void finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const;
 
+    void open_checkpoint(const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep);
+    void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
+
+    const std::vector<std::string> m_inputs;
+    const std::vector<std::filesystem::path> m_orthophotos;
     util::StageTimes m_times;  ///< outlives the world, which writes to it
     bool m_quiet;
     int m_threads;
     std::unique_ptr<voxel::World> m_world;
     std::unique_ptr<BlockManager> m_blocks;
+    std::unique_ptr<Crew> m_crew;
     std::unique_ptr<View> m_view;
+    std::unique_ptr<Checkpoint> m_checkpoint;
+    std::optional<Part> m_part;
     bool m_warned = false;  ///< that the world is out of sight: once for all frames
 };
 

@@ -3,11 +3,15 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <map>
+#include <unordered_set>
+#include <utility>
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/material/material_file.hpp"
 #include "raytracer/output/progress.hpp"
+#include "raytracer/sched/processor_pool.hpp"
 #include "raytracer/sky/sun_of.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 #include "raytracer/walk/surroundings.hpp"
@@ -87,33 +91,88 @@ class PassRunner {
 public:
     PassRunner(const RenderJob& job, TileSink& sink, Progress& progress) : m_job(job), m_sink(sink), m_progress(progress) {}
 
-    void run(const std::vector<RenderTile>& tiles) {
-        std::size_t submitted = 0, done = 0;
-        while (done < tiles.size()) {
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(m_job.processor.capacity())) m_job.processor.submit(tiles[submitted++]);
+    /// @return false: nobody is left to render, and it was not to be waited for longer
+    bool run(const std::vector<RenderTile>& tiles) {
+        std::size_t submitted = 0;
+        std::unordered_set<std::uint32_t> done;
+        while (done.size() < tiles.size()) {
+            while (submitted < tiles.size() && submitted - done.size() < static_cast<std::size_t>(m_job.processor.capacity())) m_job.processor.submit(tiles[submitted++]);
             // A world may take minutes over a box: who asks to stop is heard all the same.
-            while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job)) {}
+            while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job)) m_progress.look(m_job.details);
             if (stopped(m_job)) {
                 m_job.processor.cancel();
                 throw Error("render: interrupted; no picture was written");
             }
-            const auto result = m_job.processor.take();
-            if (!result) throw Error("render: the processor ended before the picture was finished");
-            m_sink.add(*result);
-            ++done, ++m_counts.tiles;
-            m_counts.trace.add(result->counts);
-            m_counts.holes.insert(result->holes.begin(), result->holes.end());
-            m_progress.tile_done(result->samples.size(), result->counts.all_rays());
+            try {
+                forget_doubted(tiles);
+                const auto result = m_job.processor.take();
+                if (!result) throw Error("render: the processor ended before the picture was finished");
+                add(*result, done.insert(result->tile.index).second);
+            } catch (const GivenUp& e) {
+                spdlog::error("{}", e.what());
+                m_counts.missing += tiles.size() - done.size();
+                return false;
+            }
         }
+        return true;
     }
-    [[nodiscard]] RenderCounts& counts() noexcept { return m_counts; }
+    /// What is in the checkpoint goes into the picture. @return the tiles that are left to render
+    std::vector<RenderTile> resume(std::vector<RenderTile> tiles) {
+        if (m_job.part) {
+            const int edge_px = m_job.view.scene.quality.tile.in_picture(m_job.view.scene.output.size_px[0]);
+            std::erase_if(tiles, [&](const RenderTile& t) { return !m_job.part->has(static_cast<std::uint32_t>(t.x0 / edge_px), static_cast<std::uint32_t>(t.y0 / edge_px)); });
+        }
+        if (m_job.checkpoint == nullptr) return tiles;
+        m_job.checkpoint->each([&](TileResult&& result) {
+            m_sink.add(result);
+            ++m_counts.resumed;
+        });
+        std::erase_if(tiles, [&](const RenderTile& t) { return m_job.checkpoint->has(t); });
+        return tiles;
+    }
+    [[nodiscard]] RenderCounts& counts() noexcept {
+        for (auto& [tile, holes] : std::exchange(m_holes, {})) m_counts.holes.merge(holes);
+        return m_counts;
+    }
 
 private:
+    // At once: who is killed now must not go on with them.
+    void forget_doubted(const std::vector<RenderTile>& tiles) {
+        for (const std::uint32_t index : m_job.processor.take_doubted())
+            if (m_job.checkpoint != nullptr)
+                for (const RenderTile& t : tiles)
+                    if (t.index == index) m_job.checkpoint->forget(t);
+    }
+    void add(const TileResult& result, bool first) {
+        if (!first && !m_sink.replaces()) throw Spoiled("render: a tile that is in the picture already was not right");
+        if (m_job.checkpoint != nullptr) {
+            if (m_job.damage) m_job.checkpoint->note_damage(m_job.damage());
+            m_job.checkpoint->add(result);
+        }
+        m_sink.add(result);
+        const std::pair key{result.tile.pass, result.tile.index};
+        if (result.holes.empty()) m_holes.erase(key);
+        else m_holes[key] = result.holes;
+        if (!first) return;  // its rays are counted
+        ++m_counts.tiles;
+        m_counts.trace.add(result.counts);
+        m_progress.tile_done(result.samples.size(), result.counts.all_rays());
+        if (m_job.on_progress) m_job.on_progress(m_counts.tiles, m_progress.total_tiles());
+        m_progress.look(m_job.details);
+    }
+
     const RenderJob& m_job;
     TileSink& m_sink;
     Progress& m_progress;
     RenderCounts m_counts;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>> m_holes;  ///< by pass and tile; of later samples as of the first
 };
+
+std::uint64_t pixels_of(const std::vector<RenderTile>& tiles) {
+    std::uint64_t out = 0;
+    for (const RenderTile& t : tiles) out += LeaseBook::pixels_of(t);
+    return out;
+}
 
 /// More samples for the whole picture, as many again as it has, as long as there is time; tiles whose noise is low enough are left out.
 /// @return samples of a pixel at the end
@@ -132,8 +191,7 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& t
             // Two samples may agree by chance.
             if (q.noise == 0 || samples < static_cast<std::uint32_t>(q.min_samples) || film.error_above(tile, q.noise)) noisy.push_back(tile);
         }
-        if (noisy.empty()) break;
-        runner.run(noisy);
+        if (noisy.empty() || !runner.run(noisy)) break;
         samples += more;
         per_sample_s = (seconds() - before) / more;
     }
@@ -146,9 +204,11 @@ RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
     const auto& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;
     const auto passes = plan_tiles(width, height, 1, scene.quality.tile.in_picture(width), scene.quality.tile_order);
-    Progress progress(passes.front().size(), static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height), job.quiet);
+    Progress progress(passes.front().size(), pixels_of(passes.front()), job.quiet);
     PassRunner runner(job, sink, progress);
-    runner.run(passes.front());
+    const auto tiles = runner.resume(passes.front());
+    progress.leave_out(passes.front().size() - tiles.size(), pixels_of(passes.front()) - pixels_of(tiles));
+    (void)runner.run(tiles);
     runner.counts().samples = static_cast<std::uint32_t>(scene.quality.samples);
     progress.finish();
     return std::move(runner.counts());
@@ -157,16 +217,24 @@ RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
 RenderCounts render_film(const RenderJob& job, Film& film) {
     const auto& q = job.view.scene.quality;
     auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step, q.tile.in_picture(film.width_px()), q.tile_order);
-    Progress progress(passes.size() * passes.front().size(), static_cast<std::uint64_t>(film.width_px()) * static_cast<std::uint64_t>(film.height_px()), job.quiet, q.time_s);
+    std::uint64_t pixels = 0;
+    for (const auto& tiles : passes) pixels += pixels_of(tiles);
+    Progress progress(passes.size() * passes.front().size(), pixels, job.quiet, q.time_s);
     PassRunner runner(job, film, progress);
     const bool in_time = q.time_s > 0;
     constexpr int kFirstSamples = 2;
     const auto first = static_cast<std::uint32_t>(in_time ? std::min(kFirstSamples, q.samples) : q.samples);
     for (auto& tiles : passes) {
         for (RenderTile& tile : tiles) tile.samples = first;
-        runner.run(tiles);
+        if (job.checkpoint != nullptr) {
+            const std::size_t before = tiles.size();
+            const std::uint64_t before_px = pixels_of(tiles);
+            tiles = runner.resume(std::move(tiles));
+            progress.leave_out(before - tiles.size(), before_px - pixels_of(tiles));
+        }
+        if (!runner.run(tiles)) break;
     }
-    if (in_time) {
+    if (in_time && runner.counts().missing == 0) {
         const auto whole = plan_tiles(film.width_px(), film.height_px(), 1, q.tile.in_picture(film.width_px()), q.tile_order);
         runner.counts().samples = add_samples(job, whole.front(), film, first, runner);
     } else {

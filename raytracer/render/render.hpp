@@ -3,9 +3,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "raytracer/checkpoint/checkpoint.hpp"
 #include "raytracer/output/film.hpp"
 #include "raytracer/sched/processor.hpp"
 #include "raytracer/shade/view.hpp"
@@ -18,6 +22,8 @@ struct RenderCounts {
     std::uint64_t tiles = 0;
     std::uint32_t samples = 0;  ///< of a pixel at most
     std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that could not be had
+    std::uint64_t resumed = 0;      ///< tiles that were done before
+    std::uint64_t missing = 0;      ///< tiles that nobody was left to render
 };
 
 /// Everything about rendering that does not change while it runs.
@@ -26,11 +32,16 @@ struct RenderJob {
     TileProcessor& processor;
     bool quiet = false;
     const std::atomic<bool>* stop = nullptr;  ///< asks to end early
+    std::function<void(std::uint64_t done, std::uint64_t of)> on_progress = {};  ///< tiles
+    std::function<std::vector<std::string>()> details = {};  ///< lines to show below the progress
+    Checkpoint* checkpoint = nullptr;  ///< of a single pass: what is in it is not rendered again, what is finished goes into it
+    std::optional<Part> part = {};     ///< only these tiles
+    std::function<std::vector<std::string>()> damage = {};  ///< of the world's data, for the checkpoint
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
 };
 
 /// The passes of a picture through a processor into a film.
-/// @throws Error "interrupted" when asked to stop; whatever a tile threw
+/// @throws Error "interrupted" when asked to stop; Spoiled when a tile came again for which the film has no place; whatever a tile threw
 [[nodiscard]] RenderCounts render_film(const RenderJob& job, Film& film);
 
 /// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory. The time to keep (quality.time_s) needs a film.

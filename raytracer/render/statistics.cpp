@@ -58,16 +58,33 @@ std::uint64_t peak_rss_bytes() noexcept {
     return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<std::uint64_t>(usage.ru_maxrss) * 1024 : 0;
 }
 
+namespace {
+
+nlohmann::json crew_of(const RenderStatistics& s) {
+    nlohmann::json hands = nlohmann::json::array();
+    for (const ProcessorPool::Status& h : s.hands)
+        hands.push_back({{"name", h.name}, {"kind", h.kind}, {"state", h.state}, {"threads", h.threads}, {"bands", h.bands}, {"pixels", h.pixels}, {"pixels_per_s", h.pixels_per_s},
+                         {"latency_s", h.latency_s}, {"busy_share", h.busy_share}});
+    const ProcessorPool::Counts& c = s.pool;
+    return {{"processors", hands}, {"late_answers", c.late}, {"unasked_answers", c.unasked}, {"checked", c.checked}, {"expelled", c.expelled}, {"lost", c.lost}, {"given_back", c.given_back},
+            {"second_leases", c.second}, {"mended", c.mended}};
+}
+
+}  // namespace
+
 nlohmann::json report_of(const RenderStatistics& s, const util::StageTimes& times, const View& view) {
     nlohmann::json stages = nlohmann::json::array();
     for (const auto& stage : times.stages()) stages.push_back({{"name", stage.name}, {"seconds", stage.seconds}, {"count", stage.count}});
     const TraceCounts& t = s.counts.trace;
-    return {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
+    nlohmann::json out = {{"software", std::string("terravox ") + kVersion}, {"seconds", s.seconds}, {"threads", s.threads}, {"stages", stages},
             {"size", view.scene.output.size_px}, {"samples", s.counts.samples}, {"tiles", s.counts.tiles}, {"rays", t.all_rays()}, {"rays_by_kind", rays_of(t)}, {"tracing_seconds", seconds_of(t)}, {"steps", t.steps},
             {"slabs", t.slabs}, {"rays_spared", t.spared}, {"rays_parked", t.parked}, {"hole_rays", t.hole_rays}, {"holes", s.counts.holes.size()}, {"damage", s.damage},
             {"boxes", {{"levels", levels_of(s.blocks)}, {"hit_rate", hit_rate(s.blocks)}, {"waits", s.blocks.waits}, {"limit_bytes", s.limit_bytes},
                        {"peak_bytes", s.blocks.peak_bytes}}},
             {"peak_rss_bytes", s.peak_rss_bytes}};
+    out["tiles_resumed"] = s.counts.resumed, out["tiles_missing"] = s.counts.missing;
+    if (!s.hands.empty()) out["farm"] = crew_of(s);
+    return out;
 }
 
 void print_statistics(const RenderStatistics& s, const util::StageTimes& times) {
@@ -101,6 +118,7 @@ ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world, const
                          {"terravox:camera", texts(view.camera.position())}, {"terravox:projection", view.scene.camera.projection},
                          {"terravox:origin", texts(view.origin)}, {"terravox:to_sun", texts(to_sun)}, {"terravox:detail", text(view.scene.quality.detail)},
                          {"terravox:exposure_ev", text(view.exposure_ev)}, {"terravox:samples", std::to_string(s.counts.samples)}, {"terravox:holes", std::to_string(s.counts.holes.size())}};
+    if (s.counts.missing > 0) out.emplace_back("terravox:missing_tiles", std::to_string(s.counts.missing));
     if (!s.damage.empty()) out.emplace_back("terravox:damage", std::to_string(s.damage.size()));
     if (!world.crs.empty()) out.emplace_back("terravox:crs", world.crs);
     if (!world.attribution.empty()) out.emplace_back("Copyright", world.attribution);

@@ -7,6 +7,7 @@
 #include "common/util/stage_times.hpp"
 #include "raytracer/output/picture_info.hpp"
 #include "raytracer/render/render.hpp"
+#include "raytracer/sched/processor_pool.hpp"
 
 namespace terravox {
 
@@ -18,9 +19,11 @@ struct RenderStatistics {
     std::uint64_t peak_rss_bytes = 0;  ///< of the whole process; 0: not known
     double seconds = 0;
     int threads = 1;
+    std::vector<ProcessorPool::Status> hands;  ///< who rendered; empty: threads of this process alone
+    ProcessorPool::Counts pool;
     std::vector<std::string> damage;  ///< of the world's data, as World::damage()
 
-    [[nodiscard]] bool has_holes() const noexcept { return !counts.holes.empty() || !damage.empty(); }
+    [[nodiscard]] bool has_holes() const noexcept { return !counts.holes.empty() || counts.missing > 0 || !damage.empty(); }
 };
 
 /// Most memory that this process has had so far, bytes; 0 where the system does not say.

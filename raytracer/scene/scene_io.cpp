@@ -195,14 +195,30 @@ std::vector<std::string> scene_paths(const toml::table& sections) {
     return out;
 }
 
-void read_scene(const std::filesystem::path& file, Scene& scene) {
-    const std::string attempt = "read the scene " + file.string();
-    toml::table root = util::read_toml(file, [&](const std::string& what) { throw UsageError(attempt + ": " + what); });
+namespace {
+
+std::function<void(const std::string&)> refusing(const std::string& attempt) {
+    return [attempt](const std::string& what) { throw UsageError(attempt + ": " + what); };
+}
+
+void read_scene_root(toml::table root, const std::string& attempt, Scene& scene) {
     const auto version = root["version"].value<int>();
     if (root.contains("version") && version != kSceneVersion)
         throw UsageError(attempt + ": version = " + (version ? std::to_string(*version) : "a value of another kind") + "; allowed: " + std::to_string(kSceneVersion));
     root.erase("version");
     read_scene_table(root, attempt, scene);
+}
+
+}  // namespace
+
+void read_scene(const std::filesystem::path& file, Scene& scene) {
+    const std::string attempt = "read the scene " + file.string();
+    read_scene_root(util::read_toml(file, refusing(attempt)), attempt, scene);
+}
+
+void parse_scene(const std::string& text, const std::string& name, Scene& scene) {
+    const std::string attempt = "read the scene " + name;
+    read_scene_root(util::parse_toml(text, name, refusing(attempt)), attempt, scene);
 }
 
 void set_field(Scene& scene, const std::string& path, const std::string& text) {

@@ -15,6 +15,9 @@ inline constexpr int kSceneVersion = 1;
 /// @throws UsageError naming file, field, value and allowed range, for unknown fields too
 void read_scene(const std::filesystem::path& file, Scene& scene);
 
+/// The same of a text that came another way. @param name for messages
+void parse_scene(const std::string& text, const std::string& name, Scene& scene);
+
 /// Sets one field from text, as on the command line. @param path "section.field"
 /// @throws UsageError naming field, value and allowed range
 void set_field(Scene& scene, const std::string& path, const std::string& text);

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "raytracer/tiles/tile.hpp"
 
@@ -21,6 +23,10 @@ public:
     /// @return a finished tile, or nullopt once closed and drained
     /// @throws whatever the tile's task threw, with its type kept
     virtual std::optional<TileResult> take() = 0;
+    /// Indices of tiles that were taken, and come again because who made them was not to be trusted: each once.
+    [[nodiscard]] virtual std::vector<std::uint32_t> take_doubted() { return {}; }
+    /// Its result is not needed any more; it may come all the same.
+    virtual void withdraw(const RenderTile& /*tile*/) noexcept {}
     virtual void close() noexcept = 0;   ///< no more tiles will come; those accepted are finished; idempotent
     virtual void cancel() noexcept = 0;  ///< as close(), but tiles not yet begun are dropped and those begun end early, without result
 };

@@ -20,7 +20,7 @@ struct RenderTile {
     int step = 1;
     bool refines = false;
     std::uint32_t first_sample = 0, samples = 0;  ///< of each pixel; 0: as many as the scene says
-
+    friend bool operator==(const RenderTile&, const RenderTile&) = default;
 
     /// Calls visit(x, y) for each pixel to trace, row by row.
     template <class Visit> void each_pixel(const Visit& visit) const {
@@ -51,6 +51,7 @@ struct TileResult {
     std::vector<LayerSample> layers;  ///< beside the samples; empty where nobody asked for them
     TraceCounts counts;
     std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that could not be had
+    bool again = false;  ///< takes the place of one that was handed out before: who made that was not to be trusted
 };
 
 }  // namespace terravox

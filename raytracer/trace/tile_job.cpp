@@ -6,20 +6,21 @@
 namespace terravox {
 namespace {
 
-constexpr std::size_t kPartBlocks = 256;  // 4096 primary rays: about a megabyte
+constexpr std::size_t kBlockPixels = std::size_t{kPixelBlockSide} * kPixelBlockSide;
 enum PictureUse : std::uint32_t { kPixelPoint = 0xffff0000, kLensPoint };
 
 // A wave of many rays for each pixel must not take more memory than one of few.
-std::size_t part_blocks(const View& view) noexcept {
+std::size_t part_blocks(const View& view, std::size_t wave_rays) noexcept {
     const auto& q = view.scene.quality;
     const std::size_t rays = q.integrator == "direct" && q.ambient_occlusion ? 1 + static_cast<std::size_t>(q.ao_rays) / 2 : 1;
-    return std::max<std::size_t>(kPartBlocks / rays, 1);
+    return std::max<std::size_t>(wave_rays / kBlockPixels / rays, 1);
 }
 
 }  // namespace
 
-void TileJob::start(const RenderTile& tile) {
+void TileJob::start(const RenderTile& tile, std::size_t wave_rays) {
     m_tile = tile;
+    m_wave_rays = wave_rays;
     m_round = -1;
     m_part_begin = m_part_end = 0;
     m_counts = {};
@@ -45,35 +46,36 @@ void TileJob::box_came(const voxel::BoxKey& key) {
     m_parked.erase(found);
 }
 
-bool TileJob::run(TracerTools& tools, const std::atomic<bool>& stop) {
+bool TileJob::run(TracerTools& tools, const Halt& halt) {
     const std::uint64_t steps = tools.steps(), slabs = tools.slabs();
-    const auto count = [&] {
-        m_counts.steps += tools.steps() - steps, m_counts.slabs += tools.slabs() - slabs;
-        m_holes.merge(tools.walk.take_holes());
-        m_holes.merge(tools.surroundings.take_holes());
-    };
     m_lap = std::chrono::steady_clock::now();
-    if (m_round < 0) begin(tools);
+    const bool finished = go_on(tools, halt);
+    m_counts.steps += tools.steps() - steps, m_counts.slabs += tools.slabs() - slabs;
+    m_holes.merge(tools.walk.take_holes());
+    m_holes.merge(tools.surroundings.take_holes());
+    return finished;
+}
+
+bool TileJob::go_on(TracerTools& tools, const Halt& halt) {
+    if (m_round < 0) {
+        begin(tools);
+        if (halt.asked()) return false;
+    }
     while (true) {
-        walk_pending(tools, stop);
+        const bool walked = walk_pending(tools, halt);
         lap(TraceStage::kSingle);
-        if (stop) return false;
-        if (!m_parked.empty()) {
-            count();
-            return false;
-        }
+        if (!walked || !m_parked.empty()) return false;
         shade_wave(tools);
-        if (!m_wave.empty()) continue;
-        const bool part_done = !end_round(tools.view);
-        if (part_done) end_part(tools.view);
-        lap(TraceStage::kPixels);
-        if (part_done && m_part_end == m_blocks.size()) {
-            count();
-            return true;
+        if (m_wave.empty()) {
+            const bool part_done = !end_round(tools.view);
+            if (part_done) end_part(tools.view);
+            lap(TraceStage::kPixels);
+            if (part_done && m_part_end == m_blocks.size()) return true;
+            if (part_done) begin_part(tools.view);
+            make_primary(tools);
+            lap(TraceStage::kPrimary);
         }
-        if (part_done) begin_part(tools.view);
-        make_primary(tools);
-        lap(TraceStage::kPrimary);
+        if (halt.asked()) return false;
     }
 }
 
@@ -98,7 +100,7 @@ void TileJob::begin(TracerTools& tools) {
 
 void TileJob::begin_part(const View& view) {
     m_part_begin = m_part_end;
-    m_part_end = std::min(m_part_begin + part_blocks(view), m_blocks.size());
+    m_part_end = std::min(m_part_begin + part_blocks(view, m_wave_rays), m_blocks.size());
     m_pixels.clear();
     for (std::size_t i = m_part_begin; i < m_part_end; ++i) {
         const PixelBlock& block = m_blocks[i];
@@ -200,17 +202,21 @@ void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, 
     }
 }
 
-void TileJob::walk_pending(TracerTools& tools, const std::atomic<bool>& stop) {
-    for (const std::uint32_t index : m_pending) {
-        if (stop.load(std::memory_order_relaxed)) return;
-        voxel::BoxKey missing;
-        if (walk_ray(tools, m_wave[index], missing)) continue;
-        ++m_counts.parked;
-        auto& waiting = m_parked[missing];
-        if (waiting.empty()) m_missing.push_back(missing);
-        waiting.push_back(index);
+// False: it was asked to leave off; what is left is pending.
+bool TileJob::walk_pending(TracerTools& tools, const Halt& halt) {
+    std::size_t done = 0;
+    while (done < m_pending.size()) {
+        const std::uint32_t index = m_pending[done++];
+        if (voxel::BoxKey missing; !walk_ray(tools, m_wave[index], missing)) {
+            ++m_counts.parked;
+            auto& waiting = m_parked[missing];
+            if (waiting.empty()) m_missing.push_back(missing);
+            waiting.push_back(index);
+        }
+        if (halt.asked()) break;
     }
-    m_pending.clear();
+    m_pending.erase(m_pending.begin(), m_pending.begin() + static_cast<std::ptrdiff_t>(done));
+    return m_pending.empty();
 }
 
 // False: a box is missing.

@@ -35,6 +35,19 @@ struct TracerTools {
     [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
 };
 
+/// When who works through much is to leave off: when a flag is set, or a moment has come.
+class Halt {
+public:
+    using Clock = std::chrono::steady_clock;
+    /// @param stop outlives this
+    Halt(const std::atomic<bool>& stop, Clock::time_point at = Clock::time_point::max()) noexcept : m_stop(stop), m_at(at) {}
+    [[nodiscard]] bool asked() const noexcept { return m_stop.load(std::memory_order_relaxed) || (m_at != Clock::time_point::max() && Clock::now() >= m_at); }
+
+private:
+    const std::atomic<bool>& m_stop;
+    Clock::time_point m_at;
+};
+
 /// A tile on its way: its rays in waves. A wave is walked, then shaded in order, which makes the next wave; when none comes, the next
 /// sample of each pixel begins. A ray whose box is missing is laid aside with that box while the others go on; only when all that are
 /// left wait does the tile wait. The result is a function of the tile alone: waves are shaded whole and in order. docs/adr/0015.
@@ -42,11 +55,16 @@ struct TracerTools {
 class TileJob {
 public:
     /// Begins a tile; what the one before has allocated is used again.
-    void start(const RenderTile& tile);
+    /// @param wave_rays in a wave, about: fewer are sooner done, more go faster
+    void start(const RenderTile& tile, std::size_t wave_rays = kWaveRays);
+    static constexpr std::size_t kWaveRays = 4096;  ///< about a megabyte
 
-    /// Goes on as far as the boxes in memory allow. @return whether the tile is finished
-    /// @param stop ends it early, with false: the job cannot go on then
-    [[nodiscard]] bool run(TracerTools& tools, const std::atomic<bool>& stop);
+    /// Goes on as far as the boxes in memory allow, or until it is asked to leave off; the next run() then goes on from there. Each call gets
+    /// ahead by a ray, a wave or a beam at least, whatever `halt` says, and hears of it again within a wave.
+    /// @return whether the tile is finished
+    [[nodiscard]] bool run(TracerTools& tools, const Halt& halt);
+    /// Whether it has nothing to do before box_came().
+    [[nodiscard]] bool waits() const noexcept { return m_pending.empty() && !m_parked.empty(); }
     /// Boxes that rays have begun to wait for since the last call.
     [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return std::exchange(m_missing, {}); }
     /// The rays that waited for this box go on with the next run().
@@ -69,7 +87,8 @@ private:
     void make_primary(TracerTools& tools);
     void make_single(TracerTools& tools, std::uint32_t place);
     [[nodiscard]] std::pair<double, double> picture_point(const View& view, std::uint32_t place) const noexcept;
-    void walk_pending(TracerTools& tools, const std::atomic<bool>& stop);
+    [[nodiscard]] bool go_on(TracerTools& tools, const Halt& halt);
+    [[nodiscard]] bool walk_pending(TracerTools& tools, const Halt& halt);
     [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
     void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count);
     void trace_shadow_groups(TracerTools& tools);
@@ -79,6 +98,7 @@ private:
     void end_part(const View& view);
 
     RenderTile m_tile;
+    std::size_t m_wave_rays = kWaveRays;
     PixelLattice m_lattice;
     std::vector<std::int32_t> m_place;  ///< of a lattice point in the result; -1: an earlier pass has it
     std::vector<PixelBlock> m_blocks;

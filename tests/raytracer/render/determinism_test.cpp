@@ -205,7 +205,7 @@ TEST_CASE("Delft is bit-identical for any threads and memory", "[raytracer][rend
         const View view = make_view(s, blocks);
         Film film(160, 90);
         ThreadProcessor processor(view, blocks, v.threads);
-        (void)render_film({view, processor, v.threads * 2, true, nullptr}, film);
+        (void)render_film({view, processor, true, nullptr}, film);
         CHECK(blocks.hole_count() == 0);
         return bytes_of(film);
     };

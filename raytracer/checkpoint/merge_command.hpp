@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+/// Adds `merge` to the program's commands. @return runs the command once the arguments are parsed
+/// @throws (when run) Error, UsageError
+[[nodiscard]] std::function<ExitCode()> add_merge_command(CLI::App& app);
+
+}  // namespace terravox

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "raytracer/render/crew.hpp"
+#include "raytracer/scene/scene.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+/// How a program of the farm shows that it may, as flags.
+struct CredentialArguments {
+    std::string token_file, ca, certificate, key;
+
+    /// @param listens without any token one is made, and told on standard error, where `how` says what to do with it
+    /// @throws UsageError, Error
+    [[nodiscard]] net::Credentials credentials(bool listens, const std::string& how) const;
+};
+void add_credential_arguments(CLI::App& command, CredentialArguments& args);
+
+/// Who renders, as flags.
+struct CrewArguments {
+    std::vector<std::string> workers;
+    std::string listen, give_up;
+    bool discover = false, green = false;
+    CredentialArguments credentials;
+
+    /// @throws UsageError, Error
+    [[nodiscard]] CrewOptions options(const Scene& scene) const;
+};
+/// `args` must outlive the parsing.
+void add_crew_arguments(CLI::App& command, CrewArguments& args);
+
+/// A span of time such as 90, 90s, 5m or 2h. @throws UsageError naming the flag
+[[nodiscard]] std::chrono::milliseconds parse_time(const std::string& flag, const std::string& text);
+
+}  // namespace terravox

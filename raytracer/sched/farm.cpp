@@ -1,0 +1,240 @@
+#include "raytracer/sched/farm.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "raytracer/sched/socket/hello.hpp"
+#include "raytracer/sched/socket/tile_frames.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr int kSupplierThreads = 3;
+
+std::uint64_t random_number() {
+    std::random_device device;
+    return std::uint64_t{device()} << 32 | device();
+}
+
+}  // namespace
+
+Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
+    : m_options(std::move(options)), m_blocks(blocks), m_source(std::move(source)), m_supplier(blocks, random_number(), blocks.limit_bytes() / 4, kSupplierThreads) {
+    if (m_options.listen)
+        m_listener = std::make_unique<net::Listener>(*m_options.listen, m_options.credentials, [this](std::unique_ptr<net::Link> link) { (void)serve(std::move(link), ""); });
+    if (m_listener) spdlog::info("waiting for workers on port {}", m_listener->port());
+    for (const net::Address& address : m_options.dial) begin_dialling(address);
+    if (m_options.discover)
+        m_browser = std::make_unique<net::ServiceBrowser>("worker", [this](net::ServiceBrowser::Event event, const net::FoundService& found) {
+            if (event != net::ServiceBrowser::Event::kFound) return;  // a link that works shall go on
+            const net::Address address{found.address, found.port};
+            spdlog::info("found worker {} at {}", found.name, address.text());
+            begin_dialling(address);
+        });
+    const std::lock_guard lock(m_mutex);
+    m_threads.emplace_back([this] { watch(); });
+}
+
+Farm::~Farm() {
+    m_browser.reset();
+    end();
+    std::vector<std::shared_ptr<WorkerLink>> links;
+    {
+        const std::lock_guard lock(m_mutex);
+        m_stop = true;
+        for (const auto& [id, place] : m_places) links.push_back(place.link);
+    }
+    m_wake.notify_all();
+    for (const auto& link : links) link->bye("the coordinator has finished");
+    if (m_listener) m_listener->stop();
+    for (const auto& link : links) link->abort();
+    for (std::thread& t : m_threads) t.join();
+}
+
+void Farm::begin(ProcessorPool& pool, const Scene& scene, const View& view) {
+    PictureCall call;
+    call.world_id = m_supplier.world_id();
+    call.parcel = pack(scene, m_blocks.world_info());
+    call.source = m_source;
+    call.layers = view.wants_layers();
+    const std::lock_guard lock(m_mutex);
+    call.id = m_next_picture++;
+    m_call = std::move(call);
+    m_pool = &pool;
+    for (auto& [id, place] : m_places) attach(place);
+}
+
+void Farm::end() {
+    std::vector<std::pair<ProcessorPool*, ProcessorPool::MemberId>> members;
+    const std::lock_guard lock(m_mutex);
+    m_pool = nullptr;
+    m_call.reset();
+    for (auto& [id, place] : m_places) place.member = 0;
+}
+
+void Farm::attach(Place& place) {
+    if (m_pool == nullptr || place.link->draining()) return;
+    const farm::Hello& hello = place.link->hello();
+    ProcessorPool::Member member{hello.name(), "socket", static_cast<int>(hello.threads()), false, false, place.link->begin(*m_call), [link = place.link] { return link->latency_s(); }};
+    place.member = m_pool->add(std::move(member));
+}
+
+void Farm::gone(ProcessorPool::MemberId member, const std::string& why, bool expelled) {
+    std::shared_ptr<WorkerLink> link;
+    {
+        const std::lock_guard lock(m_mutex);
+        for (auto& [id, place] : m_places)
+            if (place.member == member) link = place.link, place.member = 0;
+        if (link && expelled) m_banned.insert({link->hello().name(), link->peer()});
+    }
+    if (!link) return;
+    if (expelled) {
+        spdlog::error("worker {} at {} is expelled: {}", link->hello().name(), link->peer(), why);
+        link->refuse_it("expelled: " + why);
+    } else if (link->draining()) {
+        spdlog::info("worker {} has left", link->hello().name());
+    } else {
+        spdlog::warn("worker {} at {} is lost: {}", link->hello().name(), link->peer(), why);
+    }
+}
+
+bool Farm::is_banned(const std::string& name, const std::string& peer) const {
+    const std::lock_guard lock(m_mutex);
+    return m_banned.contains(name) || m_banned.contains(peer);
+}
+
+void Farm::set_status_source(std::function<farm::Status()> source) {
+    const std::lock_guard lock(m_mutex);
+    m_status_source = std::move(source);
+}
+
+void Farm::observe(net::Link& link) {
+    while (auto frame = link.receive()) {
+        if (!frame->has_status_request()) return;
+        std::function<farm::Status()> source;
+        {
+            const std::lock_guard lock(m_mutex);
+            source = m_status_source;
+        }
+        farm::Frame reply;
+        reply.mutable_status();
+        if (source) *reply.mutable_status() = source();
+        if (!link.send(std::move(reply))) return;
+    }
+}
+
+bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
+    std::shared_ptr<WorkerLink> worker;
+    std::uint64_t id = 0;
+    try {
+        farm::Hello hello = meet(*link, make_hello({}), dialled.empty() ? std::initializer_list<farm::Role>{farm::WORKER, farm::OBSERVER} : std::initializer_list<farm::Role>{farm::WORKER});
+        if (hello.role() == farm::OBSERVER) {
+            observe(*link);
+            return false;
+        }
+        if (is_banned(hello.name(), dialled.empty() ? link->peer() : dialled)) {
+            refuse(*link, "expelled before");
+            return false;
+        }
+        const std::lock_guard lock(m_mutex);
+        if (m_stop) return false;
+        id = m_next_place++;
+        const auto on_drain = [this, id](const std::vector<RenderTile>& given_back) {
+            const std::lock_guard own(m_mutex);
+            const auto place = m_places.find(id);
+            if (place != m_places.end() && place->second.member != 0 && m_pool != nullptr) m_pool->drain(place->second.member, given_back);
+        };
+        spdlog::info("worker {} at {}: {} threads, {}", hello.name(), link->peer(), hello.threads(), hello.cpu_features());
+        worker = std::make_shared<WorkerLink>(std::move(link), std::move(hello), m_supplier, on_drain);
+        attach(m_places.emplace(id, Place{worker, 0}).first->second);
+    } catch (const HelloError& e) {
+        if (!e.busy) spdlog::warn("{}", e.what());
+        return e.busy || dialled.empty();
+    } catch (const Error& e) {
+        spdlog::warn("{}", e.what());
+        return true;
+    }
+    const std::string why = worker->run();
+    ProcessorPool* pool = nullptr;
+    ProcessorPool::MemberId member = 0;
+    {
+        const std::lock_guard lock(m_mutex);
+        const auto place = m_places.find(id);
+        member = place->second.member, pool = m_pool;
+        m_places.erase(place);
+        // Under the lock, so that the pool is still there; it calls back gone() for members that are still of a place only.
+        if (pool != nullptr && member != 0) spdlog::debug("worker {} ends: {}", worker->hello().name(), why);
+    }
+    if (member != 0) {
+        if (worker->draining()) spdlog::info("worker {} has left", worker->hello().name());
+        else spdlog::warn("worker {} at {} is lost: {}", worker->hello().name(), worker->peer(), why);
+    }
+    return !is_banned(worker->hello().name(), worker->peer());
+}
+
+void Farm::begin_dialling(const net::Address& address) {
+    const std::lock_guard lock(m_mutex);
+    if (!m_stop && m_dialled.insert(address.text()).second) m_threads.emplace_back([this, address] { dial_again_and_again(address); });
+}
+
+void Farm::dial_again_and_again(const net::Address& address) {
+    auto pause = farm_times().redial;
+    bool told = false;
+    const auto stopped_after = [&](std::chrono::milliseconds time) {
+        std::unique_lock lock(m_mutex);
+        return m_wake.wait_for(lock, time, [&] { return m_stop; });
+    };
+    while (!stopped_after(std::chrono::milliseconds(0))) {
+        try {
+            auto link = net::dial(address, m_options.credentials, std::chrono::seconds(5));
+            pause = farm_times().redial, told = false;
+            if (!serve(std::move(link), address.text())) return;
+        } catch (const net::RefusedError& e) {
+            spdlog::error("{}", e.what());
+            return;
+        } catch (const Error& e) {
+            if (!std::exchange(told, true)) spdlog::warn("{}; trying again", e.what());
+        }
+        if (stopped_after(pause)) return;
+        pause = std::min(pause * 2, farm_times().most_redial);
+    }
+}
+
+void Farm::watch() {
+    std::unique_lock lock(m_mutex);
+    while (!m_wake.wait_for(lock, farm_times().ping, [&] { return m_stop; })) {
+        std::vector<std::shared_ptr<WorkerLink>> links;
+        for (const auto& [id, place] : m_places) links.push_back(place.link);
+        lock.unlock();
+        for (const auto& link : links) {
+            // Its reader ends by that, and its leases go back.
+            if (link->silent_for() > farm_times().silence) {
+                spdlog::warn("worker {} has been silent for too long", link->hello().name());
+                link->abort();
+            } else {
+                link->ping();
+            }
+        }
+        links.clear();
+        lock.lock();
+    }
+}
+
+std::size_t Farm::workers() const {
+    const std::lock_guard lock(m_mutex);
+    return m_places.size();
+}
+
+std::vector<Farm::Worker> Farm::status() const {
+    std::vector<Worker> out;
+    const std::lock_guard lock(m_mutex);
+    for (const auto& [id, place] : m_places)
+        out.push_back({place.member, place.link->hello().name(), place.link->peer(), static_cast<int>(place.link->hello().threads()), place.link->latency_s(),
+                       place.link->heartbeat().memory_bytes(), place.link->traffic().received_bytes, place.link->draining()});
+    return out;
+}
+
+}  // namespace terravox

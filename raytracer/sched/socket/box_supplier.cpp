@@ -1,0 +1,93 @@
+#include "raytracer/sched/socket/box_supplier.hpp"
+
+#include <algorithm>
+
+#include "common/voxel/box_codec.hpp"
+#include "raytracer/sched/socket/tile_frames.hpp"
+
+namespace terravox {
+
+BoxSupplier::BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads) : m_blocks(blocks), m_world_id(world_id), m_packed(memory_bytes) {
+    for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { serve(); });
+}
+
+BoxSupplier::~BoxSupplier() {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_stop = true;
+    }
+    m_work.notify_all();
+    for (std::thread& t : m_threads) t.join();
+}
+
+bool BoxSupplier::ask(std::uint64_t asker, const farm::BoxRequest& request, const Reply& reply) {
+    if (request.world_id() != m_world_id) return false;
+    {
+        const std::lock_guard lock(m_mutex);
+        auto found = std::find_if(m_askers.begin(), m_askers.end(), [&](const auto& a) { return a->id == asker; });
+        if (found == m_askers.end()) {
+            m_askers.push_back(std::make_shared<Asker>(Asker{asker, reply, {}, 0}));
+            found = m_askers.end() - 1;
+        }
+        if ((*found)->keys.size() + static_cast<std::size_t>(request.keys_size()) > kMostWaiting) return false;
+        for (const farm::BoxKey& key : request.keys()) (*found)->keys.push_back(from_frame(key));
+    }
+    m_work.notify_all();
+    return true;
+}
+
+void BoxSupplier::forget(std::uint64_t asker) {
+    std::unique_lock lock(m_mutex);
+    const auto found = std::find_if(m_askers.begin(), m_askers.end(), [&](const auto& a) { return a->id == asker; });
+    if (found == m_askers.end()) return;
+    const auto gone = *found;
+    m_askers.erase(found);
+    gone->keys.clear();
+    m_idle.wait(lock, [&] { return gone->serving == 0; });
+}
+
+std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxKey& key) {
+    const auto make = [&] {
+        auto out = std::make_shared<Packed>();
+        const BlockPin block = m_blocks.get(key);
+        out->hole = block->hole;
+        out->air = !block->hole && !block->box;
+        if (block->box) out->frame = voxel::compress(*block->box);
+        return std::shared_ptr<const Packed>(std::move(out));
+    };
+    return m_packed.get(key, make, [](const std::shared_ptr<const Packed>& p) { return p->frame.size(); });
+}
+
+void BoxSupplier::serve() {
+    std::unique_lock lock(m_mutex);
+    while (true) {
+        const auto next = [&] { return std::find_if(m_askers.begin(), m_askers.end(), [](const auto& a) { return !a->keys.empty(); }); };
+        m_work.wait(lock, [&] { return m_stop || next() != m_askers.end(); });
+        if (m_stop) return;
+        const auto at = next();
+        const auto asker = *at;
+        std::rotate(at, at + 1, m_askers.end());  // the others come first next time
+        const voxel::BoxKey key = asker->keys.front();
+        asker->keys.pop_front();
+        ++asker->serving;
+        lock.unlock();
+        farm::Frame frame;
+        farm::BoxReply& reply = *frame.mutable_box();
+        reply.set_world_id(m_world_id);
+        to_frame(key, *reply.mutable_key());
+        const voxel::WorldInfo& world = m_blocks.world_info();
+        if (key.level < 0 || key.level >= world.levels || !voxel::boxes_over(world.bounds, key.level).contains(key)) {
+            reply.set_air(true);  // beyond the world
+        } else {
+            const auto box = packed(key);
+            if (box->hole) reply.set_hole("the coordinator cannot have it");
+            else if (box->air) reply.set_air(true);
+            else reply.set_frame(box->frame.data(), box->frame.size());
+        }
+        (void)asker->reply(std::move(frame));
+        lock.lock();
+        if (--asker->serving == 0) m_idle.notify_all();
+    }
+}
+
+}  // namespace terravox

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/net/farm.pb.h"
+#include "common/util/cache.hpp"
+#include "raytracer/world/block_manager.hpp"
+
+namespace terravox {
+
+/// Boxes for workers that cannot read the world themselves: packed once, kept packed as long as there is room, and sent to whoever asks.
+///
+/// Requests wait in one queue for each asker, which are served in turn, so that none starves. Thread-safe; one lock, not held while a box is
+/// made or sent.
+class BoxSupplier {
+public:
+    /// Sends a reply; false: the asker is gone. Called on a thread of the supplier.
+    using Reply = std::function<bool(farm::Frame)>;
+    /// @param memory_bytes for packed boxes
+    BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads);
+    ~BoxSupplier();
+    BoxSupplier(const BoxSupplier&) = delete;
+    BoxSupplier& operator=(const BoxSupplier&) = delete;
+
+    /// @param asker any number of its own @return false: it asks for more than is allowed at once, or for another world's
+    [[nodiscard]] bool ask(std::uint64_t asker, const farm::BoxRequest& request, const Reply& reply);
+    /// Nothing is sent to it any more once this returns.
+    void forget(std::uint64_t asker);
+    [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
+    static constexpr std::size_t kMostWaiting = 65'536;  ///< keys of one asker
+
+private:
+    struct Packed {
+        std::vector<std::byte> frame;
+        bool air = false, hole = false;
+    };
+    struct Asker {
+        std::uint64_t id;
+        Reply reply;
+        std::deque<voxel::BoxKey> keys;
+        int serving = 0;
+    };
+    void serve();
+    [[nodiscard]] std::shared_ptr<const Packed> packed(const voxel::BoxKey& key);
+
+    BlockManager& m_blocks;
+    const std::uint64_t m_world_id;
+    util::Cache<voxel::BoxKey, Packed, voxel::BoxKeyHash> m_packed;
+    std::mutex m_mutex;
+    std::condition_variable m_work, m_idle;
+    std::deque<std::shared_ptr<Asker>> m_askers;
+    bool m_stop = false;
+    std::vector<std::thread> m_threads;
+};
+
+}  // namespace terravox

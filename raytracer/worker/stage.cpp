@@ -1,0 +1,172 @@
+#include "raytracer/worker/stage.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "common/util/error.hpp"
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world_json.hpp"
+#include "raytracer/render/render.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/world/open_world.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr int kThreadsPerCollector = 8;
+
+/// The world as the worker can have it itself. @return nullptr, said in the log, when it is another than the coordinator's or not to be had
+std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::string& scene_text) {
+    static util::StageTimes times;
+    const std::string& origin = ground.server.empty() ? ground.generated : ground.server;
+    if (origin.empty()) return nullptr;
+    try {
+        // What a coordinator names is looked at as a server's address or a seed, never as a path.
+        const bool is_server = origin.starts_with("http://") || origin.starts_with("https://");
+        if (is_server == ground.server.empty() || (!is_server && !origin.starts_with("generated:"))) throw Error("open the world: it is neither a server's address nor generated:SEED");
+        Scene scene = unpack_scene(scene_text);
+        scene.world.voxel_m = ground.far->info().voxel_m;
+        auto own = open_world({origin}, {}, scene, times);
+        if (voxel::world_to_json(own->info()) == ground.world) return own;
+        spdlog::warn("{} is another world here than the coordinator's; its boxes are asked of the coordinator", origin);
+    } catch (const Error& e) {
+        spdlog::warn("{}; boxes are asked of the coordinator", e.what());
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+Stage::Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, bool paused, Answers answers)
+    : m_picture(picture), m_parcel(std::move(parcel)), m_ground(std::move(ground)), m_threads(threads), m_memory_bytes(memory_bytes), m_answers(std::move(answers)), m_paused(paused) {
+    m_thread = std::thread([this] { run(); });
+}
+
+Stage::~Stage() { end(); }
+
+void Stage::end() noexcept {
+    cancel();
+    std::call_once(m_joined, [&] { m_thread.join(); });
+}
+
+void Stage::add(std::uint64_t id, const RenderTile& tile) {
+    const std::lock_guard lock(m_mutex);
+    if (m_cancelled) return;
+    m_waiting.emplace_back(id, tile);
+    m_work.notify_all();
+}
+
+void Stage::drop(const std::vector<std::uint64_t>& ids) {
+    const std::lock_guard lock(m_mutex);
+    std::erase_if(m_waiting, [&](const auto& w) { return std::find(ids.begin(), ids.end(), w.first) != ids.end(); });
+    m_idle.notify_all();
+}
+
+std::vector<std::uint64_t> Stage::drop_all() {
+    std::vector<std::uint64_t> ids;
+    const std::lock_guard lock(m_mutex);
+    for (const auto& [id, tile] : m_waiting) ids.push_back(id);
+    m_waiting.clear();
+    m_idle.notify_all();
+    return ids;
+}
+
+void Stage::pause(bool on) {
+    const std::lock_guard lock(m_mutex);
+    m_paused = on;
+    m_work.notify_all();
+}
+
+void Stage::cancel() noexcept {
+    const std::lock_guard lock(m_mutex);
+    m_cancelled = true;
+    m_waiting.clear();
+    m_begun.clear();
+    if (m_processor != nullptr) m_processor->cancel();
+    m_work.notify_all();
+    m_idle.notify_all();
+}
+
+bool Stage::wait_idle(std::chrono::steady_clock::time_point until) {
+    std::unique_lock lock(m_mutex);
+    return m_idle.wait_until(lock, until, [&] { return m_cancelled || (m_waiting.empty() && m_begun.empty()); });
+}
+
+Stage::Load Stage::load() const {
+    const std::lock_guard lock(m_mutex);
+    // Boxes are there once the processor is.
+    return {m_waiting.size(), m_begun.size(), m_processor != nullptr ? m_ground->blocks->stats().bytes : 0};
+}
+
+void Stage::open_ground() {
+    const std::lock_guard lock(m_ground->opening);
+    if (m_ground->blocks) return;
+    voxel::World* world = m_ground->far.get();
+    if (auto own = open_own(*m_ground, m_parcel.scene)) {
+        m_ground->own = std::make_unique<HelpedWorld>(std::move(own), *m_ground->far);
+        world = m_ground->own.get();
+    }
+    m_ground->blocks = std::make_unique<BlockManager>(*world, m_memory_bytes, world->worth_asking(m_threads));
+}
+
+void Stage::run() {
+    try {
+        open_ground();
+        const View view = unpack(m_parcel, m_ground->far->info());
+        ThreadProcessor processor(view, *m_ground->blocks, m_threads);
+        {
+            const std::lock_guard lock(m_mutex);
+            m_processor = &processor;
+            if (m_cancelled) processor.cancel();
+        }
+        std::vector<std::thread> collectors;
+        for (int i = 0; i <= m_threads / kThreadsPerCollector; ++i) collectors.emplace_back([&] { collect(processor); });
+        feed(processor);
+        processor.cancel();
+        for (std::thread& t : collectors) t.join();
+        const std::lock_guard lock(m_mutex);
+        m_processor = nullptr;
+    } catch (const std::exception& e) {
+        m_answers.failed(e.what());
+    }
+    m_over = true;
+}
+
+void Stage::feed(TileProcessor& processor) {
+    std::unique_lock lock(m_mutex);
+    while (true) {
+        m_work.wait(lock, [&] { return m_cancelled || (!m_paused && !m_waiting.empty()); });
+        if (m_cancelled) return;
+        m_begun.push_back(m_waiting.front());
+        m_waiting.pop_front();
+        const RenderTile tile = m_begun.back().second;
+        lock.unlock();
+        processor.submit(tile);
+        lock.lock();
+    }
+}
+
+void Stage::collect(TileProcessor& processor) {
+    try {
+        while (auto result = processor.take()) {
+            std::uint64_t id = 0;
+            {
+                const std::lock_guard lock(m_mutex);
+                const auto begun = std::find_if(m_begun.begin(), m_begun.end(), [&](const auto& b) { return b.second == result->tile; });
+                if (begun == m_begun.end()) continue;
+                id = begun->first;
+            }
+            m_answers.done(id, std::move(*result));
+            // Only now: who waits for what is begun must know it sent.
+            const std::lock_guard lock(m_mutex);
+            std::erase_if(m_begun, [&](const auto& b) { return b.first == id; });
+            m_idle.notify_all();
+        }
+    } catch (const std::exception& e) {
+        m_answers.failed(e.what());
+        cancel();
+    }
+}
+
+}  // namespace terravox

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+#include "common/util/error.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace terravox {
+
+/// Adds `worker`: the daemon that lends this machine to renders elsewhere. @return runs the command once the arguments are parsed
+/// @throws (when run) Error, UsageError
+[[nodiscard]] std::function<ExitCode()> add_worker_command(CLI::App& app);
+
+}  // namespace terravox

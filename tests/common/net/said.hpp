@@ -1,0 +1,53 @@
+#pragma once
+
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "tests/common/net/farm.hpp"
+
+namespace terravox::test {
+
+/// The log, kept for the test instead of going to standard error.
+class Said {
+public:
+    Said() : m_before(spdlog::default_logger()), m_sink(std::make_shared<Sink>()) {
+        spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", m_sink));
+    }
+    ~Said() { spdlog::set_default_logger(m_before); }
+    [[nodiscard]] std::string all() const { return m_sink->text(); }
+    /// Waits for a line with this in it.
+    [[nodiscard]] bool hears(const std::string& part) const {
+        const auto deadline = std::chrono::steady_clock::now() + kLong;
+        while (all().find(part) == std::string::npos) {
+            if (std::chrono::steady_clock::now() > deadline) return false;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        return true;
+    }
+
+private:
+    class Sink final : public spdlog::sinks::base_sink<std::mutex> {
+    public:
+        std::string text() {
+            const std::lock_guard lock(mutex_);
+            return m_text;
+        }
+
+    private:
+        void sink_it_(const spdlog::details::log_msg& message) override {
+            m_text.append(message.payload.data(), message.payload.size()).append("\n");
+        }
+        void flush_() override {}
+        std::string m_text;
+    };
+    std::shared_ptr<spdlog::logger> m_before;
+    std::shared_ptr<Sink> m_sink;
+};
+
+}  // namespace terravox::test

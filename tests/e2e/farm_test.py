@@ -1,0 +1,262 @@
+"""A farm of real programs: workers that listen and workers that join, killed, stopped, unwelcome; a picture that is the same in any case."""
+
+import http.client
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+import unittest
+
+from support import Run, binary, render, survey, temporary_folder
+
+TOKEN = "a-token-of-the-tests-1234"
+ENVIRONMENT = {"TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
+# Some seconds on one thread: long enough to be killed in the middle of.
+SCENE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--samples", "40", "--bounces", "4"]
+os.environ["TERRAVOX_FARM_TEST"] = "1"
+
+
+class Program:
+    """A program of the farm that runs; its log is read as it comes."""
+
+    def __init__(self, *arguments, environment=ENVIRONMENT):
+        self.process = subprocess.Popen([binary("RAYTRACER"), *(str(a) for a in arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+                                        env={**os.environ, **environment})
+        self.lines = []
+        self.changed = threading.Condition()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            with self.changed:
+                self.lines.append(line.rstrip("\n"))
+                self.changed.notify_all()
+        with self.changed:
+            self.lines.append(None)
+            self.changed.notify_all()
+
+    def saw(self, pattern, timeout_s=60):
+        """Waits for a line. Returns the match."""
+        end = time.monotonic() + timeout_s
+        with self.changed:
+            while True:
+                for line in self.lines:
+                    found = re.search(pattern, line or "")
+                    if found:
+                        return found
+                left = end - time.monotonic()
+                if left <= 0 or (self.lines and self.lines[-1] is None):
+                    raise AssertionError(f"no line with {pattern!r} in\n{self.log()}")
+                self.changed.wait(left)
+
+    def log(self):
+        return "\n".join(line for line in self.lines if line is not None)
+
+    def end(self, timeout_s=120):
+        code = self.process.wait(timeout_s)
+        self.reader.join(10)
+        return code
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+class Farm(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.out = temporary_folder()
+        run = render(survey(), *SCENE, "--quiet", "-o", cls.out / "wanted.png", "-o", cls.out / "wanted.exr")
+        assert run.code == 0, run
+        cls.wanted = (cls.out / "wanted.png").read_bytes()
+
+    def program(self, *arguments, **options):
+        program = Program(*arguments, **options)
+        self.addCleanup(program.process.stdout.close)
+        self.addCleanup(program.kill)
+        return program
+
+    def worker(self, *arguments, **options):
+        """A daemon that listens. Returns it and its address."""
+        daemon = self.program("worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments, **options)
+        return daemon, "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
+
+    def coordinator(self, name, *arguments, **options):
+        return self.program("render", survey(), *SCENE, "-o", self.out / name, *arguments, **options)
+
+    def check(self, program, name, code=0):
+        self.assertEqual(program.end(), code, program.log())
+        self.assertTrue((self.out / name).read_bytes() == self.wanted, f"{name} is another picture\n{program.log()}")
+        self.assertFalse((self.out / (name + ".tiles")).exists())
+
+    def test_workers_that_listen(self):
+        (_, a), (_, b) = self.worker(), self.worker()
+        for name, threads in (("listen.png", "0"), ("mixed.png", "1")):
+            self.check(self.coordinator(name, "--worker", a, "--worker", b, "--threads", threads, "--report", self.out / "report.json"), name)
+        hands = json.loads((self.out / "report.json").read_text())["farm"]["processors"]
+        self.assertEqual(sorted(h["kind"] for h in hands), ["socket", "socket", "threads"])
+
+    def test_workers_that_join(self):
+        token = self.out / "token"
+        token.write_text(TOKEN + "\n")
+        token.chmod(0o600)
+        bare = {"TERRAVOX_FARM_TEST": "1", "TERRAVOX_TOKEN": ""}
+        coordinator = self.coordinator("join.png", "--listen", "127.0.0.1:0", "--threads", "0", "--token-file", token, environment=bare)
+        address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
+        workers = [self.program("worker", "--join", address, "--threads", "1", "--once", "--token-file", token, environment=bare) for _ in range(2)]
+        workers[0].saw("works for")
+        status = Run([binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT)
+        self.assertEqual(status.code, 0, status)
+        told = json.loads(status.out)[0]
+        self.assertEqual((told["role"], told["tiles_total"]), ("coordinator", 144))
+        self.check(coordinator, "join.png")
+        for worker in workers:
+            self.assertEqual(worker.end(30), 0, worker.log())
+
+    def test_a_generated_token_is_told(self):
+        coordinator = self.coordinator("told.png", "--listen", "127.0.0.1:0", "--threads", "0", environment={"TERRAVOX_TOKEN": "", "TERRAVOX_FARM_TEST": "1"})
+        token = coordinator.saw(r"token: (\S+)").group(1)
+        address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
+        self.program("worker", "--join", address, environment={"TERRAVOX_TOKEN": token, "TERRAVOX_FARM_TEST": "1"})
+        self.check(coordinator, "told.png")
+
+    def test_green_alone_and_beside_others(self):
+        self.check(self.coordinator("green.png", "--green"), "green.png")
+        _, a = self.worker()
+        self.check(self.coordinator("green2.png", "--green", "--threads", "1", "--worker", a), "green2.png")
+
+    def test_workers_killed_and_stopped_in_the_middle(self):
+        for sign in (signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP):
+            with self.subTest(sign.name):
+                (victim, a), (_, b) = self.worker(), self.worker()
+                name = f"{sign.name}.png"
+                coordinator = self.coordinator(name, "--worker", a, "--worker", b, "--threads", "0", "--log", "debug")
+                self.busy(a)
+                victim.process.send_signal(sign)
+                if sign == signal.SIGTERM:
+                    self.assertEqual(victim.end(15), 0, victim.log())
+                self.check(coordinator, name)
+                victim.process.send_signal(signal.SIGCONT)
+
+    def busy(self, address, tiles=2):
+        """Waits until a worker has finished so many tiles."""
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            status = Run([binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT)
+            if status.code == 0 and json.loads(status.out)[0]["tiles_done"] >= tiles:
+                return
+        self.fail(f"{address} never finished {tiles} tiles")
+
+    def test_all_workers_lost(self):
+        worker, a = self.worker()
+        coordinator = self.coordinator("lost.png", "--worker", a, "--threads", "0", "--give-up", "1s")
+        self.busy(a, 4)
+        worker.kill()
+        self.assertEqual(coordinator.end(), 3, coordinator.log())
+        self.assertRegex(coordinator.log(), r"lacks \d+ tiles")
+        self.assertTrue((self.out / "lost.png").exists())
+        self.assertTrue((self.out / "lost.png.tiles").exists())
+        # Without --resume nothing of that is thrown away by accident.
+        refused = self.coordinator("lost.png", "--worker", a, "--threads", "1")
+        self.assertEqual(refused.end(), 2, refused.log())
+        report = self.out / "resumed.json"
+        self.check(self.coordinator("lost.png", "--resume", "--report", report), "lost.png")
+        done = json.loads(report.read_text())
+        self.assertGreater(done["tiles_resumed"], 0)
+        self.assertEqual(done["tiles"] + done["tiles_resumed"], 144)
+
+    def test_a_coordinator_killed_and_resumed(self):
+        _, a = self.worker()
+        _, b = self.worker()
+        for tiles in (3, 12):
+            coordinator = self.coordinator("killed.png", "--worker", a, "--worker", b, "--threads", "0", "--resume")
+            self.busy(a, tiles)
+            coordinator.kill()
+        self.check(self.coordinator("killed.png", "--worker", a, "--worker", b, "--threads", "0", "--resume"), "killed.png")
+
+    def test_certificates(self):
+        folder = self.out / "certs"
+        for where in (folder, self.out / "others"):
+            made = Run([binary("RAYTRACER"), "farm", "certs", "-o", where])
+            self.assertEqual(made.code, 0, made)
+
+        def flags(where, name):
+            return ["--tls-ca", where / "ca.pem", "--tls-cert", where / f"{name}.pem", "--tls-key", where / f"{name}.key"]
+
+        bare = {"TERRAVOX_TOKEN": "", "TERRAVOX_FARM_TEST": "1"}
+        _, a = self.worker(*flags(folder, "worker"), environment=bare)
+        self.check(self.coordinator("tls.png", "--worker", a, "--threads", "0", *flags(folder, "coordinator"), environment=bare), "tls.png")
+        stranger = Run([binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")])
+        self.assertEqual(stranger.code, 1, stranger)
+
+    def test_the_unwelcome_are_refused_and_harm_nothing(self):
+        daemon, a = self.worker()
+        port = int(a.rsplit(":", 1)[1])
+        wrong = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_TOKEN": "another-token-of-nobody"})
+        self.assertEqual(wrong.code, 1, wrong)
+        self.assertIn("token", wrong.err)
+        none = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_TOKEN": ""})
+        self.assertEqual(none.code, 2, none)
+        held = []
+        for garbage in (b"", b"GET / HTTP/1.1\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\x16\x03\x01\x02\x00\x01\x00", os.urandom(4096)):
+            stranger = socket.create_connection(("127.0.0.1", port))
+            stranger.sendall(garbage)
+            held.append(stranger)
+        self.check(self.coordinator("unwelcome.png", "--worker", a, "--threads", "0"), "unwelcome.png")
+        for stranger in held:
+            stranger.close()
+        self.assertIsNone(daemon.process.poll(), daemon.log())
+        # A worker that nobody wants says so, and a render that its only worker refuses goes on by itself.
+        coordinator = self.coordinator("alone.png", "--worker", a, "--threads", "2", environment={**ENVIRONMENT, "TERRAVOX_TOKEN": "another-token-of-nobody"})
+        self.check(coordinator, "alone.png")
+
+    def test_a_busy_worker_works_for_one_after_the_other(self):
+        _, a = self.worker()
+        first = self.coordinator("first.png", "--worker", a, "--threads", "0")
+        second = self.coordinator("second.png", "--worker", a, "--threads", "0")
+        self.check(first, "first.png")
+        self.check(second, "second.png")
+
+    def test_metrics_and_configuration(self):
+        config = self.out / "worker.toml"
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        text = f'version = 1\nlisten = "127.0.0.1:0"\nthreads = 1\nmetrics = "127.0.0.1:{port}"\n'
+        config.write_text(text)
+        daemon = self.program("worker", "--config", config)
+        a = "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
+        self.check(self.coordinator("metrics.png", "--worker", a, "--threads", "0"), "metrics.png")
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+        connection.request("GET", "/metrics")
+        page = connection.getresponse().read().decode()
+        self.assertGreaterEqual(float(re.search(r"^terravox_worker_tiles_total (\S+)", page, re.M).group(1)), 144, page)
+        config.write_text(text.replace("threads = 1", "threads = 2"))
+        daemon.process.send_signal(signal.SIGHUP)
+        daemon.saw("changed: threads")
+        config.write_text("nonsense")
+        daemon.process.send_signal(signal.SIGHUP)
+        daemon.saw("the configuration stays as it was")
+        daemon.process.send_signal(signal.SIGTERM)
+        self.assertEqual(daemon.end(15), 0, daemon.log())
+
+    def test_what_cannot_be_is_said(self):
+        for arguments, code, says in (
+                (["--threads", "0"], 2, "nobody else is there"), (["--worker", "nowhere:0"], 2, "port"), (["--worker", "127.0.0.1:1", "--give-up", "soon"], 2, "--give-up"),
+                (["--listen", "300.1.2.3:1"], 1, "300.1.2.3"), (["--part", "3/2"], 2, "--part"), (["--resume", "--time", "5"], 2, "time_s"),
+                (["--worker", "127.0.0.1:1", "--tls-ca", "x"], 2, "--tls-cert")):
+            with self.subTest(arguments):
+                run = render(survey(), *SCENE, *arguments, "-o", self.out / "never.png", environment=ENVIRONMENT)
+                self.assertEqual(run.code, code, run)
+                self.assertIn(says, run.err)
+                self.assertEqual(len([line for line in run.err.splitlines() if line.startswith("terravox: ")]), 1, run)
+
+
+if __name__ == "__main__":
+    unittest.main()

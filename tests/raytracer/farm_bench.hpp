@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "raytracer/sched/farm.hpp"
+#include "raytracer/sched/socket/hello.hpp"
+#include "raytracer/sched/socket/tile_frames.hpp"
+#include "raytracer/tiles/tile_plan.hpp"
+#include "raytracer/worker/worker_daemon.hpp"
+#include "tests/raytracer/landscape.hpp"
+
+namespace terravox::test {
+
+/// Deadlines and heartbeats of tests: before anything asks for them.
+inline const bool kShortFarmTimes = ::setenv("TERRAVOX_FARM_TEST", "1", 1) == 0;
+
+inline PoolSettings pool_settings(Job& job) {
+    PoolSettings out;
+    out.seed = 77;
+    out.least_deadline = farm_times().least_deadline;
+    out.make_checker = [&job] { return std::make_shared<ThreadProcessor>(job.view, job.blocks, 1); };
+    return out;
+}
+
+/// A coordinator in this process, with workers at the other ends of links in memory.
+class FarmBench {
+public:
+    explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt, int check_every = 200)
+        : m_job(job), m_farm(FarmOptions{}, job.blocks, BoxSource{}) {
+        PoolSettings settings = pool_settings(job);
+        settings.give_up = give_up, settings.check_every = check_every;
+        settings.gone = [this](ProcessorPool::MemberId id, const std::string& why, bool expelled) {
+            {
+                const std::lock_guard lock(m_mutex);
+                if (expelled) m_expelled.push_back(why);
+            }
+            m_farm.gone(id, why, expelled);
+        };
+        m_pool = std::make_unique<ProcessorPool>(std::move(settings));
+        m_farm.begin(*m_pool, job.view.scene, job.view);
+    }
+    ~FarmBench() {
+        m_farm.end();
+        m_pool.reset();
+        for (auto& daemon : m_daemons) daemon->stop();
+        for (auto& link : m_kill) link->abort();
+        for (std::thread& t : m_threads) t.join();
+    }
+
+    /// The coordinator's end of a new link goes to the farm. @return the other end
+    std::unique_ptr<net::Link> plug() {
+        auto [mine, theirs] = net::link_pair();
+        m_threads.emplace_back([this, link = std::shared_ptr<net::Link>(std::move(mine))]() mutable { (void)m_farm.serve(std::make_unique<Shared>(std::move(link)), ""); });
+        return std::move(theirs);
+    }
+    /// A worker of this many threads. @return its number
+    std::size_t add_worker(int threads = 1) {
+        WorkerDaemonOptions options;
+        options.threads = threads;
+        options.name = "worker " + std::to_string(m_daemons.size());
+        options.memory_bytes = std::size_t{64} << 20;
+        m_daemons.push_back(std::make_unique<WorkerDaemon>(options));
+        std::shared_ptr<net::Link> link = plug();
+        m_kill.push_back(link);
+        m_threads.emplace_back([daemon = m_daemons.back().get(), link] { (void)daemon->serve(std::make_unique<Shared>(link), false); });
+        return m_daemons.size() - 1;
+    }
+    void kill(std::size_t worker) { m_kill[worker]->abort(); }
+    [[nodiscard]] WorkerDaemon& daemon(std::size_t worker) { return *m_daemons[worker]; }
+    /// Threads of this process join in.
+    void add_threads(int threads) { m_pool->add({"here", "threads", threads, true, false, std::make_shared<ThreadProcessor>(m_job.view, m_job.blocks, threads), {}}); }
+
+    [[nodiscard]] ProcessorPool& pool() { return *m_pool; }
+    [[nodiscard]] Farm& farm() { return m_farm; }
+    [[nodiscard]] std::vector<std::string> expelled() {
+        const std::lock_guard lock(m_mutex);
+        return m_expelled;
+    }
+    RenderCounts render(Film& film) { return render_film({m_job.view, *m_pool, true, nullptr}, film); }
+
+private:
+    /// A link that somebody else may end as well.
+    class Shared final : public net::Link {
+    public:
+        explicit Shared(std::shared_ptr<net::Link> link) : m_link(std::move(link)) {}
+        ~Shared() override { m_link->abort(); }
+        bool send(farm::Frame frame) override { return m_link->send(std::move(frame)); }
+        std::optional<farm::Frame> receive() override { return m_link->receive(); }
+        void close(std::chrono::milliseconds patience) noexcept override { m_link->close(patience); }
+        void abort() noexcept override { m_link->abort(); }
+        const std::string& peer() const noexcept override { return m_link->peer(); }
+        std::string why_ended() const override { return m_link->why_ended(); }
+        Traffic traffic() const noexcept override { return m_link->traffic(); }
+
+    private:
+        std::shared_ptr<net::Link> m_link;
+    };
+
+    Job& m_job;
+    std::mutex m_mutex;
+    std::vector<std::string> m_expelled;
+    Farm m_farm;
+    std::unique_ptr<ProcessorPool> m_pool;
+    std::vector<std::unique_ptr<WorkerDaemon>> m_daemons;
+    std::vector<std::shared_ptr<net::Link>> m_kill;
+    std::vector<std::thread> m_threads;
+};
+
+/// One pass, so that all that differs is who renders.
+inline Scene farm_scene(bool layers = false) {
+    Scene scene = small_scene();
+    scene.quality.coarse_step = 1;
+    if (layers) scene.output.layers = "all";
+    return scene;
+}
+
+inline Film empty_film(const Job& job) { return {job.view.scene.output.size_px[0], job.view.scene.output.size_px[1], job.view.wants_layers()}; }
+
+}  // namespace terravox::test

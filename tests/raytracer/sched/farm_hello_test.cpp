@@ -1,0 +1,118 @@
+#include <set>
+
+#include "raytracer/sched/socket/hello.hpp"
+#include "raytracer/sched/socket/parcel.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+using namespace terravox;
+using terravox::test::contains;
+using terravox::test::Job;
+using terravox::test::small_scene;
+
+namespace {
+
+farm::Hello worker_hello() {
+    OwnHello own;
+    own.role = farm::WORKER, own.threads = 2, own.capacity = 20;
+    return make_hello(own);
+}
+
+/// What a coordinator says of a peer whose first frame is this.
+std::string said_of(const farm::Frame& first, std::string* told = nullptr) {
+    auto [mine, theirs] = net::link_pair();
+    theirs->send(first);
+    std::string out;
+    try {
+        (void)meet(*mine, make_hello({}), {farm::WORKER, farm::OBSERVER}, std::chrono::milliseconds(2000));
+    } catch (const HelloError& e) {
+        out = e.what();
+    }
+    if (told != nullptr)
+        while (auto frame = theirs->receive())
+            if (frame->has_refusal()) *told = frame->refusal().reason();
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a peer that does not fit is refused, and both ends say why", "[raytracer][farm]") {
+    struct Case {
+        const char* name;
+        std::function<void(farm::Hello&)> change;
+        const char* says;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"protocol", [](farm::Hello& h) { h.set_protocol(99); }, "protocol 99; here: 1"},
+        {"version", [](farm::Hello& h) { h.set_software("terravox 0.0.9"); }, "version terravox 0.0.9; here: terravox"},
+        {"build", [](farm::Hello& h) { h.set_build("0123"); }, "build 0123; here: "},
+        {"processor", [](farm::Hello& h) { h.set_architecture("aarch64"); }, "processor aarch64; here: "},
+        {"role", [](farm::Hello& h) { h.set_role(farm::COORDINATOR); }, "a coordinator, as is this end"},
+        {"no role", [](farm::Hello& h) { h.set_role(farm::ROLE_UNKNOWN); }, "neither coordinator nor worker"},
+        {"no threads", [](farm::Hello& h) { h.set_threads(0); }, "a worker of 0 threads"},
+        {"no room", [](farm::Hello& h) { h.set_capacity(0); }, "room for 0 tiles"},
+        {"far too many", [](farm::Hello& h) { h.set_threads(4'000'000'000U); }, "allowed: 1 to 1048576"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        farm::Frame first;
+        *first.mutable_hello() = worker_hello();
+        c.change(*first.mutable_hello());
+        std::string told;
+        CHECK_THAT(said_of(first, &told), contains(c.says));
+        CHECK_THAT(told, contains(c.says));
+    }
+}
+
+TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an end", "[raytracer][farm]") {
+    farm::Frame other;
+    other.mutable_ping()->set_stamp(1);
+    CHECK_THAT(said_of(other), contains("its first frame was no hello"));
+    farm::Frame refusal;
+    refusal.mutable_refusal()->set_reason("no\nroom \x1b[31m");
+    CHECK_THAT(said_of(refusal), contains("no?room ?[31m"));
+    auto [mine, theirs] = net::link_pair();
+    CHECK_THROWS_WITH(meet(*mine, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(50)), contains("no answer within 50 ms"));
+    auto [here, there] = net::link_pair();
+    there->close();
+    CHECK_THROWS_WITH(meet(*here, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(2000)), contains("it hung up"));
+}
+
+TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytracer][farm]") {
+    Scene scene = small_scene();
+    scene.camera.look = "somewhere", scene.world.settings = "/secret/settings.toml", scene.world.classes = "/secret/classes.toml";
+    scene.sun.altitude_deg.reset(), scene.sun.azimuth_deg.reset(), scene.sun.zone = "Europe/Ljubljana";
+    scene.camera.space = "voxel", scene.camera.position = {1.0 / 3, 40.1, 60}, scene.camera.target = {0, 0, 1e-17};
+    Job job(scene);
+    const Parcel parcel = pack(scene, job.world->info());
+    CHECK(parcel.scene.find("secret") == std::string::npos);
+    CHECK(parcel.scene.find("somewhere") == std::string::npos);
+    CHECK_THAT(parcel.scene, contains("zone = ''"));
+    const View view = unpack(parcel, job.world->info());
+    const Vec3 a = view.camera.position(), b = job.view.camera.position();
+    CHECK((a.x == b.x && a.y == b.y && a.z == b.z));
+    const Vec3 s = view.sky.to_sun(), t = job.view.sky.to_sun();
+    CHECK((s.x == t.x && s.y == t.y && s.z == t.z));
+    CHECK(view.exposure_ev == job.view.exposure_ev);
+}
+
+TEST_CASE("texts from anywhere are no view without an error", "[raytracer][farm]") {
+    Job job(small_scene());
+    const Parcel good = pack(small_scene(), job.world->info());
+    Parcel bad = good;
+    bad.scene = "[quality]\nsamples = -5";
+    CHECK_THROWS_WITH(unpack(bad, job.world->info()), contains("quality.samples"));
+    bad = good, bad.scene = std::string(2 << 20, '#');
+    CHECK_THROWS_WITH(unpack(bad, job.world->info()), contains("longer than 1 MiB"));
+    bad = good, bad.materials = "[nonsense]";
+    CHECK_THROWS_WITH(unpack(bad, job.world->info()), contains("is no material"));
+}
+
+TEST_CASE("texts have names of 16 bytes, each its own", "[raytracer][farm]") {
+    std::set<std::string> names;
+    for (const char* text : {"", "a", "b", "ab"}) {
+        CHECK(state_hash(text).size() == 16);
+        CHECK(names.insert(state_hash(text)).second);
+    }
+    CHECK(state_hash("a") == state_hash("a"));
+}

@@ -1,0 +1,121 @@
+#include "raytracer/sched/farm.hpp"
+
+#include <random>
+
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+std::string local_picture(bool layers) {
+    Job job(farm_scene(layers));
+    return bytes_of(render(job, 2));
+}
+
+}  // namespace
+
+TEST_CASE("workers make the picture that threads make, with and without layers, alone and together with threads", "[raytracer][farm]") {
+    for (const bool layers : {false, true}) {
+        const std::string wanted = local_picture(layers);
+        for (const int workers : {1, 3})
+            for (const int threads : {0, 1}) {
+                INFO(workers << " workers, " << threads << " threads" << (layers ? ", layers" : ""));
+                Job job(farm_scene(layers));
+                FarmBench bench(job);
+                for (int i = 0; i < workers; ++i) bench.add_worker(1 + i % 2);
+                if (threads > 0) bench.add_threads(threads);
+                Film film = empty_film(job);
+                const RenderCounts counts = bench.render(film);
+                CHECK(bytes_of(film) == wanted);
+                CHECK(counts.missing == 0);
+                CHECK(bench.expelled().empty());
+                CHECK(bench.pool().counts().checked >= 1);  // a worker's first tile always is, wherever there is one
+            }
+    }
+}
+
+TEST_CASE("several pictures through the same links are right: the worker keeps world and boxes, not the view", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench first(job);
+    first.add_worker();
+    Film film = empty_film(job);
+    (void)first.render(film);
+    CHECK(bytes_of(film) == local_picture(false));
+    Scene other = farm_scene();
+    other.sun.altitude_deg = 55, other.camera.azimuth_deg = 20;
+    Job wanted(other);
+    const std::string right = bytes_of(render(wanted, 1));
+    const View view = make_view(other, job.blocks);
+    first.farm().end();
+    {
+        PoolSettings settings = pool_settings(job);
+        settings.make_checker = [&] { return std::make_shared<ThreadProcessor>(view, job.blocks, 1); };
+        ProcessorPool pool(std::move(settings));
+        first.farm().begin(pool, other, view);
+        Film again = empty_film(job);
+        (void)render_film({view, pool, true, nullptr}, again);
+        CHECK(bytes_of(again) == right);
+        first.farm().end();
+    }
+}
+
+TEST_CASE("workers that die, leave and come at any time change no pixel", "[raytracer][farm]") {
+    static const std::string wanted = local_picture(false);
+    const auto seed = GENERATE(range(1u, 9u));
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    Job job(farm_scene());
+    FarmBench bench(job);
+    for (int i = 0; i < 3; ++i) bench.add_worker();
+    const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
+    for (const RenderTile& t : tiles) bench.pool().submit(t);
+    Film film = empty_film(job);
+    std::set<std::uint32_t> done;
+    while (done.size() < tiles.size()) {
+        const auto result = bench.pool().take();
+        REQUIRE(result);
+        film.add(*result);
+        CHECK(done.insert(result->tile.index).second);
+        switch (any(6)) {
+            case 0: bench.kill(static_cast<std::size_t>(any(3))); break;
+            case 1: bench.add_worker(); break;
+            case 2: bench.daemon(static_cast<std::size_t>(any(3))).stop(); break;
+            default: break;
+        }
+        if (bench.farm().workers() == 0) bench.add_worker();
+    }
+    CHECK(bytes_of(film) == wanted);
+    CHECK(bench.expelled().empty());
+}
+
+TEST_CASE("when nobody is left the picture waits, and ends with what there is after the time to give up", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job, std::chrono::milliseconds(300));
+    Film film = empty_film(job);
+    const RenderCounts counts = bench.render(film);
+    CHECK(counts.missing == 28);
+    CHECK(counts.tiles == 0);
+}
+
+TEST_CASE("a paused worker gets nothing, and goes on when it may", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    bench.add_worker();
+    while (bench.farm().status().empty() || bench.farm().status().front().member == 0) std::this_thread::yield();
+    const auto member = bench.farm().status().front().member;
+    bench.pool().pause(member, true);
+    const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
+    for (const RenderTile& t : tiles) bench.pool().submit(t);
+    CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
+    CHECK(std::string(bench.pool().status().front().state) == "paused");
+    bench.pool().pause(member, false);
+    std::size_t done = 0;
+    while (done < tiles.size()) {
+        REQUIRE(bench.pool().take());
+        ++done;
+    }
+}

@@ -1,0 +1,229 @@
+#include <functional>
+#include <limits>
+
+#include "raytracer/tiles/tile_codec.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+/// A worker that knows how to say hello, and does as the test tells it with every tile.
+class FakeWorker {
+public:
+    using OnTile = std::function<void(FakeWorker&, std::uint64_t picture, std::uint64_t id, const RenderTile&)>;
+    FakeWorker(Job& job, std::unique_ptr<net::Link> link, OnTile on_tile) : m_job(job), m_link(std::move(link)), m_on_tile(std::move(on_tile)), m_thread([this] { run(); }) {}
+    ~FakeWorker() {
+        m_link->abort();
+        m_thread.join();
+    }
+    void send(farm::Frame frame) { m_link->send(std::move(frame)); }
+    void send_bytes(std::uint64_t picture, std::uint64_t id, const std::string& bytes) {
+        farm::Frame frame;
+        frame.mutable_done()->set_picture(picture);
+        frame.mutable_done()->set_id(id);
+        frame.mutable_done()->set_result(bytes);
+        send(std::move(frame));
+    }
+    void send_tile(std::uint64_t picture, std::uint64_t id, const TileResult& result) {
+        const auto bytes = encode_tile(result);
+        send_bytes(picture, id, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+    }
+    /// The tile as it ought to be.
+    TileResult right(const RenderTile& tile) {
+        ThreadProcessor processor(m_job.view, m_job.blocks, 1);
+        processor.submit(tile);
+        return *processor.take();
+    }
+    std::string told;  ///< why it was refused; read it after the thread's end only
+
+private:
+    void run() {
+        OwnHello own;
+        own.role = farm::WORKER, own.threads = 1, own.capacity = 4, own.name = "fake";
+        try {
+            (void)meet(*m_link, make_hello(own), {farm::COORDINATOR});
+        } catch (const HelloError&) {
+            return;
+        }
+        while (auto frame = m_link->receive()) {
+            if (frame->has_ping()) {
+                farm::Frame pong;
+                pong.mutable_pong()->set_stamp(frame->ping().stamp());
+                send(std::move(pong));
+            }
+            if (frame->has_task())
+                for (const farm::Tile& t : frame->task().tiles()) m_on_tile(*this, frame->task().picture(), t.id(), from_frame(t));
+        }
+    }
+
+    Job& m_job;
+    std::unique_ptr<net::Link> m_link;
+    OnTile m_on_tile;
+    std::thread m_thread;
+};
+
+const std::string& wanted() {
+    static const std::string bytes = [] {
+        Job job(farm_scene());
+        return bytes_of(render(job, 2));
+    }();
+    return bytes;
+}
+
+using Act = FakeWorker::OnTile;
+
+TileResult changed(TileResult result, const std::function<void(TileResult&)>& change) {
+    change(result);
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker is expelled", "[raytracer][farm]") {
+    struct Case {
+        const char* name;
+        Act act;
+        const char* says;  ///< of why it was expelled
+    };
+    const auto c = GENERATE(values<Case>({
+        {"garbage", [](FakeWorker& w, auto picture, auto id, const RenderTile&) { w.send_bytes(picture, id, "garbage"); }, "tile"},
+        {"nothing at all", [](FakeWorker& w, auto picture, auto id, const RenderTile&) { w.send_bytes(picture, id, ""); }, "tile"},
+        {"a bit flipped on the way", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
+             auto bytes = encode_tile(w.right(t));
+             bytes[bytes.size() / 2] ^= std::byte{4};
+             w.send_bytes(picture, id, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+         }, "tile"},
+        {"another tile", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
+             RenderTile other = t;
+             other.x0 += 1, other.x1 += 1;
+             w.send_tile(picture, id, changed(w.right(t), [&](TileResult& r) { r.tile = other; }));
+         }, "another tile"},
+        {"layers that nobody wants", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
+             w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) { r.layers.resize(r.samples.size()); }));
+         }, "with layers"},
+        {"wrong pixels, well packed", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
+             w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) { r.samples.front().colour.g += 0.001f; }));
+         }, "wrong"},
+        {"a frame of the coordinator's", [](FakeWorker& w, auto, auto, const RenderTile&) {
+             farm::Frame frame;
+             frame.mutable_task()->set_picture(1);
+             w.send(std::move(frame));
+         }, "frame that no worker sends"},
+        {"boxes of another world", [](FakeWorker& w, auto, auto, const RenderTile&) {
+             farm::Frame frame;
+             frame.mutable_need_box()->set_world_id(123);
+             (void)frame.mutable_need_box()->add_keys();
+             w.send(std::move(frame));
+         }, "of another world"},
+        {"boxes without end", [](FakeWorker& w, auto, auto, const RenderTile&) {
+             farm::Frame frame;
+             for (int i = 0; i < 70'000; ++i) (void)frame.mutable_need_box()->add_keys();
+             w.send(std::move(frame));
+         }, "more boxes than it may"},
+        {"a text that no picture has", [](FakeWorker& w, auto, auto, const RenderTile&) {
+             farm::Frame frame;
+             frame.mutable_need_state()->set_hash("0123456789abcdef");
+             w.send(std::move(frame));
+         }, "what no picture has"},
+        {"a pong from the future", [](FakeWorker& w, auto, auto, const RenderTile&) {
+             farm::Frame frame;
+             frame.mutable_pong()->set_stamp(std::numeric_limits<std::uint64_t>::max() / 2);
+             w.send(std::move(frame));
+         }, "ping"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const std::string& right = wanted();
+        Job job(farm_scene());
+        FarmBench bench(job);
+        Film film = empty_film(job);
+        {
+            FakeWorker fake(job, bench.plug(), c.act);
+            // Alone until it is found out: then somebody else comes.
+            std::thread help([&] {
+                while (bench.expelled().empty()) std::this_thread::yield();
+                bench.add_threads(1);
+            });
+            CHECK(bench.render(film).missing == 0);
+            help.join();
+        }
+        CHECK(bytes_of(film) == right);
+        REQUIRE(bench.expelled().size() == 1);
+        CHECK_THAT(bench.expelled().front(), contains(c.says));
+    }
+}
+
+TEST_CASE("a worker that lies now and then is found out, and all that it made is made again", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job, std::nullopt, 4);
+    Film film = empty_film(job);
+    int n = 0;
+    {
+        FakeWorker fake(job, bench.plug(), [&](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile& t) {
+            const bool lie = ++n > 3;
+            w.send_tile(picture, id, changed(w.right(t), [&](TileResult& r) {
+                            if (lie) r.samples.back().colour.r = 7;
+                        }));
+        });
+        std::thread help([&] {
+            while (bench.expelled().empty()) std::this_thread::yield();
+            bench.add_threads(1);
+        });
+        CHECK(bench.render(film).missing == 0);
+        help.join();
+    }
+    CHECK(bytes_of(film) == wanted());
+    CHECK(bench.pool().counts().mended > 0);
+}
+
+TEST_CASE("answers that come twice, and answers to nothing, are counted and ignored", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    Film film = empty_film(job);
+    {
+        FakeWorker fake(job, bench.plug(), [&](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile& t) {
+            const TileResult result = w.right(t);
+            for (int i = 0; i < 3; ++i) w.send_tile(picture, id, result);
+            w.send_tile(picture + 1, id, result);
+            w.send_tile(picture, id + 1'000'000, result);
+        });
+        CHECK(bench.render(film).missing == 0);
+    }
+    CHECK(bytes_of(film) == wanted());
+    CHECK(bench.expelled().empty());
+}
+
+TEST_CASE("a worker that answers pings and nothing else loses its tiles to others", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    Film film = empty_film(job);
+    std::atomic<int> got{0};
+    {
+        FakeWorker fake(job, bench.plug(), [&](FakeWorker&, std::uint64_t, std::uint64_t, const RenderTile&) { ++got; });
+        std::thread help([&] {
+            while (got == 0) std::this_thread::yield();
+            bench.add_worker();
+        });
+        CHECK(bench.render(film).missing == 0);
+        help.join();
+    }
+    CHECK(bytes_of(film) == wanted());
+    CHECK(bench.expelled().empty());
+}
+
+TEST_CASE("a worker that cannot render is left out, and what nobody can render is an error", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    Film film = empty_film(job);
+    const auto failing = [](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile&) {
+        farm::Frame frame;
+        frame.mutable_failed()->set_picture(picture);
+        frame.mutable_failed()->set_id(id);
+        frame.mutable_failed()->set_reason("out of memory");
+        w.send(std::move(frame));
+    };
+    FakeWorker a(job, bench.plug(), failing), b(job, bench.plug(), failing), c(job, bench.plug(), failing);
+    CHECK_THROWS_WITH(bench.render(film), contains("3 workers failed"));
+}
