@@ -123,8 +123,10 @@ std::pair<std::string, bool> refusal_of(const grpc::Status& status, const std::s
     std::string why = text_of(status);
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return {why, true};
     if (const auto at = why.rfind(endpoint + ": "); at != std::string::npos) why.erase(0, at + endpoint.size() + 2);
-    // With TLS 1.3 the listener looks at the dialler's certificate when the dialler thinks that all is done.
-    if (why.find("Socket closed") != std::string::npos) return {"it closed the connection when it had seen the certificate", true};
+    // With TLS 1.3 the listener looks at the dialler's certificate when the dialler thinks that all is done. A listener that is slow closes
+    // in the same way, so it is worth another try.
+    if (why.find("Socket closed") != std::string::npos)
+        return {"it closed the connection when it had seen the certificate, or was too slow", false};
     for (const char* word : {"certificate", "alert", "wrong version number"})
         if (why.find(word) != std::string::npos) return {why, true};
     return {why, false};

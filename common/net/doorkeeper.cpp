@@ -120,10 +120,14 @@ void Doorkeeper::run() noexcept {
         } catch (const std::exception& e) {
             // One round's work is lost, at most one connection. Memory may be short: not again at once.
             spdlog::error("farm: accept connections: {}", e.what());
-            pollfd wake_only{m_wake.fd(), POLLIN, 0};
-            ::poll(&wake_only, 1, 100);
+            rest();
         }
     }
+}
+
+void Doorkeeper::rest() noexcept {
+    pollfd wake_only{m_wake.fd(), POLLIN, 0};
+    ::poll(&wake_only, 1, 50);
 }
 
 void Doorkeeper::round() {
@@ -184,10 +188,14 @@ void Doorkeeper::accept_from(int listening) {
             if (make_room(kNoDescriptors)) continue;
             m_spare.close();
             Socket unlucky(::accept4(listening, nullptr, nullptr, SOCK_CLOEXEC));
+            const bool drained = static_cast<bool>(unlucky) || !out_of_descriptors(errno);
             unlucky.close();
             m_spare = spare_descriptor();
-            const std::lock_guard lock(m_log_mutex);
-            m_log.refused("", "connections", kNoDescriptors);
+            {
+                const std::lock_guard lock(m_log_mutex);
+                m_log.refused("", "connections", kNoDescriptors);
+            }
+            if (!drained) return rest();
         } else if (errno != EINTR && errno != ECONNABORTED) {
             if (errno != EAGAIN && errno != EWOULDBLOCK) {
                 const std::lock_guard lock(m_log_mutex);

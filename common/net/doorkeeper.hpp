@@ -83,6 +83,7 @@ private:
     bool make_room(const char* why);
     std::size_t unproven() const;
     void wake() noexcept;
+    void rest() noexcept;  ///< for a moment, where going on at once would only keep a core busy
 
     const Credentials m_credentials;
     ListenerLimits m_limits;

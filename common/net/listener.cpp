@@ -15,7 +15,8 @@
 namespace terravox::net {
 namespace {
 
-/// The end that was dialled. gRPC wants Finish exactly once, and nothing begun after it.
+/// The end that was dialled. gRPC wants Finish exactly once, and nothing begun after it: it may call OnDone at any
+/// time from then on, and would go on with what was begun later when this is destroyed.
 class AcceptedStream final : public Stream,
                              public std::enable_shared_from_this<AcceptedStream>,
                              public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
@@ -37,7 +38,9 @@ private:
     void cancel() override { m_context->TryCancel(); }
     void let_go() override { finish(grpc::Status::OK); }
     void finish(const grpc::Status& status) {
-        if (!std::exchange(m_finished, true)) Finish(status);
+        if (std::exchange(m_finished, true)) return;
+        end_reads();
+        Finish(status);
     }
 
     void OnReadDone(bool ok) override { read_done(ok, m_context->IsCancelled() ? kLost : "the other end closed it"); }

@@ -90,7 +90,7 @@ void Stream::begin() {
 
 void Stream::read_more() {
     const bool room = m_closing || (m_in_bytes < kMostAhead_bytes && m_in.size() < kMostAhead);
-    if (m_reading || m_over || !room) return;
+    if (m_reading || m_reads_ended || m_over || !room) return;
     m_reading = true;
     start_read(&m_being_read);
 }

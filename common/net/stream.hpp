@@ -49,6 +49,9 @@ protected:
     virtual void cancel() = 0;
     virtual void let_go() = 0;  ///< nothing more will be started; once
 
+    /// With the mutex held: no read is begun any more; gRPC may be done before it would take one.
+    void end_reads() noexcept { m_reads_ended = true; }
+
     // What gRPC tells.
     void begin();
     void read_done(bool ok, const char* why_not);
@@ -70,7 +73,7 @@ private:
     std::deque<grpc::ByteBuffer> m_in, m_out;
     std::size_t m_in_bytes = 0, m_out_bytes = 0;
     grpc::ByteBuffer m_being_read, m_being_written;
-    bool m_reading = false, m_writing = false;
+    bool m_reading = false, m_writing = false, m_reads_ended = false;
     bool m_closing = false;       ///< by us
     bool m_writes_ended = false;  ///< end_writes() was called, or a write failed
     bool m_aborted = false;       ///< by us

@@ -101,7 +101,7 @@ public:
             while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job)) m_progress.look(m_job.details);
             if (stopped(m_job)) {
                 m_job.processor.cancel();
-                throw Error("render: interrupted; no picture was written");
+                throw Error("render: interrupted; no picture was written" + kept());
             }
             try {
                 forget_doubted(tiles);
@@ -142,6 +142,9 @@ private:
             if (m_job.checkpoint != nullptr)
                 for (const RenderTile& t : tiles)
                     if (t.index == index) m_job.checkpoint->forget(t);
+    }
+    [[nodiscard]] std::string kept() const {
+        return m_job.checkpoint == nullptr ? "" : "; " + std::to_string(m_job.checkpoint->count()) + " tiles are kept in " + m_job.checkpoint->path().string() + ", --resume goes on with them";
     }
     void add(const TileResult& result, bool first) {
         if (!first && !m_sink.replaces()) throw Spoiled("render: a tile that is in the picture already was not right");

@@ -26,7 +26,6 @@ Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
     if (m_options.listen)
         m_listener = std::make_unique<net::Listener>(*m_options.listen, m_options.credentials, [this](std::unique_ptr<net::Link> link) { (void)serve(std::move(link), ""); });
     if (m_listener) spdlog::info("waiting for workers on port {}", m_listener->port());
-    for (const net::Address& address : m_options.dial) begin_dialling(address);
     if (m_options.discover)
         m_browser = std::make_unique<net::ServiceBrowser>("worker", [this](net::ServiceBrowser::Event event, const net::FoundService& found) {
             if (event != net::ServiceBrowser::Event::kFound) return;  // a link that works shall go on
@@ -34,6 +33,8 @@ Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
             spdlog::info("found worker {} at {}", found.name, address.text());
             begin_dialling(address);
         });
+    // Nothing below throws: threads that have begun are joined by the destructor alone.
+    for (const net::Address& address : m_options.dial) begin_dialling(address);
     const std::lock_guard lock(m_mutex);
     m_threads.emplace_back([this] { watch(); });
 }

@@ -56,6 +56,26 @@ public:
         out.accepted = m_arrivals.next();
         return out;
     }
+    /// Whether a peer gets in, and a frame through. On a busy machine it may need more time than a test's limits leave it: then again.
+    [[nodiscard]] bool works() {
+        const auto deadline = std::chrono::steady_clock::now() + kLong;
+        while (std::chrono::steady_clock::now() < deadline) {
+            try {
+                const auto dialled = dial();
+                farm::Frame frame;
+                frame.mutable_ping()->set_stamp(5);
+                if (!dialled->send(frame)) continue;
+                // One that was given up may have arrived before.
+                while (const auto accepted = m_arrivals.next())
+                    if (const auto got = accepted->receive()) return got->ping().stamp() == 5;
+                return false;
+            } catch (const net::RefusedError&) {
+                return false;
+            } catch (const Error&) {
+            }
+        }
+        return false;
+    }
     [[nodiscard]] Arrivals& arrivals() noexcept { return m_arrivals; }
     [[nodiscard]] net::Listener& listener() noexcept { return m_listener; }
     [[nodiscard]] const net::Credentials& credentials() const noexcept { return m_credentials; }

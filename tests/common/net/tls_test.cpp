@@ -72,6 +72,7 @@ TEST_CASE("certificates of one CA make a link", "[common][net][tls]") {
     CHECK(dialled->peer() == farm.address().text());
     CHECK_THAT(accepted->peer(), contains("127.0.0.1:"));
     for (std::uint64_t i = 0; i < 50; ++i) {
+        INFO(dialled->why_ended() << " / " << accepted->why_ended());
         REQUIRE(dialled->send(done(i, 1 << 20)));
         REQUIRE(accepted->send(done(i + 7, 100'000)));
         const auto there = accepted->receive(), back = dialled->receive();
@@ -91,7 +92,7 @@ TEST_CASE("certificates of one CA make a link", "[common][net][tls]") {
 TEST_CASE("a dialler of another CA is refused, on both sides", "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"), quick());
+    Farm farm(credentials(certs.ours, "coordinator"));
     const auto dial = [&](const net::Credentials& some) { static_cast<void>(net::dial(farm.address(), some, kLong)); };
     CHECK_THROWS_AS(dial(credentials(certs.theirs, "worker")), net::RefusedError);
     CHECK_THROWS_WITH(dial(credentials(certs.theirs, "worker")),
@@ -105,7 +106,7 @@ TEST_CASE("a dialler of another CA is refused, on both sides", "[common][net][tl
 TEST_CASE("a listener refuses who shows no certificate of its CA", "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"), quick());
+    Farm farm(credentials(certs.ours, "coordinator"));
     const std::string ca = read(certs.ours / "ca.pem");
     SECTION("none at all") {
         const auto status = join_with(farm.address(), {.pem_root_certs = ca, .pem_private_key = {}, .pem_cert_chain = {}});
@@ -139,15 +140,15 @@ TEST_CASE("a listener refuses who shows no certificate of its CA", "[common][net
 TEST_CASE("a dialler whose certificate the listener does not take is told so", "[common][net][tls]") {
     const Said said;
     const Certs certs;
-    Farm farm(credentials(certs.ours, "coordinator"), quick());
+    Farm farm(credentials(certs.ours, "coordinator"));
     // It trusts both CAs, and has a certificate of the wrong one.
     const auto both = certs.folder.path() / "both.pem";
     std::ofstream(both) << read(certs.ours / "ca.pem") << read(certs.theirs / "ca.pem");
     auto some = credentials(certs.theirs, "worker");
     some.ca = both;
     const auto dial = [&] { static_cast<void>(net::dial(farm.address(), some, kLong)); };
-    CHECK_THROWS_AS(dial(), net::RefusedError);
-    CHECK_THROWS_WITH(dial(), contains("certificate"));
+    CHECK_THROWS_AS(dial(), Error);
+    CHECK_THROWS_WITH(dial(), contains("it closed the connection when it had seen the certificate"));
     CHECK(said.hears("it showed no certificate of this farm"));
     // One that has expired is not even tried.
     const auto [certificate, key] = made_by(certs.ours, "terravox-farm", -1);
@@ -195,7 +196,7 @@ TEST_CASE("a token and certificates do not meet, and both sides say so", "[commo
     const Said said;
     const Certs certs;
     SECTION("a dialler with a token") {
-        Farm farm(credentials(certs.ours, "coordinator"), quick());
+        Farm farm(credentials(certs.ours, "coordinator"));
         const auto dial = [&] {
             static_cast<void>(net::dial(farm.address(), {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong));
         };
@@ -265,6 +266,5 @@ TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
         }
         CHECK(said.hears("too many strangers at once"));
     }
-    const auto [dialled, accepted] = farm.pair();
-    CHECK(accepted);
+    CHECK(farm.works());
 }
