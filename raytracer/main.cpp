@@ -7,6 +7,7 @@
 #endif
 #include "raytracer/animate/animate_command.hpp"
 #include "raytracer/checkpoint/merge_command.hpp"
+#include "raytracer/cluster/cluster_command.hpp"
 #include "raytracer/convert/convert_command.hpp"
 #include "raytracer/render/crew_arguments.hpp"
 #include "raytracer/render/picture_renderer.hpp"
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
         app.require_subcommand(1);
         const auto render = terravox::add_render_command(app);
         const auto animate = terravox::add_animate_command(app, open_renderer);
+        const auto cluster = terravox::add_cluster_command(app);
         const auto convert = terravox::add_convert_command(app);
         const auto worker = terravox::add_worker_command(app);
         const auto farm = terravox::add_farm_command(app);
@@ -50,6 +52,7 @@ int main(int argc, char** argv) {
         if (app.got_subcommand("animate")) return static_cast<int>(animate());
         if (app.got_subcommand("worker")) return static_cast<int>(worker());
         if (app.got_subcommand("farm")) return static_cast<int>(farm());
+        if (app.got_subcommand("cluster")) return static_cast<int>(cluster());
         if (app.got_subcommand("convert")) return static_cast<int>(convert());
         if (app.got_subcommand("merge")) return static_cast<int>(merge());
         if (app.got_subcommand("world")) return static_cast<int>(world());

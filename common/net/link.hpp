@@ -23,7 +23,8 @@ public:
     Link& operator=(const Link&) = delete;
     virtual ~Link() = default;  ///< as abort()
 
-    /// Queues a frame; waits while more than 32 MiB are queued. @return false: the link has ended, the frame is lost
+    /// Queues a frame; waits while more than 32 MiB are queued, but for 10 s at most: then the link is aborted.
+    /// @return false: the link has ended, the frame is lost
     virtual bool send(farm::Frame frame) = 0;
     /// Waits for the next frame. @return nullopt: the link has ended, by either side
     [[nodiscard]] virtual std::optional<farm::Frame> receive() = 0;

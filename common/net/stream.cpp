@@ -5,6 +5,11 @@
 #include "common/util/error.hpp"
 
 namespace terravox::net {
+namespace {
+
+constexpr std::chrono::seconds kMostStalled{10};
+
+}  // namespace
 
 bool Stream::send(const farm::Frame& frame) {
     grpc::ByteBuffer bytes;
@@ -14,7 +19,12 @@ bool Stream::send(const farm::Frame& frame) {
     if (fits && !grpc::SerializationTraits<farm::Frame>::Serialize(frame, &bytes, &own).ok())
         throw Error("send a frame to " + m_peer + ": it cannot be serialized");
     std::unique_lock lock(m_mutex);
-    m_changed.wait(lock, [&] { return m_out_bytes <= kMostQueued_bytes || m_closing || m_writes_ended || m_over; });
+    // A peer that takes nothing must not hold up who serves others, too.
+    if (!m_changed.wait_for(lock, kMostStalled, [&] { return m_out_bytes <= kMostQueued_bytes || m_closing || m_writes_ended || m_over; })) {
+        finish("it took nothing for " + std::to_string(kMostStalled.count()) + " s");
+        abort_locked();
+        return false;
+    }
     if (m_closing || m_writes_ended || m_over) return false;
     if (!fits) {
         finish("a frame of " + std::to_string(size_bytes) + " bytes was to be sent; allowed: at most " + std::to_string(kMostFrame_bytes));

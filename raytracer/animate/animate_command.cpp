@@ -85,6 +85,7 @@ std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) 
     command->add_option("--last", args->frames.last, "last frame; default: the animation's");
     command->add_option("--every", args->frames.every, "only each n-th frame, for a look at it")->capture_default_str();
     command->add_flag("--again", args->frames.again, "make frames once more that are done");
+    command->add_flag("--list", args->frames.list, "say which frames are still to be made, one number a line, and make none");
     command->add_flag("-q,--quiet", args->frames.quiet, "say nothing but errors");
     return [args, open = std::move(open)] { return run(*args, open); };
 }

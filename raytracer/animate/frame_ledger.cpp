@@ -1,12 +1,45 @@
 #include "raytracer/animate/frame_ledger.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <fstream>
 #include <utility>
 
 #include "common/util/error.hpp"
 
 namespace terravox {
+namespace {
+
+/// In one piece, and on the disk when it returns. Machines that share a folder append one after the other: over NFS, O_APPEND alone may lose a line
+/// of two that come at once; the lock also makes it look at how long the file has become.
+void append(const std::filesystem::path& file, const std::string& text, int frame) {
+    const auto fail = [&](const char* what) {
+        throw Error("note that frame " + std::to_string(frame) + " is done: " + file.string() + " cannot be " + what + ": " + std::strerror(errno));
+    };
+    struct Descriptor {
+        int fd;
+        ~Descriptor() { if (fd >= 0) ::close(fd); }
+    };
+    const Descriptor out{::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666)};
+    if (out.fd < 0) fail("written");
+    while (::flock(out.fd, LOCK_EX) != 0) {
+        if (errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EINVAL) break;  // a file system without locks
+        if (errno != EINTR) fail("locked");
+    }
+    for (std::size_t done = 0; done < text.size();) {
+        const ssize_t n = ::write(out.fd, text.data() + done, text.size() - done);
+        if (n < 0 && errno != EINTR) fail("written");
+        if (n > 0) done += static_cast<std::size_t>(n);
+    }
+    if (::fsync(out.fd) != 0 && errno != EINVAL && errno != ENOTSUP) fail("written");
+}
+
+}  // namespace
 
 FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
     constexpr std::uintmax_t kMost_bytes = 64U << 20;  // far more than an animation may have frames
@@ -38,10 +71,8 @@ void FrameLedger::add(int frame, std::uint64_t fingerprint) {
     for (std::size_t i = 0; i < 16; ++i) digits[15 - i] = "0123456789abcdef"[fingerprint >> (4 * i) & 15];
     std::error_code ignored;
     if (!m_file.parent_path().empty()) std::filesystem::create_directories(m_file.parent_path(), ignored);
-    std::ofstream out(m_file, std::ios::app);
     // A line of its own, whatever a run that was cut off has left.
-    out << '\n' << frame << ' ' << digits << '\n' << std::flush;
-    if (!out) throw Error("note that frame " + std::to_string(frame) + " is done: " + m_file.string() + " cannot be written");
+    append(m_file, "\n" + std::to_string(frame) + " " + digits + "\n", frame);
     m_done[frame] = fingerprint;
 }
 

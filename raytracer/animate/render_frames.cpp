@@ -98,6 +98,10 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
             ++kept;
             continue;
         }
+        if (options.list) {
+            std::printf("%d\n", frame);
+            continue;
+        }
         if (!options.quiet) std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(), picture.c_str());
         const ExitCode code = render(scene, picture);
         leftovers.remove_of(picture);
@@ -106,6 +110,7 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
         else return code;
         ++made;
     }
+    if (options.list) return ExitCode::kDone;
     if (!options.quiet) std::fprintf(stderr, "%d frames made, %d were done before\n", made, kept);
     if (with_holes > 0) return ExitCode::kHoles;
     if (!options.video.empty()) make_video(options.video, names, animation.frames(), animation.fps(), options.ffmpeg);

@@ -19,6 +19,7 @@ struct FrameOptions {
     int last = -1;         ///< last frame, counts too; -1: the animation's
     int every = 1;         ///< only each n-th, from `first` on: for a look at it
     bool again = false;    ///< frames that are done are made once more
+    bool list = false;     ///< writes the numbers of the frames that are still to be made to standard output, one a line, and makes none
     bool quiet = false;
     std::string inputs;    ///< names what is looked at: frames of something else are not taken for done
     std::string video;     ///< file to make of all frames; empty: none

@@ -110,7 +110,7 @@ public:
                 add(*result, done.insert(result->tile.index).second);
             } catch (const GivenUp& e) {
                 spdlog::error("{}", e.what());
-                m_counts.missing += tiles.size() - done.size();
+                m_counts.missing += tiles.size() - done.size() + m_doubted.size();  // those, too, are not as they should be
                 return false;
             }
         }
@@ -126,6 +126,7 @@ public:
         m_job.checkpoint->each([&](TileResult&& result) {
             m_sink.add(result);
             ++m_counts.resumed;
+            m_counts.holes.insert(result.holes.begin(), result.holes.end());
         });
         std::erase_if(tiles, [&](const RenderTile& t) { return m_job.checkpoint->has(t); });
         return tiles;
@@ -139,9 +140,8 @@ private:
     // At once: who is killed now must not go on with them.
     void forget_doubted(const std::vector<RenderTile>& tiles) {
         for (const std::uint32_t index : m_job.processor.take_doubted())
-            if (m_job.checkpoint != nullptr)
-                for (const RenderTile& t : tiles)
-                    if (t.index == index) m_job.checkpoint->forget(t);
+            for (const RenderTile& t : tiles)
+                if (t.index == index && m_doubted.insert(index).second && m_job.checkpoint != nullptr) m_job.checkpoint->forget(t);
     }
     [[nodiscard]] std::string kept() const {
         return m_job.checkpoint == nullptr ? "" : "; " + std::to_string(m_job.checkpoint->count()) + " tiles are kept in " + m_job.checkpoint->path().string() + ", --resume goes on with them";
@@ -156,6 +156,7 @@ private:
         const std::pair key{result.tile.pass, result.tile.index};
         if (result.holes.empty()) m_holes.erase(key);
         else m_holes[key] = result.holes;
+        m_doubted.erase(result.tile.index);
         if (!first) return;  // its rays are counted
         ++m_counts.tiles;
         m_counts.trace.add(result.counts);
@@ -168,6 +169,7 @@ private:
     TileSink& m_sink;
     Progress& m_progress;
     RenderCounts m_counts;
+    std::set<std::uint32_t> m_doubted;  ///< tiles that are in the picture, and are to be mended
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>> m_holes;  ///< by pass and tile; of later samples as of the first
 };
 

@@ -152,13 +152,19 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
         worker = std::make_shared<WorkerLink>(std::move(link), std::move(hello), m_supplier, on_drain);
         attach(m_places.emplace(id, Place{worker, 0}).first->second);
     } catch (const HelloError& e) {
-        if (!e.busy) spdlog::warn("{}", e.what());
+        spdlog::log(e.busy ? spdlog::level::info : spdlog::level::warn, "{}", e.what());
         return e.busy || dialled.empty();
     } catch (const Error& e) {
         spdlog::warn("{}", e.what());
         return true;
     }
-    const std::string why = worker->run();
+    std::string why;
+    try {
+        why = worker->run();
+    } catch (const std::exception& e) {  // out of memory: this link ends, the others go on
+        why = e.what();
+        worker->abort();
+    }
     ProcessorPool* pool = nullptr;
     ProcessorPool::MemberId member = 0;
     {
@@ -166,14 +172,14 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
         const auto place = m_places.find(id);
         member = place->second.member, pool = m_pool;
         m_places.erase(place);
-        // Under the lock, so that the pool is still there; it calls back gone() for members that are still of a place only.
-        if (pool != nullptr && member != 0) spdlog::debug("worker {} ends: {}", worker->hello().name(), why);
+        if (worker->misbehaved()) m_banned.insert({worker->hello().name(), dialled.empty() ? worker->peer() : dialled});
     }
-    if (member != 0) {
-        if (worker->draining()) spdlog::info("worker {} has left", worker->hello().name());
+    if (member != 0 && pool != nullptr) {
+        if (worker->misbehaved()) spdlog::error("worker {} at {} is expelled: {}", worker->hello().name(), worker->peer(), why);
+        else if (worker->draining()) spdlog::info("worker {} has left", worker->hello().name());
         else spdlog::warn("worker {} at {} is lost: {}", worker->hello().name(), worker->peer(), why);
     }
-    return !is_banned(worker->hello().name(), worker->peer());
+    return !is_banned(worker->hello().name(), dialled.empty() ? worker->peer() : dialled);
 }
 
 void Farm::begin_dialling(const net::Address& address) {

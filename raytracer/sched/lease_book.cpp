@@ -38,7 +38,7 @@ void LeaseBook::new_pass() {
     m_leases.clear();
     m_checks.clear();
     m_pending.clear();
-    m_open_checks = m_pending_pixels = m_leased_pixels = 0;
+    m_pending_again = m_open_checks = m_pending_pixels = m_leased_pixels = 0;
 }
 
 void LeaseBook::add(const RenderTile& tile) {
@@ -61,6 +61,7 @@ RenderTile LeaseBook::begin(Member member, UnitId id, Time now) {
 }
 
 void LeaseBook::forget_done() {
+    if (m_pending_again == 0) return;
     std::erase_if(m_pending, [&](const Pending& p) {
         if (p.unit == 0) return false;
         const auto found = m_units.find(p.unit);
@@ -68,6 +69,7 @@ void LeaseBook::forget_done() {
         if (found != m_units.end() && found->second.copies == 0) m_units.erase(found);
         return true;
     });
+    m_pending_again = static_cast<std::size_t>(std::count_if(m_pending.begin(), m_pending.end(), [](const Pending& p) { return p.unit != 0; }));
 }
 
 std::optional<RenderTile> LeaseBook::lease(Member member, std::size_t pixels, Time now) {
@@ -163,20 +165,20 @@ LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
     Unit& unit = m_units.at(id);
     if (unit.is_check) {
         // Settled before: whose band it is was found out otherwise.
-        out.answer = unit.done ? Answer::kLate : hash_of_pixels(result) == unit.hash ? Answer::kChecked : Answer::kFalse;
+        out.answer = unit.done ? Answer::kLate : hash_of_pixels(result) == unit.hash || !result.holes.empty() ? Answer::kChecked : Answer::kFalse;
         out.other = unit.by;
         if (!std::exchange(unit.done, true)) --m_open_checks;
         end_lease(member, static_cast<std::size_t>(lease - own->second.begin()));
         return out;
     }
     if (unit.done) {
-        out.answer = hash_of_pixels(result) == unit.hash ? Answer::kLate : Answer::kUnequal;
+        out.answer = unit.disowned || unit.holes || !result.holes.empty() || hash_of_pixels(result) == unit.hash ? Answer::kLate : Answer::kUnequal;
         out.other = unit.by, out.other_hash = unit.hash;
         end_lease(member, static_cast<std::size_t>(lease - own->second.begin()));
         return out;
     }
     out.answer = Answer::kFirst;
-    unit.done = true, unit.by = member, unit.hash = hash_of_pixels(result);
+    unit.done = true, unit.by = member, unit.hash = hash_of_pixels(result), unit.holes = !result.holes.empty();
     m_leased_pixels -= out.pixels;
     if (unit.copies > 1)
         for (const auto& [other, leases] : m_leases)
@@ -247,6 +249,7 @@ std::vector<LeaseBook::Member> LeaseBook::expire(Time now) {
             if (late.empty() || late.back() != member) late.push_back(member);
             if (std::exchange(unit.waits, true)) continue;
             m_pending.push_front({unit.band, lease.unit});
+            ++m_pending_again;
         }
     return late;
 }
@@ -280,6 +283,7 @@ std::vector<std::uint32_t> LeaseBook::disown(Member member) {
     // Its other checks are settled by this.
     for (auto it = m_units.begin(); it != m_units.end();) {
         Unit& unit = it->second;
+        if (!unit.is_check && unit.done && unit.by == member) unit.disowned = true;
         if (unit.is_check && unit.by == member && !unit.done) {
             unit.done = true;
             --m_open_checks;

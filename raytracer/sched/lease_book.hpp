@@ -37,7 +37,7 @@ public:
 
     enum class Answer : std::uint8_t {
         kFirst,     ///< counts
-        kLate,      ///< equal to one that came before
+        kLate,      ///< equal to one that came before, or not to be compared
         kUnequal,   ///< of the two members that answered, one is wrong
         kUnasked,   ///< the member had no such lease
         kChecked,   ///< equal to what was to be checked
@@ -103,6 +103,8 @@ private:
     /// A band that is or was leased.
     struct Unit {
         RenderTile band;
+        bool holes = false;  ///< in the answer: whoever could have the boxes is no liar
+        bool disowned = false;  ///< by who answered first: nothing is compared with it
         bool done = false, is_check = false, waits = false;  ///< waits: in m_pending, beside those who have it
         int copies = 0;
         Member by = 0;            ///< who answered first; of a check: whose it is
@@ -130,6 +132,7 @@ private:
     std::unordered_map<Member, std::vector<Lease>> m_leases;
     std::unordered_set<Member> m_earlier;  ///< who has made any of an earlier pass
     UnitId m_next_unit = 1;
+    std::size_t m_pending_again = 0;  ///< of m_pending, those that somebody has
     std::size_t m_pending_pixels = 0, m_leased_pixels = 0, m_open_checks = 0, m_unfinished = 0;
 };
 

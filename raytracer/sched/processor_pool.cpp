@@ -17,6 +17,8 @@ using std::chrono::milliseconds;
 constexpr double kWindow_s = 0.3;         // work under way at a member: what its results take to come and go many times over
 constexpr double kForget_s = 4;           // half of what a speed remembers
 constexpr std::size_t kLeastBand = 1024;  // pixels: below, a band costs more on its way than it is worth
+constexpr std::size_t kMostBand = 65'536;     // with layers some 13 MB, which a frame holds
+constexpr std::size_t kMostReady = 1024;  // tiles that nobody has taken yet
 constexpr std::size_t kFirstBand = 4096;  // of a member of which nothing is known yet
 constexpr int kMostFailures = 3;          // a band that so many members cannot trace nobody can
 constexpr milliseconds kTick{100};
@@ -86,6 +88,9 @@ void ProcessorPool::submit(RenderTile tile) {
         const std::lock_guard lock(m_mutex);
         if (m_closed) return;
         const std::uint64_t key = std::uint64_t{tile.pass} << 32 | tile.first_sample;
+        // What is to be mended is in the mean of an earlier pass by now.
+        if (m_pass_key != key && m_again_left > 0 && !m_failure) m_failure = std::make_exception_ptr(Spoiled("render: a worker was not to be trusted"));
+        if (m_failure) return;
         if (std::exchange(m_pass_key, key) != key) m_handed.clear();
         m_book.add(tile);
         ++m_first_left;
@@ -211,6 +216,7 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         State& member = *found->second;
         const RenderTile band = result.tile;
         const std::uint64_t hash = hash_of_pixels(result);
+        const bool holes = !result.holes.empty();  // others may have the boxes: that is no lie
         const auto now = Clock::now();
         count_time(member, now);
         LeaseBook::Taken taken = m_book.take(id, std::move(result));
@@ -223,8 +229,9 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         }
         switch (taken.answer) {
             case Answer::kFirst:
+                m_any = true;
                 ++member.bands, ++member.answers, member.pixels += taken.pixels;
-                if (to_check(member)) m_book.check(id, band, hash);
+                if (!holes && to_check(member)) m_book.check(id, band, hash);
                 for (const MemberId other : taken.withdraw)
                     if (const auto at = m_members.find(other); at != m_members.end()) withdrawals.push_back({at->second->is.processor, band});
                 if (taken.whole) {
@@ -238,7 +245,7 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
             case Answer::kUnequal: {
                 // One of two that are not both to be trusted is wrong: who is, a third one says.
                 const auto other = m_members.find(taken.other);
-                const bool other_trusted = other == m_members.end() || other->second->is.trusted;
+                const bool other_trusted = other != m_members.end() && other->second->is.trusted;
                 if (member.is.trusted) doubted = taken.other;
                 else if (other_trusted) doubted = id;
                 else m_book.check(taken.other, band, taken.other_hash), m_book.check(id, band, hash);
@@ -270,6 +277,10 @@ void ProcessorPool::need_checker(std::unique_lock<std::mutex>& lock) {
     lock.unlock();
     Member checker{"checks", "threads", 1, true, false, m_settings.make_checker(), {}};
     lock.lock();
+    if (m_cancelled) {
+        checker.processor->cancel();
+        return;
+    }
     const MemberId id = m_next_id++;
     auto state = std::make_unique<State>();
     state->is = std::move(checker);
@@ -305,8 +316,8 @@ void ProcessorPool::left(MemberId id, const std::string& why, bool expelled, con
         m_alone = std::none_of(m_members.begin(), m_members.end(), [](const auto& m) { return !m.second->checks_only; });
         if (m_alone) m_alone_since = Clock::now(), m_told = {};
         // One band that nobody can trace, or nobody left who could trace anything.
-        if (failed != nullptr && (++m_failed_bands[{failed->index, failed->y0}] >= kMostFailures || (++m_failing >= kMostFailures && m_alone)) && !m_failure)
-            m_failure = std::make_exception_ptr(Error("render tile " + std::to_string(failed->index) + ": " + std::to_string(kMostFailures) + " workers failed; the last said: " + why));
+        if (failed != nullptr && ((failed->step > 0 && ++m_failed_bands[{failed->index, failed->y0}] >= kMostFailures) || (++m_failing >= kMostFailures && m_alone) || (m_alone && !m_any)) && !m_failure)
+            m_failure = std::make_exception_ptr(Error("render: " + std::to_string(m_failing) + " workers failed; the last said: " + why));
         m_done.notify_all();
     }
     if (processor) processor->cancel();
@@ -372,14 +383,15 @@ void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point no
     if (member.is.trusted)
         while (m_book.checks_wait() && m_book.load_of(id).leases < most_leases)
             if (auto band = m_book.lease_check(id, now)) lease_to(id, member, *band, now, out);
-    if (!member.takes_work()) return;
+    // Who takes tiles is slower than all who make them: they wait, and memory stays bounded.
+    if (!member.takes_work() || m_ready.size() > kMostReady) return;
     const auto threads = static_cast<std::size_t>(std::max(member.is.threads, 1));
     const std::size_t wanted = wanted_pixels(member);
     while (true) {
         const auto load = m_book.load_of(id);
         if (load.leases >= most_leases || load.pixels >= wanted) return;
         // Several for each thread, so that none waits for the others at the end.
-        const std::size_t size = std::max(wanted / (threads * 2), kLeastBand);
+        const std::size_t size = std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
         if (auto band = m_book.lease(id, size, now)) lease_to(id, member, *band, now, out);
         else if (load.leases >= threads || !give_again(id, member, now, out)) return;
     }
@@ -408,7 +420,9 @@ void ProcessorPool::count_time(State& member, Clock::time_point now) {
 void ProcessorPool::tick(std::unique_lock<std::mutex>& lock) {
     const auto now = Clock::now();
     for (auto& [id, member] : m_members) {
-        if (!member->busy || m_book.load_of(id).leases > 0) continue;
+        if (m_book.load_of(id).leases > 0) continue;
+        member->late = false;  // others have done what it had: it may try again
+        if (!member->busy) continue;
         count_time(*member, now);
         member->busy = false;
     }

@@ -14,7 +14,7 @@ std::size_t most_jobs(std::size_t limit_bytes, std::size_t threads) noexcept {
 }  // namespace
 
 ThreadProcessor::ThreadProcessor(const View& view, BlockManager& blocks, int threads)
-    : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(threads) * 2),
+    : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(tiles_in_flight(threads))),
       m_most_jobs(most_jobs(blocks.limit_bytes(), static_cast<std::size_t>(threads))), m_thread_count(threads), m_running(threads) {
     for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { run(); });
 }

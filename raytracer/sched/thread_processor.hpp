@@ -17,7 +17,7 @@ namespace terravox {
 
 /// Tiles on threads of this process.
 ///
-/// One mutex guards: tiles submitted (bounded, so that a coordinator with several processors does not hand all work to one), jobs begun,
+/// One mutex guards: tiles submitted (bounded), jobs begun,
 /// jobs that are ready to go on since boxes came, and results. A thread takes a ready job, else begins a tile, and traces without any
 /// lock until the job is finished or waits for boxes; then it takes the next. `m_work` wakes threads, `m_room` wakes submitters, `m_done`
 /// wakes takers (a result, a failure, or all threads ended). The block manager calls with its own lock held: never call it under m_mutex.

@@ -137,7 +137,12 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
         if (m_ending) session->abort();
     }
     std::string why;
-    const End end = session->run(why);
+    End end = End::kLost;
+    try {
+        end = session->run(why);
+    } catch (const std::exception& e) {  // out of memory, or of threads: the place is free again
+        why = e.what();
+    }
     if (end == End::kBye) spdlog::info("{} has finished", peer);
     else if (end == End::kLost) spdlog::warn("{} is lost: {}", peer, why);
     {

@@ -18,6 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kMostStates_bytes = std::size_t{16} << 20;
+constexpr std::size_t kMostOld = 16;  // pictures that have ended, and whose threads have not
 constexpr int kMostEdge_px = 65'536, kMostTile_px = 4096 * 4096;
 
 std::int64_t now_ns() noexcept { return std::chrono::steady_clock::now().time_since_epoch().count(); }
@@ -95,6 +96,7 @@ std::string WorkerSession::take(const farm::Frame& frame) {
                 if (bytes > kMostStates_bytes) m_shared.states.clear();
                 m_shared.states[frame.state().hash()] = frame.state().content();
             }
+            if (m_awaited) m_texts[frame.state().hash()] = frame.state().content();
             return begin_stage_if_complete();
         }
         case farm::Frame::kTask: return add_task(frame.task());
@@ -112,17 +114,22 @@ std::string WorkerSession::take(const farm::Frame& frame) {
 
 std::string WorkerSession::begin_picture(const farm::Picture& picture) {
     end_stage();
-    m_early.clear();
+    m_early.clear(), m_texts.clear();
+    m_early_tiles = 0;
+    if (m_old.size() > kMostOld) return "pictures faster than any can end";
     m_awaited = picture;
-    {
-        const std::lock_guard lock(m_shared.mutex);
-        for (const std::string* hash : {&picture.scene(), &picture.materials(), &picture.world()}) {
-            if (hash->size() != 16) return "a picture without the hashes of its texts";
-            if (m_shared.states.contains(*hash)) continue;
-            farm::Frame frame;
-            frame.mutable_need_state()->set_hash(*hash);
-            (void)m_link->send(std::move(frame));
+    for (const std::string* hash : {&picture.scene(), &picture.materials(), &picture.world()}) {
+        if (hash->size() != 16) return "a picture without the hashes of its texts";
+        {
+            const std::lock_guard lock(m_shared.mutex);
+            if (const auto found = m_shared.states.find(*hash); found != m_shared.states.end()) {
+                m_texts[*hash] = found->second;
+                continue;
+            }
         }
+        farm::Frame frame;
+        frame.mutable_need_state()->set_hash(*hash);
+        (void)m_link->send(std::move(frame));
     }
     return begin_stage_if_complete();
 }
@@ -131,11 +138,10 @@ std::string WorkerSession::begin_stage_if_complete() {
     if (!m_awaited) return {};
     Parcel parcel;
     {
-        const std::lock_guard lock(m_shared.mutex);
         const auto get = [&](const std::string& hash, std::string& into) {
-            const auto found = m_shared.states.find(hash);
-            if (found != m_shared.states.end()) into = found->second;
-            return found != m_shared.states.end();
+            const auto found = m_texts.find(hash);
+            if (found != m_texts.end()) into = found->second;
+            return found != m_texts.end();
         };
         if (!get(m_awaited->scene(), parcel.scene) || !get(m_awaited->materials(), parcel.materials) || !get(m_awaited->world(), parcel.world)) return {};
     }
@@ -190,7 +196,8 @@ std::string WorkerSession::begin_stage_if_complete() {
 std::string WorkerSession::add_task(const farm::Task& task) {
     std::vector<std::uint64_t> refused;
     if (m_awaited && m_awaited->id() == task.picture()) {
-        if (m_early.size() >= Stage::kMostWaiting) return "more tiles than it may";
+        m_early_tiles += static_cast<std::size_t>(task.tiles_size());
+        if (m_early_tiles > Stage::kMostWaiting || m_early.size() >= Stage::kMostWaiting) return "more tiles than it may";
         m_early.push_back(task);
         return {};
     }
@@ -273,13 +280,13 @@ void WorkerSession::beat() {
     std::unique_lock lock(m_mutex);
     while (!m_wake.wait_for(lock, farm_times().heartbeat, [&] { return m_over; })) {
         lock.unlock();
-        farm::Frame frame;
-        *frame.mutable_heartbeat() = heartbeat();
-        (void)m_link->send(std::move(frame));
         if (std::chrono::nanoseconds(now_ns() - m_heard_ns) > farm_times().silence) {
             spdlog::warn("{} has been silent for too long", m_coordinator);
             m_link->abort();
         }
+        farm::Frame frame;
+        *frame.mutable_heartbeat() = heartbeat();
+        (void)m_link->send(std::move(frame));
         lock.lock();
     }
 }

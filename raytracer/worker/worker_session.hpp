@@ -81,7 +81,9 @@ private:
     WorkerShared& m_shared;
     // Of the reader alone.
     std::optional<farm::Picture> m_awaited;  ///< whose texts are not all here
+    std::map<std::string, std::string> m_texts;  ///< of that one, by hash
     std::vector<farm::Task> m_early;         ///< tasks of that one
+    std::size_t m_early_tiles = 0;
     std::shared_ptr<WorkerGround> m_ground;
     std::vector<std::shared_ptr<Stage>> m_old;  ///< cancelled, with threads that may still run
     std::optional<End> m_end;

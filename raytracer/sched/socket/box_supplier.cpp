@@ -6,6 +6,11 @@
 #include "raytracer/sched/socket/tile_frames.hpp"
 
 namespace terravox {
+namespace {
+
+constexpr int kMostServing = 2;  // threads for one asker: one that takes nothing must not have them all
+
+}  // namespace
 
 BoxSupplier::BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads) : m_blocks(blocks), m_world_id(world_id), m_packed(memory_bytes) {
     for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { serve(); });
@@ -61,7 +66,7 @@ std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxK
 void BoxSupplier::serve() {
     std::unique_lock lock(m_mutex);
     while (true) {
-        const auto next = [&] { return std::find_if(m_askers.begin(), m_askers.end(), [](const auto& a) { return !a->keys.empty(); }); };
+        const auto next = [&] { return std::find_if(m_askers.begin(), m_askers.end(), [](const auto& a) { return !a->keys.empty() && a->serving < kMostServing; }); };
         m_work.wait(lock, [&] { return m_stop || next() != m_askers.end(); });
         if (m_stop) return;
         const auto at = next();
@@ -87,6 +92,7 @@ void BoxSupplier::serve() {
         (void)asker->reply(std::move(frame));
         lock.lock();
         if (--asker->serving == 0) m_idle.notify_all();
+        m_work.notify_one();
     }
 }
 

@@ -114,8 +114,8 @@ farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<
     *first.mutable_hello() = own;
     link.send(std::move(first));
     auto frame = link.receive();
-    if (alarm.off()) throw HelloError(attempt + "no answer within " + std::to_string(patience.count()) + " ms", false);
-    if (!frame) throw HelloError(attempt + "it hung up" + (link.why_ended().empty() ? "" : " (" + link.why_ended() + ")"), false);
+    if (alarm.off()) throw HelloError(attempt + "no answer within " + std::to_string(patience.count()) + " ms", true);
+    if (!frame) throw HelloError(attempt + "it hung up" + (link.why_ended().empty() ? "" : " (" + link.why_ended() + ")"), true);
     if (frame->has_refusal()) throw HelloError(attempt + shown(frame->refusal().reason()), frame->refusal().busy());
     if (!frame->has_hello()) {
         refuse(link, "the first frame was no hello");
@@ -127,6 +127,7 @@ farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<
         throw HelloError(attempt + why, false);
     }
     other.set_name(shown(other.name()));
+    other.set_cpu_features(shown(other.cpu_features()));
     return other;
 }
 

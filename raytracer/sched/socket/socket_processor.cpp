@@ -40,7 +40,8 @@ bool SocketProcessor::wait(std::chrono::milliseconds most) {
 std::optional<TileResult> SocketProcessor::take() {
     std::unique_lock lock(m_mutex);
     m_done.wait(lock, [&] { return has_answer(); });
-    if (m_failure) std::rethrow_exception(m_failure);
+    // What came before the link ended counts; of who sends what it should not, nothing does.
+    if (m_failure && (m_false || m_results.empty())) std::rethrow_exception(m_failure);
     if (m_cancelled || m_results.empty()) return std::nullopt;
     TileResult result = std::move(m_results.front());
     m_results.pop_front();
@@ -94,7 +95,13 @@ void SocketProcessor::fail(std::exception_ptr failure) {
 }
 
 void SocketProcessor::lost(const std::string& why) { fail(std::make_exception_ptr(LostProcessor(m_name + ": " + why))); }
-void SocketProcessor::misbehaved(const std::string& what) { fail(std::make_exception_ptr(FalseProcessor(m_name + ": " + what))); }
+void SocketProcessor::misbehaved(const std::string& what) {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_false = true;
+    }
+    fail(std::make_exception_ptr(FalseProcessor(m_name + ": " + what)));
+}
 
 void SocketProcessor::done(const farm::Done& done) {
     RenderTile tile;
@@ -104,6 +111,7 @@ void SocketProcessor::done(const farm::Done& done) {
         const auto lease = m_leases.find(done.id());
         if (lease == m_leases.end()) {
             if (++m_strays <= kMostStrays) return;
+            m_false = true;
             m_failure = std::make_exception_ptr(FalseProcessor(m_name + ": it sends tiles that nobody asked for"));
             m_done.notify_all();
             return;
@@ -113,17 +121,15 @@ void SocketProcessor::done(const farm::Done& done) {
     }
     TileResult result;
     try {
-        result = decode_tile(std::as_bytes(std::span(done.result())), "tile " + std::to_string(tile.index));
+        // Before any memory is taken for pixels.
+        const auto bytes = std::as_bytes(std::span(done.result()));
+        const std::string name = "tile " + std::to_string(tile.index);
+        const TileHead head = read_tile_head(bytes, name);
+        if (!(head.tile == tile)) throw Error("it sent another tile than " + std::to_string(tile.index));
+        if (head.with_layers != m_layers) throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
+        result = decode_tile(bytes, name);
     } catch (const Error& e) {
         misbehaved(e.what());
-        return;
-    }
-    if (!(result.tile == tile)) {
-        misbehaved("it sent another tile than " + std::to_string(tile.index));
-        return;
-    }
-    if (m_layers == result.layers.empty()) {
-        misbehaved(std::string("it sent tile ") + std::to_string(tile.index) + (m_layers ? " without layers" : " with layers"));
         return;
     }
     const std::lock_guard lock(m_mutex);
@@ -138,8 +144,9 @@ void SocketProcessor::failed(const farm::Failed& failed) {
         if (const auto lease = m_leases.find(failed.id()); lease != m_leases.end()) tile = lease->second;
     }
     const std::string why = m_name + " cannot render: " + failed.reason().substr(0, 400);
-    if (tile) fail(std::make_exception_ptr(FailingProcessor(why, *tile)));
-    else lost("it cannot render: " + failed.reason().substr(0, 400));
+    RenderTile none;
+    none.step = 0;  // the picture as a whole
+    fail(std::make_exception_ptr(FailingProcessor(why, tile.value_or(none))));
 }
 
 std::vector<RenderTile> SocketProcessor::tiles_of(const std::vector<std::uint64_t>& ids) {

@@ -56,7 +56,7 @@ private:
     std::exception_ptr m_failure;
     std::uint64_t m_next_id = 1;
     std::size_t m_strays = 0;  ///< answers that nobody had asked for
-    bool m_closed = false, m_cancelled = false;
+    bool m_closed = false, m_cancelled = false, m_false = false;
 };
 
 }  // namespace terravox

@@ -28,6 +28,7 @@ std::shared_ptr<SocketProcessor> WorkerLink::begin(const PictureCall& call) {
     auto processor = std::make_shared<SocketProcessor>(m_link, m_hello.name(), call.id, call.layers, static_cast<int>(m_hello.capacity()));
     farm::Frame frame;
     farm::Picture& picture = *frame.mutable_picture();
+    bool over = false;
     picture.set_id(call.id);
     picture.set_world_id(call.world_id);
     {
@@ -42,6 +43,11 @@ std::shared_ptr<SocketProcessor> WorkerLink::begin(const PictureCall& call) {
         picture.set_materials(name(call.parcel.materials));
         picture.set_world(name(call.parcel.world));
         m_processor = processor;
+        over = m_over;
+    }
+    if (over) {
+        processor->lost("the link has ended");
+        return processor;
     }
     if (!call.source.server.empty()) picture.set_server(call.source.server);
     else if (!call.source.generated.empty()) picture.set_generated(call.source.generated);
@@ -55,7 +61,7 @@ std::string WorkerLink::send_state(const std::string& hash) {
     {
         const std::lock_guard lock(m_mutex);
         const auto found = m_states.find(hash);
-        if (found == m_states.end()) return "it asks for what no picture has";
+        if (found == m_states.end()) return {};  // of a picture that has ended meanwhile
         frame.mutable_state()->set_hash(hash);
         frame.mutable_state()->set_content(found->second);
     }
@@ -70,8 +76,9 @@ std::string WorkerLink::take(const farm::Frame& frame) {
     };
     switch (frame.what_case()) {
         case farm::Frame::kPong: {
-            const auto passed = static_cast<double>(now_ns() - static_cast<std::int64_t>(frame.pong().stamp())) / 1e9;
-            if (!(passed >= 0 && passed < 3600)) return "its answer to a ping is none";
+            const std::uint64_t passed_ns = static_cast<std::uint64_t>(now_ns()) - frame.pong().stamp();
+            const double passed = static_cast<double>(passed_ns) / 1e9;
+            if (!(passed < 3600)) return "its answer to a ping is none";
             m_latency_s = m_latency_s == 0 ? passed : 0.8 * m_latency_s + 0.2 * passed;
             return {};
         }
@@ -123,13 +130,15 @@ std::string WorkerLink::run() {
         wrong = take(*frame);
         if (!wrong.empty() || m_bye) break;
     }
-    if (!wrong.empty() && !m_bye) refuse_it(wrong);
+    m_misbehaved = !wrong.empty() && !m_bye;
+    if (m_misbehaved) refuse_it(wrong);
     why = !wrong.empty() ? wrong : m_bye ? "it left" : m_link->why_ended().empty() ? "the link ended" : m_link->why_ended();
     m_link->abort();
     std::shared_ptr<SocketProcessor> processor;
     {
         const std::lock_guard lock(m_mutex);
         processor = m_processor;
+        m_over = true;
     }
     if (processor) wrong.empty() || m_bye ? processor->lost(why) : processor->misbehaved(why);
     return why;

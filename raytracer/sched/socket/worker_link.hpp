@@ -54,6 +54,8 @@ public:
     [[nodiscard]] farm::Heartbeat heartbeat() const;
     [[nodiscard]] net::Link::Traffic traffic() const noexcept { return m_link->traffic(); }
     [[nodiscard]] bool draining() const noexcept { return m_draining; }
+    /// Whether run() ended because the worker sent what none sends.
+    [[nodiscard]] bool misbehaved() const noexcept { return m_misbehaved; }
 
 private:
     /// @return what is wrong with the frame; empty: nothing
@@ -72,7 +74,8 @@ private:
     std::atomic<std::int64_t> m_heard_ns;
     std::atomic<double> m_latency_s{0};
     std::atomic<bool> m_draining{false};
-    bool m_bye = false;
+    std::atomic<bool> m_misbehaved{false};
+    bool m_bye = false, m_over = false;
 };
 
 }  // namespace terravox

@@ -1,5 +1,6 @@
 #include "raytracer/animate/render_frames.hpp"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -179,6 +180,50 @@ TEST_CASE("what is done survives in a list, whatever else stands in it", "[raytr
     CHECK_FALSE(again.is_done(2, 5));
     for (const int frame : {7, 8, 9, 10, 11}) CHECK_FALSE(again.is_done(frame, 7));
     CHECK_THROWS_WITH(FrameLedger(folder.path()), contains("is no list of frames"));
+}
+
+TEST_CASE("several processes note their frames in one list", "[raytracer][animate]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "list";
+    constexpr int kProcesses = 8, kFrames = 100;
+    std::vector<pid_t> children;
+    for (int process = 0; process < kProcesses; ++process) {
+        const pid_t child = ::fork();
+        REQUIRE(child >= 0);
+        if (child == 0) {
+            try {
+                FrameLedger own(file);
+                for (int i = 0; i < kFrames; ++i) own.add(i * kProcesses + process, static_cast<std::uint64_t>(process));
+            } catch (const Error&) {
+                ::_exit(1);
+            }
+            ::_exit(0);
+        }
+        children.push_back(child);
+    }
+    for (const pid_t child : children) {
+        int status = -1;
+        REQUIRE(::waitpid(child, &status, 0) == child);
+        CHECK(status == 0);
+    }
+    const FrameLedger all(file);
+    int noted = 0;
+    for (int frame = 0; frame < kProcesses * kFrames; ++frame) noted += all.is_done(frame, static_cast<std::uint64_t>(frame % kProcesses)) ? 1 : 0;
+    CHECK(noted == kProcesses * kFrames);
+    CHECK(fs::file_size(file) == [&] {
+        std::size_t bytes = 0;
+        for (int frame = 0; frame < kProcesses * kFrames; ++frame) bytes += std::to_string(frame).size() + 19;
+        return bytes;
+    }());
+}
+
+TEST_CASE("a full disk is told, and the frame counts as not done", "[raytracer][animate]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "list";
+    FrameLedger full(file);
+    fs::create_symlink("/dev/full", file);
+    CHECK_THROWS_WITH(full.add(3, 4), contains("note that frame 3 is done: " + file.string() + " cannot be written"));
+    CHECK_FALSE(full.is_done(3, 4));
 }
 
 TEST_CASE("of what killed runs have left beside frames, that of living ones stays", "[raytracer][animate]") {

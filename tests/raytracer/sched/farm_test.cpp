@@ -76,6 +76,9 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
     Film film = empty_film(job);
     std::set<std::uint32_t> done;
     while (done.size() < tiles.size()) {
+        // Those that were killed may all be gone only now.
+        while (!bench.pool().wait(std::chrono::milliseconds(100)))
+            if (bench.farm().workers() == 0) bench.add_worker();
         const auto result = bench.pool().take();
         REQUIRE(result);
         film.add(*result);
@@ -86,7 +89,6 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
             case 2: bench.daemon(static_cast<std::size_t>(any(3))).stop(); break;
             default: break;
         }
-        if (bench.farm().workers() == 0) bench.add_worker();
     }
     CHECK(bytes_of(film) == wanted);
     CHECK(bench.expelled().empty());

@@ -123,11 +123,6 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
              for (int i = 0; i < 70'000; ++i) (void)frame.mutable_need_box()->add_keys();
              w.send(std::move(frame));
          }, "more boxes than it may"},
-        {"a text that no picture has", [](FakeWorker& w, auto, auto, const RenderTile&) {
-             farm::Frame frame;
-             frame.mutable_need_state()->set_hash("0123456789abcdef");
-             w.send(std::move(frame));
-         }, "what no picture has"},
         {"a pong from the future", [](FakeWorker& w, auto, auto, const RenderTile&) {
              farm::Frame frame;
              frame.mutable_pong()->set_stamp(std::numeric_limits<std::uint64_t>::max() / 2);

@@ -1,0 +1,62 @@
+#include "raytracer/cluster/child.hpp"
+
+#include <signal.h>
+
+#include <fstream>
+
+#include "common/util/error.hpp"
+#include "raytracer/cluster/stop_signals.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using namespace terravox::cluster;
+
+TEST_CASE("a program's status and words come back whole", "[cluster][child]") {
+    const Finished done = run_to_end({"bash", "-c", "head -c 300000 /dev/zero | tr '\\0' x; echo wrong >&2; echo more >&2; exit 3"});
+    CHECK(done.status == 3);
+    CHECK(done.out == std::string(300000, 'x'));
+    CHECK(done.err == "wrong\nmore\n");
+    CHECK(done.reason() == "wrong");
+    CHECK(run_to_end({"bash", "-c", "kill -KILL $$"}).status == 128 + SIGKILL);
+    CHECK(run_to_end({"pwd"}, "/").out == "/\n");
+    CHECK(run_to_end({"cat"}).out.empty());  // nothing to read
+    CHECK_THROWS_AS(run_to_end({"/nonexistent/program"}), Error);
+}
+
+TEST_CASE("a child is stopped, by force where need be, and does not outlive its owner", "[cluster][child]") {
+    Child obeys({"sleep", "600"});
+    CHECK_FALSE(obeys.wait(std::chrono::milliseconds(1)).has_value());
+    CHECK(obeys.stop() == 128 + SIGTERM);
+    CHECK(obeys.stop() == 128 + SIGTERM);
+    CHECK(obeys.wait(std::chrono::milliseconds(0)) == 128 + SIGTERM);
+    // Once the marker is there it is deaf.
+    const terravox::test::TemporaryFolder folder;
+    const auto marker = folder.path() / "deaf";
+    Child deaf({"bash", "-c", "trap '' TERM; > \"$1\"; while :; do sleep 0.05; done", "bash", marker.string()});
+    for (int tries = 0; tries < 600 && !std::filesystem::exists(marker); ++tries) REQUIRE_FALSE(deaf.wait(std::chrono::milliseconds(100)).has_value());
+    CHECK(deaf.stop(std::chrono::milliseconds(100)) == 128 + SIGKILL);
+    Child ends({"bash", "-c", "exit 2"});
+    CHECK(ends.wait(std::chrono::seconds(30)) == 2);
+    CHECK_THROWS_AS(Child({"/nonexistent/program"}), Error);
+    std::ofstream(folder.path() / "no program") << "x";
+    std::filesystem::permissions(folder.path() / "no program", std::filesystem::perms::owner_all);
+    CHECK_THROWS_AS(Child({(folder.path() / "no program").string()}), Error);
+}
+
+TEST_CASE("signals are noted only while somebody looks", "[cluster][child]") {
+    struct sigaction before {};
+    ::sigaction(SIGTERM, nullptr, &before);
+    {
+        const StopSignals signals;
+        CHECK_FALSE(StopSignals::came());
+        ::raise(SIGTERM);
+        CHECK(StopSignals::came());
+        CHECK(StopSignals::wait_ms(600'000));  // at once
+    }
+    struct sigaction now {};
+    ::sigaction(SIGTERM, nullptr, &now);
+    CHECK(now.sa_handler == before.sa_handler);
+    const StopSignals again;
+    CHECK_FALSE(StopSignals::came());
+}
