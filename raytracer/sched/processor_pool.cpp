@@ -229,7 +229,6 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         }
         switch (taken.answer) {
             case Answer::kFirst:
-                m_any = true;
                 ++member.bands, ++member.answers, member.pixels += taken.pixels;
                 if (!holes && to_check(member)) m_book.check(id, band, hash);
                 for (const MemberId other : taken.withdraw)
@@ -316,7 +315,7 @@ void ProcessorPool::left(MemberId id, const std::string& why, bool expelled, con
         m_alone = std::none_of(m_members.begin(), m_members.end(), [](const auto& m) { return !m.second->checks_only; });
         if (m_alone) m_alone_since = Clock::now(), m_told = {};
         // One band that nobody can trace, or nobody left who could trace anything.
-        if (failed != nullptr && ((failed->step > 0 && ++m_failed_bands[{failed->index, failed->y0}] >= kMostFailures) || (++m_failing >= kMostFailures && m_alone) || (m_alone && !m_any)) && !m_failure)
+        if (failed != nullptr && ((failed->step > 0 && ++m_failed_bands[{failed->index, failed->y0}] >= kMostFailures) || (++m_failing >= kMostFailures && m_alone)) && !m_failure)
             m_failure = std::make_exception_ptr(Error("render: " + std::to_string(m_failing) + " workers failed; the last said: " + why));
         m_done.notify_all();
     }

@@ -168,7 +168,6 @@ private:
     std::size_t m_first_left = 0, m_again_left = 0; ///< tiles not handed out, for the first time and again
     std::exception_ptr m_failure;
     std::map<std::pair<std::uint32_t, int>, int> m_failed_bands;
-    bool m_any = false;  ///< band has come
     int m_failing = 0;  ///< members that could not trace something
     Clock::time_point m_alone_since, m_told;
     bool m_alone = true;

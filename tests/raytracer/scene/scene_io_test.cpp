@@ -49,6 +49,7 @@ std::string other_value(std::string_view path, const FieldRule& rule, const auto
     else if constexpr (std::is_same_v<T, std::array<int, 2>>) return "321x123";
     else if constexpr (std::is_same_v<T, std::optional<std::array<double, 3>>>) return rule.min == 0 ? "0.125,1e3,2" : "461999.125,-101000.1,1e3";
     else if constexpr (std::is_same_v<T, int>) return path == "quality.coarse_step" ? "4" : std::to_string(static_cast<int>(rule.min) + (field == static_cast<int>(rule.min) + 5 ? 6 : 5));
+    else if constexpr (std::is_same_v<T, std::optional<int>>) return std::to_string(static_cast<int>(rule.min) + 5);
     else return rule.max < 1.7 ? "0.1" : rule.min > 1.7 ? std::to_string(rule.min + 5) : "1.7";
 }
 
