@@ -7,7 +7,7 @@ Entry scale() {
     Entry out;
     out.name = "farm/scale";
     out.measures = "one picture by green, threads and socket workers: time of the tracing, efficiency against threads and against one worker";
-    out.work = "640x360 paths of 24 samples of an invented square of 500 m; workers on loopback, then 1 to 12 that have 14 % of a core each (control groups; as root)";
+    out.work = "640x360 paths of 24 samples of an invented square of 512 m; workers on loopback, then 1 to 12 that have 14 % of a core each (control groups; as root)";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {

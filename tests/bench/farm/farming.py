@@ -23,7 +23,7 @@ ENVIRONMENT["XDG_CACHE_HOME"] = str(FOLDER / "cache")
 
 def invented_survey():
     folder = FOLDER / "survey"
-    subprocess.run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "500", "--density", "4", "-o", folder], check=True, capture_output=True)
+    subprocess.run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "512", "--density", "4", "-o", folder], check=True, capture_output=True)
     return folder
 
 
