@@ -33,7 +33,6 @@ public:
     [[nodiscard]] bool is_farm() const noexcept { return m_farm != nullptr; }
     /// Whether this process traces, beside what it makes again for checks.
     [[nodiscard]] bool traces_here() const noexcept { return m_options.threads > 0 || m_options.green; }
-    [[nodiscard]] std::uint16_t port() const noexcept { return m_farm ? m_farm->port() : 0; }
 
     /// Those who render now, or rendered the last picture.
     struct Hand {

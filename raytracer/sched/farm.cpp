@@ -69,7 +69,6 @@ void Farm::begin(ProcessorPool& pool, const Scene& scene, const View& view) {
 }
 
 void Farm::end() {
-    std::vector<std::pair<ProcessorPool*, ProcessorPool::MemberId>> members;
     const std::lock_guard lock(m_mutex);
     m_pool = nullptr;
     m_call.reset();

@@ -29,7 +29,8 @@ struct FarmOptions {
 /// The workers of a coordinator: dialled, or dialling in; met, watched, and given to whatever pool renders. Outlives many pictures.
 ///
 /// One mutex guards the workers and the picture under way. Each link has a thread that reads it; one thread pings and gives up who is
-/// silent; one for each address dials again and again. Nothing is sent, and no pool is called back, with the mutex held by a caller of the pool.
+/// silent; one for each address dials again and again. The mutex may be held while the pool's is taken and while a
+/// picture is announced to a worker, never the other way round: gone() is called without the pool's.
 class Farm {
 public:
     /// @param source where workers may have boxes from @throws Error when it cannot listen
