@@ -32,7 +32,7 @@ TEST_CASE("workers make the picture that threads make, with and without layers, 
                 CHECK(bytes_of(film) == wanted);
                 CHECK(counts.missing == 0);
                 CHECK(bench.expelled().empty());
-                CHECK(bench.pool().counts().checked >= 1);  // a worker's first tile always is, wherever there is one
+                if (threads == 0) CHECK(bench.pool().counts().checked >= 1);  // a worker's first tile always is; beside threads it may get none
             }
     }
 }
