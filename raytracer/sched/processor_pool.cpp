@@ -221,6 +221,7 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         count_time(member, now);
         LeaseBook::Taken taken = m_book.take(id, std::move(result));
         using Answer = LeaseBook::Answer;
+        spdlog::debug("answer: tile {} rows {} to {} step {} sample {} of {}", band.index, band.y0, band.y1, band.step, band.first_sample, member.is.name);
         if (taken.answer == Answer::kUnasked) {
             ++m_counts.unasked;
         } else {
@@ -353,6 +354,8 @@ void ProcessorPool::lease_to(MemberId id, State& member, const RenderTile& band,
         const double expected_s = speed > 0 ? 3 * load / speed : 0;
         m_book.set_deadline(id, band, now + std::max<Clock::duration>(m_settings.least_deadline, std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(expected_s, 86400.0)))));
     }
+    // Read by the benches that break farms: rows, so that a band cut anew is known again.
+    spdlog::debug("lease: tile {} rows {} to {} step {} sample {} to {}", band.index, band.y0, band.y1, band.step, band.first_sample, member.is.name);
     out.push_back({member.is.processor, band});
 }
 
