@@ -27,14 +27,16 @@ public:
         farm::Frame frame;
         const bool whole = m_frames.front().size() <= kMostFrame_bytes && frame.ParseFromString(m_frames.front());
         m_frames.pop_front();
+        if (m_frames.empty()) m_came.notify_all();
         if (!whole) return std::nullopt;
         return frame;
     }
-    /// Nothing more goes in; what is in comes out.
-    void end() noexcept {
-        const std::lock_guard lock(m_mutex);
+    /// Nothing more goes in; what is in comes out, which is waited for.
+    void end(std::chrono::milliseconds patience) noexcept {
+        std::unique_lock lock(m_mutex);
         m_ended = true;
         m_came.notify_all();
+        m_came.wait_for(lock, patience, [&] { return m_aborted || m_frames.empty(); });
     }
     void abort() noexcept {
         const std::lock_guard lock(m_mutex);
@@ -64,9 +66,9 @@ public:
         if (!frame) m_ended = true;
         return frame;
     }
-    void close(std::chrono::milliseconds) noexcept override {
+    void close(std::chrono::milliseconds patience) noexcept override {
         m_closed = true;
-        m_out->end();
+        m_out->end(patience);
     }
     void abort() noexcept override {
         m_closed = true;

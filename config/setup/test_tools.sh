@@ -2,6 +2,7 @@
 # shellcheck shell=bash
 
 TEST_PACKAGE_LIST=$ROOT/config/setup/debian-test-packages.txt
+SERVICE_PACKAGE_LIST=$ROOT/config/setup/debian-service-packages.txt
 NGINX_DIR=$ROOT/build/deps/nginx
 
 # nginx is unpacked, not installed: a package of it would start a web server on this machine. Without it, its tests say that they are skipped.
@@ -22,6 +23,9 @@ fetch_nginx() {
 
 set_up_tests() {
     install_packages "$TEST_PACKAGE_LIST"
+    # Nobody who runs tests wants services of theirs from now on.
+    if [[ ! -d /run/systemd/system ]]; then install_packages "$SERVICE_PACKAGE_LIST"
+    else say "Not installed, since they would start services here: the packages of config/setup/debian-service-packages.txt; where one is missing its tests are skipped"; fi
     fetch_nginx
     PATH=$PATH:/usr/sbin:$NGINX_DIR/usr/sbin
 }

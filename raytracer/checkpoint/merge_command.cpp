@@ -85,7 +85,7 @@ std::function<ExitCode()> add_merge_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("merge", "Join the checkpoints of several coordinators of one picture, and write it");
     command->add_option("checkpoints", args->journals, "files that render --resume or --part has written: PICTURE.tiles")->required();
-    command->add_option("-o,--output", args->outputs, "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")->expected(1)->take_all();
+    command->add_option("-o,--output", args->outputs, "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")->expected(1)->take_all()->allow_extra_args(false);
     command->add_option("--tiles", args->tiles, "write all tiles that are there to this file, a checkpoint of its own");
     command->add_flag("--info", args->info, "say of each file which picture it is of and how much of it is done");
     command->add_option("--memory-mib", args->picture.memory_mib, "a picture that would take more than half of it goes tile by tile into its files (1 to 1048576)")

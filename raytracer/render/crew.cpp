@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/util/error.hpp"
+#include "common/util/open_files.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/sched/green_processor.hpp"
@@ -18,6 +19,7 @@ Crew::Crew(const CrewOptions& options, BlockManager& blocks, const BoxSource& so
     if (m_options.threads == 0 && !m_options.green && !m_options.farm.any())
         throw UsageError("render: processing.threads = 0, and nobody else is there; allowed: 1 and more, or --worker, --listen, --discover, --green");
     if (!m_options.farm.any()) return;
+    util::allow_many_open_files();
     m_farm = std::make_unique<Farm>(m_options.farm, blocks, source);
     m_farm->set_status_source([this] { return told_status(); });
 }

@@ -61,7 +61,7 @@ std::function<ExitCode()> add_render_command(CLI::App& app) {
     add_world_arguments(*command, args->world);
     add_crew_arguments(*command, args->crew);
     command->add_option("-o,--output", args->outputs, "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")
-        ->required()->expected(1)->take_all();
+        ->required()->expected(1)->take_all()->allow_extra_args(false);
     command->add_option("--save-scene", args->save_scene, "write the scene with all flags applied to this file");
     command->add_option("--report", args->report, "write times and counts to this file (JSON)");
     command->add_flag("--resume", args->resume, "keep finished tiles in PICTURE.tiles until the picture stands, and go on with those that are there");

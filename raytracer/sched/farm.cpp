@@ -13,6 +13,9 @@ namespace terravox {
 namespace {
 
 constexpr int kSupplierThreads = 3;
+constexpr int kMostFalse = 3;  // workers of one host, under whatever names: after that none of it is let in
+
+std::string host_of(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
 
 std::uint64_t random_number() {
     std::random_device device;
@@ -49,7 +52,9 @@ Farm::~Farm() {
         for (const auto& [id, place] : m_places) links.push_back(place.link);
     }
     m_wake.notify_all();
-    for (const auto& link : links) link->bye("the coordinator has finished");
+    std::vector<std::thread> goodbyes;  // at once: each waits for its worker to read it
+    for (const auto& link : links) goodbyes.emplace_back([link] { link->bye("the coordinator has finished"); });
+    for (std::thread& t : goodbyes) t.join();
     if (m_listener) m_listener->stop();
     for (const auto& link : links) link->abort();
     for (std::thread& t : m_threads) t.join();
@@ -79,6 +84,7 @@ void Farm::attach(Place& place) {
     if (m_pool == nullptr || place.link->draining()) return;
     const farm::Hello& hello = place.link->hello();
     ProcessorPool::Member member{hello.name(), "socket", static_cast<int>(hello.threads()), false, false, place.link->begin(*m_call), [link = place.link] { return link->latency_s(); }};
+    member.paused = place.takes_nothing();
     place.member = m_pool->add(std::move(member));
 }
 
@@ -87,8 +93,10 @@ void Farm::gone(ProcessorPool::MemberId member, const std::string& why, bool exp
     {
         const std::lock_guard lock(m_mutex);
         for (auto& [id, place] : m_places)
-            if (place.member == member) link = place.link, place.member = 0;
-        if (link && expelled) m_banned.insert({link->hello().name(), link->peer()});
+            if (place.member == member) {
+                link = place.link, place.member = 0;
+                if (expelled) ban(*link, place.dialled);
+            }
     }
     if (!link) return;
     if (expelled) {
@@ -101,9 +109,28 @@ void Farm::gone(ProcessorPool::MemberId member, const std::string& why, bool exp
     }
 }
 
-bool Farm::is_banned(const std::string& name, const std::string& peer) const {
+bool Farm::is_banned(const std::string& name, const std::string& peer, const std::string& dialled) const {
     const std::lock_guard lock(m_mutex);
-    return m_banned.contains(name) || m_banned.contains(peer);
+    if (!dialled.empty()) return m_banned.contains(dialled);
+    const auto host = m_banned_of_host.find(host_of(peer));
+    return host != m_banned_of_host.end() && (host->second >= kMostFalse || m_banned.contains(name + " of " + host->first));
+}
+
+// With the lock held.
+void Farm::ban(const WorkerLink& worker, const std::string& dialled) {
+    const std::string host = host_of(worker.peer());
+    if (m_banned.insert(dialled.empty() ? worker.hello().name() + " of " + host : dialled).second && dialled.empty()) ++m_banned_of_host[host];
+}
+
+bool Farm::pause(const std::string& worker, bool on) {
+    const std::lock_guard lock(m_mutex);
+    bool found = false;
+    for (auto& [id, place] : m_places) {
+        if (!worker.empty() && place.link->hello().name() != worker) continue;
+        place.paused = on, found = true;
+        if (m_pool != nullptr && place.member != 0) m_pool->pause(place.member, place.takes_nothing());
+    }
+    return found;
 }
 
 void Farm::set_status_source(std::function<farm::Status()> source) {
@@ -113,7 +140,8 @@ void Farm::set_status_source(std::function<farm::Status()> source) {
 
 void Farm::observe(net::Link& link) {
     while (auto frame = link.receive()) {
-        if (!frame->has_status_request()) return;
+        if (frame->has_pause() && !pause(frame->pause().worker(), frame->pause().on())) return refuse(link, "no such worker: '" + frame->pause().worker().substr(0, 200) + "'");
+        if (!frame->has_pause() && !frame->has_status_request()) return;
         std::function<farm::Status()> source;
         {
             const std::lock_guard lock(m_mutex);
@@ -135,21 +163,25 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
             observe(*link);
             return false;
         }
-        if (is_banned(hello.name(), dialled.empty() ? link->peer() : dialled)) {
+        if (is_banned(hello.name(), link->peer(), dialled)) {
             refuse(*link, "expelled before");
             return false;
         }
         const std::lock_guard lock(m_mutex);
         if (m_stop) return false;
         id = m_next_place++;
-        const auto on_drain = [this, id](const std::vector<RenderTile>& given_back) {
+        // With the lock held, where it is at work for a pool.
+        const auto with_place = [this, id](const auto& act) {
             const std::lock_guard own(m_mutex);
             const auto place = m_places.find(id);
-            if (place != m_places.end() && place->second.member != 0 && m_pool != nullptr) m_pool->drain(place->second.member, given_back);
+            if (place != m_places.end() && place->second.member != 0 && m_pool != nullptr) act(place->second);
         };
+        WorkerLink::Told told;
+        told.drains = [this, with_place](const std::vector<RenderTile>& given_back) { with_place([&](Place& place) { m_pool->drain(place.member, given_back); }); };
+        told.pauses = [this, with_place](bool) { with_place([&](Place& place) { m_pool->pause(place.member, place.takes_nothing()); }); };
         spdlog::info("worker {} at {}: {} threads, {}", hello.name(), link->peer(), hello.threads(), hello.cpu_features());
-        worker = std::make_shared<WorkerLink>(std::move(link), std::move(hello), m_supplier, on_drain);
-        attach(m_places.emplace(id, Place{worker, 0}).first->second);
+        worker = std::make_shared<WorkerLink>(std::move(link), std::move(hello), m_supplier, std::move(told));
+        attach(m_places.emplace(id, Place{worker, dialled}).first->second);
     } catch (const HelloError& e) {
         spdlog::log(e.busy ? spdlog::level::info : spdlog::level::warn, "{}", e.what());
         return e.busy || dialled.empty();
@@ -171,14 +203,14 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
         const auto place = m_places.find(id);
         member = place->second.member, pool = m_pool;
         m_places.erase(place);
-        if (worker->misbehaved()) m_banned.insert({worker->hello().name(), dialled.empty() ? worker->peer() : dialled});
+        if (worker->misbehaved()) ban(*worker, dialled);
     }
     if (member != 0 && pool != nullptr) {
         if (worker->misbehaved()) spdlog::error("worker {} at {} is expelled: {}", worker->hello().name(), worker->peer(), why);
         else if (worker->draining()) spdlog::info("worker {} has left", worker->hello().name());
         else spdlog::warn("worker {} at {} is lost: {}", worker->hello().name(), worker->peer(), why);
     }
-    return !is_banned(worker->hello().name(), dialled.empty() ? worker->peer() : dialled);
+    return !is_banned(worker->hello().name(), worker->peer(), dialled);
 }
 
 void Farm::begin_dialling(const net::Address& address) {

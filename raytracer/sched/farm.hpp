@@ -68,14 +68,20 @@ public:
 private:
     struct Place {
         std::shared_ptr<WorkerLink> link;
+        std::string dialled;  ///< address; empty: it dialled in
         ProcessorPool::MemberId member = 0;
+        bool paused = false;  ///< by an observer of ours; the worker may be so for itself
+        [[nodiscard]] bool takes_nothing() const { return paused || link->heartbeat().paused(); }
     };
     void observe(net::Link& link);
+    /// @return whether there is such a worker
+    bool pause(const std::string& worker, bool on);
     void begin_dialling(const net::Address& address);
     void dial_again_and_again(const net::Address& address);
     void watch();
     void attach(Place& place);
-    [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer) const;
+    [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer, const std::string& dialled) const;
+    void ban(const WorkerLink& worker, const std::string& dialled);
 
     const FarmOptions m_options;
     BlockManager& m_blocks;
@@ -87,7 +93,8 @@ private:
     std::uint64_t m_next_place = 1, m_next_picture = 1;
     ProcessorPool* m_pool = nullptr;
     std::optional<PictureCall> m_call;
-    std::set<std::string> m_banned;  ///< names and addresses
+    std::set<std::string> m_banned;               ///< addresses that were dialled; of who dialled in, names with their hosts
+    std::map<std::string, int> m_banned_of_host;  ///< how many of who dialled in
     std::function<farm::Status()> m_status_source;
     bool m_stop = false;
     std::unique_ptr<net::Listener> m_listener;

@@ -18,7 +18,7 @@ GreenProcessor::~GreenProcessor() {
 void GreenProcessor::submit(RenderTile tile) {
     const std::lock_guard lock(m_mutex);
     if (m_closed) return;
-    m_waiting.push_back(tile);
+    m_jobs.submit(tile);
     m_change.notify_all();
 }
 
@@ -28,10 +28,13 @@ std::optional<TileResult> GreenProcessor::take() {
     (void)work_until(Halt::Clock::time_point::max());
     const std::lock_guard lock(m_mutex);
     if (m_failure) std::rethrow_exception(m_failure);
-    if (m_results.empty()) return std::nullopt;
-    TileResult result = std::move(m_results.front());
-    m_results.pop_front();
-    return result;
+    return m_jobs.take();
+}
+
+void GreenProcessor::withdraw(const RenderTile& tile) noexcept {
+    const std::lock_guard lock(m_mutex);
+    m_jobs.drop(tile);
+    m_change.notify_all();
 }
 
 void GreenProcessor::close() noexcept {
@@ -44,93 +47,59 @@ void GreenProcessor::cancel() noexcept {
     const std::lock_guard lock(m_mutex);
     m_closed = true;
     m_cancelled = true;
-    m_waiting.clear();
+    m_jobs.drop_waiting();
     m_change.notify_all();
 }
 
 void GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
     const std::lock_guard lock(m_mutex);
-    const auto found = m_jobs.find(ticket);
-    if (found == m_jobs.end()) return;
-    Job& job = *found->second;
-    job.came.push_back(key);
-    if (job.running || job.queued) return;
-    job.queued = true;
-    m_ready.push_back(ticket);
-    m_change.notify_all();
+    if (m_jobs.box_came(key, ticket)) m_change.notify_all();
 }
 
 bool GreenProcessor::work_until(Halt::Clock::time_point end) {
-    const Halt halt(m_cancelled, end);
     std::unique_lock lock(m_mutex);
     bool first = true;
     while (!has_answer()) {
-        if (!m_ready.empty() || may_begin()) {
-            if (!first && halt.asked()) return false;
-            trace(lock, halt);
+        if (m_jobs.can_go_on()) {
+            if (!first && Halt::Clock::now() >= end) return false;
+            trace(lock, end);
             first = false;
             continue;
         }
-        const auto something = [&] { return has_answer() || !m_ready.empty() || may_begin(); };
+        const auto something = [&] { return has_answer() || m_jobs.can_go_on(); };
         if (end == Halt::Clock::time_point::max()) m_change.wait(lock, something);
         else if (!m_change.wait_until(lock, end, something)) return false;
     }
     return true;
 }
 
-void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, const Halt& halt) {
+void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time_point end) {
     try {
-        std::uint64_t ticket = 0;
-        Job* job = nullptr;
-        if (!m_ready.empty()) {
-            ticket = m_ready.front();
-            m_ready.pop_front();
-            job = m_jobs.at(ticket).get();
-            job->queued = false, job->running = true;
-        } else {
-            if (m_idle.empty()) m_idle.push_back(std::make_unique<Job>());
-            ticket = m_next_ticket++;
-            job = m_jobs.emplace(ticket, std::move(m_idle.back())).first->second.get();
-            m_idle.pop_back();
-            job->running = true, job->queued = false;
-            job->job.start(m_waiting.front(), kWaveRays);
-            m_waiting.pop_front();
-        }
-        for (const voxel::BoxKey& key : job->came) job->job.box_came(key);
-        job->came.clear();
-        go_on(lock, ticket, *job, halt);
+        go_on(lock, m_jobs.next(kWaveRays), end);
     } catch (...) {
         if (!lock.owns_lock()) lock.lock();
         m_failure = std::current_exception();
         m_closed = true;
         m_cancelled = true;
-        m_waiting.clear();
+        m_jobs.drop_waiting();
     }
 }
 
-void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, std::uint64_t ticket, Job& job, const Halt& halt) {
+void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn, Halt::Clock::time_point end) {
     lock.unlock();
-    const bool finished = job.job.run(m_tools, halt);
+    const bool finished = turn.job.job.run(m_tools, Halt(m_cancelled, turn.job.dropped, end));
     std::optional<TileResult> result;
-    if (finished) result = job.job.take_result();
-    const std::vector<voxel::BoxKey> missing = job.job.take_missing();
+    if (finished) result = turn.job.job.take_result();
+    const std::vector<voxel::BoxKey> missing = turn.job.job.take_missing();
     lock.lock();
     if (m_cancelled) return;
     if (finished) {
-        const auto done = m_jobs.find(ticket);
-        job.came.clear();
-        m_idle.push_back(std::move(done->second));
-        m_jobs.erase(done);
-        m_results.push_back(std::move(*result));
+        m_jobs.finish(turn, std::move(*result));
         return;
     }
-    job.running = false;
-    if (!job.job.waits() || !job.came.empty()) {
-        job.queued = true;
-        m_ready.push_front(ticket);
-    }
+    m_jobs.rest(turn, turn.job.job.waits());
     lock.unlock();
-    for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, ticket);
+    for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, turn.ticket);
     lock.lock();
 }
 

@@ -2,16 +2,11 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <cstdint>
-#include <deque>
 #include <exception>
-#include <memory>
 #include <mutex>
-#include <unordered_map>
-#include <vector>
 
 #include "raytracer/sched/processor.hpp"
-#include "raytracer/trace/tile_job.hpp"
+#include "raytracer/sched/tile_jobs.hpp"
 
 namespace terravox {
 
@@ -23,7 +18,7 @@ namespace terravox {
 /// wait() and take() are for one thread at a time; the others are thread-safe. submit() never blocks, since it may be the tracing
 /// thread that calls it: who submits more than capacity() only makes the others' share smaller.
 ///
-/// One mutex guards tiles submitted, jobs begun, jobs that are ready to go on, and results; it is not held while rays are traced. A job that
+/// One mutex guards the tiles and what has failed; it is not held while rays are traced. A job that
 /// was paused is the first to go on, then come those whose boxes came, then new tiles. `m_change` wakes who waits with nothing to trace: a
 /// tile, a box, or the end. The block manager calls with its own lock held: never call it under m_mutex.
 class GreenProcessor final : public TileProcessor, private BlockListener {
@@ -35,6 +30,7 @@ public:
     void submit(RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
     std::optional<TileResult> take() override;
+    void withdraw(const RenderTile& tile) noexcept override;
     void close() noexcept override;
     void cancel() noexcept override;
 
@@ -42,30 +38,17 @@ public:
     static constexpr std::size_t kJobs = 4;
 
 private:
-    struct Job {
-        TileJob job;
-        std::vector<voxel::BoxKey> came;
-        bool running = true, queued = false;
-    };
-    [[nodiscard]] bool may_begin() const noexcept { return !m_waiting.empty() && m_jobs.size() < kJobs; }
-    [[nodiscard]] bool has_answer() const noexcept {
-        return !m_results.empty() || m_failure || m_cancelled || (m_closed && m_waiting.empty() && m_jobs.empty());
-    }
+    [[nodiscard]] bool has_answer() const noexcept { return m_jobs.has_result() || m_failure || m_cancelled || (m_closed && m_jobs.idle()); }
     [[nodiscard]] bool work_until(Halt::Clock::time_point end);
-    void trace(std::unique_lock<std::mutex>& lock, const Halt& halt);
-    void go_on(std::unique_lock<std::mutex>& lock, std::uint64_t ticket, Job& job, const Halt& halt);
+    void trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time_point end);
+    void go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn, Halt::Clock::time_point end);
     void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
     BlockManager& m_blocks;
     TracerTools m_tools;
     std::mutex m_mutex;
     std::condition_variable m_change;
-    std::deque<RenderTile> m_waiting;
-    std::unordered_map<std::uint64_t, std::unique_ptr<Job>> m_jobs;
-    std::vector<std::unique_ptr<Job>> m_idle;  ///< done, with megabytes of arrays for the next tile
-    std::deque<std::uint64_t> m_ready;
-    std::uint64_t m_next_ticket = 0;
-    std::deque<TileResult> m_results;
+    TileJobs m_jobs{kJobs};
     std::exception_ptr m_failure;
     bool m_closed = false;
     std::atomic<bool> m_cancelled{false};

@@ -118,6 +118,13 @@ void LeaseBook::set_deadline(Member member, const RenderTile& band, Time deadlin
         if (m_units.at(lease.unit).band == band) lease.deadline = deadline;
 }
 
+// Of two leases of the same band, one that is still wanted: the other was withdrawn, and its answer may never come.
+std::vector<LeaseBook::Lease>::iterator LeaseBook::lease_of(std::vector<Lease>& leases, const RenderTile& band) {
+    const auto first = std::find_if(leases.begin(), leases.end(), [&](const Lease& l) { return m_units.at(l.unit).band == band; });
+    const auto open = std::find_if(first, leases.end(), [&](const Lease& l) { return m_units.at(l.unit).band == band && !m_units.at(l.unit).done; });
+    return open != leases.end() ? open : first;
+}
+
 void LeaseBook::end_lease(Member member, std::size_t place) {
     auto& own = m_leases[member];
     const UnitId id = own[place].unit;
@@ -159,7 +166,7 @@ LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
     out.pixels = pixels_of(result.tile);
     const auto own = m_leases.find(member);
     if (own == m_leases.end()) return out;
-    const auto lease = std::find_if(own->second.begin(), own->second.end(), [&](const Lease& l) { return m_units.at(l.unit).band == result.tile; });
+    const auto lease = lease_of(own->second, result.tile);
     if (lease == own->second.end()) return out;
     const UnitId id = lease->unit;
     Unit& unit = m_units.at(id);
@@ -230,7 +237,7 @@ std::size_t LeaseBook::give_back(Member member) {
 
 void LeaseBook::give_back(Member member, const RenderTile& band) {
     auto& own = m_leases[member];
-    const auto lease = std::find_if(own.begin(), own.end(), [&](const Lease& l) { return m_units.at(l.unit).band == band; });
+    const auto lease = lease_of(own, band);
     if (lease == own.end()) return;
     const UnitId id = lease->unit;
     own.erase(lease);

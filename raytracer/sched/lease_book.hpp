@@ -121,6 +121,7 @@ private:
     void forget_done();
     void put_back(UnitId id);
     [[nodiscard]] RenderTile begin(Member member, UnitId id, Time now);
+    [[nodiscard]] std::vector<Lease>::iterator lease_of(std::vector<Lease>& leases, const RenderTile& band);
     void end_lease(Member member, std::size_t place);
     void new_pass();
     std::optional<TileResult> add_part(Member member, TileResult&& result);

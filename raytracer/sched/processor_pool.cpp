@@ -52,6 +52,7 @@ ProcessorPool::MemberId ProcessorPool::add(Member member) {
         id = m_next_id++;
         auto state = std::make_unique<State>();
         state->is = std::move(member);
+        state->paused = state->is.paused;
         state->since = state->mark = Clock::now();
         if (!state->is.on_caller) state->pump = std::thread([this, id, processor = state->is.processor] { pump(id, processor); });
         m_members.emplace(id, std::move(state));

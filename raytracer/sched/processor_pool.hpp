@@ -79,6 +79,7 @@ public:
         bool on_caller = false;     ///< it works on the thread that calls wait() and take(): green
         std::shared_ptr<TileProcessor> processor;
         std::function<double()> latency_s;  ///< there and back; none: 0
+        bool paused = false;
     };
     explicit ProcessorPool(PoolSettings settings);
     ~ProcessorPool() override;

@@ -35,16 +35,19 @@ struct TracerTools {
     [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
 };
 
-/// When who works through much is to leave off: when a flag is set, or a moment has come.
+/// When who works through much is to leave off: when one of two flags is set, or a moment has come.
 class Halt {
 public:
     using Clock = std::chrono::steady_clock;
-    /// @param stop outlives this
-    Halt(const std::atomic<bool>& stop, Clock::time_point at = Clock::time_point::max()) noexcept : m_stop(stop), m_at(at) {}
-    [[nodiscard]] bool asked() const noexcept { return m_stop.load(std::memory_order_relaxed) || (m_at != Clock::time_point::max() && Clock::now() >= m_at); }
+    /// @param stop, also outlive this
+    Halt(const std::atomic<bool>& stop, const std::atomic<bool>& also, Clock::time_point at = Clock::time_point::max()) noexcept : m_stop(stop), m_also(also), m_at(at) {}
+    Halt(const std::atomic<bool>& stop, Clock::time_point at = Clock::time_point::max()) noexcept : Halt(stop, stop, at) {}
+    [[nodiscard]] bool asked() const noexcept {
+        return m_stop.load(std::memory_order_relaxed) || m_also.load(std::memory_order_relaxed) || (m_at != Clock::time_point::max() && Clock::now() >= m_at);
+    }
 
 private:
-    const std::atomic<bool>& m_stop;
+    const std::atomic<bool>&m_stop, &m_also;
     Clock::time_point m_at;
 };
 

@@ -5,6 +5,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "raytracer/sched/socket/tile_frames.hpp"
+#include "raytracer/world/stopped_error.hpp"
 
 namespace terravox {
 
@@ -29,6 +30,7 @@ void FarWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& 
     const auto hand_over = [&](const voxel::BoxKey& key, const BoxShelf::Frame* frame, const std::string& hole) {
         voxel::BoxOutcome outcome;
         try {
+            if (frame == nullptr && hole.empty()) throw StoppedError("fetch box " + voxel::to_string(key) + ": the link to the coordinator has ended");
             if (frame == nullptr) throw Error("fetch box " + voxel::to_string(key) + ": " + hole);
             outcome.box = unpacked(key, *frame);
         } catch (...) {
@@ -68,7 +70,7 @@ void FarWorld::boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& 
             for (const auto& [key, asked] : here)
                 if (--asked->waiting == 0) m_asked.erase(key);
         }
-        for (const auto& [key, asked] : here) hand_over(key, asked->here ? asked->frame.get() : nullptr, asked->here ? asked->hole : "the link to the coordinator has ended");
+        for (const auto& [key, asked] : here) hand_over(key, asked->here ? asked->frame.get() : nullptr, asked->here ? asked->hole : std::string());
     }
 }
 
@@ -88,7 +90,7 @@ bool FarWorld::came(const farm::BoxReply& reply) {
         if (asked == m_asked.end()) return m_stop;
         asked->second->here = true;
         asked->second->frame = frame;
-        asked->second->hole = reply.hole();
+        asked->second->hole = reply.outcome_case() == farm::BoxReply::kHole && !reply.hole().empty() ? reply.hole() : "the coordinator gave no answer";
     }
     m_came.notify_all();
     if (frame) m_shelf.put({m_world_id, key}, frame);

@@ -20,6 +20,7 @@ struct Arguments {
     int days = 365;
     std::vector<std::string> addresses;
     bool json = false;
+    std::string worker;
     CredentialArguments credentials;
 };
 
@@ -29,16 +30,17 @@ ExitCode make_certificates(const Arguments& args) {
     return ExitCode::kDone;
 }
 
-farm::Status ask(const net::Address& address, const net::Credentials& credentials) {
+/// @param question a StatusRequest or a Pause
+farm::Status ask(const net::Address& address, const net::Credentials& credentials, farm::Frame question) {
     auto link = net::dial(address, credentials, std::chrono::seconds(5));
     OwnHello own;
     own.role = farm::OBSERVER;
     (void)meet(*link, make_hello(own), {farm::WORKER, farm::COORDINATOR});
-    farm::Frame request;
-    request.mutable_status_request();
-    link->send(std::move(request));
-    while (auto frame = link->receive())
+    link->send(std::move(question));
+    while (auto frame = link->receive()) {
         if (frame->has_status()) return std::move(*frame->mutable_status());
+        if (frame->has_refusal()) throw Error("ask " + address.text() + ": it refuses: " + frame->refusal().reason());
+    }
     throw Error("ask " + address.text() + " for its state: it hung up");
 }
 
@@ -64,13 +66,13 @@ void print(const std::string& address, const farm::Status& s) {
                     m.pixels_per_s() / 1e3, m.latency_s() * 1e3, m.leases(), 100 * m.busy_share());
 }
 
-ExitCode show_status(const Arguments& args) {
+ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
     util::set_up_log("error");
     const net::Credentials credentials = args.credentials.credentials(false, "");
     nlohmann::json all = nlohmann::json::array();
     for (const std::string& text : args.addresses) {
         const net::Address address = net::Address::parse(text, net::kWorkerPort);
-        const farm::Status status = ask(address, credentials);
+        const farm::Status status = ask(address, credentials, question);
         if (args.json) all.push_back(to_json(address.text(), status));
         else print(address.text(), status);
     }
@@ -82,7 +84,7 @@ ExitCode show_status(const Arguments& args) {
 
 std::function<ExitCode()> add_farm_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
-    CLI::App* farm = app.add_subcommand("farm", "Certificates for a farm, and what its members are at");
+    CLI::App* farm = app.add_subcommand("farm", "Certificates for a farm, what its members are at, and pausing them");
     farm->require_subcommand(1);
     CLI::App* certs = farm->add_subcommand("certs", "Make a small CA, and certificates of it for coordinators and workers");
     certs->add_option("names", args->names, "one certificate for each; default: coordinator, worker");
@@ -91,8 +93,24 @@ std::function<ExitCode()> add_farm_command(CLI::App& app) {
     CLI::App* status = farm->add_subcommand("status", "What worker daemons and coordinators (render --listen) are at");
     status->add_option("addresses", args->addresses, "HOST[:PORT] (port 7878)")->required();
     status->add_flag("--json", args->json, "as JSON");
-    add_credential_arguments(*status, args->credentials);
-    return [args, certs] { return certs->parsed() ? make_certificates(*args) : show_status(*args); };
+    CLI::App* pause = farm->add_subcommand("pause", "Give workers no new tiles; what they have they finish");
+    CLI::App* resume = farm->add_subcommand("resume", "Give workers tiles again");
+    for (CLI::App* command : {pause, resume}) {
+        command->add_option("addresses", args->addresses, "HOST[:PORT] (port 7878) of worker daemons, or of coordinators (render --listen)")->required();
+        command->add_option("--worker", args->worker, "of a coordinator: its worker of this name; default: all workers");
+    }
+    for (CLI::App* command : {status, pause, resume}) add_credential_arguments(*command, args->credentials);
+    return [args, certs, pause, resume] {
+        if (certs->parsed()) return make_certificates(*args);
+        farm::Frame question;
+        if (pause->parsed() || resume->parsed()) {
+            question.mutable_pause()->set_on(pause->parsed());
+            question.mutable_pause()->set_worker(args->worker);
+        } else {
+            question.mutable_status_request();
+        }
+        return ask_all(*args, question);
+    };
 }
 
 }  // namespace terravox

@@ -27,19 +27,19 @@ std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::st
         if (is_server == ground.server.empty() || (!is_server && !origin.starts_with("generated:"))) throw Error("open the world: it is neither a server's address nor generated:SEED");
         Scene scene = unpack_scene(scene_text);
         scene.world.voxel_m = ground.far->info().voxel_m;
-        auto own = open_world({origin}, {}, scene, times);
+        auto own = open_world({origin}, {}, scene, times, {}, ground.ending.get_token());
         if (voxel::world_to_json(own->info()) == ground.world) return own;
         spdlog::warn("{} is another world here than the coordinator's; its boxes are asked of the coordinator", origin);
     } catch (const Error& e) {
-        spdlog::warn("{}; boxes are asked of the coordinator", e.what());
+        if (!ground.ending.stop_requested()) spdlog::warn("{}; boxes are asked of the coordinator", e.what());
     }
     return nullptr;
 }
 
 }  // namespace
 
-Stage::Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, bool paused, Answers answers)
-    : m_picture(picture), m_parcel(std::move(parcel)), m_ground(std::move(ground)), m_threads(threads), m_memory_bytes(memory_bytes), m_answers(std::move(answers)), m_paused(paused) {
+Stage::Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, Answers answers)
+    : m_picture(picture), m_parcel(std::move(parcel)), m_ground(std::move(ground)), m_threads(threads), m_memory_bytes(memory_bytes), m_answers(std::move(answers)) {
     m_thread = std::thread([this] { run(); });
 }
 
@@ -59,7 +59,12 @@ void Stage::add(std::uint64_t id, const RenderTile& tile) {
 
 void Stage::drop(const std::vector<std::uint64_t>& ids) {
     const std::lock_guard lock(m_mutex);
-    std::erase_if(m_waiting, [&](const auto& w) { return std::find(ids.begin(), ids.end(), w.first) != ids.end(); });
+    const auto is_dropped = [&](const auto& lease) { return std::find(ids.begin(), ids.end(), lease.first) != ids.end(); };
+    std::erase_if(m_waiting, is_dropped);
+    if (m_processor != nullptr)
+        for (const auto& lease : m_begun)
+            if (is_dropped(lease)) m_processor->withdraw(lease.second);
+    std::erase_if(m_begun, is_dropped);
     m_idle.notify_all();
 }
 
@@ -70,12 +75,6 @@ std::vector<std::uint64_t> Stage::drop_all() {
     m_waiting.clear();
     m_idle.notify_all();
     return ids;
-}
-
-void Stage::pause(bool on) {
-    const std::lock_guard lock(m_mutex);
-    m_paused = on;
-    m_work.notify_all();
 }
 
 void Stage::cancel() noexcept {
@@ -99,20 +98,26 @@ Stage::Load Stage::load() const {
     return {m_waiting.size(), m_begun.size(), m_processor != nullptr ? m_ground->blocks->stats().bytes : 0};
 }
 
-void Stage::open_ground() {
+// False: it was stopped.
+bool Stage::open_ground() {
     const std::lock_guard lock(m_ground->opening);
-    if (m_ground->blocks) return;
+    if (m_ground->blocks) return true;
     voxel::World* world = m_ground->far.get();
     if (auto own = open_own(*m_ground, m_parcel.scene)) {
         m_ground->own = std::make_unique<HelpedWorld>(std::move(own), *m_ground->far);
         world = m_ground->own.get();
     }
+    if (m_ground->ending.stop_requested()) return false;
     m_ground->blocks = std::make_unique<BlockManager>(*world, m_memory_bytes, world->worth_asking(m_threads));
+    return true;
 }
 
 void Stage::run() {
     try {
-        open_ground();
+        if (!open_ground()) {
+            m_over = true;
+            return;
+        }
         const View view = unpack(m_parcel, m_ground->far->info());
         ThreadProcessor processor(view, *m_ground->blocks, m_threads);
         {
@@ -136,7 +141,7 @@ void Stage::run() {
 void Stage::feed(TileProcessor& processor) {
     std::unique_lock lock(m_mutex);
     while (true) {
-        m_work.wait(lock, [&] { return m_cancelled || (!m_paused && !m_waiting.empty()); });
+        m_work.wait(lock, [&] { return m_cancelled || !m_waiting.empty(); });
         if (m_cancelled) return;
         m_begun.push_back(m_waiting.front());
         m_waiting.pop_front();

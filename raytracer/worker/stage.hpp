@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -27,6 +28,13 @@ struct WorkerGround {
     std::unique_ptr<voxel::World> own;     ///< opened by the first stage; nullptr: boxes are the coordinator's
     std::unique_ptr<BlockManager> blocks;
     std::mutex opening;
+    std::stop_source ending;
+
+    /// Whatever is asked for or opened ends soon.
+    void stop() noexcept {
+        far->stop();
+        ending.request_stop();
+    }
 };
 
 /// One picture on a worker: what has to be made before the first tile, then tiles through threads.
@@ -40,18 +48,17 @@ public:
         std::function<void(std::uint64_t id, TileResult)> done;
         std::function<void(const std::string& why)> failed;  ///< the picture as a whole
     };
-    Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, bool paused, Answers answers);
+    Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, Answers answers);
     ~Stage();
     Stage(const Stage&) = delete;
     Stage& operator=(const Stage&) = delete;
 
     [[nodiscard]] std::uint64_t picture() const noexcept { return m_picture; }
     void add(std::uint64_t id, const RenderTile& tile);
-    /// Those that are not begun are dropped.
+    /// Their results are not needed any more: none comes, unless it is on its way.
     void drop(const std::vector<std::uint64_t>& ids);
     /// All that are not begun. @return their leases
     [[nodiscard]] std::vector<std::uint64_t> drop_all();
-    void pause(bool on);
     void cancel() noexcept;
     /// Cancels, and waits for all threads: no answer comes after this.
     void end() noexcept;
@@ -67,7 +74,7 @@ public:
 
 private:
     void run();
-    void open_ground();
+    [[nodiscard]] bool open_ground();
     void feed(TileProcessor& processor);
     void collect(TileProcessor& processor);
 
@@ -82,7 +89,7 @@ private:
     std::deque<std::pair<std::uint64_t, RenderTile>> m_waiting;
     std::vector<std::pair<std::uint64_t, RenderTile>> m_begun;
     TileProcessor* m_processor = nullptr;
-    bool m_paused, m_cancelled = false;
+    bool m_cancelled = false;
     std::atomic<bool> m_over{false};
     std::thread m_thread;
     std::once_flag m_joined;

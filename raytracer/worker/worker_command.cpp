@@ -13,6 +13,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/build_id.hpp"
 #include "common/util/log.hpp"
+#include "common/util/open_files.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/worker/metrics_page.hpp"
@@ -104,6 +105,7 @@ private:
 ExitCode run(const WorkerArguments& arguments) {
     const WorkerConfig config = load_worker_config(arguments);
     set_up_log(config);
+    util::allow_many_open_files();
     WorkerDaemonOptions options = options_of(config);
     options.credentials = credentials_or_new(config);
     WorkerDaemon daemon(std::move(options));

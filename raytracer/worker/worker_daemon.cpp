@@ -100,16 +100,11 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
     own.capacity = ThreadProcessor::tiles_in_flight(options.threads);
     const std::string peer = link->peer();
     std::shared_ptr<WorkerSession> session;
-    bool has_place = false;
+    bool has_place = false, paused = false;
     try {
         const farm::Hello hello = meet(*link, make_hello(own), {farm::COORDINATOR, farm::OBSERVER});
         if (hello.role() == farm::OBSERVER) {
-            while (auto frame = link->receive()) {
-                if (!frame->has_status_request()) break;
-                farm::Frame reply;
-                *reply.mutable_status() = status();
-                if (!link->send(std::move(reply))) break;
-            }
+            observed(*link);
             return End::kBye;
         }
         {
@@ -135,7 +130,9 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
         const std::lock_guard lock(m_mutex);
         m_sessions.push_back(session);
         if (m_ending) session->abort();
+        paused = m_paused;
     }
+    if (paused) session->pause(true);
     std::string why;
     End end = End::kLost;
     try {
@@ -154,6 +151,26 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
     }
     m_wake.notify_all();
     return end;
+}
+
+void WorkerDaemon::observed(net::Link& link) {
+    while (auto frame = link.receive()) {
+        if (frame->has_pause()) pause(frame->pause().on());
+        else if (!frame->has_status_request()) return;
+        farm::Frame reply;
+        *reply.mutable_status() = status();
+        if (!link.send(std::move(reply))) return;
+    }
+}
+
+void WorkerDaemon::pause(bool on) {
+    std::vector<std::shared_ptr<WorkerSession>> sessions;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (std::exchange(m_paused, on) != on) spdlog::info("{}", on ? "paused: no new tiles are taken" : "tiles are taken again");
+        sessions = m_sessions;
+    }
+    for (const auto& session : sessions) session->pause(on);
 }
 
 void WorkerDaemon::join_again_and_again(const net::Address& address) {

@@ -64,6 +64,8 @@ private:
     void join_again_and_again(const net::Address& address);
     [[nodiscard]] bool is_wanted(const net::Address& address) const;
     [[nodiscard]] farm::Status status() const;
+    void observed(net::Link& link);
+    void pause(bool on);
     [[nodiscard]] bool stopped_after(std::chrono::milliseconds time);
 
     WorkerDaemonOptions m_options;
@@ -74,7 +76,7 @@ private:
     std::uint64_t m_all_sessions = 0, m_busy = 0, m_unfit = 0;
     int m_taken = 0;     ///< places for sessions
     std::set<std::string> m_joining;  ///< addresses that a thread joins, or tries to
-    bool m_ending = false, m_finished = false;
+    bool m_ending = false, m_finished = false, m_paused = false;
     std::atomic<bool> m_stop{false};
     const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point m_idle_since = m_start;

@@ -59,7 +59,7 @@ WorkerSession::End WorkerSession::run(std::string& why) {
     }
     m_wake.notify_all();
     heart.join();
-    if (m_ground) m_ground->far->stop();
+    if (m_ground) m_ground->stop();
     end_stage();
     for (const auto& old : m_old) old->end();
     m_old.clear();
@@ -106,7 +106,6 @@ std::string WorkerSession::take(const farm::Frame& frame) {
             if (frame.stop().ids_size() == 0) end_stage();
             else stage->drop({frame.stop().ids().begin(), frame.stop().ids().end()});
             return {};
-        case farm::Frame::kPause: pause(frame.pause().on()); return {};
         case farm::Frame::kBox: return !m_ground || m_ground->far->came(frame.box()) ? "" : "a box that nobody asked for";
         default: return "a frame that no coordinator sends (" + std::to_string(static_cast<int>(frame.what_case())) + ")";
     }
@@ -153,7 +152,7 @@ std::string WorkerSession::begin_stage_if_complete() {
         } catch (const Error& e) {
             return std::string("a world that is none: ") + e.what();
         }
-        if (m_ground) m_ground->far->stop();
+        if (m_ground) m_ground->stop();
         m_ground = std::make_shared<WorkerGround>();
         m_ground->world_id = picture.world_id(), m_ground->world = parcel.world, m_ground->server = picture.server(), m_ground->generated = picture.generated();
         m_ground->far = std::make_unique<FarWorld>(std::move(info), picture.world_id(), [this](farm::Frame frame) {
@@ -186,7 +185,7 @@ std::string WorkerSession::begin_stage_if_complete() {
     };
     {
         const std::lock_guard lock(m_mutex);
-        m_stage = std::make_shared<Stage>(picture.id(), std::move(parcel), m_ground, m_options.threads, m_options.memory_bytes, m_paused, std::move(answers));
+        m_stage = std::make_shared<Stage>(picture.id(), std::move(parcel), m_ground, m_options.threads, m_options.memory_bytes, std::move(answers));
     }
     for (const farm::Task& task : std::exchange(m_early, {}))
         if (std::string wrong = add_task(task); !wrong.empty()) return wrong;
@@ -258,9 +257,10 @@ void WorkerSession::drain(milliseconds patience) {
 }
 
 void WorkerSession::pause(bool on) {
-    const std::lock_guard lock(m_mutex);
     m_paused = on;
-    if (m_stage) m_stage->pause(on);
+    farm::Frame frame;
+    *frame.mutable_heartbeat() = heartbeat();
+    (void)m_link->send(std::move(frame));
 }
 
 farm::Heartbeat WorkerSession::heartbeat() const {
@@ -271,7 +271,6 @@ farm::Heartbeat WorkerSession::heartbeat() const {
     out.set_waiting(static_cast<std::uint32_t>(now.waiting));
     out.set_begun(static_cast<std::uint32_t>(now.begun));
     out.set_done(now.tiles);
-    const std::lock_guard lock(m_mutex);
     out.set_paused(m_paused);
     return out;
 }

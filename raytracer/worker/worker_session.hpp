@@ -53,7 +53,7 @@ public:
     /// Gives back what is not begun, finishes the rest, and ends the link, no later than after this. From any thread.
     void drain(std::chrono::milliseconds patience);
     void abort() noexcept { m_link->abort(); }
-    /// Takes tiles up, or not. From any thread.
+    /// Tells the coordinator that it wants no more tiles for now, or does again. From any thread.
     void pause(bool on);
 
     struct Status {
@@ -93,8 +93,8 @@ private:
     std::shared_ptr<Stage> m_stage;
     std::atomic<std::int64_t> m_heard_ns;
     std::atomic<std::uint64_t> m_tiles{0}, m_pixels{0};
-    bool m_paused = false, m_over = false;
-    std::atomic<bool> m_draining{false};
+    bool m_over = false;
+    std::atomic<bool> m_paused{false}, m_draining{false};
 };
 
 }  // namespace terravox

@@ -7,6 +7,7 @@
 
 #include "common/util/free_memory.hpp"
 #include "raytracer/world/block_manager.hpp"
+#include "raytracer/world/stopped_error.hpp"
 
 namespace terravox {
 namespace {
@@ -14,6 +15,16 @@ namespace {
 constexpr std::size_t kMostReasons = 100;
 constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
 constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;  // of a box, before one is known
+
+bool is_stopped(const std::exception_ptr& failure) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const StoppedError&) {
+        return true;
+    } catch (...) {
+        return false;
+    }
+}
 
 std::string reason_of(const std::exception_ptr& failure) {
     try {
@@ -100,7 +111,7 @@ void BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
     const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         if (std::erase(missing, key) == 0) return;
         // One box less must not lose the picture; it stays visible, counted and in the exit code.
-        if (outcome.failure) note_hole(key, reason_of(outcome.failure));
+        if (outcome.failure && !is_stopped(outcome.failure)) note_hole(key, reason_of(outcome.failure));
         come(key, {outcome.failure ? nullptr : std::move(outcome.box), outcome.failure != nullptr});
     };
     try {

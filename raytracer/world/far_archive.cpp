@@ -1,6 +1,7 @@
 #include "raytracer/world/far_archive.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_format.hpp"
@@ -14,7 +15,8 @@ constexpr std::size_t kAhead_bytes = 16 << 10;
 
 class FarArchive final : public voxel::archive::ByteSource {
 public:
-    FarArchive(std::string url, std::chrono::milliseconds patience) : m_url(std::move(url)), m_client(patience) {
+    FarArchive(std::string url, std::chrono::milliseconds patience, const std::stop_token& stop)
+        : m_url(std::move(url)), m_client(patience), m_ending(stop, [this] { m_client.stop(); }) {
         HttpClient::check_address(m_url);
         m_head = fetch(0, kAhead_bytes);
     }
@@ -49,12 +51,13 @@ private:
     const std::string m_url;
     PatientClient m_client;
     std::vector<std::byte> m_head;
+    std::stop_callback<std::function<void()>> m_ending;
 };
 
 }  // namespace
 
-std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url, std::chrono::milliseconds patience) {
-    return std::make_unique<FarArchive>(url, patience);
+std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url, std::chrono::milliseconds patience, const std::stop_token& stop) {
+    return std::make_unique<FarArchive>(url, patience, stop);
 }
 
 bool names_archive(const std::string& url) { return url.substr(0, url.find_first_of("?#")).ends_with(voxel::archive::kEnding); }

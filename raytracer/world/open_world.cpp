@@ -32,6 +32,7 @@ struct Opening {
     const Scene& scene;
     util::StageTimes& times;
     const fs::path& cache_dir;
+    const std::stop_token& stop;
 
     [[nodiscard]] std::size_t memory_bytes() const { return static_cast<std::size_t>(scene.world.memory_mib) << 20; }
     [[nodiscard]] std::chrono::seconds patience() const { return std::chrono::seconds(scene.processing.box_patience_s); }
@@ -119,8 +120,8 @@ std::unique_ptr<voxel::World> open_generated(const Opening& o) {
 
 std::unique_ptr<voxel::World> open_as(Origin origin, const Opening& o) {
     switch (origin) {
-        case Origin::kServer: return open_remote_world(o.inputs.front(), o.times, o.patience());
-        case Origin::kFarArchive: return voxel::open_archive(far_archive(o.inputs.front(), o.patience()));
+        case Origin::kServer: return open_remote_world(o.inputs.front(), o.times, o.patience(), o.stop);
+        case Origin::kFarArchive: return voxel::open_archive(far_archive(o.inputs.front(), o.patience(), o.stop));
         case Origin::kArchive: return voxel::open_archive(voxel::archive::file_source(o.inputs.front()));
         case Origin::kGenerated: return open_generated(o);
         case Origin::kMinecraft: return open_minecraft(o);
@@ -134,7 +135,7 @@ std::unique_ptr<voxel::World> open_as(Origin origin, const Opening& o) {
 }  // namespace
 
 std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs, const std::vector<fs::path>& orthophotos, const Scene& scene, util::StageTimes& times,
-                                         const fs::path& cache_dir) {
+                                         const fs::path& cache_dir, const std::stop_token& stop) {
     if (inputs.empty()) throw UsageError("open the world: nothing given; allowed: " + std::string(kOrigins));
     const Origin origin = recognise(inputs.front());
     for (const std::string& input : inputs)
@@ -146,7 +147,7 @@ std::unique_ptr<voxel::World> open_world(const std::vector<std::string>& inputs,
     if (!orthophotos.empty() && !made_of_many && origin != Origin::kStore)
         throw UsageError("open the world " + inputs.front() + ": --ortho with " + std::string(name_of(origin)) +
                          (origin == Origin::kServer ? "; it belongs to the server's own command line" : "; allowed: with LiDAR data, stores and rasters of heights"));
-    return open_as(origin, {inputs, orthophotos, scene, times, cache_dir});
+    return open_as(origin, {inputs, orthophotos, scene, times, cache_dir, stop});
 }
 
 }  // namespace terravox

@@ -16,8 +16,8 @@ std::uint64_t next_asker() {
 
 }  // namespace
 
-WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, std::function<void(const std::vector<RenderTile>&)> on_drain)
-    : m_link(std::move(link)), m_hello(std::move(worker)), m_boxes(boxes), m_asker(next_asker()), m_on_drain(std::move(on_drain)), m_heard_ns(now_ns()) {}
+WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, Told told)
+    : m_link(std::move(link)), m_hello(std::move(worker)), m_boxes(boxes), m_asker(next_asker()), m_told(std::move(told)), m_heard_ns(now_ns()) {}
 
 WorkerLink::~WorkerLink() {
     m_link->abort();
@@ -103,8 +103,13 @@ std::string WorkerLink::take(const farm::Frame& frame) {
             return taken ? "" : "it asks for more boxes than it may, or of another world";
         }
         case farm::Frame::kHeartbeat: {
-            const std::lock_guard lock(m_mutex);
-            m_heartbeat = frame.heartbeat();
+            bool changed = false;
+            {
+                const std::lock_guard lock(m_mutex);
+                changed = m_heartbeat.paused() != frame.heartbeat().paused();
+                m_heartbeat = frame.heartbeat();
+            }
+            if (changed) m_told.pauses(frame.heartbeat().paused());
             return {};
         }
         case farm::Frame::kDrain: {
@@ -114,7 +119,7 @@ std::string WorkerLink::take(const farm::Frame& frame) {
                 const std::lock_guard lock(m_mutex);
                 processor = m_processor;
             }
-            m_on_drain(processor ? processor->tiles_of({frame.drain().given_back().begin(), frame.drain().given_back().end()}) : std::vector<RenderTile>{});
+            m_told.drains(processor ? processor->tiles_of({frame.drain().given_back().begin(), frame.drain().given_back().end()}) : std::vector<RenderTile>{});
             return {};
         }
         case farm::Frame::kBye: m_bye = true; return {};
@@ -147,12 +152,6 @@ std::string WorkerLink::run() {
 void WorkerLink::ping() {
     farm::Frame frame;
     frame.mutable_ping()->set_stamp(static_cast<std::uint64_t>(now_ns()));
-    (void)m_link->send(std::move(frame));
-}
-
-void WorkerLink::pause(bool on) {
-    farm::Frame frame;
-    frame.mutable_pause()->set_on(on);
     (void)m_link->send(std::move(frame));
 }
 

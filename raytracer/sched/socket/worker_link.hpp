@@ -32,8 +32,12 @@ struct PictureCall {
 /// The coordinator's end of a link to a worker, from the hellos on. Thread-safe.
 class WorkerLink {
 public:
-    /// @param on_drain it leaves: these tiles of its picture it gives back
-    WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, std::function<void(const std::vector<RenderTile>&)> on_drain);
+    /// What a worker tells of itself. Called on the thread of run().
+    struct Told {
+        std::function<void(const std::vector<RenderTile>& given_back)> drains;  ///< it leaves
+        std::function<void(bool on)> pauses;                                    ///< somebody there has paused it, or let it go on
+    };
+    WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, Told told);
     ~WorkerLink();
 
     /// Tells the worker of a picture. @return what renders its tiles there
@@ -42,7 +46,6 @@ public:
     [[nodiscard]] std::string run();
 
     void ping();
-    void pause(bool on);
     void bye(const std::string& reason) noexcept;
     void refuse_it(const std::string& why) noexcept;
     void abort() noexcept { m_link->abort(); }
@@ -66,7 +69,7 @@ private:
     const farm::Hello m_hello;
     BoxSupplier& m_boxes;
     const std::uint64_t m_asker;
-    const std::function<void(const std::vector<RenderTile>&)> m_on_drain;
+    const Told m_told;
     mutable std::mutex m_mutex;
     std::shared_ptr<SocketProcessor> m_processor;
     std::map<std::string, std::string> m_states;  ///< texts of the picture under way, by hash

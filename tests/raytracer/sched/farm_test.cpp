@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "raytracer/sched/socket/parcel.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 
@@ -103,21 +104,102 @@ TEST_CASE("when nobody is left the picture waits, and ends with what there is af
     CHECK(counts.tiles == 0);
 }
 
-TEST_CASE("a paused worker gets nothing, and goes on when it may", "[raytracer][farm]") {
+namespace {
+
+/// What `terravox farm` does: a question to a coordinator or a worker. @return what came of it
+farm::Frame asked(net::Link& link, const farm::Frame& question) {
+    OwnHello own;
+    own.role = farm::OBSERVER;
+    (void)meet(link, make_hello(own), {farm::WORKER, farm::COORDINATOR});
+    CHECK(link.send(question));
+    auto frame = link.receive();
+    REQUIRE(frame);
+    return std::move(*frame);
+}
+
+farm::Frame pause_frame(bool on, const std::string& worker = {}) {
+    farm::Frame out;
+    out.mutable_pause()->set_on(on);
+    out.mutable_pause()->set_worker(worker);
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job);
     bench.add_worker();
     while (bench.farm().status().empty() || bench.farm().status().front().member == 0) std::this_thread::yield();
-    const auto member = bench.farm().status().front().member;
-    bench.pool().pause(member, true);
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
-    for (const RenderTile& t : tiles) bench.pool().submit(t);
-    CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
-    CHECK(std::string(bench.pool().status().front().state) == "paused");
-    bench.pool().pause(member, false);
-    std::size_t done = 0;
-    while (done < tiles.size()) {
-        REQUIRE(bench.pool().take());
-        ++done;
+    const auto state = [&] { return std::string(bench.pool().status().front().state); };
+    SECTION("by its coordinator") {
+        CHECK(asked(*bench.plug(), pause_frame(true, "nobody")).refusal().reason() == "no such worker: 'nobody'");
+        CHECK(asked(*bench.plug(), pause_frame(true, "worker 0")).has_status());
+        CHECK(state() == "paused");
+        for (const RenderTile& t : tiles) bench.pool().submit(t);
+        CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
+        CHECK(asked(*bench.plug(), pause_frame(false)).has_status());
     }
+    SECTION("by itself") {
+        const auto ask_worker = [&](bool on) {
+            auto [mine, theirs] = net::link_pair();
+            std::thread serving([&, end = std::move(theirs)]() mutable { (void)bench.daemon(0).serve(std::move(end), false); });
+            CHECK(asked(*mine, pause_frame(on)).has_status());
+            mine->abort();
+            serving.join();
+        };
+        ask_worker(true);
+        while (state() != "paused") std::this_thread::yield();
+        for (const RenderTile& t : tiles) bench.pool().submit(t);
+        CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
+        ask_worker(false);
+    }
+    for (std::size_t done = 0; done < tiles.size(); ++done) REQUIRE(bench.pool().take());
+}
+
+TEST_CASE("tiles that are not needed any more are left in the middle", "[raytracer][farm]") {
+    // A worker whose boxes never come: what it has begun does not end by itself.
+    Job job(farm_scene());
+    auto [mine, theirs] = net::link_pair();
+    WorkerDaemon daemon({});
+    std::thread serving([&, end = std::move(theirs)]() mutable { (void)daemon.serve(std::move(end), false); });
+    OwnHello own;
+    own.role = farm::COORDINATOR;
+    (void)meet(*mine, make_hello(own), {farm::WORKER});
+    farm::Frame picture;
+    const Parcel parcel = pack(job.view.scene, job.blocks.world_info());
+    const std::vector<std::string> texts{parcel.scene, parcel.materials, parcel.world};
+    picture.mutable_picture()->set_id(1);
+    picture.mutable_picture()->set_scene(state_hash(texts[0]));
+    picture.mutable_picture()->set_materials(state_hash(texts[1]));
+    picture.mutable_picture()->set_world(state_hash(texts[2]));
+    picture.mutable_picture()->set_asked(true);
+    CHECK(mine->send(picture));
+    for (const std::string& text : texts) {
+        farm::Frame state;
+        state.mutable_state()->set_hash(state_hash(text));
+        state.mutable_state()->set_content(text);
+        CHECK(mine->send(state));
+    }
+    farm::Frame task;
+    task.mutable_task()->set_picture(1);
+    *task.mutable_task()->add_tiles() = to_frame(plan_tiles(97, 53, 1, 16, "spiral").front().front(), 77);
+    CHECK(mine->send(task));
+    const auto until = [&](const auto& condition) {
+        while (auto frame = mine->receive()) {
+            if (condition(*frame)) return true;
+            CHECK_FALSE(frame->has_done());
+        }
+        return false;
+    };
+    CHECK(until([](const farm::Frame& f) { return f.has_need_box(); }));
+    CHECK(until([](const farm::Frame& f) { return f.heartbeat().begun() == 1; }));
+    farm::Frame stop;
+    stop.mutable_stop()->set_picture(1);
+    stop.mutable_stop()->add_ids(77);
+    CHECK(mine->send(stop));
+    CHECK(until([](const farm::Frame& f) { return f.has_heartbeat() && f.heartbeat().begun() == 0; }));
+    mine->abort();
+    serving.join();
 }

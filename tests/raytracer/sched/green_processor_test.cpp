@@ -242,3 +242,18 @@ TEST_CASE("one thread may submit to another's stack", "[raytracer][sched]") {
     submitter.join();
     CHECK(taken == tiles.size());
 }
+
+TEST_CASE("a tile withdrawn in the middle leaves no result on one's own stack", "[raytracer][sched]") {
+    Job job(small_scene());
+    const auto tiles = tiles_of(job.view.scene);
+    GreenProcessor processor(job.view, job.blocks);
+    processor.submit(tiles[0]);
+    processor.submit(tiles[1]);
+    (void)processor.wait(0ms);  // the first has begun
+    processor.withdraw(tiles[0]);
+    processor.close();
+    const auto result = processor.take();
+    REQUIRE(result);
+    CHECK(result->tile == tiles[1]);
+    CHECK_FALSE(processor.take());
+}

@@ -133,6 +133,22 @@ TEST_CASE("what a disowned member has made is made again, what others made is ke
     CHECK_FALSE(book.lease(2, 100'000, Time{}));
 }
 
+TEST_CASE("who was told to leave a band may be given it again, and its answer counts", "[raytracer][sched]") {
+    LeaseBook book;
+    book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+    const auto band = book.lease(1, 100'000, Time{});
+    REQUIRE(band);
+    (void)book.lease_again(2, *band, Time{});
+    const auto first = book.take(2, made(*band));
+    CHECK(first.whole);
+    CHECK(first.withdraw == std::vector<LeaseBook::Member>{1});  // it never answers
+    (void)book.disown(2);
+    const auto again = book.lease(1, 100'000, Time{});
+    REQUIRE(again);
+    CHECK(book.take(1, made(*again)).answer == Answer::kFirst);
+    CHECK(book.unfinished() == 0);
+}
+
 TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][sched]") {
     for (const float lie : {0.0f, 1.0f}) {
         LeaseBook book;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <limits>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -56,6 +57,18 @@ std::map<std::uint32_t, TileResult> all_results(int threads) {
     submitter.join();
     CHECK(out.size() == tiles.size());
     return out;
+}
+
+/// No box comes before it may. @param asked that one is waited for
+void hold_back(terravox::test::ArrayWorld& world, const std::atomic<bool>& may_come, std::atomic<bool>& asked) {
+    const auto range = voxel::boxes_over(world.info().bounds, 0);
+    for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
+        for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
+            for (key.by = range.min.by; key.by < range.max.by; ++key.by)
+                world.delay(key, [&] {
+                    asked = true;
+                    while (!may_come) std::this_thread::yield();
+                });
 }
 
 }  // namespace
@@ -229,14 +242,7 @@ TEST_CASE("a box that comes only after its rays were laid aside again and again 
 TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sched]") {
     auto world = landscape();
     std::atomic<bool> released{false}, stop{false};
-    const auto range = voxel::boxes_over(world->info().bounds, 0);
-    for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
-        for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
-            for (key.by = range.min.by; key.by < range.max.by; ++key.by)
-                world->delay(key, [&] {
-                    stop = true;
-                    while (!released) std::this_thread::yield();
-                });
+    hold_back(*world, released, stop);
     Job job(small_scene());
     BlockManager blocks(*world, std::size_t{256} << 20);
     Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
@@ -245,4 +251,61 @@ TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sche
         CHECK_THROWS_WITH(render_film({job.view, processor, true, &stop}, film), terravox::test::contains("interrupted"));
     }
     released = true;
+}
+
+TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the others come", "[raytracer][sched]") {
+    const auto reference = all_results(1);
+    auto world = landscape();
+    std::atomic<bool> may_come{false}, asked{false};
+    hold_back(*world, may_come, asked);
+    Job job(small_scene());
+    BlockManager blocks(*world, std::size_t{256} << 20, 2);
+    ThreadProcessor processor(job.view, blocks, 1);
+    auto tiles = tiles_of(job.view.scene);
+    const auto room = static_cast<std::size_t>(processor.capacity());
+    tiles.resize(std::min(tiles.size(), room));
+    for (const RenderTile& tile : tiles) processor.submit(tile);
+    while (!asked) std::this_thread::yield();
+    // One that waits for the box, and whatever the thread has not come to yet, or is at.
+    for (std::size_t i = 0; i < tiles.size(); i += 2) processor.withdraw(tiles[i]);
+    RenderTile unknown;
+    unknown.index = 10'000;
+    processor.withdraw(unknown);
+    may_come = true;
+    processor.close();
+    std::set<std::uint32_t> came;
+    while (const auto result = processor.take()) {
+        CHECK(equal(reference.at(result->tile.index), *result));
+        CHECK(came.insert(result->tile.index).second);
+    }
+    for (std::size_t i = 1; i < tiles.size(); i += 2) CHECK(came.contains(tiles[i].index));
+}
+
+TEST_CASE("a tile that is withdrawn while its rays wait for a box never comes, and may be asked for again", "[raytracer][sched]") {
+    const auto reference = all_results(1);
+    auto world = landscape();
+    std::atomic<bool> may_come{false}, asked{false};
+    hold_back(*world, may_come, asked);
+    Job job(small_scene());
+    BlockManager blocks(*world, std::size_t{256} << 20, 2);
+    const auto tiles = tiles_of(job.view.scene);
+    const RenderTile tile = tiles.front();  // the middle: it sees ground
+    {
+        ThreadProcessor processor(job.view, blocks, 1);
+        processor.submit(tile);
+        while (!asked) std::this_thread::yield();
+        processor.withdraw(tile);
+        processor.close();
+        CHECK_FALSE(processor.take());  // without the box: else this would wait for ever
+    }
+    ThreadProcessor processor(job.view, blocks, 1);
+    processor.submit(tile);
+    processor.withdraw(tile);
+    processor.submit(tile);
+    may_come = true;
+    processor.close();
+    const auto result = processor.take();
+    REQUIRE(result);
+    CHECK(equal(reference.at(tile.index), *result));
+    CHECK_FALSE(processor.take());
 }

@@ -5,6 +5,7 @@
 
 #include "common/util/error.hpp"
 #include "common/voxel/box_codec.hpp"
+#include "raytracer/world/far_archive.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/world/served_boxes.hpp"
 
@@ -147,6 +148,20 @@ TEST_CASE("stop ends a request and a wait at once, and all later ones", "[raytra
     }
 }
 
+TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewhere", "[raytracer][remote]") {
+    BadServer server(BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
+    std::stop_source source;
+    util::StageTimes times;
+    auto world = std::async(std::launch::async, [&] { return open_remote_world(server.url(), times, 1h, source.get_token()); });
+    auto archive = std::async(std::launch::async, [&] { return far_archive(server.url() + "/a.tvx", 1h, source.get_token()); });
+    while (server.asked("/v2/world") == 0 || server.asked("/a.tvx") == 0) std::this_thread::sleep_for(5ms);
+    source.request_stop();
+    REQUIRE(world.wait_for(10s) == std::future_status::ready);
+    REQUIRE(archive.wait_for(10s) == std::future_status::ready);
+    CHECK_THROWS_WITH(world.get(), contains("stopped"));
+    CHECK_THROWS_WITH(archive.get(), contains("stopped"));
+}
+
 TEST_CASE("stop ends all of many requests", "[raytracer][remote]") {
     Mended mended({.silent = true}, 1000, 1h);
     std::vector<std::future<bool>> waiting;
@@ -196,7 +211,7 @@ TEST_CASE("a server that cannot be had is an error when it is opened", "[raytrac
         CHECK_THROWS_WITH(open_remote_world(gone, times, 2s), contains(gone));
     }
     SECTION("silent") {
-        BadServer server([](const std::string&, int) { return Deed{.silent = true}; });
+        BadServer server(BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
         CHECK(seconds_of([&] { CHECK_THROWS_AS(open_remote_world(server.url(), times, 1s), Error); }) < 5);
     }
     SECTION("another thing than a voxel server") {
