@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -12,7 +13,7 @@ import threading
 import time
 import unittest
 
-from support import Run, binary, render, survey, temporary_folder
+from support import Run, Server, binary, render, survey, temporary_folder
 
 TOKEN = "a-token-of-the-tests-1234"
 ENVIRONMENT = {"TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
@@ -24,8 +25,9 @@ os.environ["TERRAVOX_FARM_TEST"] = "1"
 class Program:
     """A program of the farm that runs; its log is read as it comes."""
 
-    def __init__(self, *arguments, environment=ENVIRONMENT):
-        self.process = subprocess.Popen([binary("RAYTRACER"), *(str(a) for a in arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+    def __init__(self, *arguments, environment=ENVIRONMENT, within=()):
+        """@param within a command that runs others somewhere"""
+        self.process = subprocess.Popen([*within, binary("RAYTRACER"), *(str(a) for a in arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
                                         env={**os.environ, **environment})
         self.lines = []
         self.changed = threading.Condition()
@@ -245,6 +247,79 @@ class Farm(unittest.TestCase):
         daemon.saw("the configuration stays as it was")
         daemon.process.send_signal(signal.SIGTERM)
         self.assertEqual(daemon.end(15), 0, daemon.log())
+
+    def test_a_worker_that_opens_a_silent_server_ends_when_told(self):
+        server = Server(survey())
+        self.addCleanup(server.stop)
+        coordinator = self.program("render", server.url, *SCENE, "-o", self.out / "stalled.png", "--listen", "127.0.0.1:0", "--threads", "0")
+        address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
+        server.process.send_signal(signal.SIGSTOP)
+        self.addCleanup(server.process.send_signal, signal.SIGCONT)
+        worker = self.program("worker", "--join", address, "--threads", "1")
+        worker.saw("works for")
+        time.sleep(1)  # it asks; nobody says so
+        worker.process.send_signal(signal.SIGTERM)
+        self.assertEqual(worker.end(20), 0, worker.log())
+        self.assertNotIn("hole", worker.log())
+
+    def test_paused_and_resumed(self):
+        _, a = self.worker()
+        coordinator = self.coordinator("paused.png", "--worker", a, "--threads", "0", "--listen", "127.0.0.1:0")
+        b = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
+        self.busy(a)
+
+        def state(address):
+            return json.loads(Run([binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT).out)[0]["members"][0]["state"]
+
+        def tell(what, address, *more):
+            return Run([binary("RAYTRACER"), "farm", what, address, *more], environment=ENVIRONMENT)
+
+        # The picture stands still from the first to the last of these.
+        self.assertEqual(tell("pause", a).code, 0)
+        end = time.monotonic() + 20
+        while state(b) != "paused" and time.monotonic() < end:
+            time.sleep(0.05)
+        unknown = tell("pause", b, "--worker", "nobody")
+        self.assertEqual((unknown.code, "no such worker" in unknown.err), (1, True), unknown)
+        self.assertEqual(tell("pause", b).code, 0)
+        self.assertEqual(tell("resume", a).code, 0)
+        self.assertEqual(state(b), "paused", "the coordinator has not let it go on")
+        self.assertEqual(tell("resume", b).code, 0)
+        self.check(coordinator, "paused.png")
+
+    def test_workers_that_announce_themselves(self):
+        path = os.environ["PATH"] + ":/usr/sbin:/sbin"
+        missing = [p for p in ("dbus-daemon", "avahi-daemon", "unshare", "nsenter", "ip") if not shutil.which(p, path=path)]
+        if os.geteuid() != 0 or missing:
+            self.skipTest(f"wants {', '.join(missing) or 'root'}, for a network of its own")
+        folder = self.out / "network"
+        folder.mkdir()
+        (folder / "bus.conf").write_text(f"<busconfig><listen>unix:path={folder}/bus</listen><auth>EXTERNAL</auth><policy context='default'><allow user='*'/><allow own='*'/>"
+                                         "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n")
+        (folder / "avahi.conf").write_text("[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
+                                           "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n")
+        environment = {**ENVIRONMENT, "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus"}
+
+        def background(*command):
+            process = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, **environment, "PATH": path})
+            self.addCleanup(process.wait)
+            self.addCleanup(process.kill)
+            return process
+
+        background("dbus-daemon", f"--config-file={folder}/bus.conf", "--nofork", "--nopidfile")
+        avahi = background("unshare", "-m", "-n", "sh", "-c", "ip link set lo up && mkdir -p /run/avahi-daemon && mount -t tmpfs none /run/avahi-daemon && while [ ! -S \"$1\" ]; do sleep 0.1; done; "
+                           "exec avahi-daemon -f \"$2\" --no-drop-root --no-chroot --no-rlimits --no-proc-title", "sh", folder / "bus", folder / "avahi.conf")
+        within = ["nsenter", "-t", str(avahi.pid), "-n"]
+        end = time.monotonic() + 30
+        while time.monotonic() < end and subprocess.run([*within, "ip", "-o", "link", "show", "lo", "up"], capture_output=True, check=False, env={**os.environ, "PATH": path}).stdout == b"":
+            time.sleep(0.1)
+        workers = [self.program("worker", "--listen", "0.0.0.0:0", "--announce", "--threads", "1", environment=environment, within=within) for _ in range(2)]
+        for worker in workers:
+            worker.saw(r"on port (\d+)")
+        coordinator = self.coordinator("found.png", "--discover", "--threads", "0", environment=environment, within=within)
+        for worker in workers:
+            worker.saw("works for")
+        self.check(coordinator, "found.png")
 
     def test_what_cannot_be_is_said(self):
         for arguments, code, says in (
