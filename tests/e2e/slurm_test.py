@@ -14,6 +14,7 @@ from slurm import Cluster, why_not
 from support import Case, Run, binary, render, survey, temporary_folder
 
 REASON = why_not()
+long = unittest.skipUnless("--long" in sys.argv, "minutes of a real scheduler: with --long")
 TURN = "fps = 6\n[turntable]\nseconds = 2\n"
 FRAMES = ["--size", "256x144", "--samples", "4"]
 
@@ -159,6 +160,7 @@ class OnSlurm(Case):
         self.cluster.start_node(node)
         self.until(lambda: self.cluster.run("sinfo", "-h", "-n", node, "-o", "%T").split() == ["idle"], f"node {node}", 40)
 
+    @long
     def test_a_signal_cancels_all_and_what_failed_is_told(self):
         child = self.start(*self.film_arguments())
         self.until(lambda: self.running("terravox-frames"), "frames at work", child=child)
@@ -174,6 +176,7 @@ class OnSlurm(Case):
         self.assertIn("terravox: run the batch: 1 frames were not made, the first is 5; ", failed.err)
         self.assertEqual(sum("005.png" in text for text in self.logs().values()), 1, self.logs())
 
+    @long
     def test_no_wait_returns_and_a_later_call_waits(self):
         done = self.run_here("--no-wait", "--frames", "2-4", *self.film_arguments())
         self.assertDone(done)
@@ -184,6 +187,7 @@ class OnSlurm(Case):
         self.assertIn("0 of 3 frames are to be made", later.err)
         self.assertEqual(sorted(self.contents(self.frames)), ["002.png", "003.png", "004.png"])
 
+    @long
     def test_more_frames_than_an_array_holds(self):
         # Scripts alone: a thousand tasks would take minutes.
         self.film.write_text("fps = 100\n[turntable]\nseconds = 25\n")
@@ -230,6 +234,7 @@ class OnSlurm(Case):
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
         self.assertFalse((self.folder / "the pool" / "token").exists(), "the token stays behind")
 
+    @long
     def test_a_pool_ends_with_its_coordinator(self):
         run = self.run_here(*self.stand_in(code=3))
         self.assertEqual(run.code, 3, str(run))
@@ -241,6 +246,7 @@ class OnSlurm(Case):
         self.assertIn(f":{port}", (self.folder / "said-worker").read_text())
         self.assertIn("worker --once --idle-s 600 ", (self.folder / "said-worker").read_text())
 
+    @long
     def test_a_pool_whose_coordinator_is_a_job_ends_with_it(self):
         run = self.run_here("--coordinator", "job", *self.stand_in(come="2", code=3))  # the fourth node is the coordinator's
         self.assertEqual(run.code, 3, f"{run} {self.logs()}")
@@ -249,6 +255,7 @@ class OnSlurm(Case):
         self.assertIn(f"--join {address}\n", (self.folder / "said-worker").read_text())
         self.assertIn(f"--listen :{address.rsplit(':', 1)[1]}\n", (self.folder / "said-render").read_text())
 
+    @long
     def test_a_pool_whose_workers_all_end_is_no_use(self):
         run = self.run_here(*self.stand_in(come="never", die=1))
         self.assertEqual(run.code, 1, str(run))
@@ -256,6 +263,7 @@ class OnSlurm(Case):
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
         self.assertNothingLeft()
 
+    @long
     def test_a_signal_ends_a_pool(self):
         child = self.start(*self.stand_in(come="never"))
         self.until(lambda: self.running("terravox-worker"), "workers", child=child)
@@ -265,6 +273,7 @@ class OnSlurm(Case):
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
         self.assertNothingLeft()
 
+    @long
     def test_a_pool_that_is_killed_leaves_no_coordinator(self):
         child = self.start(*self.stand_in(come="never"))
         self.until(lambda: self.running("terravox-worker"), "workers", child=child)
@@ -272,6 +281,7 @@ class OnSlurm(Case):
         child.wait()
         self.until((self.folder / "stopped").exists, "the end of the coordinator", 30)
 
+    @long
     def test_a_picture_whose_coordinator_is_a_job(self):
         if not knows("worker") or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out:
             self.skipTest("this raytracer has no worker --join and render --listen")
@@ -283,6 +293,7 @@ class OnSlurm(Case):
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
 
+    @long
     def test_a_picture_in_parts(self):
         if not knows("merge") or "--part" not in Run([binary("RAYTRACER"), "render", "--help"]).out:
             self.skipTest("this raytracer has no merge and render --part")
