@@ -197,10 +197,13 @@ void Doorkeeper::accept_from(int listening) {
             }
             if (!drained) return rest();
         } else if (errno != EINTR && errno != ECONNABORTED) {
-            if (errno != EAGAIN && errno != EWOULDBLOCK) {
+            const int code = errno;
+            if (code != EAGAIN && code != EWOULDBLOCK) {
                 const std::lock_guard lock(m_log_mutex);
-                m_log.refused("", "connections", std::strerror(errno));
+                m_log.refused("", "connections", std::strerror(code));
             }
+            // The connection stays in the queue of the kernel.
+            if (code == ENOBUFS || code == ENOMEM) rest();
             return;
         }
     }

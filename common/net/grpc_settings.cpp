@@ -23,6 +23,11 @@ void set_common(const Set& set, const Keepalive& keepalive) {
     set(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // no limit
 }
 
+bool in_test() {
+    const char* test = std::getenv("TERRAVOX_FARM_TEST");
+    return test != nullptr && std::string_view(test) == "1";
+}
+
 void to_log(gpr_log_func_args* said) {
     // The process ends right after a failed assertion.
     const bool fatal = std::string_view(said->message).find("assertion failed") != std::string_view::npos;
@@ -32,10 +37,11 @@ void to_log(gpr_log_func_args* said) {
 }  // namespace
 
 Keepalive Keepalive::of_environment() {
-    const char* test = std::getenv("TERRAVOX_FARM_TEST");
-    if (test != nullptr && std::string_view(test) == "1") return {std::chrono::seconds(2), std::chrono::seconds(2)};
+    if (in_test()) return {std::chrono::seconds(2), std::chrono::seconds(2)};
     return {};
 }
+
+std::chrono::milliseconds most_stalled_of_environment() { return std::chrono::seconds(in_test() ? 2 : 10); }
 
 grpc::ChannelArguments channel_arguments(const Keepalive& keepalive) {
     grpc::ChannelArguments out;

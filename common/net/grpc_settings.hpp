@@ -18,6 +18,9 @@ struct Keepalive {
     [[nodiscard]] static Keepalive of_environment();
 };
 
+/// After so long without a byte taken a peer is stuck, whatever it answers to pings. TERRAVOX_FARM_TEST=1 shortens it, too.
+[[nodiscard]] std::chrono::milliseconds most_stalled_of_environment();
+
 [[nodiscard]] grpc::ChannelArguments channel_arguments(const Keepalive& keepalive);
 void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive, std::chrono::milliseconds handshake);
 

@@ -23,7 +23,8 @@ public:
     Link& operator=(const Link&) = delete;
     virtual ~Link() = default;  ///< as abort()
 
-    /// Queues a frame; waits while more than 32 MiB are queued, but for 10 s at most: then the link is aborted.
+    /// Queues a frame; waits while more than 32 MiB are queued. Where nothing at all goes out for 10 s meanwhile the link is aborted; a peer
+    /// that takes 64 KiB in that time is slow, not stuck. TERRAVOX_FARM_TEST=1 in the environment makes it 2 s.
     /// @return false: the link has ended, the frame is lost
     virtual bool send(farm::Frame frame) = 0;
     /// Waits for the next frame. @return nullopt: the link has ended, by either side
@@ -35,9 +36,10 @@ public:
     [[nodiscard]] virtual const std::string& peer() const noexcept = 0;  ///< its address, for messages
     /// Why it ended, for messages; empty before that, and after a close() of our own.
     [[nodiscard]] virtual std::string why_ended() const = 0;
-    /// Bytes on the wire so far, near enough: serialized frames.
+    /// Bytes on the wire so far, near enough: serialized frames. They grow while a large frame is on its way.
     struct Traffic {
         std::uint64_t sent_bytes = 0, received_bytes = 0;
+        std::uint64_t queued_bytes = 0;  ///< of what send() took, not sent yet; above 32 MiB send() waits
     };
     [[nodiscard]] virtual Traffic traffic() const noexcept = 0;
 };

@@ -77,7 +77,7 @@ public:
     }
     const std::string& peer() const noexcept override { return m_peer; }
     std::string why_ended() const override { return m_ended && !m_closed ? "the other end closed it" : ""; }
-    Traffic traffic() const noexcept override { return {m_out->bytes(), m_in->bytes()}; }
+    Traffic traffic() const noexcept override { return {.sent_bytes = m_out->bytes(), .received_bytes = m_in->bytes()}; }
 
 private:
     std::shared_ptr<Pipe> m_in, m_out;

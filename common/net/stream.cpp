@@ -2,26 +2,56 @@
 
 #include <grpcpp/impl/codegen/proto_utils.h>
 
+#include <algorithm>
+#include <vector>
+
+#include "common/net/grpc_settings.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::net {
 namespace {
 
-constexpr std::chrono::seconds kMostStalled{10};
+using Clock = std::chrono::steady_clock;
+
+grpc::ByteBuffer serialized(const farm::Frame& frame, const std::string& peer) {
+    grpc::ByteBuffer bytes;
+    bool own = false;
+    if (!grpc::SerializationTraits<farm::Frame>::Serialize(frame, &bytes, &own).ok())
+        throw Error("send a frame to " + peer + ": it cannot be serialized");
+    return bytes;
+}
+
+std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t size_bytes, const std::string& peer) {
+    std::vector<grpc::ByteBuffer> out;
+    if (size_bytes <= Stream::kMostPiece_bytes) {
+        out.push_back(serialized(frame, peer));
+        return out;
+    }
+    const std::string whole = frame.SerializeAsString();
+    if (whole.size() != size_bytes) throw Error("send a frame to " + peer + ": it cannot be serialized");
+    farm::Frame message;
+    for (std::size_t at = 0; at < whole.size(); at += Stream::kMostPiece_bytes) {
+        const auto part_bytes = std::min(Stream::kMostPiece_bytes, whole.size() - at);
+        message.mutable_piece()->set_part(whole.data() + at, part_bytes);
+        message.mutable_piece()->set_last(at + part_bytes == whole.size());
+        out.push_back(serialized(message, peer));
+    }
+    return out;
+}
 
 }  // namespace
 
+Stream::Stream(std::string peer) : m_peer(std::move(peer)), m_most_stalled(most_stalled_of_environment()) {}
+
 bool Stream::send(const farm::Frame& frame) {
-    grpc::ByteBuffer bytes;
-    bool own = false;
     const std::size_t size_bytes = frame.ByteSizeLong();
     const bool fits = size_bytes <= kMostFrame_bytes;
-    if (fits && !grpc::SerializationTraits<farm::Frame>::Serialize(frame, &bytes, &own).ok())
-        throw Error("send a frame to " + m_peer + ": it cannot be serialized");
+    std::vector<grpc::ByteBuffer> messages;
+    if (fits) messages = messages_of(frame, size_bytes, m_peer);
     std::unique_lock lock(m_mutex);
     // A peer that takes nothing must not hold up who serves others, too.
-    if (!m_changed.wait_for(lock, kMostStalled, [&] { return m_out_bytes <= kMostQueued_bytes || m_closing || m_writes_ended || m_over; })) {
-        finish("it took nothing for " + std::to_string(kMostStalled.count()) + " s");
+    if (!wait_for_room(lock)) {
+        finish("it took nothing for " + std::to_string(std::chrono::ceil<std::chrono::seconds>(m_most_stalled).count()) + " s");
         abort_locked();
         return false;
     }
@@ -31,29 +61,65 @@ bool Stream::send(const farm::Frame& frame) {
         abort_locked();
         return false;
     }
-    m_out_bytes += size_bytes;
-    m_out.push_back(std::move(bytes));
+    for (auto& message : messages) {
+        m_out_bytes += message.Length();
+        m_out.push_back(std::move(message));
+    }
     if (!m_writing) write_more();
     return true;
 }
 
-std::optional<farm::Frame> Stream::receive() {
-    grpc::ByteBuffer bytes;
-    {
-        std::unique_lock lock(m_mutex);
-        m_changed.wait(lock, [&] { return m_aborted || m_ended || !m_in.empty(); });
-        if (m_aborted || m_in.empty()) return std::nullopt;
-        bytes = std::move(m_in.front());
-        m_in.pop_front();
-        m_in_bytes -= bytes.Length();
-        read_more();
+/// @return false: nothing has gone out for too long
+bool Stream::wait_for_room(std::unique_lock<std::mutex>& lock) {
+    const auto began = Clock::now();
+    while (m_out_bytes > kMostQueued_bytes && !m_closing && !m_writes_ended && !m_over) {
+        const auto until = std::max(began, m_last_write) + m_most_stalled;
+        if (Clock::now() >= until) return false;
+        m_changed.wait_until(lock, until);
     }
-    farm::Frame frame;
-    if (grpc::SerializationTraits<farm::Frame>::Deserialize(&bytes, &frame).ok()) return frame;
+    return true;
+}
+
+std::optional<farm::Frame> Stream::receive() {
+    std::string whole;
+    for (;;) {
+        auto bytes = next_message();
+        if (!bytes) return std::nullopt;
+        farm::Frame frame;
+        if (!grpc::SerializationTraits<farm::Frame>::Deserialize(&*bytes, &frame).ok() || (!whole.empty() && !frame.has_piece())) {
+            end_unreadable("the other end sent a frame that cannot be read");
+            return std::nullopt;
+        }
+        if (!frame.has_piece()) return frame;
+        const auto& piece = frame.piece();
+        if (piece.part().empty() || piece.part().size() > kMostFrame_bytes - whole.size()) {
+            end_unreadable(piece.part().empty() ? "the other end sent a piece of a frame with nothing in it"
+                                                : "the other end sent a frame of more than " + std::to_string(kMostFrame_bytes) + " bytes");
+            return std::nullopt;
+        }
+        whole += piece.part();
+        if (!piece.last()) continue;
+        if (frame.ParseFromString(whole) && !frame.has_piece()) return frame;
+        end_unreadable("the other end sent a frame that cannot be read");
+        return std::nullopt;
+    }
+}
+
+std::optional<grpc::ByteBuffer> Stream::next_message() {
+    std::unique_lock lock(m_mutex);
+    m_changed.wait(lock, [&] { return m_aborted || m_ended || !m_in.empty(); });
+    if (m_aborted || m_in.empty()) return std::nullopt;
+    auto bytes = std::move(m_in.front());
+    m_in.pop_front();
+    m_in_bytes -= bytes.Length();
+    read_more();
+    return bytes;
+}
+
+void Stream::end_unreadable(const std::string& why) {
     const std::lock_guard lock(m_mutex);
-    finish("the other end sent a frame that cannot be read");
+    finish(why);
     abort_locked();
-    return std::nullopt;
 }
 
 void Stream::close(std::chrono::milliseconds patience) noexcept {
@@ -86,6 +152,11 @@ void Stream::abort_locked() noexcept {
 void Stream::wait_until_done() noexcept {
     std::unique_lock lock(m_mutex);
     m_changed.wait(lock, [&] { return m_done; });
+}
+
+Link::Traffic Stream::traffic() const noexcept {
+    const std::lock_guard lock(m_mutex);
+    return {m_sent_bytes, m_received_bytes, m_out_bytes};
 }
 
 std::string Stream::why_ended() const {
@@ -142,6 +213,7 @@ void Stream::write_more() {
 void Stream::write_done(bool ok) {
     const std::lock_guard lock(m_mutex);
     m_writing = false;
+    m_last_write = Clock::now();
     m_out_bytes -= m_being_written.Length();
     if (ok) {
         m_sent_bytes += m_being_written.Length();

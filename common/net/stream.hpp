@@ -2,7 +2,6 @@
 
 #include <grpcpp/support/byte_buffer.h>
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -18,16 +17,18 @@ namespace terravox::net {
 /// One end of a call of Farm.Join as gRPC's callbacks see it. It lives until done() has returned, and until the Link lets it go.
 ///
 /// One mutex guards all of it; it is never held while anything waits but in condition variables, and gRPC never calls back from within the
-/// start_ functions, so they are called under it. Frames go through two queues of serialized frames. Outward: send() fills it, waits while
-/// it is full (kMostQueued_bytes), and one write is under way at a time. Inward: reads go on ahead of receive() up to kMostAhead_bytes,
-/// then the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end of the inward direction is the end
+/// start_ functions, so they are called under it. Frames go through two queues of messages: a frame is one, a large one several (Piece).
+/// Outward: send() fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC tells when a message has
+/// gone out, not how much of it has: pieces are how a slow peer is told from one that takes nothing. Inward: reads go on ahead of receive()
+/// up to kMostAhead_bytes, then the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end of the inward direction is the end
 /// of the call: a write that fails only ends the writing, since the frame that says why (Refusal, Bye) may still be on its way in.
 class Stream {
 public:
     static constexpr std::size_t kMostQueued_bytes = std::size_t{32} << 20;
+    static constexpr std::size_t kMostPiece_bytes = std::size_t{64} << 10;
     static constexpr std::size_t kMostAhead_bytes = std::size_t{4} << 20, kMostAhead = 256;
 
-    explicit Stream(std::string peer) : m_peer(std::move(peer)) {}
+    explicit Stream(std::string peer);
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
     virtual ~Stream() = default;
@@ -39,7 +40,7 @@ public:
     void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
     [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
     [[nodiscard]] std::string why_ended() const;
-    [[nodiscard]] Link::Traffic traffic() const noexcept { return {m_sent_bytes, m_received_bytes}; }
+    [[nodiscard]] Link::Traffic traffic() const noexcept;
 
 protected:
     // What gRPC is told; called with the mutex held, never after done().
@@ -62,16 +63,22 @@ protected:
     std::string m_peer;  ///< not changed once a Link exists
 
 private:
+    [[nodiscard]] std::optional<grpc::ByteBuffer> next_message();
+    [[nodiscard]] bool wait_for_room(std::unique_lock<std::mutex>& lock);
+    void end_unreadable(const std::string& why);
     void read_more();
     void write_more();
     void stop_writing();
     void finish(const std::string& why);
     void abort_locked() noexcept;
 
+    const std::chrono::milliseconds m_most_stalled;
+
     mutable std::mutex m_mutex;
     std::condition_variable m_changed;
     std::deque<grpc::ByteBuffer> m_in, m_out;
     std::size_t m_in_bytes = 0, m_out_bytes = 0;
+    std::chrono::steady_clock::time_point m_last_write;  ///< when a message had gone out
     grpc::ByteBuffer m_being_read, m_being_written;
     bool m_reading = false, m_writing = false, m_reads_ended = false;
     bool m_closing = false;       ///< by us
@@ -80,7 +87,7 @@ private:
     bool m_over = false;          ///< nothing comes any more
     bool m_let_go = false, m_ended = false, m_done = false;
     std::string m_why;
-    std::atomic<std::uint64_t> m_sent_bytes{0}, m_received_bytes{0};
+    std::uint64_t m_sent_bytes = 0, m_received_bytes = 0;
 };
 
 /// A Stream as a Link. Its destructor waits until gRPC is out of the call, which an abort makes soon.

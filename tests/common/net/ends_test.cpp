@@ -37,6 +37,14 @@ std::shared_ptr<grpc::Channel> channel_of(const net::Address& address) {
     return grpc::CreateCustomInsecureChannelFromFd("farm", socket.release(), arguments);
 }
 
+/// Short times for whoever begins meanwhile.
+struct TestTimes {
+    TestTimes() { ::setenv("TERRAVOX_FARM_TEST", "1", 1); }
+    ~TestTimes() { ::unsetenv("TERRAVOX_FARM_TEST"); }
+    TestTimes(const TestTimes&) = delete;
+    TestTimes& operator=(const TestTimes&) = delete;
+};
+
 /// Reads until the end. @return how many frames came
 std::size_t drain(net::Link& link) {
     std::size_t count = 0;
@@ -193,6 +201,64 @@ TEST_CASE("a frame that is too large ends the link, and not the process", "[comm
     CHECK(accepted->receive()->ping().stamp() == 7);
 }
 
+TEST_CASE("frames of all sizes around a piece's arrive whole, and in order", "[common][net][ends]") {
+    Farm farm;
+    const auto [dialled, accepted] = farm.pair();
+    REQUIRE(accepted);
+    constexpr std::size_t kPiece_bytes = 64 << 10;
+    std::vector<std::size_t> sizes{0, 1};
+    for (const std::size_t pieces : {1, 2, 5})
+        for (int more = -40; more <= 40; ++more) sizes.push_back(pieces * kPiece_bytes + static_cast<std::size_t>(more));
+    auto sending = std::async(std::launch::async, [&link = *dialled, &sizes] {
+        for (std::uint64_t i = 0; i < sizes.size(); ++i)
+            if (!link.send(done(i, sizes[i]))) return false;
+        return true;
+    });
+    for (std::uint64_t i = 0; i < sizes.size(); ++i) {
+        const auto frame = accepted->receive();
+        INFO("frame " << i << " of " << sizes[i] << " bytes");
+        REQUIRE(frame);
+        REQUIRE(frame->done().id() == i);
+        REQUIRE(frame->done().result() == std::string(sizes[i], static_cast<char>('a' + i % 26)));
+    }
+    CHECK(sending.get());
+    CHECK(dialled->traffic().sent_bytes == accepted->traffic().received_bytes);
+}
+
+TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
+    const auto piece = [](const std::string& part, bool last) {
+        farm::Frame frame;
+        frame.mutable_piece()->set_part(part);
+        frame.mutable_piece()->set_last(last);
+        return frame;
+    };
+    struct Case {
+        const char* name;
+        std::vector<farm::Frame> says;
+        const char* why;
+    };
+    for (const Case& c : {Case{"an empty one", {piece("", false)}, "nothing in it"}, Case{"an empty one at the end", {piece("ab", false), piece("", true)}, "nothing in it"},
+                          Case{"another frame between them", {piece("ab", false), ping(1)}, "cannot be read"},
+                          Case{"garbage", {piece("\xff\xff", false), piece("\xff", true)}, "cannot be read"},
+                          Case{"pieces of a piece", {piece(piece(ping(1).SerializeAsString(), true).SerializeAsString(), true)}, "cannot be read"},
+                          Case{"more than a frame may have", std::vector<farm::Frame>(17, piece(std::string(1 << 20, 'x'), false)), "more than 16777216 bytes"}}) {
+        INFO(c.name);
+        Farm farm;
+        auto stub = farm::Farm::NewStub(channel_of(farm.address()));
+        grpc::ClientContext context;
+        auto stream = stub->Join(&context);
+        auto accepted = farm.arrivals().next();
+        REQUIRE(accepted);
+        auto received = std::async(std::launch::async, [&] { return accepted->receive().has_value(); });
+        for (const auto& frame : c.says)
+            if (!stream->Write(frame)) break;
+        CHECK_FALSE(received.get());
+        CHECK_THAT(accepted->why_ended(), contains(c.why));
+        context.TryCancel();
+        CHECK_FALSE(stream->Finish().ok());
+    }
+}
+
 TEST_CASE("bytes that are no frame end the link", "[common][net][ends]") {
     Farm farm;
     auto channel = channel_of(farm.address());
@@ -261,6 +327,43 @@ TEST_CASE("a peer behind a dead wire is found by its silence", "[common][net][en
     CHECK(other.get() == 0);
     CHECK_FALSE(accepted->why_ended().empty());
     CHECK_FALSE(dialled->why_ended().empty());
+}
+
+TEST_CASE("a peer that takes nothing ends a link whose queue is full", "[common][net][ends]") {
+    const TestTimes times;
+    Farm farm;
+    const auto [dialled, accepted] = farm.pair();
+    REQUIRE(accepted);
+    std::uint64_t sent = 0;
+    while (sent < 1000 && dialled->send(done(sent, 1 << 20))) ++sent;
+    CHECK(sent >= 32);
+    CHECK(sent < 1000);
+    CHECK(dialled->traffic().queued_bytes <= 1 << 20);  // what gRPC has in hand, and has not let go yet
+    CHECK(dialled->why_ended() == "it took nothing for 2 s");
+}
+
+TEST_CASE("a slow peer ends no link, however long a frame takes", "[common][net][ends]") {
+    const TestTimes times;
+    Farm farm;
+    Wire wire(farm.address());
+    auto dialled = net::dial(wire.address(), farm.credentials(), kLong);
+    auto accepted = farm.arrivals().next();
+    REQUIRE(accepted);
+    wire.slow(3 << 20);
+    // Until the queue has room again 13 MiB must be on their way, one frame nearly: more than twice as long as a stuck peer is given.
+    for (std::uint64_t i = 0; i < 4; ++i) {
+        INFO("frame " << i << ": " << dialled->why_ended());
+        if (i == 3) {
+            CHECK(dialled->traffic().queued_bytes > 32 << 20);
+            auto reading = std::async(std::launch::async, [&] { return drain(*accepted); });
+            const bool went = dialled->send(done(i, 15 << 20));
+            dialled->abort();
+            CHECK(reading.get() <= 1);
+            REQUIRE(went);
+        } else {
+            REQUIRE(dialled->send(done(i, 15 << 20)));
+        }
+    }
 }
 
 TEST_CASE("a listener stops while links live", "[common][net][ends]") {

@@ -72,10 +72,10 @@ TEST_CASE("certificates of one CA make a link", "[common][net][tls]") {
     CHECK(dialled->peer() == farm.address().text());
     CHECK_THAT(accepted->peer(), contains("127.0.0.1:"));
     for (std::uint64_t i = 0; i < 50; ++i) {
-        INFO(dialled->why_ended() << " / " << accepted->why_ended());
-        REQUIRE(dialled->send(done(i, 1 << 20)));
-        REQUIRE(accepted->send(done(i + 7, 100'000)));
+        const bool sent = dialled->send(done(i, 1 << 20)) && accepted->send(done(i + 7, 100'000));
         const auto there = accepted->receive(), back = dialled->receive();
+        INFO("frame " << i << ": " << dialled->why_ended() << " / " << accepted->why_ended());
+        REQUIRE(sent);
         REQUIRE((there && back));
         REQUIRE((there->done().id() == i && back->done().id() == i + 7));
     }
