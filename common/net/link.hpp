@@ -12,6 +12,7 @@
 namespace terravox::net {
 
 inline constexpr std::uint32_t kProtocol = 1;
+inline constexpr std::size_t kMostBeforePing_bytes = std::size_t{16} << 20;  ///< a ping or a heartbeat that has to wait for more says nothing
 inline constexpr std::size_t kMostFrame_bytes = std::size_t{16} << 20;  ///< a larger frame ends the link on either side
 
 /// One connection between a coordinator and a worker, whoever dialled: frames both ways, in order, each once. The peer has shown that it

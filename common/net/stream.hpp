@@ -18,10 +18,11 @@ namespace terravox::net {
 ///
 /// One mutex guards all of it; it is never held while anything waits but in condition variables, and gRPC never calls back from within the
 /// start_ functions, so they are called under it. Frames go through two queues of messages: a frame is one, a large one several (Piece).
-/// Outward: send() fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC tells when a message has
-/// gone out, not how much of it has: pieces are how a slow peer is told from one that takes nothing. Inward: reads go on ahead of receive()
-/// up to kMostAhead_bytes, then the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end of the inward direction is the end
-/// of the call: a write that fails only ends the writing, since the frame that says why (Refusal, Bye) may still be on its way in.
+/// Outward: send() fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC tells when a message
+/// has gone out, not how much of it has: pieces are how a slow peer is told from one that takes nothing. Inward: reads go on ahead of
+/// receive() up to kMostAhead_bytes, then the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end
+/// of the inward direction is the end of the call: a write that fails only ends the writing, since the frame that says why (Refusal, Bye)
+/// may still be on its way in.
 class Stream {
 public:
     static constexpr std::size_t kMostQueued_bytes = std::size_t{32} << 20;

@@ -276,16 +276,21 @@ farm::Heartbeat WorkerSession::heartbeat() const {
 }
 
 void WorkerSession::beat() {
+    std::uint64_t received_bytes = 0;
     std::unique_lock lock(m_mutex);
     while (!m_wake.wait_for(lock, farm_times().heartbeat, [&] { return m_over; })) {
         lock.unlock();
+        const net::Link::Traffic traffic = m_link->traffic();
+        if (std::exchange(received_bytes, traffic.received_bytes) != traffic.received_bytes) m_heard_ns = now_ns();  // a large frame comes piece by piece
         if (std::chrono::nanoseconds(now_ns() - m_heard_ns) > farm_times().silence) {
             spdlog::warn("{} has been silent for too long", m_coordinator);
             m_link->abort();
         }
-        farm::Frame frame;
-        *frame.mutable_heartbeat() = heartbeat();
-        (void)m_link->send(std::move(frame));
+        if (traffic.queued_bytes <= net::kMostBeforePing_bytes) {
+            farm::Frame frame;
+            *frame.mutable_heartbeat() = heartbeat();
+            (void)m_link->send(std::move(frame));
+        }
         lock.lock();
     }
 }

@@ -9,6 +9,8 @@ namespace terravox {
 namespace {
 
 constexpr int kMostServing = 2;  // threads for one asker: one that takes nothing must not have them all
+constexpr std::uint64_t kMostQueued_bytes = std::uint64_t{8} << 20;  // far below what makes a sender wait
+constexpr std::chrono::milliseconds kLookAgain{50};  // at links that are slow
 
 }  // namespace
 
@@ -25,13 +27,13 @@ BoxSupplier::~BoxSupplier() {
     for (std::thread& t : m_threads) t.join();
 }
 
-bool BoxSupplier::ask(std::uint64_t asker, const farm::BoxRequest& request, const Reply& reply) {
+bool BoxSupplier::ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way) {
     if (request.world_id() != m_world_id) return false;
     {
         const std::lock_guard lock(m_mutex);
         auto found = std::find_if(m_askers.begin(), m_askers.end(), [&](const auto& a) { return a->id == asker; });
         if (found == m_askers.end()) {
-            m_askers.push_back(std::make_shared<Asker>(Asker{asker, reply, {}, 0}));
+            m_askers.push_back(std::make_shared<Asker>(Asker{asker, way, {}, 0}));
             found = m_askers.end() - 1;
         }
         if ((*found)->keys.size() + static_cast<std::size_t>(request.keys_size()) > kMostWaiting) return false;
@@ -63,13 +65,26 @@ std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxK
     return m_packed.get(key, make, [](const std::shared_ptr<const Packed>& p) { return p->frame.size(); });
 }
 
+// Who is to be served, once there is one; none when it stops.
+BoxSupplier::Askers::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lock) {
+    while (!m_stop) {
+        bool slow = false;
+        for (auto at = m_askers.begin(); at != m_askers.end(); ++at) {
+            if ((*at)->keys.empty() || (*at)->serving >= kMostServing) continue;
+            if ((*at)->way.queued_bytes() < kMostQueued_bytes) return at;
+            slow = true;
+        }
+        if (slow) m_work.wait_for(lock, kLookAgain);
+        else m_work.wait(lock);
+    }
+    return m_askers.end();
+}
+
 void BoxSupplier::serve() {
     std::unique_lock lock(m_mutex);
     while (true) {
-        const auto next = [&] { return std::find_if(m_askers.begin(), m_askers.end(), [](const auto& a) { return !a->keys.empty() && a->serving < kMostServing; }); };
-        m_work.wait(lock, [&] { return m_stop || next() != m_askers.end(); });
+        const auto at = next(lock);
         if (m_stop) return;
-        const auto at = next();
         const auto asker = *at;
         std::rotate(at, at + 1, m_askers.end());  // the others come first next time
         const voxel::BoxKey key = asker->keys.front();
@@ -89,7 +104,7 @@ void BoxSupplier::serve() {
             else if (box->air) reply.set_air(true);
             else reply.set_frame(box->frame.data(), box->frame.size());
         }
-        (void)asker->reply(std::move(frame));
+        (void)asker->way.send(std::move(frame));
         lock.lock();
         if (--asker->serving == 0) m_idle.notify_all();
         m_work.notify_one();

@@ -17,12 +17,15 @@ namespace terravox {
 
 /// Boxes for workers that cannot read the world themselves: packed once, kept packed as long as there is room, and sent to whoever asks.
 ///
-/// Requests wait in one queue for each asker, which are served in turn, so that none starves. Thread-safe; one lock, not held while a box is
-/// made or sent.
+/// Requests wait in one queue for each asker, which are served in turn, so that none starves; one whose link is slow waits until some of what
+/// was sent has gone out. Thread-safe; one lock, not held while a box is made or sent.
 class BoxSupplier {
 public:
-    /// Sends a reply; false: the asker is gone. Called on a thread of the supplier.
-    using Reply = std::function<bool(farm::Frame)>;
+    /// The way to an asker. Called on threads of the supplier.
+    struct Way {
+        std::function<bool(farm::Frame)> send;  ///< false: the asker is gone
+        std::function<std::uint64_t()> queued_bytes = [] { return std::uint64_t{0}; };  ///< sent, and not gone out yet
+    };
     /// @param memory_bytes for packed boxes
     BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads);
     ~BoxSupplier();
@@ -30,7 +33,7 @@ public:
     BoxSupplier& operator=(const BoxSupplier&) = delete;
 
     /// @param asker any number of its own @return false: it asks for more than is allowed at once, or for another world's
-    [[nodiscard]] bool ask(std::uint64_t asker, const farm::BoxRequest& request, const Reply& reply);
+    [[nodiscard]] bool ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way);
     /// Nothing is sent to it any more once this returns.
     void forget(std::uint64_t asker);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
@@ -43,11 +46,13 @@ private:
     };
     struct Asker {
         std::uint64_t id;
-        Reply reply;
+        Way way;
         std::deque<voxel::BoxKey> keys;
         int serving = 0;
     };
+    using Askers = std::deque<std::shared_ptr<Asker>>;
     void serve();
+    [[nodiscard]] Askers::iterator next(std::unique_lock<std::mutex>& lock);
     [[nodiscard]] std::shared_ptr<const Packed> packed(const voxel::BoxKey& key);
 
     BlockManager& m_blocks;
@@ -55,7 +60,7 @@ private:
     util::Cache<voxel::BoxKey, Packed, voxel::BoxKeyHash> m_packed;
     std::mutex m_mutex;
     std::condition_variable m_work, m_idle;
-    std::deque<std::shared_ptr<Asker>> m_askers;
+    Askers m_askers;
     bool m_stop = false;
     std::vector<std::thread> m_threads;
 };

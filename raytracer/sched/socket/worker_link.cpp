@@ -96,10 +96,16 @@ std::string WorkerLink::take(const farm::Frame& frame) {
             if (const auto processor = current(frame.failed().picture())) processor->failed(frame.failed());
             return {};
         case farm::Frame::kNeedBox: {
-            const bool taken = m_boxes.ask(m_asker, frame.need_box(), [link = std::weak_ptr(m_link)](farm::Frame reply) {
+            BoxSupplier::Way way;
+            way.send = [link = std::weak_ptr(m_link)](farm::Frame reply) {
                 const auto to = link.lock();
                 return to && to->send(std::move(reply));
-            });
+            };
+            way.queued_bytes = [link = std::weak_ptr(m_link)] {
+                const auto to = link.lock();
+                return to ? to->traffic().queued_bytes : 0;
+            };
+            const bool taken = m_boxes.ask(m_asker, frame.need_box(), way);
             return taken ? "" : "it asks for more boxes than it may, or of another world";
         }
         case farm::Frame::kHeartbeat: {
@@ -150,6 +156,7 @@ std::string WorkerLink::run() {
 }
 
 void WorkerLink::ping() {
+    if (m_link->traffic().queued_bytes > net::kMostBeforePing_bytes) return;
     farm::Frame frame;
     frame.mutable_ping()->set_stamp(static_cast<std::uint64_t>(now_ns()));
     (void)m_link->send(std::move(frame));
@@ -168,7 +175,11 @@ void WorkerLink::bye(const std::string& reason) noexcept {
 
 void WorkerLink::refuse_it(const std::string& why) noexcept { refuse(*m_link, why); }
 
-std::chrono::steady_clock::duration WorkerLink::silent_for() const noexcept { return std::chrono::steady_clock::duration(now_ns() - m_heard_ns.load()); }
+std::chrono::steady_clock::duration WorkerLink::silent_for() noexcept {
+    // A large frame comes piece by piece.
+    if (const auto received = m_link->traffic().received_bytes; m_received_bytes.exchange(received) != received) m_heard_ns = now_ns();
+    return std::chrono::steady_clock::duration(now_ns() - m_heard_ns.load());
+}
 
 farm::Heartbeat WorkerLink::heartbeat() const {
     const std::lock_guard lock(m_mutex);

@@ -45,11 +45,11 @@ public:
     /// Reads until the link ends. @return why it did
     [[nodiscard]] std::string run();
 
-    void ping();
+    void ping();  ///< unless so much is to be sent before it that it would say nothing
     void bye(const std::string& reason) noexcept;
     void refuse_it(const std::string& why) noexcept;
     void abort() noexcept { m_link->abort(); }
-    [[nodiscard]] std::chrono::steady_clock::duration silent_for() const noexcept;
+    [[nodiscard]] std::chrono::steady_clock::duration silent_for() noexcept;
 
     [[nodiscard]] const farm::Hello& hello() const noexcept { return m_hello; }
     [[nodiscard]] const std::string& peer() const noexcept { return m_link->peer(); }
@@ -75,6 +75,7 @@ private:
     std::map<std::string, std::string> m_states;  ///< texts of the picture under way, by hash
     farm::Heartbeat m_heartbeat;
     std::atomic<std::int64_t> m_heard_ns;
+    std::atomic<std::uint64_t> m_received_bytes{0};
     std::atomic<double> m_latency_s{0};
     std::atomic<bool> m_draining{false};
     std::atomic<bool> m_misbehaved{false};

@@ -1,56 +1,98 @@
-"""What the farm's benchmarks share: workers with a share of a core each, coordinators, and what they tell."""
+"""What the farm's benchmarks share: workers and coordinators, shares of a core, what they say and when, and the pictures that are wanted."""
 
 import atexit
+import ctypes
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
 
+from observe import Watch  # noqa: E402
 from support import binary, temporary_folder  # noqa: E402
 
 TOKEN = "a-token-of-the-benches-12"
 RAYTRACER = binary("RAYTRACER")
-ENVIRONMENT = {**os.environ, "TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
-
-
 FOLDER = temporary_folder()
-ENVIRONMENT["XDG_CACHE_HOME"] = str(FOLDER / "cache")
+ENVIRONMENT = {**os.environ, "TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1", "XDG_CACHE_HOME": str(FOLDER / "cache")}
+# As people have it: longer waits for what is silent, late or gone.
+DEFAULTS = {**ENVIRONMENT, "TERRAVOX_FARM_TEST": "0"}
+_LIBC = ctypes.CDLL(None, use_errno=True)
+_PR_SET_PDEATHSIG = 1
+
+# A bench that is cut off cleans up, too. Its children die with it in any case.
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+
+_survey = None
 
 
 def invented_survey():
-    folder = FOLDER / "survey"
-    subprocess.run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "512", "--density", "4", "-o", folder], check=True, capture_output=True)
-    return folder
+    global _survey
+    if _survey is None:
+        _survey = FOLDER / "survey"
+        subprocess.run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "512", "--density", "4", "-o", _survey], check=True, capture_output=True)
+    return _survey
+
+
+def path_scene(samples, size="320x180", tile=16):
+    """Work that is in proportion to `samples`: the inputs and flags of a render."""
+    return [invented_survey(), "--size", size, "--tile", str(tile), "--integrator", "path", "--samples", str(samples), "--bounces", "4"]
+
+
+def die_with_parent(*others):
+    """For Popen's preexec_fn, on the main thread alone: the kernel asks which thread has made the child. @param others are called after that"""
+
+    def prepare():
+        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        for other in others:
+            other()
+
+    return prepare
 
 
 class Share:
     """A share of one core for a process and its children, by control groups (version 1 or 2); as root only."""
 
     _next = 0
+    _swept = False
 
     def __init__(self, share):
         v1 = pathlib.Path("/sys/fs/cgroup/cpu")
         v2 = pathlib.Path("/sys/fs/cgroup")
+        is_v1 = (v1 / "cpu.cfs_quota_us").exists() or (v1 / "tasks").exists()
+        if not is_v1 and not (v2 / "cgroup.controllers").exists():
+            raise OSError("no control groups for CPU time on this machine")
+        root = v1 if is_v1 else v2
+        self._sweep(root)
         Share._next += 1
-        name = f"terravox-bench-{os.getpid()}-{Share._next}"
+        self.folder = root / f"terravox-bench-{os.getpid()}-{Share._next}"
         period_us = 20_000  # short, so that a share is one within a tile, too
-        if (v1 / "cpu.cfs_quota_us").exists() or (v1 / "tasks").exists():
-            self.folder = v1 / name
-            self.folder.mkdir()
+        if not is_v1:
+            (v2 / "cgroup.subtree_control").write_text("+cpu")
+        self.folder.mkdir()
+        atexit.register(self.remove)
+        if is_v1:
             (self.folder / "cpu.cfs_period_us").write_text(str(period_us))
             (self.folder / "cpu.cfs_quota_us").write_text(str(int(period_us * share)))
-        elif (v2 / "cgroup.controllers").exists():
-            (v2 / "cgroup.subtree_control").write_text("+cpu")
-            self.folder = v2 / name
-            self.folder.mkdir()
-            (self.folder / "cpu.max").write_text(f"{int(period_us * share)} {period_us}")
         else:
-            raise OSError("no control groups for CPU time on this machine")
-        atexit.register(self.remove)
+            (self.folder / "cpu.max").write_text(f"{int(period_us * share)} {period_us}")
+
+    @classmethod
+    def _sweep(cls, root):
+        """What a bench left that was killed."""
+        if cls._swept:
+            return
+        cls._swept = True
+        for folder in root.glob("terravox-bench-*-*"):
+            if not pathlib.Path("/proc", folder.name.split("-")[2]).exists():
+                try:
+                    folder.rmdir()
+                except OSError:
+                    pass
 
     def take(self, pid):
         (self.folder / "cgroup.procs").write_text(str(pid))
@@ -62,48 +104,90 @@ class Share:
             pass
 
 
-class Worker:
-    """A daemon that listens on a port of its own. @param share of a core; None: no limit"""
+def shares_missing():
+    """Why shares of a core cannot be given here; empty: they can."""
+    if os.geteuid() != 0:
+        return "control groups want root"
+    try:
+        Share(1).remove()
+    except OSError as e:
+        return f"control groups: {e}"
+    return ""
 
-    def __init__(self, share=None, threads=1):
-        self.log = open(FOLDER / f"worker-{time.monotonic_ns()}.log", "w+", encoding="utf-8")
-        group = Share(share) if share else None
-        self.process = subprocess.Popen([RAYTRACER, "worker", "--listen", "127.0.0.1:0", "--threads", str(threads)], stdout=self.log, stderr=subprocess.STDOUT, env=ENVIRONMENT,
-                                        preexec_fn=(lambda: group.take(os.getpid())) if group else None)
+
+class Process:
+    """A program of the farm. @param share of a core; None: no limit @param within a networks.Namespace @param limits called in the child"""
+
+    def __init__(self, arguments, *, share=None, environment=ENVIRONMENT, within=None, program=RAYTRACER, limits=()):
+        self.group = Share(share) if share else None
+        before = [lambda: self.group.take(os.getpid())] if self.group else []
+        self.start = time.monotonic()
+        self.process = subprocess.Popen([*(within.prefix if within else ()), program, *(str(a) for a in arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                                        errors="replace", env=environment, preexec_fn=die_with_parent(*before, *limits))
+        self.watch = Watch(self.process.stderr)
         atexit.register(self.kill)
-        end = time.monotonic() + 60
-        while time.monotonic() < end:
-            self.log.seek(0)
-            for line in self.log.read().splitlines():
-                if " on port " in line:
-                    self.address = "127.0.0.1:" + line.rsplit(" ", 1)[1]
-                    return
-            time.sleep(0.02)
-        raise RuntimeError("a worker did not start")
+
+    @property
+    def pid(self):
+        return self.process.pid
 
     def kill(self):
         self.process.kill()
         self.process.wait()
+        atexit.unregister(self.kill)
+        if self.group:
+            self.group.remove()
+
+    def has_ended(self, timeout_s):
+        """@return its exit code, or None: it has not"""
+        try:
+            code = self.process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            return None
+        self.watch.join()
+        return code
+
+    def status(self):
+        """(resident KiB, open descriptors)"""
+        text = pathlib.Path(f"/proc/{self.pid}/status").read_text()
+        rss_kib = next(int(line.split()[1]) for line in text.splitlines() if line.startswith("VmRSS:"))
+        return rss_kib, len(os.listdir(f"/proc/{self.pid}/fd"))
 
 
-class Render:
-    """A coordinator. Its report is read when it has ended."""
+class Worker(Process):
+    """A daemon; without `join` it listens: at a port of its own, or at `port`."""
 
-    def __init__(self, *arguments, share=None):
-        self.picture = FOLDER / f"picture-{time.monotonic_ns()}.png"
+    _next = 0
+
+    def __init__(self, share=None, threads=1, arguments=(), join=None, host="127.0.0.1", port=0, **options):
+        Worker._next += 1
+        self.name = f"bench-{Worker._next}"
+        place = ["--join", join] if join else ["--listen", f"{host}:{port}"]
+        super().__init__(["worker", *place, "--threads", threads, "--name", self.name, *arguments], share=share, **options)
+        if not join:
+            self.port = int(self.watch.saw(r"on port (\d+)", 60)[1].group(1))
+            self.address = f"{host}:{self.port}"
+
+
+class Render(Process):
+    """A coordinator. Its report is read when it has ended. @param log of which level; debug: with leases and answers"""
+
+    def __init__(self, *arguments, log="error", picture=None, **options):
+        self.picture = picture or FOLDER / f"picture-{time.monotonic_ns()}.png"
         self.report = self.picture.with_suffix(".json")
-        group = Share(share) if share else None
-        self.start = time.monotonic()
-        self.process = subprocess.Popen([RAYTRACER, "render", *(str(a) for a in arguments), "--quiet", "--report", self.report, "-o", self.picture], stdout=subprocess.DEVNULL,
-                                        stderr=subprocess.PIPE, text=True, env=ENVIRONMENT, preexec_fn=(lambda: group.take(os.getpid())) if group else None)
+        super().__init__(["render", *arguments, "--log", log, "--report", self.report, "-o", self.picture], **options)
 
-    def end(self):
-        _, err = self.process.communicate(timeout=1800)
+    def end(self, timeout_s=1800):
+        code = self.has_ended(timeout_s)
         self.wall_s = time.monotonic() - self.start
-        if self.process.returncode != 0:
-            raise RuntimeError(f"render: exit code {self.process.returncode}: {err.strip()[-300:]}")
+        if code != 0:
+            raise RuntimeError(f"render: exit code {code}: {self.watch.text()[-600:]}")
         self.told = json.loads(self.report.read_text())
         return self
+
+    @property
+    def farm(self):
+        return self.told["farm"]
 
     @property
     def tracing_s(self):
@@ -112,6 +196,22 @@ class Render:
     @property
     def bytes(self):
         return self.picture.read_bytes()
+
+
+_wanted = {}
+
+
+def wanted(scene):
+    """The picture of a scene as threads of one process make it; made once."""
+    key = " ".join(str(a) for a in scene)
+    if key not in _wanted:
+        _wanted[key] = Render(*scene, "--threads", "2").end().bytes
+    return _wanted[key]
+
+
+def of(workers):
+    """Flags of a coordinator that has these workers alone."""
+    return ["--threads", "0", *(a for w in workers for a in ("--worker", w.address))]
 
 
 def tell(figures):

@@ -1,12 +1,81 @@
 #!/usr/bin/env python3
-"""kill -9 of some of the workers at random times, again and again: the picture stays the same, and what it costs is told. One line of JSON."""
+"""kill -9 of some of the workers at random times, again and again: the picture stays the same, and what it costs is told. One line of JSON.
+
+Each worker has a share of a core, so that its speed does not depend on who else lives. The ideal follows from pictures without kills: each makes ready
+(boxes, tables) and works at its speed until it is killed, no work is lost, what is left is divided among who is left, and the coordinator writes the
+picture. `allowance`: 1 tile and 1 s."""
 
 import argparse
+import os
 import random
 import statistics
-import threading
+import time
+from typing import NamedTuple
 
-from farming import Render, Worker, invented_survey, tell
+from farming import Render, Worker, of, path_scene, shares_missing, tell, wanted
+from ideal import ideal_s
+
+SAMPLES, SHARE = 16, 0.25  # little of the machine, so that what else it does matters less
+_BASE_EVERY = 10  # what else the machine does changes
+
+
+class Undisturbed(NamedTuple):
+    """Of a picture without kills, seconds."""
+
+    ready: float  # from the first lease to a worker's first answer, mean
+    working: float  # from there to the last answer of all
+    end: float  # from there to the end of the coordinator
+
+
+def undisturbed(scene, share, workers):
+    crew = [Worker(share) for _ in range(workers)]
+    render = Render(*scene, *of(crew), log="debug").end()
+    for worker in crew:
+        worker.kill()
+    events = render.watch.events()
+    answers = {w.name: [e.when for e in events if e.kind == "answer" and e.who == w.name] for w in crew}
+    start, ready = events[0].when, statistics.mean(a[0] for a in answers.values())
+    last = max(a[-1] for a in answers.values())
+    return Undisturbed(ready - start, last - ready, render.start + render.wall_s - last)
+
+
+def one_run(numbers, scene, share, workers, most_s):
+    """@param most_s kills come within that time @return the render, times of the kills since the first lease, wall time since then"""
+    crew = [Worker(share) for _ in range(workers)]
+    victims = numbers.sample(crew, numbers.randint(1, workers - 1))
+    plan = sorted(((numbers.uniform(0.1, most_s), victim) for victim in victims), key=lambda one: one[0])
+    render = Render(*scene, *of(crew), log="debug")
+    start = render.watch.saw("lease: ", 60)[0]
+    killed_at_s = []
+    for at, victim in plan:
+        if render.has_ended(max(0.0, start + at - time.monotonic())) is not None:
+            break
+        killed_at_s.append(time.monotonic() - start)
+        victim.kill()
+    render.end()
+    wall_s = time.monotonic() - start
+    for worker in crew:
+        worker.kill()
+    return render, killed_at_s, wall_s
+
+
+def measure(runs, workers, seed):
+    numbers = random.Random(seed)
+    scene = path_scene(SAMPLES)
+    share = None if shares_missing() else SHARE
+    most_at_once = workers if share else min(workers, os.cpu_count())
+    base, over, wrong, lost, kills = [], [], 0, 0, 0
+    for i in range(runs):
+        if i % _BASE_EVERY == 0:
+            base.append(undisturbed(scene, share, workers))
+            ready_s, working_s, end_s = (statistics.median(values) for values in zip(*base))
+        render, killed_at_s, wall_s = one_run(numbers, scene, share, workers, ready_s + 0.9 * working_s)
+        over.append(wall_s - end_s - ideal_s(working_s * most_at_once, ready_s, workers, killed_at_s, most_at_once))
+        wrong += render.bytes != wanted(scene)
+        kills, lost = kills + len(killed_at_s), lost + render.farm["lost"]
+    tile_s = working_s * most_at_once / render.told["tiles"]
+    return {"runs": runs, "seed": seed, "wrong": wrong, "kills": kills, "lost": lost, "ready_s": ready_s, "working_s": working_s, "end_s": end_s, "share": share or 0,
+            "tile_s": tile_s, "over_median_s": statistics.median(over), "over_most_s": max(over), "over_allowance": sum(o > 1 + tile_s for o in over)}
 
 
 def main():
@@ -15,30 +84,7 @@ def main():
     parser.add_argument("--workers", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
-    numbers = random.Random(args.seed)
-    scene = [invented_survey(), "--size", "320x180", "--tile", "16", "--integrator", "path", "--samples", "16", "--bounces", "4"]
-    wanted = Render(*scene, "--threads", "1").end()
-    one_core_s = wanted.tracing_s
-    wrong, killed, over = 0, 0, []
-    for _ in range(args.runs):
-        workers = [Worker() for _ in range(args.workers)]
-        victims = numbers.sample(workers, numbers.randint(1, args.workers - 1))
-        timers = [threading.Timer(numbers.uniform(0.1, one_core_s / 2), v.kill) for v in victims]
-        render = Render(*scene, "--threads", "0", *[a for w in workers for a in ("--worker", w.address)])
-        for t in timers:
-            t.start()
-        render.end()
-        for t in timers:
-            t.cancel()
-            t.join()
-        wrong += render.bytes != wanted.bytes
-        killed += render.told["farm"]["lost"]
-        # All run on two cores: whoever is left can use them up to one each.
-        ideal = one_core_s / max(min(args.workers - len(victims), 2), 1)
-        over.append(render.tracing_s - ideal)
-        for w in workers:
-            w.kill()
-    tell({"runs": args.runs, "wrong": wrong, "lost": killed, "one_core_s": one_core_s, "over_median_s": statistics.median(over), "over_most_s": max(over)})
+    tell(measure(args.runs, args.workers, args.seed))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ def main():
     parser.add_argument("--share", type=float, default=0.14)
     parser.add_argument("--counts", default="1,2,4,6,12")
     args = parser.parse_args()
-    scene = [invented_survey(), "--size", "640x360", "--tile", "32", "--integrator", "path", "--samples", "24", "--bounces", "4", "--processing-memory-mib", "512"]
+    scene = [invented_survey(), "--size", "640x360", "--tile", "32", "--integrator", "path", "--samples", "64", "--bounces", "4", "--processing-memory-mib", "512"]
     figures, pictures = {}, set()
 
     def times(name, *arguments):

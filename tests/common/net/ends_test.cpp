@@ -237,11 +237,14 @@ TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
         std::vector<farm::Frame> says;
         const char* why;
     };
-    for (const Case& c : {Case{"an empty one", {piece("", false)}, "nothing in it"}, Case{"an empty one at the end", {piece("ab", false), piece("", true)}, "nothing in it"},
-                          Case{"another frame between them", {piece("ab", false), ping(1)}, "cannot be read"},
-                          Case{"garbage", {piece("\xff\xff", false), piece("\xff", true)}, "cannot be read"},
-                          Case{"pieces of a piece", {piece(piece(ping(1).SerializeAsString(), true).SerializeAsString(), true)}, "cannot be read"},
-                          Case{"more than a frame may have", std::vector<farm::Frame>(17, piece(std::string(1 << 20, 'x'), false)), "more than 16777216 bytes"}}) {
+    for (const Case& c :
+         {Case{"an empty one", {piece("", false)}, "nothing in it"},
+          Case{"an empty one at the end", {piece("ab", false), piece("", true)}, "nothing in it"},
+          Case{"another frame between them", {piece("ab", false), ping(1)}, "cannot be read"},
+          Case{"garbage", {piece("\xff\xff", false), piece("\xff", true)}, "cannot be read"},
+          Case{"pieces of a piece", {piece(piece(ping(1).SerializeAsString(), true).SerializeAsString(), true)}, "cannot be read"},
+          Case{"more than a frame may have", std::vector<farm::Frame>(17, piece(std::string(1 << 20, 'x'), false)),
+               "more than 16777216 bytes"}}) {
         INFO(c.name);
         Farm farm;
         auto stub = farm::Farm::NewStub(channel_of(farm.address()));

@@ -203,3 +203,22 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     mine->abort();
     serving.join();
 }
+
+TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets them when it can", "[raytracer][farm]") {
+    Job job(farm_scene());
+    BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
+    std::atomic<std::uint64_t> queued{std::uint64_t{20} << 20};
+    std::atomic<int> slow{0}, quick{0};
+    farm::BoxRequest request;
+    request.set_world_id(7);
+    for (int i = 0; i < 5; ++i) to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
+    CHECK(supplier.ask(1, request, {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
+    CHECK(supplier.ask(2, request, {[&](farm::Frame) { return ++quick > 0; }}));
+    while (quick < 5) std::this_thread::yield();
+    CHECK(slow == 0);
+    queued = 0;
+    while (slow < 5) std::this_thread::yield();
+    supplier.forget(1);
+    supplier.forget(2);
+    CHECK(quick == 5);
+}
