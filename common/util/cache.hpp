@@ -98,6 +98,22 @@ public:
         insert(key, value, bytes, evicted);
     }
 
+    /// Forgets every value whose key fits.
+    template <class Fits>
+    void erase_if(const Fits& fits) {
+        std::list<Entry> erased;
+        const std::lock_guard lock(m_mutex);
+        for (auto it = m_order.begin(); it != m_order.end();) {
+            const auto next = std::next(it);
+            if (fits(it->key)) {
+                m_bytes -= it->bytes;
+                m_entries.erase(it->key);
+                erased.splice(erased.begin(), m_order, it);
+            }
+            it = next;
+        }
+    }
+
     /// Calls back with every key that is kept, most recently used first, under the lock: the callback must be quick and must not ask this cache.
     template <class Callback>
     void each_key(const Callback& callback) const {

@@ -31,6 +31,12 @@ std::optional<TileResult> GreenProcessor::take() {
     return m_jobs.take();
 }
 
+std::vector<RenderTile> GreenProcessor::take_back() {
+    const std::lock_guard lock(m_mutex);
+    m_change.notify_all();
+    return m_jobs.take_back();
+}
+
 void GreenProcessor::withdraw(const RenderTile& tile) noexcept {
     const std::lock_guard lock(m_mutex);
     m_jobs.drop(tile);

@@ -25,6 +25,8 @@ public:
     virtual std::optional<TileResult> take() = 0;
     /// Indices of tiles that were taken, and come again because who made them was not to be trusted: each once.
     [[nodiscard]] virtual std::vector<std::uint32_t> take_doubted() { return {}; }
+    /// Tiles that are submitted and not begun: it will not trace them.
+    [[nodiscard]] virtual std::vector<RenderTile> take_back() { return {}; }
     /// Its result is not needed any more; it may come all the same.
     virtual void withdraw(const RenderTile& /*tile*/) noexcept {}
     virtual void close() noexcept = 0;   ///< no more tiles will come; those accepted are finished; idempotent

@@ -19,7 +19,7 @@ constexpr double kForget_s = 4;           // half of what a speed remembers
 constexpr std::size_t kLeastBand = 1024;  // pixels: below, a band costs more on its way than it is worth
 constexpr std::size_t kMostBand = 65'536;     // with layers some 13 MB, which a frame holds
 constexpr std::size_t kMostReady = 1024;  // tiles that nobody has taken yet
-constexpr std::size_t kFirstBand = 4096;  // of a member of which nothing is known yet
+constexpr std::size_t kFirstBand = 4096;  // of a thread of this process
 constexpr int kMostFailures = 3;          // a band that so many members cannot trace nobody can
 constexpr milliseconds kTick{100};
 constexpr milliseconds kSlice{10};
@@ -226,8 +226,10 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         if (taken.answer == Answer::kUnasked) {
             ++m_counts.unasked;
         } else {
-            member.late = false;
-            member.recent_pixels += static_cast<double>(taken.pixels);
+            member.late = member.doubtful = false;
+            // Until its first answer a worker makes itself ready: that says nothing of its speed.
+            if (!std::exchange(member.started, true) && !member.is.trusted) member.recent_s = 0;
+            else member.recent_pixels += static_cast<double>(taken.pixels);
         }
         switch (taken.answer) {
             case Answer::kFirst:
@@ -312,7 +314,8 @@ void ProcessorPool::left(MemberId id, const std::string& why, bool expelled, con
             if ((m_book.spoiled_earlier(id) || (merged && m_again_left > 0)) && !m_failure)
                 m_failure = std::make_exception_ptr(Spoiled("render: a worker is not to be trusted (" + why + ")"));
         } else {
-            m_counts.given_back += m_book.give_back(id);
+            const std::size_t bands = m_book.give_back(id);
+            m_given_back += bands, m_counts.given_back += bands;
         }
         m_alone = std::none_of(m_members.begin(), m_members.end(), [](const auto& m) { return !m.second->checks_only; });
         if (m_alone) m_alone_since = Clock::now(), m_told = {};
@@ -336,15 +339,15 @@ double ProcessorPool::all_speeds() const noexcept {
 std::size_t ProcessorPool::wanted_pixels(const State& member) const {
     const auto threads = static_cast<std::size_t>(std::max(member.is.threads, 1));
     const double speed = member.speed();
-    // Threads of this process lay tiles aside that wait for boxes: they have use for more.
-    const std::size_t least = threads * kFirstBand * (member.is.trusted ? 3 : 1);
-    if (speed <= 0) return least * 2;
+    // Threads of this process lay tiles aside that wait for boxes: they have use for more. What a worker holds is lost with it.
+    const std::size_t least = threads * (member.is.trusted ? kFirstBand * 6 : kLeastBand * 2);
+    if (speed <= 0) return least;
     const double latency_s = member.is.latency_s ? member.is.latency_s() : 0;
     const double hidden = speed * (kWindow_s + 2 * latency_s);
     // Half of its share of what is left to do: the other half stays for who turns out to be faster.
     const auto left = static_cast<double>(m_book.pending_pixels() + m_book.leased_pixels());
     const double share = std::max(left * speed / std::max(all_speeds(), speed) / 2, static_cast<double>(threads * kLeastBand));
-    return static_cast<std::size_t>(std::min(std::max(hidden, static_cast<double>(least * 2)), share));
+    return static_cast<std::size_t>(std::min(member.is.trusted ? std::max(hidden, static_cast<double>(least)) : hidden, share));
 }
 
 void ProcessorPool::lease_to(MemberId id, State& member, const RenderTile& band, Clock::time_point now, std::vector<Handing>& out) {
@@ -392,11 +395,30 @@ void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point no
     const std::size_t wanted = wanted_pixels(member);
     while (true) {
         const auto load = m_book.load_of(id);
-        if (load.leases >= most_leases || load.pixels >= wanted) return;
+        // One more than it has threads hides the way, however small they are.
+        if (load.leases >= most_leases || (load.pixels >= wanted && load.leases > threads) || (member.doubtful && load.leases > 0)) return;
         // Several for each thread, so that none waits for the others at the end.
         const std::size_t size = std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
         if (auto band = m_book.lease(id, size, now)) lease_to(id, member, *band, now, out);
         else if (load.leases >= threads || !give_again(id, member, now, out)) return;
+    }
+}
+
+// What somebody has lost is given at once to who will have it done first, however much that one has: it need not wait for answers.
+void ProcessorPool::hand_on(std::size_t bands, Clock::time_point now, std::vector<Handing>& out) {
+    for (; bands > 0 && m_ready.size() <= kMostReady; --bands) {
+        MemberId best = 0;
+        double best_s = 0;
+        for (const auto& [id, member] : m_members) {
+            // Threads of this process have no queue without end.
+            if (!member->takes_work() || member->doubtful || member->is.trusted || member->speed() <= 0) continue;
+            const double s = static_cast<double>(m_book.load_of(id).pixels) / member->speed();
+            if (best == 0 || s < best_s) best = id, best_s = s;
+        }
+        if (best == 0) return;
+        const auto band = m_book.lease(best, kMostBand, now);
+        if (!band) return;
+        lease_to(best, *m_members.at(best), *band, now, out);
     }
 }
 
@@ -407,6 +429,7 @@ void ProcessorPool::feed() {
         const std::lock_guard lock(m_mutex);
         if (m_cancelled || m_failure) return;
         const auto now = Clock::now();
+        hand_on(std::exchange(m_given_back, 0), now, handings);
         for (auto& [id, member] : m_members) plan_member(id, *member, now, handings);
     }
     for (Handing& h : handings) h.to->submit(h.band);
@@ -434,6 +457,7 @@ void ProcessorPool::tick(std::unique_lock<std::mutex>& lock) {
         again = true;
         const auto found = m_members.find(id);
         if (found == m_members.end() || std::exchange(found->second->late, true)) continue;
+        found->second->doubtful = true;
         spdlog::warn("{} is late; others do its tiles, too", found->second->is.name);
     }
     if (m_alone && m_first_left + m_again_left > 0 && !m_closed) {

@@ -123,10 +123,11 @@ private:
         Member is;
         std::thread pump;
         bool draining = false, paused = false, late = false, gone = false, checks_only = false;
+        bool doubtful = false;  ///< it was late, and has not answered since: one band at a time
         std::uint64_t bands = 0, pixels = 0, answers = 0;
         double recent_pixels = 0, recent_s = 0, busy_s = 0;
         Clock::time_point since, mark;  ///< when it came; since when it has been busy, as far as counted
-        bool busy = false;
+        bool busy = false, started = false;  ///< started: it has answered
         [[nodiscard]] double speed() const noexcept { return recent_s > 0 ? recent_pixels / recent_s : 0; }
         [[nodiscard]] bool takes_work() const noexcept { return !draining && !paused && !late && !gone && !checks_only; }
     };
@@ -148,6 +149,7 @@ private:
     [[nodiscard]] std::size_t wanted_pixels(const State& member) const;
     bool give_again(MemberId id, State& member, Clock::time_point now, std::vector<Handing>& out);
     void lease_to(MemberId id, State& member, const RenderTile& band, Clock::time_point now, std::vector<Handing>& out);
+    void hand_on(std::size_t bands, Clock::time_point now, std::vector<Handing>& out);
     void count_time(State& member, Clock::time_point now);
     void tick(std::unique_lock<std::mutex>& lock);
     void need_checker(std::unique_lock<std::mutex>& lock);
@@ -169,6 +171,7 @@ private:
     std::size_t m_first_left = 0, m_again_left = 0; ///< tiles not handed out, for the first time and again
     std::exception_ptr m_failure;
     std::map<std::pair<std::uint32_t, int>, int> m_failed_bands;
+    std::size_t m_given_back = 0;  ///< bands of who was lost just now
     int m_failing = 0;  ///< members that could not trace something
     Clock::time_point m_alone_since, m_told;
     bool m_alone = true;

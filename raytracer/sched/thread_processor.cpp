@@ -45,6 +45,13 @@ std::optional<TileResult> ThreadProcessor::take() {
     return m_jobs.take();
 }
 
+std::vector<RenderTile> ThreadProcessor::take_back() {
+    const std::lock_guard lock(m_mutex);
+    m_work.notify_all();
+    m_room.notify_all();
+    return m_jobs.take_back();
+}
+
 void ThreadProcessor::withdraw(const RenderTile& tile) noexcept {
     const std::lock_guard lock(m_mutex);
     m_jobs.drop(tile);

@@ -26,6 +26,7 @@ public:
     void submit(RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
     std::optional<TileResult> take() override;
+    [[nodiscard]] std::vector<RenderTile> take_back() override;
     void withdraw(const RenderTile& tile) noexcept override;
     void close() noexcept override;
     void cancel() noexcept override;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "raytracer/trace/tile_job.hpp"
@@ -51,6 +52,10 @@ public:
     /// As TileProcessor::withdraw: waiting, it never begins; begun, it ends without a result as soon as it can.
     void drop(const RenderTile& tile);
     void drop_waiting() noexcept { m_waiting.clear(); }
+    [[nodiscard]] std::vector<RenderTile> take_back() {
+        const auto waiting = std::exchange(m_waiting, {});
+        return {waiting.begin(), waiting.end()};
+    }
     [[nodiscard]] bool has_result() const noexcept { return !m_results.empty(); }
     [[nodiscard]] std::optional<TileResult> take();
 

@@ -9,8 +9,18 @@
 
 namespace terravox {
 
+void BoxShelf::open(std::uint64_t world_id) {
+    const std::lock_guard lock(m_mutex);
+    std::erase(m_worlds, world_id);
+    m_worlds.push_front(world_id);
+    for (; m_worlds.size() > m_most_worlds; m_worlds.pop_back())
+        m_frames.erase_if([gone = m_worlds.back()](const Key& key) { return key.world_id == gone; });
+}
+
 FarWorld::FarWorld(voxel::WorldInfo info, std::uint64_t world_id, std::function<bool(farm::Frame)> send, BoxShelf& shelf)
-    : m_info(std::move(info)), m_world_id(world_id), m_send(std::move(send)), m_shelf(shelf) {}
+    : m_info(std::move(info)), m_world_id(world_id), m_send(std::move(send)), m_shelf(shelf) {
+    m_shelf.open(m_world_id);
+}
 
 std::shared_ptr<const voxel::Box> FarWorld::unpacked(const voxel::BoxKey& key, const BoxShelf::Frame& frame) const {
     if (frame.empty()) return nullptr;

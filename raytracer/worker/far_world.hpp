@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,10 +17,13 @@
 
 namespace terravox {
 
-/// Packed boxes that coordinators have sent, kept by the daemon from one link to the next.
+/// Packed boxes that coordinators have sent, kept by the daemon from one link to the next. Thread-safe.
 class BoxShelf {
 public:
-    explicit BoxShelf(std::size_t memory_bytes) : m_frames(memory_bytes) {}
+    /// @param most_worlds whose boxes are kept: each coordinator has numbers of its own, and most never come back
+    BoxShelf(std::size_t memory_bytes, std::size_t most_worlds) : m_frames(memory_bytes), m_most_worlds(most_worlds) {}
+    /// A world is in use; boxes of the one that was last so before all others go where there are too many.
+    void open(std::uint64_t world_id);
     struct Key {
         std::uint64_t world_id;
         voxel::BoxKey box;
@@ -38,6 +42,9 @@ public:
 
 private:
     util::Cache<Key, Frame, Hash> m_frames;
+    const std::size_t m_most_worlds;
+    std::mutex m_mutex;
+    std::deque<std::uint64_t> m_worlds;  ///< the latest first
 };
 
 /// A world whose boxes the coordinator sends. Thread-safe: threads that ask wait for the link's reader, which hands in what comes.

@@ -73,6 +73,13 @@ std::vector<std::uint64_t> Stage::drop_all() {
     const std::lock_guard lock(m_mutex);
     for (const auto& [id, tile] : m_waiting) ids.push_back(id);
     m_waiting.clear();
+    if (m_processor != nullptr)
+        for (const RenderTile& tile : m_processor->take_back()) {
+            const auto begun = std::find_if(m_begun.begin(), m_begun.end(), [&](const auto& b) { return b.second == tile; });
+            if (begun == m_begun.end()) continue;
+            ids.push_back(begun->first);
+            m_begun.erase(begun);
+        }
     m_idle.notify_all();
     return ids;
 }

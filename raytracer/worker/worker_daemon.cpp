@@ -15,7 +15,13 @@ namespace terravox {
 
 using std::chrono::milliseconds;
 
-WorkerDaemon::WorkerDaemon(WorkerDaemonOptions options) : m_options(std::move(options)), m_shared(m_options.memory_bytes / 4) {
+namespace {
+
+constexpr int kTilesOfThread = 256;  // small ones on a long way: the coordinator sees to it that they are no more than hide it
+
+}  // namespace
+
+WorkerDaemon::WorkerDaemon(WorkerDaemonOptions options) : m_options(std::move(options)), m_shared(m_options.memory_bytes / 4, m_options.sessions) {
     if (m_options.listen)
         m_listener = std::make_unique<net::Listener>(*m_options.listen, m_options.credentials, [this](std::unique_ptr<net::Link> link) { (void)serve(std::move(link), false); });
     begin_joining();
@@ -97,7 +103,7 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
     }
     OwnHello own;
     own.role = farm::WORKER, own.threads = options.threads, own.memory_bytes = options.memory_bytes, own.name = m_options.name;
-    own.capacity = ThreadProcessor::tiles_in_flight(options.threads);
+    own.capacity = std::min(options.threads * kTilesOfThread, static_cast<int>(Stage::kMostWaiting) / 4);
     const std::string peer = link->peer();
     std::shared_ptr<WorkerSession> session;
     bool has_place = false, paused = false;

@@ -20,7 +20,7 @@ namespace terravox {
 
 /// What all sessions of a daemon share.
 struct WorkerShared {
-    explicit WorkerShared(std::size_t shelf_bytes) : shelf(shelf_bytes) {}
+    WorkerShared(std::size_t shelf_bytes, int sessions) : shelf(shelf_bytes, static_cast<std::size_t>(sessions) + 1) {}
     BoxShelf shelf;
     std::mutex mutex;
     std::map<std::string, std::string> states;  ///< texts by hash; a few megabytes at most

@@ -115,6 +115,16 @@ def shares_missing():
     return ""
 
 
+_living = set()
+
+
+@atexit.register
+def kill_all():
+    """Whatever of the farm still runs."""
+    for process in list(_living):
+        process.kill()
+
+
 class Process:
     """A program of the farm. @param share of a core; None: no limit @param within a networks.Namespace @param limits called in the child"""
 
@@ -125,7 +135,7 @@ class Process:
         self.process = subprocess.Popen([*(within.prefix if within else ()), program, *(str(a) for a in arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                                         errors="replace", env=environment, preexec_fn=die_with_parent(*before, *limits))
         self.watch = Watch(self.process.stderr)
-        atexit.register(self.kill)
+        _living.add(self)
 
     @property
     def pid(self):
@@ -134,7 +144,7 @@ class Process:
     def kill(self):
         self.process.kill()
         self.process.wait()
-        atexit.unregister(self.kill)
+        _living.discard(self)
         if self.group:
             self.group.remove()
 
@@ -175,7 +185,8 @@ class Render(Process):
     def __init__(self, *arguments, log="error", picture=None, **options):
         self.picture = picture or FOLDER / f"picture-{time.monotonic_ns()}.png"
         self.report = self.picture.with_suffix(".json")
-        super().__init__(["render", *arguments, "--log", log, "--report", self.report, "-o", self.picture], **options)
+        said = ["--quiet"] if log == "error" else ["--log", log]  # quiet: no progress either
+        super().__init__(["render", *arguments, *said, "--report", self.report, "-o", self.picture], **options)
 
     def end(self, timeout_s=1800):
         code = self.has_ended(timeout_s)
@@ -215,4 +226,6 @@ def of(workers):
 
 
 def tell(figures):
-    print(json.dumps(figures), flush=True)
+    """One line of JSON, which has no infinity: what never came is told as a billion."""
+    finite = {name: min(value, 1e9) if isinstance(value, float) else value for name, value in figures.items()}
+    print(json.dumps(finite, allow_nan=False), flush=True)

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""A farm that everything happens to: each row breaks it in another way, and tells what that cost. One line of JSON: figures as ROW_FIGURE, and `skipped`,
-with the reason for each row that cannot run here."""
+"""A farm that everything happens to: each row breaks it in another way, and tells what that cost. One line of JSON: figures as ROW_FIGURE; `skipped` and
+`failed`, with the reason for each row that cannot run here or did not come to its end."""
 
 import argparse
 import sys
 import time
+import traceback
 
 import faults_coordinator
 import faults_network
@@ -12,7 +13,7 @@ import faults_soak
 import faults_strangers
 import faults_workers
 import kill
-from farming import tell
+from farming import kill_all, tell
 
 MODULES = (faults_workers, faults_coordinator, faults_network, faults_strangers, faults_soak)
 ROWS = {"kill": lambda args: kill.measure(args.kill_runs, 3, args.seed)}
@@ -49,7 +50,7 @@ def arguments():
 
 def main():
     args = arguments()
-    figures, skipped = {}, {}
+    figures, skipped, failed = {}, {}, {}
     for row in args.rows:
         reason = MISSING[row]() if row in MISSING else ""
         if reason:
@@ -57,10 +58,15 @@ def main():
             print(f"{row}: skipped: {reason}", file=sys.stderr, flush=True)
             continue
         start = time.monotonic()
-        told = ROWS[row](args)
-        figures.update({f"{row}_{name}": value for name, value in told.items()})
+        try:
+            told = ROWS[row](args)
+            figures.update({f"{row}_{name}": value for name, value in told.items()})
+        except Exception as e:  # the other rows are worth having
+            failed[row] = told = f"{type(e).__name__}: {e}"
+            traceback.print_exc()
+        kill_all()
         print(f"{row}: {time.monotonic() - start:.0f} s: {told}", file=sys.stderr, flush=True)
-    tell({**figures, "skipped": skipped})
+    tell({**figures, "skipped": skipped, "failed": failed})
 
 
 if __name__ == "__main__":

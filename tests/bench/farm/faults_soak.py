@@ -5,44 +5,52 @@ import statistics
 import time
 
 from farming import Render, Worker, of, path_scene, wanted
-from observe import quantile
 
 _KILL_EVERY_S = 30
+_WARM_UP = 40  # pictures
+
+
+def _warm_up(crew):
+    """Allocators and pools take what they need for good."""
+    scene = path_scene(1, size="640x360", tile=32)
+    for _ in range(_WARM_UP):
+        Render(*scene, *of(crew)).end()
 
 
 def soak(args):
-    """Daemons work for one picture after the other; one of them is killed every 30 s, and started again. The two others: do they grow?"""
+    """Daemons work for one picture after the other; one of them is killed every 30 s, and started again. Do the two others grow: one with the memory that
+    people give it, one with so little that what it keeps on purpose is at its limit from the start?"""
     numbers = random.Random(args.seed)
     scenes = [path_scene(16), path_scene(4, size="640x360", tile=32)]
     for scene in scenes:
         wanted(scene)
-    crew = [Worker(), Worker(), Worker()]
+    crew = [Worker(), Worker(arguments=["--memory-mib", 64]), Worker()]
+    _warm_up(crew)
     start = time.monotonic()
     next_kill, kills, pictures, wrong, lost = start + _KILL_EVERY_S, 0, 0, 0, 0
-    samples = []  # when, of whom, resident KiB, descriptors
+    samples = {w.name: [] for w in crew[:2]}  # when, resident KiB, descriptors
     while time.monotonic() - start < args.soak_s:
         scene = scenes[pictures % len(scenes)]
         render = Render(*scene, *of(crew))
-        due = next_kill if next_kill > time.monotonic() else time.monotonic() + numbers.uniform(0.2, 1)
+        if time.monotonic() > next_kill:
+            render.has_ended(numbers.uniform(0.5, 1.5))
+            crew[2].kill()
+            crew[2] = Worker(port=crew[2].port)
+            kills, next_kill = kills + 1, next_kill + _KILL_EVERY_S
         while render.has_ended(0.2) is None:
-            samples += [(time.monotonic() - start, w.name, *w.status()) for w in crew[:2]]
-            if next_kill <= due <= time.monotonic():
-                crew[2].kill()
-                crew[2] = Worker(port=crew[2].port)
-                kills, next_kill = kills + 1, next_kill + _KILL_EVERY_S
+            for worker in crew[:2]:
+                samples[worker.name].append((time.monotonic() - start, *worker.status()))
         render.end()
         pictures, wrong, lost = pictures + 1, wrong + (render.bytes != wanted(scene)), lost + render.farm["lost"]
-    out = {"seconds": time.monotonic() - start, "pictures": pictures, "kills": kills, "lost": lost, "wrong": wrong}
-    growth, more = [], []
-    for worker in crew[:2]:
-        own = [s for s in samples if s[1] == worker.name]
-        first, last = ([s for s in own if begin <= s[0] / args.soak_s < end] for begin, end in ((0.05, 0.35), (0.67, 2)))
-        growth.append(quantile([s[2] for s in last], 0.5) / quantile([s[2] for s in first], 0.5))
-        more.append(quantile([s[3] for s in last], 0.5) - quantile([s[3] for s in first], 0.5))
-        out["rss_mib"] = quantile([s[2] for s in last], 0.5) / 1024
+    end_s = time.monotonic() - start
+    out = {"seconds": end_s, "pictures": pictures, "kills": kills, "lost": lost, "wrong": wrong, "more_descriptors": 0}
+    for name, worker in zip(("", "small_"), crew):
+        first, last = ([s for s in samples[worker.name] if begin <= s[0] / end_s <= end] for begin, end in ((0, 1 / 3), (2 / 3, 1)))
+        (first_kib, first_files), (last_kib, last_files) = ([statistics.median(s[i] for s in third) for i in (1, 2)] for third in (first, last))
+        out[f"{name}rss_mib"], out[f"{name}growth"] = last_kib / 1024, last_kib / first_kib
+        out["more_descriptors"] = max(out["more_descriptors"], last_files - first_files)
+    for worker in crew:
         worker.kill()
-    crew[2].kill()
-    out["growth"], out["more_descriptors"] = max(growth), max(more)
     return out
 
 

@@ -16,7 +16,7 @@ namespace {
 /// A coordinator that answers at once.
 struct Answering {
     std::unique_ptr<ArrayWorld> world = landscape();
-    BoxShelf shelf{std::size_t{16} << 20};
+    BoxShelf shelf{std::size_t{16} << 20, 2};
     std::vector<voxel::BoxKey> asked;
     std::function<void(farm::BoxReply&)> change = [](farm::BoxReply&) {};
     FarWorld far{world->info(), 7, [this](farm::Frame frame) {
@@ -78,7 +78,7 @@ TEST_CASE("a box of another key is refused", "[raytracer][farm]") {
 
 TEST_CASE("who waits for a box learns that the link has ended", "[raytracer][farm]") {
     const auto world = landscape();
-    BoxShelf shelf(1 << 20);
+    BoxShelf shelf(1 << 20, 2);
     FarWorld far(world->info(), 7, [](farm::Frame) { return true; }, shelf);
     std::thread stopper([&] { far.stop(); });
     CHECK_THROWS_AS(far.box(kSolid), StoppedError);  // no hole: nobody is told
@@ -89,7 +89,7 @@ TEST_CASE("who waits for a box learns that the link has ended", "[raytracer][far
 
 TEST_CASE("a reply that nobody asked for is noticed, one of a world that has gone is not", "[raytracer][farm]") {
     const auto world = landscape();
-    BoxShelf shelf(1 << 20);
+    BoxShelf shelf(1 << 20, 2);
     FarWorld far(world->info(), 7, [](farm::Frame) { return true; }, shelf);
     farm::BoxReply reply;
     reply.set_world_id(7);
@@ -121,4 +121,18 @@ TEST_CASE("a world that cannot have a box asks its helper", "[raytracer][farm]")
     const std::vector<voxel::BoxKey> keys{kSolid, {0, -1, 0, 0}};
     helped.boxes(keys, [&](const voxel::BoxKey&, const voxel::BoxOutcome& o) { boxes += o.box ? 1 : 0; });
     CHECK(boxes == 1);
+}
+
+TEST_CASE("boxes of the latest worlds alone stay on the shelf", "[raytracer][farm]") {
+    const auto world = landscape();
+    BoxShelf shelf(1 << 20, 2);
+    const auto frame = std::make_shared<const BoxShelf::Frame>(10);
+    const auto open = [&](std::uint64_t id) {
+        FarWorld far(world->info(), id, [](farm::Frame) { return true; }, shelf);
+        shelf.put({id, kSolid}, frame);
+    };
+    open(1), open(2), open(1), open(3);
+    CHECK(shelf.find({1, kSolid}));
+    CHECK_FALSE(shelf.find({2, kSolid}));
+    CHECK(shelf.find({3, kSolid}));
 }
