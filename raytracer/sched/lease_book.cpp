@@ -9,15 +9,13 @@
 namespace terravox {
 namespace {
 
-constexpr int kLeastRows = 8;  // two rows of blocks, which beams are made of
-
 int rows_of(const RenderTile& band) noexcept { return band.y1 - band.y0; }
 
 /// Where a band of about so many pixels ends: a multiple of the least number of rows, so that blocks of pixels stay whole.
 int end_row(const RenderTile& band, std::size_t pixels) noexcept {
     const std::size_t all = LeaseBook::pixels_of(band);
     if (pixels >= all) return band.y1;
-    const int grain = kLeastRows * band.step;
+    const int grain = LeaseBook::kLeastRows * band.step;
     const auto rows = static_cast<int>(static_cast<double>(rows_of(band)) * static_cast<double>(pixels) / static_cast<double>(std::max<std::size_t>(all, 1)));
     const int end = (band.y0 + std::max(rows, 1) + grain - 1) / grain * grain;
     return band.y1 - end < grain ? band.y1 : end;

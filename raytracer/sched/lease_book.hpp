@@ -52,7 +52,7 @@ public:
         std::vector<Member> withdraw;      ///< kFirst: who else works on it
     };
     Taken take(Member member, TileResult&& result);
-    /// A band that has come shall be made again by somebody else. @param result as take() took it
+    /// A band that has come, or some rows of it, shall be made again by somebody else. @param hash hash_of_pixels of those rows
     void check(Member member, const RenderTile& band, std::uint64_t hash);
 
     /// What the member has goes to others. @return bands
@@ -87,6 +87,7 @@ public:
     [[nodiscard]] std::size_t unfinished() const noexcept { return m_unfinished; }
 
     [[nodiscard]] static std::size_t pixels_of(const RenderTile& band) noexcept;
+    static constexpr int kLeastRows = 8;  ///< of traced pixels in a band: two rows of blocks, which beams are made of
 
 private:
     using UnitId = std::uint64_t;

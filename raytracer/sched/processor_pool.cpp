@@ -20,6 +20,7 @@ constexpr std::size_t kLeastBand = 1024;  // pixels: below, a band costs more on
 constexpr std::size_t kMostBand = 65'536;     // with layers some 13 MB, which a frame holds
 constexpr std::size_t kMostReady = 1024;  // tiles that nobody has taken yet
 constexpr std::size_t kFirstBand = 4096;  // of a thread of this process
+constexpr std::size_t kProof = 256;       // pixels of a worker's first band: all of it is made again
 constexpr int kMostFailures = 3;          // a band that so many members cannot trace nobody can
 constexpr milliseconds kTick{100};
 constexpr milliseconds kSlice{10};
@@ -199,10 +200,23 @@ void ProcessorPool::run_green(Clock::time_point until) {
 
 bool ProcessorPool::to_check(const State& member) {
     if (member.is.trusted || m_settings.check_every <= 0) return false;
-    if (member.answers == 1) return true;
-    // Ref: Marsaglia, "Xorshift RNGs", 2003.
+    if (member.answers == 0) return true;
+    return next_random() % static_cast<std::uint64_t>(m_settings.check_every) == 0;
+}
+
+// The rows of a band that are made again: all of a member's first, which is small; of others as few as keep blocks of pixels whole, anywhere.
+RenderTile ProcessorPool::rows_to_check(const State& member, RenderTile band) {
+    if (member.answers == 0) return band;
+    const int grain = LeaseBook::kLeastRows * band.step, begin = band.y0 / grain, parts = (band.y1 + grain - 1) / grain - begin;
+    const int chosen = begin + static_cast<int>(next_random() % static_cast<std::uint64_t>(std::max(parts, 1)));
+    band.y0 = std::max(band.y0, chosen * grain), band.y1 = std::min(band.y1, (chosen + 1) * grain);
+    return band;
+}
+
+// Ref: Marsaglia, "Xorshift RNGs", 2003.
+std::uint64_t ProcessorPool::next_random() noexcept {
     m_random ^= m_random << 13, m_random ^= m_random >> 7, m_random ^= m_random << 17;
-    return m_random % static_cast<std::uint64_t>(m_settings.check_every) == 0;
+    return m_random;
 }
 
 bool ProcessorPool::accept(MemberId id, TileResult&& result) {
@@ -216,8 +230,10 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         if (found == m_members.end()) return false;
         State& member = *found->second;
         const RenderTile band = result.tile;
-        const std::uint64_t hash = hash_of_pixels(result);
-        const bool holes = !result.holes.empty();  // others may have the boxes: that is no lie
+        // Of holes others may have the boxes: that is no lie.
+        const bool checks = result.holes.empty() && to_check(member);
+        const RenderTile checked = checks ? rows_to_check(member, band) : band;
+        const std::uint64_t hash = checks ? hash_of_pixels(result, checked) : 0;
         const auto now = Clock::now();
         count_time(member, now);
         LeaseBook::Taken taken = m_book.take(id, std::move(result));
@@ -234,7 +250,7 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         switch (taken.answer) {
             case Answer::kFirst:
                 ++member.bands, ++member.answers, member.pixels += taken.pixels;
-                if (!holes && to_check(member)) m_book.check(id, band, hash);
+                if (checks) m_book.check(id, checked, hash);
                 for (const MemberId other : taken.withdraw)
                     if (const auto at = m_members.find(other); at != m_members.end()) withdrawals.push_back({at->second->is.processor, band});
                 if (taken.whole) {
@@ -398,7 +414,8 @@ void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point no
         // One more than it has threads hides the way, however small they are.
         if (load.leases >= most_leases || (load.pixels >= wanted && load.leases > threads) || (member.doubtful && load.leases > 0)) return;
         // Several for each thread, so that none waits for the others at the end.
-        const std::size_t size = std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
+        const bool proves = !member.is.trusted && !member.started && load.leases == 0;
+        const std::size_t size = proves ? kProof : std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
         if (auto band = m_book.lease(id, size, now)) lease_to(id, member, *band, now, out);
         else if (load.leases >= threads || !give_again(id, member, now, out)) return;
     }

@@ -342,11 +342,16 @@ private:
 
 }  // namespace
 
-std::uint64_t hash_of_pixels(const TileResult& result) noexcept {
-    PixelHash hash(result.samples.size());
+std::uint64_t hash_of_pixels(const TileResult& result) noexcept { return hash_of_pixels(result, result.tile); }
+
+std::uint64_t hash_of_pixels(const TileResult& result, const RenderTile& rows) noexcept {
+    std::size_t begin = 0, end = 0;  // of the samples, which stand row by row
+    result.tile.each_pixel([&](int, int y) { begin += y < rows.y0 ? 1 : 0, end += y < rows.y1 ? 1 : 0; });
+    begin = std::min(begin, result.samples.size()), end = std::min(end, result.samples.size());
+    PixelHash hash(end - begin);
     const auto add = [&](const auto& field) { hash.add(field); };
-    for (const PixelSample& s : result.samples) visit_sample(s, add);
-    for (const LayerSample& l : result.layers) visit_layers(l, add);
+    for (std::size_t i = begin; i < end; ++i) visit_sample(result.samples[i], add);
+    for (std::size_t i = begin; i < end && !result.layers.empty(); ++i) visit_layers(result.layers[i], add);
     return hash.finish();
 }
 

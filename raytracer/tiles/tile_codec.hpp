@@ -36,5 +36,7 @@ struct TileHead {
 
 /// A number for what a tile shows: samples and layers, not how they came about. Equal for equal pixels: those of the same bits.
 [[nodiscard]] std::uint64_t hash_of_pixels(const TileResult& result) noexcept;
+/// The same of some rows of it, as of a tile of those alone. @param rows of which only y0 and y1 count
+[[nodiscard]] std::uint64_t hash_of_pixels(const TileResult& result, const RenderTile& rows) noexcept;
 
 }  // namespace terravox

@@ -11,7 +11,7 @@ Entry scale() {
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {
-            const auto figures = run_script(c, "farm/scale", {});
+            const auto figures = run_script(c, "farm/scale", {"--runs", "10"});
             const auto add = [&](const char* metric, const char* unit, const char* name, Target target = {}) { readings.add(metric, unit, figures.at(name).get<double>(), target); };
             add("green", "s", "green_s");
             add("1 thread", "s", "threads_1_s");

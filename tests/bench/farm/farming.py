@@ -70,7 +70,7 @@ class Share:
         self._sweep(root)
         Share._next += 1
         self.folder = root / f"terravox-bench-{os.getpid()}-{Share._next}"
-        period_us = 20_000  # short, so that a share is one within a tile, too
+        period_us = 100_000  # as is usual: of a shorter one much is lost to going from program to program
         if not is_v1:
             (v2 / "cgroup.subtree_control").write_text("+cpu")
         self.folder.mkdir()

@@ -256,3 +256,25 @@ TEST_CASE("pixels alike compress", "[raytracer][tiles][codec]") {
         }
     CHECK(encode_tile(sky).size() < 64 * 64 * sizeof(PixelSample) / 4);
 }
+
+TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles][codec]") {
+    const bool with_layers = GENERATE(false, true);
+    const int step = GENERATE(1, 2), y0 = GENERATE(64, 72, 90), y1 = GENERATE(72, 91, 96);
+    if (y0 >= y1) return;
+    const TileResult whole = tile_of_chance(rectangle(32, 64, 61, 96, step, step == 1), with_layers, 5);
+    TileResult rows;
+    rows.tile = whole.tile, rows.tile.y0 = y0, rows.tile.y1 = y1;
+    std::size_t at = 0;
+    whole.tile.each_pixel([&](int, int y) {
+        if (y >= y0 && y < y1) {
+            rows.samples.push_back(whole.samples[at]);
+            if (with_layers) rows.layers.push_back(whole.layers[at]);
+        }
+        ++at;
+    });
+    CHECK(hash_of_pixels(whole, rows.tile) == hash_of_pixels(rows));
+    CHECK(hash_of_pixels(whole, whole.tile) == hash_of_pixels(whole));
+    if (rows.samples.empty()) return;
+    rows.samples.back().colour.b += 1;
+    CHECK(hash_of_pixels(whole, rows.tile) != hash_of_pixels(rows));
+}
