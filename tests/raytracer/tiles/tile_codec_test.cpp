@@ -275,6 +275,6 @@ TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles
     CHECK(hash_of_pixels(whole, rows.tile) == hash_of_pixels(rows));
     CHECK(hash_of_pixels(whole, whole.tile) == hash_of_pixels(whole));
     if (rows.samples.empty()) return;
-    rows.samples.back().colour.b += 1;
+    ++rows.samples.back().samples;
     CHECK(hash_of_pixels(whole, rows.tile) != hash_of_pixels(rows));
 }
