@@ -20,7 +20,6 @@ constexpr std::size_t kLeastBand = 1024;  // pixels: below, a band costs more on
 constexpr std::size_t kMostBand = 65'536;     // with layers some 13 MB, which a frame holds
 constexpr std::size_t kMostReady = 1024;  // tiles that nobody has taken yet
 constexpr std::size_t kFirstBand = 4096;  // of a thread of this process
-constexpr std::size_t kProof = 256;       // pixels of a worker's first band: all of it is made again
 constexpr int kMostFailures = 3;          // a band that so many members cannot trace nobody can
 constexpr milliseconds kTick{100};
 constexpr milliseconds kSlice{10};
@@ -204,9 +203,8 @@ bool ProcessorPool::to_check(const State& member) {
     return next_random() % static_cast<std::uint64_t>(m_settings.check_every) == 0;
 }
 
-// The rows of a band that are made again: all of a member's first, which is small; of others as few as keep blocks of pixels whole, anywhere.
-RenderTile ProcessorPool::rows_to_check(const State& member, RenderTile band) {
-    if (member.answers == 0) return band;
+// The rows of a band that are made again: as few as keep blocks of pixels whole, anywhere.
+RenderTile ProcessorPool::rows_to_check(RenderTile band) {
     const int grain = LeaseBook::kLeastRows * band.step, begin = band.y0 / grain, parts = (band.y1 + grain - 1) / grain - begin;
     const int chosen = begin + static_cast<int>(next_random() % static_cast<std::uint64_t>(std::max(parts, 1)));
     band.y0 = std::max(band.y0, chosen * grain), band.y1 = std::min(band.y1, (chosen + 1) * grain);
@@ -232,7 +230,7 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         const RenderTile band = result.tile;
         // Of holes others may have the boxes: that is no lie.
         const bool checks = result.holes.empty() && to_check(member);
-        const RenderTile checked = checks ? rows_to_check(member, band) : band;
+        const RenderTile checked = checks ? rows_to_check(band) : band;
         const std::uint64_t hash = checks ? hash_of_pixels(result, checked) : 0;
         const auto now = Clock::now();
         count_time(member, now);
@@ -414,8 +412,7 @@ void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point no
         // One more than it has threads hides the way, however small they are.
         if (load.leases >= most_leases || (load.pixels >= wanted && load.leases > threads) || (member.doubtful && load.leases > 0)) return;
         // Several for each thread, so that none waits for the others at the end.
-        const bool proves = !member.is.trusted && !member.started && load.leases == 0;
-        const std::size_t size = proves ? kProof : std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
+        const std::size_t size = std::clamp(wanted / (threads * 2), kLeastBand, kMostBand);
         if (auto band = m_book.lease(id, size, now)) lease_to(id, member, *band, now, out);
         else if (load.leases >= threads || !give_again(id, member, now, out)) return;
     }

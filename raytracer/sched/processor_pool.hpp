@@ -50,7 +50,7 @@ public:
 struct PoolSettings {
     std::chrono::milliseconds least_deadline{10'000};  ///< of a lease; else three times what the member should take
     std::optional<std::chrono::milliseconds> give_up;  ///< how long to wait without any member; none: for ever
-    int check_every = 100;                             ///< of that many bands of a member that is not to be trusted some rows of one are made again; its first is, too
+    int check_every = 100;                             ///< of that many bands of a member that is not to be trusted some rows of one are made again, and some of its first
     std::uint64_t seed = 1;                            ///< of the choice of those; not to be foreseen by a member
     /// A processor to be trusted, for checks where no member is; made once, when it is first needed.
     std::function<std::shared_ptr<TileProcessor>()> make_checker;
@@ -157,7 +157,7 @@ private:
     [[nodiscard]] bool has_answer() const noexcept;
     [[nodiscard]] double all_speeds() const noexcept;
     [[nodiscard]] bool to_check(const State& member);
-    [[nodiscard]] RenderTile rows_to_check(const State& member, RenderTile band);
+    [[nodiscard]] RenderTile rows_to_check(RenderTile band);
     [[nodiscard]] std::uint64_t next_random() noexcept;
 
     const PoolSettings m_settings;

@@ -14,7 +14,11 @@ def main():
     parser.add_argument("--share", type=float, default=0.14)
     parser.add_argument("--counts", default="1,2,4,6,12")
     args = parser.parse_args()
-    scene = [invented_survey(), "--size", "640x360", "--tile", "32", "--integrator", "path", "--samples", "64", "--bounces", "4", "--processing-memory-mib", "512"]
+
+    def of_samples(samples):
+        return [invented_survey(), "--size", "640x360", "--tile", "32", "--integrator", "path", "--samples", samples, "--bounces", "4", "--processing-memory-mib", "512"]
+
+    scene, small = of_samples(64), of_samples(8)
     figures, pictures = {}, set()
 
     def times(name, *arguments):
@@ -42,7 +46,6 @@ def main():
         w.kill()
 
     # The machine is not equally fast all the time: before each picture a small one on one thread says how fast it is now.
-    small = [a if a != "64" else "8" for a in scene]
     base = None
     for count in (int(c) for c in args.counts.split(",")):
         workers = [Worker(args.share) for _ in range(count)]

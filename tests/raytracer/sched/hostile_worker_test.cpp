@@ -105,7 +105,9 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
              w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) { r.layers.resize(r.samples.size()); }));
          }, "with layers"},
         {"wrong pixels, well packed", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
-             w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) { r.samples.front().colour.g += 0.001f; }));
+             w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) {
+                             for (PixelSample& sample : r.samples) sample.colour.g += 0.001f;
+                         }));
          }, "wrong"},
         {"a frame of the coordinator's", [](FakeWorker& w, auto, auto, const RenderTile&) {
              farm::Frame frame;
