@@ -38,9 +38,13 @@ std::vector<RenderTile> GreenProcessor::take_back() {
 }
 
 void GreenProcessor::withdraw(const RenderTile& tile) noexcept {
-    const std::lock_guard lock(m_mutex);
-    m_jobs.drop(tile);
-    m_change.notify_all();
+    std::optional<std::uint64_t> ended;
+    {
+        const std::lock_guard lock(m_mutex);
+        ended = m_jobs.drop(tile);
+        m_change.notify_all();
+    }
+    if (ended) m_blocks.forget(*this, *ended);
 }
 
 void GreenProcessor::close() noexcept {
@@ -57,9 +61,11 @@ void GreenProcessor::cancel() noexcept {
     m_change.notify_all();
 }
 
-void GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
+bool GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
     const std::lock_guard lock(m_mutex);
-    if (m_jobs.box_came(key, ticket)) m_change.notify_all();
+    const auto goes_on = m_jobs.box_came(key, ticket);
+    if (goes_on.value_or(false)) m_change.notify_all();
+    return goes_on.has_value();
 }
 
 bool GreenProcessor::work_until(Halt::Clock::time_point end) {
@@ -103,9 +109,13 @@ void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::T
         m_jobs.finish(turn, std::move(*result));
         return;
     }
-    m_jobs.rest(turn, turn.job.job.waits());
+    const bool stays = m_jobs.rest(turn, turn.job.job.waits());
     lock.unlock();
-    for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, turn.ticket);
+    if (stays) {
+        for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, turn.ticket);
+    } else {
+        m_blocks.forget(*this, turn.ticket);
+    }
     lock.lock();
 }
 

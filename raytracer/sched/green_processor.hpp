@@ -43,7 +43,7 @@ private:
     [[nodiscard]] bool work_until(Halt::Clock::time_point end);
     void trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time_point end);
     void go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn, Halt::Clock::time_point end);
-    void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
+    bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
     BlockManager& m_blocks;
     TracerTools m_tools;

@@ -53,10 +53,14 @@ std::vector<RenderTile> ThreadProcessor::take_back() {
 }
 
 void ThreadProcessor::withdraw(const RenderTile& tile) noexcept {
-    const std::lock_guard lock(m_mutex);
-    m_jobs.drop(tile);
-    m_work.notify_all();  // room for another job; or none is left
-    m_room.notify_all();
+    std::optional<std::uint64_t> ended;
+    {
+        const std::lock_guard lock(m_mutex);
+        ended = m_jobs.drop(tile);
+        m_work.notify_all();  // room for another job; or none is left
+        m_room.notify_all();
+    }
+    if (ended) m_blocks.forget(*this, *ended);
 }
 
 void ThreadProcessor::close() noexcept {
@@ -75,9 +79,11 @@ void ThreadProcessor::cancel() noexcept {
     m_room.notify_all();
 }
 
-void ThreadProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
+bool ThreadProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
     const std::lock_guard lock(m_mutex);
-    if (m_jobs.box_came(key, ticket)) m_work.notify_one();
+    const auto goes_on = m_jobs.box_came(key, ticket);
+    if (goes_on.value_or(false)) m_work.notify_one();
+    return goes_on.has_value();
 }
 
 void ThreadProcessor::run() {
@@ -122,12 +128,14 @@ void ThreadProcessor::go_on(TracerTools& tools, const TileJobs::Turn& turn) {
         return;
     }
     const std::vector<voxel::BoxKey> missing = turn.job.job.take_missing();
+    bool stays = false;
     {
         const std::lock_guard lock(m_mutex);
-        m_jobs.rest(turn, turn.job.job.waits());
+        stays = m_jobs.rest(turn, turn.job.job.waits());
         m_work.notify_all();
     }
     // From here on another thread may have the job.
+    if (!stays) return m_blocks.forget(*this, turn.ticket);
     for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, turn.ticket);
 }
 

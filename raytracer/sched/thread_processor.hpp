@@ -42,7 +42,7 @@ private:
     void run();
     void trace_tiles(TracerTools& tools);
     void go_on(TracerTools& tools, const TileJobs::Turn& turn);
-    void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
+    bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override;
 
     const View& m_view;
     BlockManager& m_blocks;

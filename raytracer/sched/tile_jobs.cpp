@@ -28,13 +28,17 @@ TileJobs::Turn TileJobs::next(std::size_t wave_rays) {
     return {ticket, *job};
 }
 
-void TileJobs::rest(const Turn& turn, bool waits) {
-    if (turn.job.dropped) return end(turn.ticket);
+bool TileJobs::rest(const Turn& turn, bool waits) {
+    if (turn.job.dropped) {
+        end(turn.ticket);
+        return false;
+    }
     turn.job.running = false;
-    if (waits && turn.job.came.empty()) return;
+    if (waits && turn.job.came.empty()) return true;
     turn.job.queued = true;
     if (waits) m_ready.push_back(turn.ticket);
     else m_ready.push_front(turn.ticket);
+    return true;
 }
 
 void TileJobs::finish(const Turn& turn, TileResult&& result) {
@@ -49,9 +53,9 @@ void TileJobs::end(std::uint64_t ticket) {
     m_jobs.erase(done);
 }
 
-bool TileJobs::box_came(const voxel::BoxKey& key, std::uint64_t ticket) {
+std::optional<bool> TileJobs::box_came(const voxel::BoxKey& key, std::uint64_t ticket) {
     const auto found = m_jobs.find(ticket);
-    if (found == m_jobs.end()) return false;
+    if (found == m_jobs.end()) return std::nullopt;
     Job& job = *found->second;
     job.came.push_back(key);
     if (job.running || job.queued) return false;
@@ -60,19 +64,21 @@ bool TileJobs::box_came(const voxel::BoxKey& key, std::uint64_t ticket) {
     return true;
 }
 
-void TileJobs::drop(const RenderTile& tile) {
+std::optional<std::uint64_t> TileJobs::drop(const RenderTile& tile) {
     if (const auto waiting = std::find(m_waiting.begin(), m_waiting.end(), tile); waiting != m_waiting.end()) {
         m_waiting.erase(waiting);
-        return;
+        return std::nullopt;
     }
-    for (const auto& [ticket, job] : m_jobs) {
+    for (const auto& [known, job] : m_jobs) {
         if (job->tile != tile || job->dropped) continue;
         job->dropped = true;
-        if (job->running) return;  // it hears of it within a wave
+        if (job->running) return std::nullopt;  // it hears of it within a wave
+        const std::uint64_t ticket = known;
         std::erase(m_ready, ticket);
         end(ticket);
-        return;
+        return ticket;
     }
+    return std::nullopt;
 }
 
 std::optional<TileResult> TileJobs::take() {

@@ -44,13 +44,15 @@ public:
     /// What to trace now: a job that is ready, else one that begins. @param wave_rays of one that begins
     [[nodiscard]] Turn next(std::size_t wave_rays);
     /// The job has run, and is not finished. @param waits for boxes; else it was interrupted, and is the next to go on
-    void rest(const Turn& turn, bool waits);
+    /// @return false: it was dropped meanwhile, and has ended
+    [[nodiscard]] bool rest(const Turn& turn, bool waits);
     /// The job is finished: @param result becomes the next of the results
     void finish(const Turn& turn, TileResult&& result);
-    /// @return whether a job can go on by this
-    bool box_came(const voxel::BoxKey& key, std::uint64_t ticket);
+    /// @return whether a job can go on by this; nullopt: none has that ticket any more
+    std::optional<bool> box_came(const voxel::BoxKey& key, std::uint64_t ticket);
     /// As TileProcessor::withdraw: waiting, it never begins; begun, it ends without a result as soon as it can.
-    void drop(const RenderTile& tile);
+    /// @return the ticket of a job that has ended by this: nothing must come for it any more
+    std::optional<std::uint64_t> drop(const RenderTile& tile);
     void drop_waiting() noexcept { m_waiting.clear(); }
     [[nodiscard]] std::vector<RenderTile> take_back() {
         const auto waiting = std::exchange(m_waiting, {});

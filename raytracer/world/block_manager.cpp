@@ -21,13 +21,17 @@ BlockManager::BlockManager(voxel::World& world, std::size_t memory_bytes, int lo
 }
 
 BlockManager::~BlockManager() {
+    stop();
+    for (std::thread& t : m_loaders) t.join();
+}
+
+void BlockManager::stop() {
     {
         const std::lock_guard lock(m_mutex);
         m_stop = true;
-        m_work.notify_all();
+        m_work.notify_all(), m_came.notify_all();
     }
     m_world.stop();
-    for (std::thread& t : m_loaders) t.join();
 }
 
 void BlockManager::touch(Entry& entry) {
@@ -67,11 +71,11 @@ void BlockManager::wait_for(const voxel::BoxKey& key, BlockListener& listener, s
     m_work.notify_one();
 }
 
-void BlockManager::forget(const BlockListener& listener) {
+void BlockManager::forget(const BlockListener& listener, std::optional<std::uint64_t> ticket) {
     const std::lock_guard lock(m_mutex);
     for (auto it = m_entries.begin(); it != m_entries.end();) {
         Entry& entry = it->second;
-        std::erase_if(entry.waits, [&](const Wait& w) { return w.listener == &listener; });
+        std::erase_if(entry.waits, [&](const Wait& w) { return w.listener == &listener && (!ticket || w.ticket == *ticket); });
         if (entry.unseen && entry.block && entry.getters == 0) touch(entry);  // its looker may have been this one
         const bool idle = !entry.block && entry.waits.empty() && !entry.loading && entry.getters == 0;
         it = idle ? m_entries.erase(it) : std::next(it);
@@ -88,6 +92,7 @@ BlockPin BlockManager::get(const voxel::BoxKey& key) {
             touch(entry);
             return entry.block;
         }
+        if (m_stop) return std::make_shared<const Block>(Block{nullptr, true});
         if (!entry.wanted && !entry.loading) {
             entry.wanted = true;
             m_wanted.push_back(key);
@@ -118,13 +123,10 @@ void BlockManager::keep(const voxel::BoxKey& key, BlockPin block, std::vector<Bl
     m_order.push_front(key);
     entry.place = m_order.begin();
     m_stats.bytes += bytes;
-    if (!entry.waits.empty()) {
-        entry.unseen = true;
-        m_unseen_bytes += bytes;
-        for (const Wait& wait : entry.waits) wait.listener->block_came(key, wait.ticket);
-        entry.waits.clear();
-        entry.waits.shrink_to_fit();
-    }
+    for (const Wait& wait : entry.waits) entry.unseen |= wait.listener->block_came(key, wait.ticket);
+    if (entry.unseen) m_unseen_bytes += bytes;
+    entry.waits.clear();
+    entry.waits.shrink_to_fit();
     evict(evicted);
     m_stats.peak_bytes = std::max(m_stats.peak_bytes, m_stats.bytes);
 }
@@ -143,6 +145,20 @@ void BlockManager::evict(std::vector<BlockPin>& evicted) {
         m_entries.erase(found);
         it = m_order.erase(it);
     }
+}
+
+void BlockManager::forget_holes() {
+    const std::lock_guard lock(m_mutex);
+    std::erase_if(m_holes, [this](const voxel::BoxKey& key) {
+        const auto found = m_entries.find(key);
+        if (found == m_entries.end() || !found->second.block) return true;
+        if (found->second.getters > 0) return false;
+        if (found->second.unseen) touch(found->second);
+        m_stats.bytes -= found->second.block->memory_bytes();
+        m_order.erase(found->second.place);
+        m_entries.erase(found);
+        return true;
+    });
 }
 
 BlockStats BlockManager::stats() const {

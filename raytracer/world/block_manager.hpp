@@ -8,6 +8,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -34,7 +35,8 @@ class BlockListener {
 public:
     virtual ~BlockListener() = default;
     /// Called once for each wait, from any thread, the manager's lock held: must be short and must not call the manager.
-    virtual void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept = 0;
+    /// @return somebody will look at the box: it stays in memory until then
+    virtual bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept = 0;
 };
 
 struct BlockStats {
@@ -69,12 +71,19 @@ public:
     [[nodiscard]] BlockPin find(const voxel::BoxKey& key);
     /// Calls listener.block_came(key, ticket) once the box is in memory; at once when it is.
     void wait_for(const voxel::BoxKey& key, BlockListener& listener, std::uint64_t ticket);
-    /// No call reaches the listener after this.
-    void forget(const BlockListener& listener);
-    /// Waits for the box. Not for threads that trace.
+    /// No call reaches the listener after this, and nobody will look at what has come for it.
+    /// @param ticket nullopt: of any
+    void forget(const BlockListener& listener, std::optional<std::uint64_t> ticket = std::nullopt);
+    /// Waits for the box; a hole once stop() was called. Not for threads that trace.
     [[nodiscard]] BlockPin get(const voxel::BoxKey& key);
     /// Boxes to load, the first first, while nobody waits for others, until three quarters of the memory are full. Replaces earlier ones.
     void prefetch(std::vector<voxel::BoxKey> keys);
+
+    /// Boxes that could not be had are asked for again from now on: between pictures, each of which has one answer.
+    void forget_holes();
+
+    /// Nobody needs boxes any more: none is asked for, and requests under way end.
+    void stop();
 
     [[nodiscard]] const voxel::WorldInfo& world_info() const noexcept { return m_world.info(); }
     [[nodiscard]] std::size_t limit_bytes() const noexcept { return m_limit_bytes; }

@@ -46,6 +46,9 @@ public:
     /// Asking for this box throws from now on. @param thrower what it throws; default: a runtime_error
     void make_hole(const voxel::BoxKey& key, std::function<void()> thrower = [] { throw std::runtime_error("the disk is gone"); }) { m_holes[key] = std::move(thrower); }
 
+    /// It can be had again.
+    void mend_hole(const voxel::BoxKey& key) { m_holes.erase(key); }
+
     /// Asking for this box does that first.
     void delay(const voxel::BoxKey& key, std::function<void()> before) { m_delays[key] = std::move(before); }
 

@@ -77,7 +77,7 @@ private:
 };
 
 struct Ear final : BlockListener {
-    void block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { ++count; }
+    bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return ++count > 0; }
     std::atomic<int> count{0};
 };
 

@@ -49,6 +49,29 @@ TEST_CASE("a box that cannot be had is a hole, counted once; the others are ther
     CHECK(boxes > 30);
 }
 
+TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytracer][world]") {
+    const std::size_t memory_bytes = GENERATE(kPlenty, std::size_t{1});
+    const voxel::BoxKey broken{0, 0, 0, -1}, other{0, 0, 0, 0};
+    const auto world = landscape();
+    world->make_hole(broken);
+    BlockManager blocks(*world, memory_bytes);
+    CHECK(blocks.get(broken)->hole);
+    CHECK_FALSE(blocks.get(other)->hole);
+    world->mend_hole(broken);
+    CHECK(blocks.get(broken)->hole);
+    const BlockPin pinned = blocks.find(broken);
+    blocks.forget_holes();
+    CHECK(blocks.hole_count() == 0);
+    const BlockPin block = blocks.get(broken);
+    CHECK_FALSE(block->hole);
+    CHECK(block->box);
+    if (pinned) CHECK(pinned->hole);  // who held it keeps what it had
+    CHECK(blocks.get(other)->box);
+    CHECK(blocks.stats().bytes <= std::max<std::size_t>(memory_bytes, 64 << 20));
+    blocks.forget_holes();
+    CHECK(blocks.get(broken)->box);
+}
+
 TEST_CASE("holes are counted once, however often and by however many threads they are met", "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, 0});
@@ -89,7 +112,10 @@ TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][worl
 
 TEST_CASE("who waits for a box is told once, also when it is there already", "[raytracer][world]") {
     struct Ear final : BlockListener {
-        void block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override { heard[key].push_back(ticket), ++count; }
+        bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override {
+            heard[key].push_back(ticket), ++count;
+            return true;
+        }
         std::map<voxel::BoxKey, std::vector<std::uint64_t>> heard;  // the manager's lock guards it
         std::atomic<int> count{0};
     };
@@ -107,6 +133,36 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
     CHECK(ear.heard[{0, 0, 0, 0}] == std::vector<std::uint64_t>{0, 1, 2, 9});
     CHECK(ear.heard[{0, -1, 0, 0}] == std::vector<std::uint64_t>{7});
     CHECK(world->asked() == 2);
+    blocks.forget(ear);
+}
+
+TEST_CASE("boxes that came for somebody who will not look hold up nobody else", "[raytracer][world]") {
+    struct Ear final : BlockListener {
+        explicit Ear(bool looks) : will_look(looks) {}
+        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
+            ++count;
+            return will_look;
+        }
+        const bool will_look;
+        std::atomic<int> count{0};
+    };
+    const auto world = landscape();
+    const bool will_look = GENERATE(true, false);
+    Ear ear(will_look);
+    BlockManager blocks(*world, 1);  // a single box that nobody has looked at is too much
+    blocks.wait_for({0, 0, 0, 0}, ear, 3);
+    while (ear.count < 1) std::this_thread::yield();
+    blocks.wait_for({0, -1, 0, 0}, ear, 4);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    CHECK(ear.count == (will_look ? 1 : 2));
+    blocks.forget(ear, 5);  // of nothing; but it may have been its box
+    for (int i = 0; i < 5000 && ear.count < 2; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    CHECK(ear.count == 2);
+    blocks.wait_for({0, -1, 0, -1}, ear, 6);
+    blocks.wait_for({0, 0, 0, -1}, ear, 7);
+    blocks.forget(ear, 6);
+    for (int i = 0; i < 5000 && ear.count < 3; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    CHECK(ear.count >= 3);
     blocks.forget(ear);
 }
 
