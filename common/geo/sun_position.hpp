@@ -14,6 +14,7 @@ struct DateTime {
 struct SunPosition {
     double altitude_deg = 0;  ///< of the sun's centre above the horizon, with refraction at sea level
     double azimuth_deg = 0;   ///< clockwise from north, [0, 360)
+    friend bool operator==(const SunPosition&, const SunPosition&) = default;
 };
 
 /// Where the sun stands. Error below 0.05 degree for the years 1900 to 2100.

@@ -26,6 +26,8 @@ class Animation {
 public:
     /// @param views folder of named views; empty: config/views @throws UsageError naming file, key and field
     [[nodiscard]] static Animation read(const std::filesystem::path& file, const std::filesystem::path& views = {});
+    /// The same of a text that came another way. @param name for messages
+    [[nodiscard]] static Animation parse(const std::string& text, const std::string& name, const std::filesystem::path& views = {});
 
     /// What the file says of all frames, over `scene`.
     void apply_base(Scene& scene) const;

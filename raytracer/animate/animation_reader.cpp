@@ -17,9 +17,11 @@ namespace terravox {
 /// Reads the file of an animation, part by part.
 class AnimationReader {
 public:
-    AnimationReader(const std::filesystem::path& file, const std::filesystem::path& views) : m_views(views) {
-        m_out.m_attempt = "read the animation " + file.string();
-        m_root = util::read_toml(file, [&](const std::string& what) { refuse(what); });
+    /// @param read_root gives the file's table; told what is wrong, its argument throws
+    template <class ReadRoot>
+    AnimationReader(const std::string& name, const std::filesystem::path& views, const ReadRoot& read_root) : m_views(views) {
+        m_out.m_attempt = "read the animation " + name;
+        m_root = read_root([this](const std::string& what) { refuse(what); });
     }
 
     [[nodiscard]] Animation read() {
@@ -219,6 +221,12 @@ private:
     std::vector<Key> m_keys;
 };
 
-Animation Animation::read(const std::filesystem::path& file, const std::filesystem::path& views) { return AnimationReader(file, views).read(); }
+Animation Animation::read(const std::filesystem::path& file, const std::filesystem::path& views) {
+    return AnimationReader(file.string(), views, [&](const auto& fail) { return util::read_toml(file, fail); }).read();
+}
+
+Animation Animation::parse(const std::string& text, const std::string& name, const std::filesystem::path& views) {
+    return AnimationReader(name, views, [&](const auto& fail) { return util::parse_toml(text, name, fail); }).read();
+}
 
 }  // namespace terravox

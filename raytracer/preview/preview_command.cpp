@@ -4,128 +4,132 @@
 #include <imgui.h>
 #include <spdlog/spdlog.h>
 
-#include <cmath>
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/util/cache_dir.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/log.hpp"
-#include "common/util/stage_times.hpp"
-#include "raytracer/preview/orbit.hpp"
-#include "raytracer/preview/progressive.hpp"
-#include "raytracer/preview/window.hpp"
-#include "raytracer/render/world_arguments.hpp"
+#include "common/util/resident_memory.hpp"
+#include "raytracer/preview/app.hpp"
+#include "raytracer/preview/opening.hpp"
+#include "raytracer/preview/panels/widgets.hpp"
+#include "raytracer/render/crew_arguments.hpp"
 #include "raytracer/scene/scene_io.hpp"
-#include "raytracer/world/open_world.hpp"
+#include "raytracer/world/recognise.hpp"
 
 namespace terravox {
 namespace {
 
 struct Arguments {
     WorldArguments world;
-    std::string save_scene = "preview-scene.toml";
+    CrewArguments crew;
+    std::string save_scene = "preview-scene.toml", report;
+    std::string size = "1280x720";
+    bool light = false;
+    double ui_scale = 0;
 };
 
-/// What dragging and keys do to the orbit. @return something moved
-bool move_camera(Orbit& orbit) {
-    const ImGuiIO& io = ImGui::GetIO();
-    const Orbit before = orbit;
-    if (!io.WantCaptureMouse) {
-        constexpr double kDegreesPerPixel = 0.25;
-        if (ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0)) orbit.turn(io.MouseDelta.x * kDegreesPerPixel, io.MouseDelta.y * kDegreesPerPixel);
-        if (ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0)) orbit.pan(-io.MouseDelta.x / io.DisplaySize.y, io.MouseDelta.y / io.DisplaySize.y);
-        if (io.MouseWheel != 0) orbit.zoom(std::pow(0.9, io.MouseWheel));
+std::atomic<bool> g_quit{false};
+
+/// Who renders the preview: the window's thread, and those that are named; else as many as there are cores beside it.
+CrewOptions preview_crew(const Arguments& args, const Scene& scene) {
+    CrewArguments asked = args.crew;
+    asked.green = true;
+    CrewOptions out = asked.options(scene);
+    out.green = out.changes = true;
+    if (!scene.processing.threads) out.threads = std::max(thread::thread_count(0) - 1, 0);
+    if (!out.farm.any()) {
+        try {
+            out.farm.credentials = args.crew.credentials.credentials(false, "");
+        } catch (const UsageError&) {
+            if (!args.crew.credentials.token_file.empty() || !args.crew.credentials.ca.empty()) throw;
+            // None are needed before a worker is added; then it is told.
+        }
     }
-    if (!io.WantCaptureKeyboard) {
-        const double step = 0.9 * io.DeltaTime;
-        const auto held = [&](char key) { return io.KeysDown[static_cast<int>(key)] ? 1.0 : 0.0; };
-        orbit.pan((held('D') - held('A')) * step, (held('W') - held('S')) * step);
-        if (held('Q') != held('E')) orbit.zoom(1 + (held('Q') - held('E')) * step);
-    }
-    return before.azimuth_deg != orbit.azimuth_deg || before.down_deg != orbit.down_deg || before.distance != orbit.distance ||
-           length(before.target - orbit.target) > 0;
+    return out;
 }
 
-bool slider(const char* label, double& value, double low, double high, const char* format) {
-    auto v = static_cast<float>(value);
-    if (!ImGui::SliderFloat(label, &v, static_cast<float>(low), static_cast<float>(high), format)) return false;
-    value = v;
-    return true;
-}
-
-/// The panel. @return the scene changed
-bool panel(Scene& scene, const Progressive& picture, const std::string& problem, bool& save) {
-    bool changed = false;
-    ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-    ImGui::Begin("Terravox", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-    ImGui::PushItemWidth(180);
-    changed |= slider("time, h", scene.sun.time_h, 0, 24, "%.2f");
-    changed |= slider("exposure, stops", scene.output.exposure_ev, -4, 4, "%.2f");
-    changed |= slider("field of view, deg", scene.camera.fov_deg, 5, 120, "%.0f");
-    changed |= slider("turbidity of the air", scene.sky.turbidity, 1.5, 10, "%.1f");
-    changed |= ImGui::SliderInt("samples", &scene.quality.samples, 1, 16);
-    changed |= ImGui::Checkbox("shadows", &scene.quality.shadows);
-    ImGui::SameLine();
-    changed |= ImGui::Checkbox("corners", &scene.quality.ambient_occlusion);
-    ImGui::SameLine();
-    changed |= ImGui::Checkbox("mirrors", &scene.quality.reflections);
-    save = ImGui::Button("Save scene");
-    const auto status = picture.status();
-    const double share = status.tiles_total > 0 ? static_cast<double>(status.tiles_done) / static_cast<double>(status.tiles_total) : 0;
-    ImGui::ProgressBar(static_cast<float>(share), {180, 0});
-    ImGui::Text("%.1f Mray/s", status.seconds > 0 ? static_cast<double>(status.rays) / 1e6 / status.seconds : 0.0);
-    if (!problem.empty()) ImGui::TextWrapped("%s", problem.c_str());
-    ImGui::TextDisabled("left drag: turn   right drag, WASD: move\nwheel, Q E: nearer, farther   Esc: quit");
-    ImGui::PopItemWidth();
+/// What is seen until a world is open. @return false: the person has had enough
+bool draw_opening(const Window& window, const std::string& failure, bool& again) {
+    const auto [width, height] = window.size_px();
+    const float font = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({std::min(font * 40, static_cast<float>(std::max(width, 1))), 0});
+    ImGui::Begin("##opening", nullptr, ImGuiWindowFlags_NoDecoration);
+    bool stay = true;
+    if (failure.empty()) {
+        ImGui::Text("Opening the world %c", "|/-\\"[static_cast<int>(ImGui::GetTime() * 8) & 3]);
+    } else {
+        ImGui::TextWrapped("%s", failure.c_str());
+        again = widgets::button("Try again");
+        ImGui::SameLine();
+        stay = !widgets::button("Close");
+    }
     ImGui::End();
-    return changed;
+    return stay;
+}
+
+nlohmann::json report_of(const App& app) {
+    nlohmann::json out = app.times().report();
+    out["pictures"] = app.pictures(), out["holes"] = app.holes(), out["memory_bytes"] = util::resident_bytes();
+    return out;
 }
 
 ExitCode run(const Arguments& args) {
     util::set_up_log(args.world.log_level);
-    Scene scene = args.world.scene();
-    scene.camera.inside_rock = true;  // flying through a roof must not end the preview
-    Window window(scene.output.size_px[0], scene.output.size_px[1], "Terravox");
-    util::StageTimes times;
-    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
-    BlockManager blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20,
-                        world->worth_asking(thread::thread_count(scene.processing.threads.value_or(0))));
-    const auto& bounds = world->info().framed_bounds();
-    Orbit orbit = Orbit::from(make_camera(scene, world->info(), bounds), (bounds.min[1] + bounds.max[1]) / 2.0);
-    orbit.apply(scene);
-    Progressive picture(blocks, thread::thread_count(scene.processing.threads.value_or(0)));
-    std::vector<std::uint8_t> rgb;
-    std::uint64_t seen = 0;
-    std::string problem;
-    bool restart = true;
-    while (window.open()) {
-        window.begin_frame(picture.status().finished ? 0.1 : 0.016);
-        bool save = false;
-        restart |= panel(scene, picture, problem, save);
-        if (move_camera(orbit)) orbit.apply(scene), restart = true;
-        if (const auto [width, height] = window.size_px(); width > 0 && height > 0 && (width != scene.output.size_px[0] || height != scene.output.size_px[1]))
-            scene.output.size_px = {width, height}, restart = true;
-        constexpr int kEscape = 256;  // GLFW_KEY_ESCAPE
-        if (ImGui::GetIO().KeysDown[kEscape]) window.close();
-        try {
-            if (save) {
-                util::write_file_atomically(args.save_scene, to_toml(scene));
-                problem = "saved " + args.save_scene;
-            }
-            if (restart) picture.start(scene);
-            picture.check();
-        } catch (const Error& e) {
-            problem = e.what();
+    const Scene scene = args.world.scene();
+    const AppOptions options{preview_crew(args, scene), CrewOptions{thread::thread_count(scene.processing.threads.value_or(0)), false, {}, {}, false}, args.save_scene, args.light, std::make_shared<LogTail>()};
+    spdlog::default_logger()->sinks().push_back(options.log);
+    for (const std::string& input : args.world.inputs) (void)recognise(input);  // before a window opens for nothing
+    if (!args.report.empty()) util::check_writable(args.report);
+    Scene window_size;
+    set_field(window_size, "output.size", args.size);
+    Window window(window_size.output.size_px[0], window_size.output.size_px[1], "Terravox", args.ui_scale);
+    window.set_light(args.light);
+    std::signal(SIGINT, [](int) { g_quit = true; });
+    std::signal(SIGTERM, [](int) { g_quit = true; });
+    auto opening = std::make_unique<Opening>(args.world, scene);
+    std::unique_ptr<App> app;
+    std::string failure;
+    while (window.open() && !g_quit) {
+        if (app) {
+            app->frame();
+            continue;
         }
-        restart = false;
-        int width = 0, height = 0;
-        if (picture.copy_if_new(rgb, width, height, seen)) window.set_picture(rgb, width, height);
-        window.end_frame();
+        window.begin_frame(0.05);
+        bool again = false;
+        if (!draw_opening(window, failure, again)) window.close();
+        window.end_frame({});
+        if (again) failure.clear(), opening = std::make_unique<Opening>(args.world, scene);
+        if (auto world = opening->take()) {
+            try {
+                window.set_title("Terravox: " + world->world->info().title);
+                app = std::make_unique<App>(window, scene, std::move(world), options);
+            } catch (const Error& e) {
+                failure = e.what();
+            }
+        } else if (failure.empty() && !(failure = opening->failure()).empty()) {
+            spdlog::error("{}", failure);
+        }
     }
-    picture.stop();
-    return blocks.hole_count() > 0 ? ExitCode::kHoles : ExitCode::kDone;
+    if (!args.report.empty() && app) util::write_file_atomically(args.report, report_of(*app).dump(2) + "\n");
+    const std::size_t holes = app ? app->holes() : 0;
+    window.hide();  // what is under way may take a while to end
+    app.reset();
+    // A world of files cannot be told to stop opening; nothing of it is of use to anybody.
+    if (opening->runs()) {
+        spdlog::info("left before the world was open");
+        spdlog::shutdown();
+        std::_Exit(static_cast<int>(ExitCode::kDone));
+    }
+    if (!failure.empty()) return ExitCode::kFailed;
+    return holes > 0 ? ExitCode::kHoles : ExitCode::kDone;
 }
 
 }  // namespace
@@ -134,7 +138,12 @@ std::function<ExitCode()> add_preview_command(CLI::App& app) {
     auto args = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("preview", "Fly around a world in a window while it is rendered, coarse to fine");
     add_world_arguments(*command, args->world);
-    command->add_option("--save-scene", args->save_scene, "where the panel's button saves the scene")->capture_default_str();
+    add_crew_arguments(*command, args->crew);
+    command->add_option("--save-scene", args->save_scene, "where the scene is saved at first (Ctrl+S)")->capture_default_str();
+    command->add_option("--window", args->size, "size of the window, WIDTHxHEIGHT; output.size is that of the final picture")->capture_default_str();
+    command->add_option("--report", args->report, "write frame times and counts to this file at the end (JSON)");
+    command->add_flag("--light", args->light, "light panels instead of dark ones");
+    command->add_option("--ui-scale", args->ui_scale, "size of text and handles, 0.5 to 4; default: as the monitor says")->check(CLI::Range(0.5, 4.0));
     return [args] { return run(*args); };
 }
 

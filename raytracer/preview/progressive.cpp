@@ -1,122 +1,128 @@
 #include "raytracer/preview/progressive.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <utility>
 
-#include "raytracer/output/image_writer.hpp"
-#include "raytracer/render/render.hpp"
-#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/sched/processor_pool.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox {
 namespace {
 
-constexpr std::chrono::milliseconds kStopPeriod{10};
+constexpr std::chrono::milliseconds kLeast{1};  // of a call: a picture whose slices are all too short must come to its end, too
+constexpr int kTilePixels = 16;  // along an edge, of those that a pass traces: smaller tiles take more to hand out than to trace
 
 }  // namespace
 
-Progressive::~Progressive() { stop(); }
-
 void Progressive::stop() noexcept {
-    m_stop = true;
-    if (m_thread.joinable()) m_thread.join();
-    m_stop = false;
+    const auto begin = Clock::now();
+    m_processor.reset();
+    m_stop_s = std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-void Progressive::start(const Scene& scene) {
+void Progressive::start(const Scene& scene, int first_step) {
     stop();
-    View view = make_view(scene, m_blocks);
-    {
-        const std::lock_guard lock(m_mutex);
-        const auto [width, height] = scene.output.size_px;
-        // The last picture stays until tiles of the new one replace it: no flicker while the camera moves.
-        if (width != m_width || height != m_height) {
-            m_width = width, m_height = height;
-            m_rgb.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3, 40);
-        }
-        m_status = {};
-        m_failure = nullptr;
-    }
-    m_thread = std::thread([this, view = std::move(view)] {
-        try {
-            run(view);
-        } catch (...) {
-            const std::lock_guard lock(m_mutex);
-            m_failure = std::current_exception();
-        }
-    });
+    m_whole = false;
+    m_view = std::make_shared<const View>(m_views.make(scene, m_blocks));
+    const auto [width, height] = scene.output.size_px;
+    if (!m_film || m_film->width_px() != width || m_film->height_px() != height || m_film->has_layers() != m_view->wants_layers())
+        m_film = std::make_unique<Film>(width, height, m_view->wants_layers());
+    m_first_step = first_step;
+    m_samples = 0, m_rays = 0;
+    m_holes.clear(), m_changes.clear();
+    m_first_s = m_all_s = 0;
+    m_start = Clock::now();
+    plan();
+    foresee_boxes(*m_view, m_blocks);
+    m_processor = m_begin(*m_view);
+    m_pass = 0;
+    next_pass();
 }
 
-void Progressive::run(const View& view) {
-    const auto& q = view.scene.quality;
-    const auto [width, height] = view.scene.output.size_px;
-    const auto begin = std::chrono::steady_clock::now();
-    Film film(width, height);
-    foresee_boxes(view, m_blocks);
-    ThreadProcessor processor(view, m_blocks, m_threads);
-    const auto passes = plan_tiles(width, height, q.coarse_step, q.tile.in_picture(width), q.tile_order);
-    {
-        const std::lock_guard lock(m_mutex);
-        m_status.tiles_total = passes.size() * passes.front().size();
-    }
-    for (const auto& tiles : passes) {
-        std::size_t submitted = 0, done = 0;
-        while (done < tiles.size()) {
-            while (submitted < tiles.size() && submitted - done < static_cast<std::size_t>(processor.capacity())) processor.submit(tiles[submitted++]);
-            while (!processor.wait(kStopPeriod) && !m_stop) {}
-            if (m_stop) return;  // the processor's destructor cancels what is left
-            const auto result = processor.take();
-            if (!result) return;
-            film.add(*result);
-            ++done;
-            develop_tile(view, film, result->tile);
-            const std::lock_guard lock(m_mutex);
-            ++m_status.tiles_done;
-            m_status.rays += result->counts.all_rays();
-            m_status.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+void Progressive::plan() {
+    const auto& q = m_view->scene.quality;
+    const int width = m_film->width_px(), height = m_film->height_px();
+    m_passes.clear();
+    for (int step = m_first_step; step >= 1; step /= 2) {
+        // A tile of a coarse pass is larger, so that there is something to do in it.
+        auto tiles = plan_tiles(width, height, step, std::max(q.tile.in_picture(width), step * kTilePixels), q.tile_order).front();
+        for (RenderTile& tile : tiles) {
+            tile.pass = static_cast<std::uint32_t>(m_passes.size());
+            tile.refines = step != m_first_step;
+            tile.samples = 1;
         }
+        m_passes.push_back(std::move(tiles));
     }
-    const std::lock_guard lock(m_mutex);
-    m_status.finished = true;
 }
 
-void Progressive::develop_tile(const View& view, const Film& film, const RenderTile& tile) {
-    const auto& output = view.scene.output;
-    const int width = film.width_px();
-    const Developer develop(view.exposure_ev, output.tone);
-    std::vector<std::uint8_t> row(static_cast<std::size_t>(tile.x1 - tile.x0) * 3);
-    for (int y = tile.y0; y < tile.y1; ++y) {
-        for (int x = tile.x0; x < tile.x1; ++x) {
-            const Colour c = develop(film.at(x, y).colour);
-            std::uint8_t* to = &row[static_cast<std::size_t>(x - tile.x0) * 3];
-            to[0] = static_cast<std::uint8_t>(std::lround(c.r * 255)), to[1] = static_cast<std::uint8_t>(std::lround(c.g * 255)), to[2] = static_cast<std::uint8_t>(std::lround(c.b * 255));
-        }
-        const std::lock_guard lock(m_mutex);
-        std::copy(row.begin(), row.end(), m_rgb.begin() + (static_cast<std::ptrdiff_t>(y) * width + tile.x0) * 3);
+// The next pass, or more samples: as many again as there are, of tiles that are not known well enough.
+void Progressive::next_pass() {
+    m_submitted = 0;
+    m_done.clear();
+    if (m_pass < m_passes.size()) {
+        m_tiles = m_passes[m_pass++];
+        return;
     }
-    const std::lock_guard lock(m_mutex);
-    ++m_version;
+    const auto& q = m_view->scene.quality;
+    const std::uint32_t more = std::min(m_samples, static_cast<std::uint32_t>(q.samples) - m_samples);
+    m_tiles.clear();
+    for (RenderTile tile : m_passes.back()) {
+        tile.step = 1, tile.refines = false;
+        tile.first_sample = m_samples, tile.samples = more;
+        if (q.noise == 0 || m_samples < static_cast<std::uint32_t>(q.min_samples) || m_film->error_above(tile, q.noise)) m_tiles.push_back(tile);
+    }
+}
+
+void Progressive::work(Clock::time_point until) {
+    if (!m_processor) return;
+    try {
+        for (bool first = true;; first = false) {
+            if (m_done.size() == m_tiles.size()) {
+                m_whole = true;
+                if (m_first_s == 0) m_first_s = seconds();
+                if (m_pass == m_passes.size()) m_samples += std::max(m_tiles.empty() ? 1 : m_tiles.front().samples, 1U);
+                const bool finished = m_tiles.empty() || m_samples >= static_cast<std::uint32_t>(m_view->scene.quality.samples);
+                if (!finished) next_pass();
+                if (finished || m_tiles.empty()) {
+                    m_all_s = seconds();
+                    return stop();
+                }
+            }
+            while (m_submitted < m_tiles.size() && m_submitted - m_done.size() < static_cast<std::size_t>(m_processor->capacity())) m_processor->submit(m_tiles[m_submitted++]);
+            const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
+            if (left.count() <= 0 && !first) return;
+            if (!m_processor->wait(std::max(left, kLeast))) continue;
+            (void)m_processor->take_doubted();  // they come again, and take the place of what is there
+            const auto result = m_processor->take();
+            if (!result) throw Error("render: the processor ended before the picture was finished");
+            add(*result);
+        }
+    } catch (...) {
+        m_all_s = seconds();
+        stop();
+        throw;
+    }
+}
+
+void Progressive::add(const TileResult& result) {
+    m_film->add(result);
+    m_done.insert(result.tile.index);
+    m_rays += result.counts.all_rays();
+    m_holes.insert(result.holes.begin(), result.holes.end());
+    m_changes.push_back(result.tile);
 }
 
 Progressive::Status Progressive::status() const {
-    const std::lock_guard lock(m_mutex);
-    return m_status;
-}
-
-bool Progressive::copy_if_new(std::vector<std::uint8_t>& rgb, int& width_px, int& height_px, std::uint64_t& seen) const {
-    const std::lock_guard lock(m_mutex);
-    if (seen == m_version) return false;
-    rgb = m_rgb;
-    width_px = m_width, height_px = m_height;
-    seen = m_version;
-    return true;
-}
-
-void Progressive::check() {
-    const std::lock_guard lock(m_mutex);
-    if (const auto failure = std::exchange(m_failure, nullptr)) std::rethrow_exception(failure);
+    Status out;
+    if (!m_view) return out;
+    const auto& tiles = m_tiles;
+    out.step = tiles.empty() ? 1 : tiles.front().step;
+    out.samples = m_samples, out.of_samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
+    out.share = tiles.empty() ? 1 : static_cast<double>(m_done.size()) / static_cast<double>(tiles.size());
+    out.first_s = m_first_s;
+    out.seconds = busy() ? seconds() : m_all_s;
+    out.rays = m_rays, out.holes = m_holes.size();
+    return out;
 }
 
 }  // namespace terravox

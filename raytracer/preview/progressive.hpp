@@ -1,57 +1,84 @@
 #pragma once
 
-#include <atomic>
+#include <chrono>
 #include <cstdint>
-#include <exception>
-#include <mutex>
-#include <thread>
+#include <functional>
+#include <memory>
+#include <set>
 #include <vector>
 
 #include "raytracer/output/film.hpp"
-#include "raytracer/scene/scene.hpp"
-#include "raytracer/shade/view.hpp"
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/render/render.hpp"
 
 namespace terravox {
 
-/// A picture that refines itself in the background, pass by pass, and starts again when the scene changes.
-///
-/// One coordinator thread runs the passes through a ThreadProcessor. start() stops the one before (its tiles end at the next
-/// pixel), then begins anew. Finished tiles are developed straight into an 8-bit picture under `m_mutex`; the window copies that.
+/// A picture that refines itself, in slices of somebody's time: passes coarse to fine with one sample of each pixel, then more samples. A new
+/// one begins at once; what was under way for the old one is given up. Used by one thread.
 class Progressive {
 public:
-    Progressive(BlockManager& blocks, int threads) : m_blocks(blocks), m_threads(threads) {}
-    ~Progressive();
+    using Clock = std::chrono::steady_clock;
+    /// Who renders a picture of this view. The next is asked for when nobody owns the last any more.
+    using Begin = std::function<std::shared_ptr<TileProcessor>(const View&)>;
 
-    /// @throws UsageError for a scene that cannot be (camera inside rock, ...); what ran before has ended then
-    void start(const Scene& scene);
+    Progressive(BlockManager& blocks, Begin begin) : m_blocks(blocks), m_begin(std::move(begin)) {}
+    ~Progressive() { stop(); }
+
+    /// What is seen stays until tiles of the new picture take its place. @param first_step edge of the first pass's pixels, a power of two
+    /// @throws UsageError for a scene that cannot be; then there is no picture under way
+    void start(const Scene& scene, int first_step);
     void stop() noexcept;
 
+    /// Goes on until then, a millisecond at the least, or until the picture is finished: traces, where green takes part, and waits for others.
+    /// @throws what a tile threw; the picture is stopped then
+    void work(Clock::time_point until);
+
+    [[nodiscard]] bool busy() const noexcept { return m_processor != nullptr; }
+    [[nodiscard]] bool whole() const noexcept { return m_whole; }  ///< each pixel is of this picture, if coarse
+    /// Nothing before the first start().
+    [[nodiscard]] const Film* film() const noexcept { return m_film.get(); }
+    [[nodiscard]] const std::shared_ptr<const View>& view() const noexcept { return m_view; }
+
+    /// Tiles that have come into the film since the last call. Their coarse pixels may reach beyond them.
+    [[nodiscard]] std::vector<RenderTile> take_changes() { return std::exchange(m_changes, {}); }
+
     struct Status {
-        std::uint64_t tiles_done = 0, tiles_total = 0, rays = 0;
-        double seconds = 0;
-        bool finished = false;
+        int step = 0;  ///< of the pass under way
+        std::uint32_t samples = 0, of_samples = 0;  ///< of each pixel, once all passes are done
+        double share = 0;    ///< done of the pass, or of the samples
+        double first_s = 0;  ///< until each pixel was of this picture; 0: not yet
+        double seconds = 0;  ///< since it began; of a finished one: all
+        std::uint64_t rays = 0;
+        std::size_t holes = 0;
     };
     [[nodiscard]] Status status() const;
-    /// Copies the picture (RGB, 8-bit sRGB, rows from the top) when it changed since `seen`, which is updated.
-    /// @return false when there is nothing new
-    bool copy_if_new(std::vector<std::uint8_t>& rgb, int& width_px, int& height_px, std::uint64_t& seen) const;
-    /// Rethrows what ended the last picture early, if anything did.
-    void check();
+    [[nodiscard]] const std::set<voxel::BoxKey>& holes() const noexcept { return m_holes; }  ///< that its rays met
+    /// Time that ending the picture before took: cancelling what was under way, and more.
+    [[nodiscard]] double last_stop_s() const noexcept { return m_stop_s; }
 
 private:
-    void run(const View& view);
-    void develop_tile(const View& view, const Film& film, const RenderTile& tile);
+    void plan();
+    void next_pass();
+    void add(const TileResult& result);
+    [[nodiscard]] double seconds() const noexcept { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
+
     BlockManager& m_blocks;
-    int m_threads;
-    std::thread m_thread;
-    std::atomic<bool> m_stop{false};
-    mutable std::mutex m_mutex;
-    std::vector<std::uint8_t> m_rgb;
-    int m_width = 0, m_height = 0;
-    std::uint64_t m_version = 0;
-    Status m_status;
-    std::exception_ptr m_failure;
+    const Begin m_begin;
+    ViewMaker m_views;
+    std::shared_ptr<const View> m_view;
+    std::unique_ptr<Film> m_film;
+    std::shared_ptr<TileProcessor> m_processor;  ///< of a picture under way; goes before the view
+    std::vector<std::vector<RenderTile>> m_passes;
+    std::size_t m_pass = 0, m_submitted = 0;
+    std::vector<RenderTile> m_tiles;  ///< of the pass
+    std::set<std::uint32_t> m_done;   ///< of those
+    std::vector<RenderTile> m_changes;
+    bool m_whole = false;
+    int m_first_step = 1;
+    std::uint32_t m_samples = 0;  ///< of each pixel, of passes that are done
+    std::uint64_t m_rays = 0;
+    std::set<voxel::BoxKey> m_holes;
+    Clock::time_point m_start;
+    double m_first_s = 0, m_all_s = 0, m_stop_s = 0;
 };
 
 }  // namespace terravox

@@ -9,47 +9,87 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
-#include <string>
-#include <utility>
+#include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "common/util/error.hpp"
 
 namespace terravox {
 namespace {
 
+constexpr double kMostScale = 4;
+constexpr float kText_px = 13;  // the size that the built-in font is drawn for
+
 std::string glfw_reason() {
     const char* text = nullptr;
     return glfwGetError(&text) != GLFW_NO_ERROR && text != nullptr ? text : "no reason given";
 }
 
+constexpr const char* kInstead = "; without a window: terravox render WORLD -o picture.png";
+
 }  // namespace
 
-Window::Window(int width_px, int height_px, const char* title) {
-    if (glfwInit() == GLFW_FALSE)
-        throw Error("open the preview window: " + glfw_reason() + "; without a display, use: terravox render ... -o picture.png");
+Texture::~Texture() {
+    if (m_name != 0) glDeleteTextures(1, &m_name);
+}
+
+void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
+    if (m_name == 0) {
+        glGenTextures(1, &m_name);
+        glBindTexture(GL_TEXTURE_2D, m_name);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
+    glBindTexture(GL_TEXTURE_2D, m_name);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    if (m_width != picture.width_px || m_height != picture.height_px) {
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, picture.width_px, picture.height_px, 0, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data());
+        m_width = picture.width_px, m_height = picture.height_px;
+        return;
+    }
+    const std::size_t offset = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(m_width) * 3;
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, first_row, m_width, end_row - first_row, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data() + offset);
+}
+
+Window::Window(int width_px, int height_px, const char* title, double scale) : m_asked_scale(scale) {
+    if (glfwInit() == GLFW_FALSE) throw Error("open the preview window: " + glfw_reason() + kInstead);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     m_window = glfwCreateWindow(width_px, height_px, title, nullptr, nullptr);
     if (m_window == nullptr) {
         const std::string reason = glfw_reason();
         glfwTerminate();
-        throw Error("open the preview window: " + reason + "; OpenGL 3.3 is needed (Mesa's llvmpipe will do)");
+        throw Error("open the preview window: " + reason + "; OpenGL 3.3 is needed, Mesa's llvmpipe will do" + kInstead);
     }
     glfwMakeContextCurrent(m_window);
-    glfwSwapInterval(1);
+    // The picture's work is timed by the clock: a swap that waits would take from it.
+    glfwSwapInterval(0);
+    glfwSetWindowUserPointer(m_window, this);
+    glfwSetDropCallback(m_window, [](GLFWwindow* w, int count, const char** paths) noexcept {
+        auto& dropped = static_cast<Window*>(glfwGetWindowUserPointer(w))->m_dropped;
+        dropped.insert(dropped.end(), paths, paths + count);
+    });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // no files left in the person's folder
-    ImGui::StyleColorsDark();
+    ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui_ImplGlfw_InitForOpenGL(m_window, true);
+    glfwSetKeyCallback(m_window, [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
+        // Dear ImGui repeats keys itself.
+        if (action != GLFW_REPEAT) static_cast<Window*>(glfwGetWindowUserPointer(w))->m_keys.push_back({key, scancode, action, mods});
+    });
     ImGui_ImplOpenGL3_Init("#version 330");
-    glGenTextures(1, &m_texture);
     glGenFramebuffers(1, &m_framebuffer);
+    m_picture = std::make_unique<Texture>();
 }
 
 Window::~Window() {
+    m_picture.reset();
     glDeleteFramebuffers(1, &m_framebuffer);
-    glDeleteTextures(1, &m_texture);
     ImGui_ImplOpenGL3_Shutdown();
     ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext();
@@ -58,8 +98,9 @@ Window::~Window() {
 }
 
 bool Window::open() const noexcept { return glfwWindowShouldClose(m_window) == GLFW_FALSE; }
-
 void Window::close() noexcept { glfwSetWindowShouldClose(m_window, GLFW_TRUE); }
+void Window::set_title(const std::string& title) { glfwSetWindowTitle(m_window, title.c_str()); }
+void Window::copy_text(const std::string& text) { glfwSetClipboardString(m_window, text.c_str()); }
 
 std::pair<int, int> Window::size_px() const noexcept {
     int width = 0, height = 0;
@@ -67,31 +108,94 @@ std::pair<int, int> Window::size_px() const noexcept {
     return {width, height};
 }
 
+// From the start each time: sizes are scaled once. While Dear ImGui draws nothing only.
+void Window::restyle() {
+    ImGuiStyle style;
+    m_light ? ImGui::StyleColorsLight(&style) : ImGui::StyleColorsDark(&style);
+    style.WindowRounding = 4, style.FrameRounding = 3, style.GrabRounding = 3;
+    style.Colors[ImGuiCol_WindowBg].w = 0.94f;
+    style.ScaleAllSizes(static_cast<float>(m_scale));
+    ImGui::GetStyle() = style;
+    if (m_scale != m_styled.first) {
+        ImFontConfig font;
+        font.SizePixels = std::round(kText_px * static_cast<float>(m_scale));
+        ImGui::GetIO().Fonts->Clear();
+        ImGui::GetIO().Fonts->AddFontDefault(&font);
+        // Not all that it has of OpenGL: 1.86 would take its new, empty buffers for as large as the old ones.
+        ImGui_ImplOpenGL3_DestroyFontsTexture();
+        ImGui_ImplOpenGL3_CreateFontsTexture();
+    }
+    m_styled = {m_scale, m_light};
+}
+
+// Dear ImGui 1.86 knows which keys are down, not what happened: of a key that is pressed and let go within one frame it would see nothing,
+// and of Ctrl+Q only Q where Ctrl is let go in the same one. So after a press no release counts in a frame, and of each key one event.
+void Window::hand_over_keys() {
+    std::vector<int> told;
+    for (bool pressed = false; !m_keys.empty(); m_keys.pop_front()) {
+        const Key k = m_keys.front();
+        if ((pressed && k.action == GLFW_RELEASE) || std::find(told.begin(), told.end(), k.key) != told.end()) return;
+        pressed |= k.action == GLFW_PRESS;
+        told.push_back(k.key);
+        ImGui_ImplGlfw_KeyCallback(m_window, k.key, k.scancode, k.action, k.mods);
+    }
+}
+
 void Window::begin_frame(double wait_s) {
-    glfwWaitEventsTimeout(wait_s);
+    wait_s > 0 && m_keys.empty() ? glfwWaitEventsTimeout(wait_s) : glfwPollEvents();
+    hand_over_keys();
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(m_window, &x, &y);
+    m_scale = m_asked_scale > 0 ? m_asked_scale : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMostScale);
     ImGui_ImplOpenGL3_NewFrame();
+    if (m_styled != std::pair(m_scale, m_light)) restyle();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
 }
 
-void Window::set_picture(const std::vector<std::uint8_t>& rgb, int width_px, int height_px) {
-    glBindTexture(GL_TEXTURE_2D, m_texture);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, width_px, height_px, 0, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
-    m_picture_width = width_px, m_picture_height = height_px;
+void Window::hide() noexcept { glfwHideWindow(m_window); }
+
+int Window::key_of(char letter) {
+    for (int key = GLFW_KEY_A; key <= GLFW_KEY_Z; ++key) {
+        const char* name = glfwGetKeyName(key, 0);
+        if (name != nullptr && name[0] == letter && name[1] == 0) return key;
+    }
+    return GLFW_KEY_A + (letter - 'a');
 }
 
-void Window::end_frame() {
+bool Window::has_gamepad() {
+    for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id)
+        if (glfwJoystickIsGamepad(id) == GLFW_TRUE) return true;
+    return false;
+}
+
+Gamepad Window::gamepad() {
+    GLFWgamepadstate state;
+    for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
+        if (glfwJoystickIsGamepad(id) == GLFW_FALSE || glfwGetGamepadState(id, &state) == GLFW_FALSE) continue;
+        const auto at_rest = [](double v) { return std::abs(v) < 0.15 ? 0.0 : std::clamp(v, -1.0, 1.0); };  // neither rests where it should
+        const auto stick = [&](int axis) { return at_rest(static_cast<double>(state.axes[axis])); };
+        const auto trigger = [&](int axis) { return at_rest((static_cast<double>(state.axes[axis]) + 1) / 2); };
+        return {stick(GLFW_GAMEPAD_AXIS_LEFT_X), stick(GLFW_GAMEPAD_AXIS_LEFT_Y), stick(GLFW_GAMEPAD_AXIS_RIGHT_X), stick(GLFW_GAMEPAD_AXIS_RIGHT_Y), trigger(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER),
+                trigger(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER)};
+    }
+    return {};
+}
+
+void Window::end_frame(const Pane& pane) {
     ImGui::Render();
     const auto [width, height] = size_px();
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
-    glClearColor(0.1f, 0.1f, 0.1f, 1);
+    glViewport(0, 0, width, height);
+    m_light ? glClearColor(0.75f, 0.75f, 0.75f, 1) : glClearColor(0.1f, 0.1f, 0.1f, 1);
     glClear(GL_COLOR_BUFFER_BIT);
-    if (m_picture_width > 0 && width > 0 && height > 0) {
+    if (m_picture->name() != 0 && width > 0 && height > 0) {
         // Copies the texture; flipped, because OpenGL counts rows from the bottom.
         glBindFramebuffer(GL_READ_FRAMEBUFFER, m_framebuffer);
-        glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, m_texture, 0);
-        glBlitFramebuffer(0, m_picture_height, m_picture_width, 0, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
+        glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, m_picture->name(), 0);
+        const bool same = m_picture->width_px() == pane.width && m_picture->height_px() == pane.height;
+        glBlitFramebuffer(0, m_picture->height_px(), m_picture->width_px(), 0, pane.x, height - pane.y - pane.height, pane.x + pane.width, height - pane.y, GL_COLOR_BUFFER_BIT,
+                          same ? GL_NEAREST : GL_LINEAR);
         glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
     }
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());

@@ -1,34 +1,88 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
+
+#include "raytracer/preview/layers.hpp"
+#include "raytracer/preview/pane.hpp"
 
 struct GLFWwindow;
 
 namespace terravox {
 
-/// A GLFW window with an OpenGL 3.3 context, Dear ImGui, and one picture that fills it. Use from the main thread only.
+/// A picture in the memory of the graphics driver. Lives no longer than the window.
+class Texture {
+public:
+    Texture() = default;
+    ~Texture();
+    Texture(const Texture&) = delete;
+    Texture& operator=(const Texture&) = delete;
+    /// Only rows in which something has changed are sent, where the size stays.
+    void set(const ScreenPicture& picture, int first_row, int end_row);
+    [[nodiscard]] unsigned name() const noexcept { return m_name; }  ///< of OpenGL; 0: nothing was set
+    [[nodiscard]] int width_px() const noexcept { return m_width; }
+    [[nodiscard]] int height_px() const noexcept { return m_height; }
+
+private:
+    unsigned m_name = 0;
+    int m_width = 0, m_height = 0;
+};
+
+/// Both sticks and the triggers of a gamepad, -1 to 1 (triggers 0 to 1); right and down are positive. Without one all are 0.
+struct Gamepad {
+    double left_x = 0, left_y = 0, right_x = 0, right_y = 0, left_trigger = 0, right_trigger = 0;
+};
+
+/// A GLFW window with an OpenGL 3.3 context, Dear ImGui, and one picture. Use from the main thread only.
 class Window {
 public:
-    /// @throws Error when there is no display or no OpenGL 3.3
-    Window(int width_px, int height_px, const char* title);
+    /// @param scale of text and handles, 1 on a plain monitor; 0: as the monitor says @throws Error when there is no display or no OpenGL 3.3
+    Window(int width_px, int height_px, const char* title, double scale);
     ~Window();
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
 
     [[nodiscard]] bool open() const noexcept;
     void close() noexcept;
-    void begin_frame(double wait_s);  ///< handles input, waiting for some up to wait_s, and begins the panel
-    void end_frame();                 ///< draws picture and panel
-    /// @param rgb 8-bit, rows from the top
-    void set_picture(const std::vector<std::uint8_t>& rgb, int width_px, int height_px);
-    /// Size of the drawing area, pixels.
+    void set_title(const std::string& title);
+    /// Handles input, waiting for some up to wait_s, and begins what is drawn. Afterwards the style suits the monitor's scale.
+    void begin_frame(double wait_s);
+    /// Draws the picture where it belongs, and panels and marks above it, and shows it all.
+    void end_frame(const Pane& pane);
+    [[nodiscard]] Texture& picture() noexcept { return *m_picture; }
+    /// Size of the drawing area, pixels; 0, 0 while it is minimized.
     [[nodiscard]] std::pair<int, int> size_px() const noexcept;
+    [[nodiscard]] double scale() const noexcept { return m_scale; }
+    void set_light(bool light) noexcept { m_light = light; }  ///< from the next frame on
+    void copy_text(const std::string& text);
+    [[nodiscard]] static Gamepad gamepad();
+    [[nodiscard]] static bool has_gamepad();
+    /// The key that the person's layout has a letter on, 'a' to 'z'; GLFW's own numbers are those of places.
+    [[nodiscard]] static int key_of(char letter);
+    void hide() noexcept;
+    /// Files that were dropped on the window since the last call.
+    [[nodiscard]] std::vector<std::string> take_dropped() { return std::exchange(m_dropped, {}); }
 
 private:
+    struct Key {
+        int key, scancode, action, mods;
+    };
+    void restyle();
+    void hand_over_keys();
     GLFWwindow* m_window = nullptr;
-    unsigned m_texture = 0, m_framebuffer = 0;
-    int m_picture_width = 0, m_picture_height = 0;
+    std::unique_ptr<Texture> m_picture;  ///< goes while there is a context
+    unsigned m_framebuffer = 0;
+    const double m_asked_scale;
+    double m_scale = 1;
+    bool m_light = false;
+    std::pair<double, bool> m_styled{0, false};  ///< scale and light that the style is for
+    std::vector<std::string> m_dropped;
+    std::deque<Key> m_keys;  ///< that Dear ImGui has not been told of yet
 };
 
 }  // namespace terravox

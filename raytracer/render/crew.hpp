@@ -16,18 +16,33 @@ struct CrewOptions {
     bool green = false;  ///< the thread that coordinates traces, too, in slices
     FarmOptions farm;
     std::optional<std::chrono::milliseconds> give_up;  ///< how long to wait when nobody is left; none: for ever
+    bool changes = false;  ///< who takes part may change while a picture is under way; there may be nobody for a while
 };
 
 /// Who renders the pictures of a world: threads of this process, workers elsewhere, or both.
+///
+/// Pictures are begun, and the crew is changed, by one thread at a time; who takes part may be asked by any.
 class Crew {
 public:
     /// @param source where workers may have boxes from @throws UsageError when nobody is left to render; Error when it cannot listen
     Crew(const CrewOptions& options, BlockManager& blocks, const BoxSource& source);
     ~Crew();
 
-    /// Calls work(processor) with all of them as one. @param scene that the view was made of @return what work returns
-    /// @throws what work throws
-    void render(const Scene& scene, const View& view, const std::function<void(TileProcessor&)>& work);
+    /// All of them as one, for a picture. When the last owner lets go the picture ends, whatever is under way; only then the next may begin.
+    /// @param view outlives what is returned; the crew does, too @throws Error
+    [[nodiscard]] std::shared_ptr<TileProcessor> begin(const View& view);
+
+    /// From now on, and for the picture under way, where the crew changes.
+    void set_threads(int threads);
+    void set_green(bool on);
+    /// A worker that listens there is dialled, again and again. @throws Error
+    void dial(const net::Address& worker);
+    /// It is sent away, and not dialled any more. @param worker as Address::text
+    void hang_up(const std::string& worker);
+    [[nodiscard]] int threads() const noexcept { return m_options.threads; }
+    [[nodiscard]] bool green() const noexcept { return m_options.green; }
+    /// Addresses that are dialled, there or not.
+    [[nodiscard]] std::vector<std::string> dialled() const { return m_farm ? m_farm->dialled() : std::vector<std::string>{}; }
 
     /// Whether others than threads of this process take part.
     [[nodiscard]] bool is_farm() const noexcept { return m_farm != nullptr; }
@@ -48,13 +63,16 @@ public:
     void set_progress(std::uint64_t tiles_done, std::uint64_t tiles) noexcept { m_tiles_done = tiles_done, m_tiles = tiles; }
 
 private:
+    class Shift;
+    void open_farm();
     [[nodiscard]] farm::Status told_status() const;
 
-    const CrewOptions m_options;
+    CrewOptions m_options;
     BlockManager& m_blocks;
+    const BoxSource m_source;
     std::unique_ptr<Farm> m_farm;
     mutable std::mutex m_mutex;
-    ProcessorPool* m_pool = nullptr;
+    Shift* m_shift = nullptr;  ///< of the picture under way
     std::vector<Hand> m_last;
     ProcessorPool::Counts m_last_counts;
     std::atomic<std::uint64_t> m_tiles_done{0}, m_tiles{0};

@@ -8,15 +8,12 @@
 #include <utility>
 
 #include "common/thread/parallel.hpp"
-#include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/checkpoint/input_names.hpp"
 #include "raytracer/output/denoise.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/output/tile_stream.hpp"
 #include "raytracer/sched/thread_processor.hpp"
-#include "raytracer/world/open_world.hpp"
-#include "raytracer/world/recognise.hpp"
 
 namespace terravox {
 namespace {
@@ -56,24 +53,6 @@ Scene thrifty(Scene scene, const std::vector<std::string>& files, bool fit = tru
     return scene;
 }
 
-/// Where workers may have boxes from themselves. A server on this machine is none that they can reach.
-BoxSource box_source(const WorldArguments& world, const Scene& base) {
-    BoxSource out;
-    const std::string& input = world.inputs.front();
-    switch (recognise(input)) {
-        case Origin::kGenerated: out.generated = input.find(':') != std::string::npos ? input : "generated:" + std::to_string(base.generated.seed); break;
-        case Origin::kServer:
-        case Origin::kFarArchive: {
-            const std::string host = input.substr(input.find("://") + 3);
-            const bool here = host.starts_with("localhost") || host.starts_with("127.") || host.starts_with("[::1]");
-            if (!here) out.server = input;
-            break;
-        }
-        default: break;
-    }
-    return out;
-}
-
 /// Tiles to several files.
 class Streams final : public TileSink {
 public:
@@ -92,14 +71,15 @@ private:
 }  // namespace
 
 PictureRenderer::PictureRenderer(const WorldArguments& world, const CrewOptions& crew, const Scene& base, bool quiet)
-    : m_inputs(world.inputs), m_orthophotos(world.orthophoto_paths()), m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads.value_or(0))),
-      m_world(open_world(world.inputs, world.orthophoto_paths(), base, m_times, util::cache_dir(world.cache))),
-      m_blocks(std::make_unique<BlockManager>(*m_world, static_cast<std::size_t>(base.processing.memory_mib) << 20, m_world->worth_asking(m_threads))) {
+    : PictureRenderer(std::make_shared<LoadedWorld>(world, base), crew, base, quiet, g_stop) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
     std::signal(SIGINT, [](int) { g_stop = true; });
     std::signal(SIGTERM, [](int) { g_stop = true; });
-    m_crew = std::make_unique<Crew>(crew, *m_blocks, box_source(world, base));
 }
+
+PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world, const CrewOptions& crew, const Scene& base, bool quiet, const std::atomic<bool>& stop)
+    : m_loaded(std::move(world)), m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads.value_or(0))), m_stop(stop),
+      m_crew(std::make_unique<Crew>(crew, m_loaded->blocks, m_loaded->source)) {}
 
 PictureRenderer::~PictureRenderer() = default;
 
@@ -124,9 +104,9 @@ RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<s
     // Parts and checkpoints know whole tiles. Coarse passes are for who looks on. Each ends with workers that wait for the last.
     const bool keeps = keep.resume || keep.part || (m_crew->is_farm() && keep.on_farms && scene.quality.time_s == 0);
     if (keeps || m_crew->is_farm()) scene.quality.coarse_step = 1;
-    m_view = std::make_unique<View>(make_view(scene, *m_blocks));
-    if (const std::string why = out_of_sight(*m_view, m_world->info()); !why.empty() && !std::exchange(m_warned, true)) spdlog::warn("{}", why);
-    if (m_crew->traces_here()) foresee_boxes(*m_view, *m_blocks);
+    m_view = std::make_unique<View>(m_views.make(scene, m_loaded->blocks));
+    if (const std::string why = out_of_sight(*m_view, m_loaded->world->info()); !why.empty() && !std::exchange(m_warned, true)) spdlog::warn("{}", why);
+    if (m_crew->traces_here()) foresee_boxes(*m_view, m_loaded->blocks);
     m_checkpoint.reset();
     if (keeps) open_checkpoint(scene, files, keep);
     if (m_part) render_part(statistics, start);
@@ -143,7 +123,7 @@ void PictureRenderer::open_checkpoint(const Scene& scene, const std::vector<std:
     check_can_checkpoint(scene);
     const auto path = checkpoint_path(files.front(), keep.part);
     const auto existing = keep.resume || keep.part ? Checkpoint::Existing::kGoOn : Checkpoint::Existing::kRefuse;
-    m_checkpoint = std::make_unique<Checkpoint>(path, key_of(scene, m_world->info(), name_inputs(m_inputs, m_orthophotos, scene)), existing);
+    m_checkpoint = std::make_unique<Checkpoint>(path, key_of(scene, m_loaded->world->info(), name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene)), existing);
     if (m_checkpoint->count() > 0 && !m_quiet) spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
 
@@ -152,29 +132,32 @@ void PictureRenderer::render_part(RenderStatistics& statistics, std::chrono::ste
         void add(const TileResult&) override {}
         [[nodiscard]] bool replaces() const noexcept override { return true; }
     } nowhere;
-    const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+    const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
     render_with_crew([&](TileProcessor& processor) { statistics.counts = render_stream(job(processor, start), nowhere); }, statistics);
 }
 
 void PictureRenderer::finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const {
-    statistics.blocks = m_blocks->stats();
-    statistics.damage = m_world->damage();
+    statistics.blocks = m_loaded->blocks.stats();
+    statistics.damage = m_loaded->world->damage();
     // Of what earlier runs could not read there are tiles in the picture, too.
     if (m_checkpoint)
         for (const std::string& line : m_checkpoint->damage())
             if (std::find(statistics.damage.begin(), statistics.damage.end(), line) == statistics.damage.end()) statistics.damage.push_back(line);
-    statistics.limit_bytes = m_blocks->limit_bytes();
+    statistics.limit_bytes = m_loaded->blocks.limit_bytes();
     statistics.peak_rss_bytes = peak_rss_bytes();
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clock::time_point start) {
-    RenderJob out{*m_view, processor, m_quiet, &g_stop};
+    RenderJob out{*m_view, processor, m_quiet, &m_stop};
     out.start = start;
     out.checkpoint = m_checkpoint.get(), out.part = m_part;
-    out.damage = [this] { return m_world->damage(); };
+    out.damage = [this] { return m_loaded->world->damage(); };
+    out.on_progress = [this](std::uint64_t done, std::uint64_t of) {
+        m_crew->set_progress(done, of);
+        if (m_told) m_told(done, of);
+    };
     if (m_crew->is_farm()) {
-        out.on_progress = [this](std::uint64_t done, std::uint64_t of) { m_crew->set_progress(done, of); };
         out.details = [this] { return m_crew->table(); };
     }
     return out;
@@ -183,7 +166,9 @@ RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clo
 void PictureRenderer::render_with_crew(const std::function<void(TileProcessor&)>& work, RenderStatistics& statistics) {
     while (true) {
         try {
-            m_crew->render(m_view->scene, *m_view, work);
+            const auto processor = m_crew->begin(*m_view);
+            work(*processor);
+            processor->close();
             break;
         } catch (const Spoiled& e) {
             spdlog::error("{}; the picture begins anew", e.what());
@@ -197,25 +182,25 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::ve
     const Scene& scene = m_view->scene;
     Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
     {
-        const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+        const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
         render_with_crew([&](TileProcessor& processor) { statistics.counts = render_film(job(processor, start), film); }, statistics);
     }
     finish(statistics, start);
     if (scene.output.denoise) {
-        const util::StageTimes::Scope timed(m_times, "denoise");
+        const util::StageTimes::Scope timed(m_loaded->times, "denoise");
         denoise(film, m_threads);
     }
-    const util::StageTimes::Scope timed(m_times, "write pictures");
+    const util::StageTimes::Scope timed(m_loaded->times, "write pictures");
     thread::parallel_for(files.size(), m_threads, [&](std::size_t i) {
-        write_image(film, files[i], picture_info(*m_view, m_world->info(), statistics, is_exr(files[i])));
+        write_image(film, files[i], picture_info(*m_view, m_loaded->world->info(), statistics, is_exr(files[i])));
     });
 }
 
 void PictureRenderer::render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
-    const util::StageTimes::Clock timed(m_times, "ray tracing (clock)");
+    const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
     const auto samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);  // known before: it goes into the file first
     statistics.counts.samples = samples;
-    const PictureInfo info = picture_info(*m_view, m_world->info(), statistics, false);
+    const PictureInfo info = picture_info(*m_view, m_loaded->world->info(), statistics, false);
     render_with_crew([&](TileProcessor& processor) {
         Streams sinks;
         for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), info));

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "common/util/stage_times.hpp"
 #include "raytracer/render/crew.hpp"
+#include "raytracer/render/loaded_world.hpp"
 #include "raytracer/render/statistics.hpp"
-#include "raytracer/render/world_arguments.hpp"
 
 namespace terravox {
 
@@ -19,13 +21,17 @@ struct KeepOptions {
 };
 
 /// A world, opened once, and pictures of it in files. Not thread-safe. From its making on, SIGINT and SIGTERM end a picture early instead
-/// of the program.
+/// of the program, where it has opened the world itself.
 class PictureRenderer {
 public:
     /// @param base what holds for all pictures: world and processing @param crew who renders @param quiet say nothing but errors
     /// @throws Error, UsageError
     PictureRenderer(const WorldArguments& world, const CrewOptions& crew, const Scene& base, bool quiet);
+    /// Of a world that is open, and whose boxes others may use meanwhile. Signals are left alone. @param stop ends a picture early; outlives this
+    PictureRenderer(std::shared_ptr<LoadedWorld> world, const CrewOptions& crew, const Scene& base, bool quiet, const std::atomic<bool>& stop);
     ~PictureRenderer();
+    /// Is told of each tile, on the thread that renders.
+    void on_progress(std::function<void(std::uint64_t done, std::uint64_t of)> told) { m_told = std::move(told); }
 
     /// Refuses, before any work is done, what cannot be written. @throws UsageError, Error
     static void check(const Scene& scene, const std::vector<std::string>& files);
@@ -34,7 +40,7 @@ public:
     /// @param start from which quality.time_s counts @throws Error, UsageError
     RenderStatistics render(const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep = {}, std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now());
 
-    [[nodiscard]] util::StageTimes& times() noexcept { return m_times; }
+    [[nodiscard]] util::StageTimes& times() noexcept { return m_loaded->times; }
     /// The view of the last picture.
     [[nodiscard]] const View& view() const noexcept { return *m_view; }
 
@@ -48,13 +54,12 @@ private:
     void open_checkpoint(const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep);
     void render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start);
 
-    const std::vector<std::string> m_inputs;
-    const std::vector<std::filesystem::path> m_orthophotos;
-    util::StageTimes m_times;  ///< outlives the world, which writes to it
+    const std::shared_ptr<LoadedWorld> m_loaded;
     bool m_quiet;
     int m_threads;
-    std::unique_ptr<voxel::World> m_world;
-    std::unique_ptr<BlockManager> m_blocks;
+    const std::atomic<bool>& m_stop;
+    std::function<void(std::uint64_t, std::uint64_t)> m_told;
+    ViewMaker m_views;
     std::unique_ptr<Crew> m_crew;
     std::unique_ptr<View> m_view;
     std::unique_ptr<Checkpoint> m_checkpoint;

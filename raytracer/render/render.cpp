@@ -61,7 +61,11 @@ void check_camera(const View& view, BlockManager& blocks) {
 
 }  // namespace
 
-View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials) {
+namespace {
+
+/// @param sky_of makes the sky
+template <class SkyOf>
+View assemble(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials, const SkyOf& sky_of) {
     const int level = scene.quality.level;
     if (level >= world.levels) throw UsageError("choose the level: quality.level = " + std::to_string(level) + "; this world has 0 to " + std::to_string(world.levels - 1));
     if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
@@ -70,7 +74,7 @@ View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_pt
     const geo::SunPosition sun = sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;
     const auto origin = camera.picture_origin();
-    View view{scene, camera, Sky(sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m),
+    View view{scene, camera, sky_of(ViewMaker::SkyAsked{sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m}),
               std::move(materials), cut, world.voxel_m, SquareGrid(world),
               {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
@@ -78,8 +82,26 @@ View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_pt
     return view;
 }
 
-View make_view(const Scene& scene, BlockManager& blocks) {
-    View view = make_view(scene, blocks.world_info(), std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials)));
+Sky make_sky(const ViewMaker::SkyAsked& asked) { return {asked.sun, asked.sun_settings, asked.sky_settings, asked.place_height_m, asked.eye_m}; }
+
+}  // namespace
+
+View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials) {
+    return assemble(scene, world, std::move(materials), make_sky);
+}
+
+View make_view(const Scene& scene, BlockManager& blocks) { return ViewMaker{}.make(scene, blocks); }
+
+View ViewMaker::make(const Scene& scene, BlockManager& blocks) {
+    if (!m_materials || m_named != scene.quality.materials) {
+        m_materials = std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials));
+        m_named = scene.quality.materials;
+    }
+    View view = assemble(scene, blocks.world_info(), m_materials, [this](SkyAsked asked) {
+        if (asked.sky_settings.clouds == 0) asked.eye_m = {};
+        if (!m_sky || m_sky->first != asked) m_sky.emplace(asked, make_sky(asked));
+        return m_sky->second;
+    });
     check_camera(view, blocks);
     return view;
 }

@@ -54,6 +54,28 @@ struct RenderJob {
 /// The same with the materials that the scene names. @throws UsageError for a camera inside rock, too
 [[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
 
+/// Views of one world, one after the other. What the next has in common with the last is kept: materials and sky, which take some ten milliseconds.
+class ViewMaker {
+public:
+    /// @throws as make_view
+    [[nodiscard]] View make(const Scene& scene, BlockManager& blocks);
+
+    /// All that a sky depends on.
+    struct SkyAsked {
+        geo::SunPosition sun;
+        Scene::Sun sun_settings;
+        Scene::Sky sky_settings;
+        double place_height_m = 0;
+        Vec3 eye_m;  ///< without clouds it does not count
+        friend bool operator==(const SkyAsked&, const SkyAsked&) = default;
+    };
+
+private:
+    std::string m_named;
+    std::shared_ptr<const MaterialTable> m_materials;  ///< of the file so named
+    std::optional<std::pair<SkyAsked, Sky>> m_sky;
+};
+
 /// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks at lies farther from the world than the world is wide.
 /// @return a line that says where the view is and where the world; empty: all is well
 [[nodiscard]] std::string out_of_sight(const View& view, const voxel::WorldInfo& world);

@@ -69,6 +69,7 @@ public:
     [[nodiscard]] double pixel_rad() const noexcept { return m_pixel_rad; }
     /// What a pixel covers at a distance from where its ray starts, level-0 voxels across.
     [[nodiscard]] double pixel_voxels(double t) const noexcept { return m_pixel_voxels + m_pixel_rad * t; }
+    [[nodiscard]] double voxel_m() const noexcept { return m_voxel_m; }  ///< as in its shape
     /// Half of a fisheye's field of view, radians.
     [[nodiscard]] double half_angle_rad() const noexcept { return m_half; }
 

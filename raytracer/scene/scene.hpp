@@ -29,6 +29,7 @@ struct Scene {
         std::optional<std::array<double, 3>> position, target;
         std::string space = "crs";  ///< of position and target: crs (easting, northing, height in m), latlon (lat, lon, height in m) or voxel (x, y, z)
         bool inside_rock = false;   ///< allow a camera inside a solid voxel
+        friend bool operator==(const Camera&, const Camera&) = default;
     } camera;
     struct Sun {
         std::string date = "2026-06-21";
@@ -39,6 +40,7 @@ struct Scene {
         double strength = 1;
         double size = 1;  ///< radius of the disc, times the true one; 0: a point, with hard shadows
         std::optional<std::array<double, 3>> light;  ///< instead of the atmosphere's: linear R, G, B of a white surface that faces it
+        friend bool operator==(const Sun&, const Sun&) = default;
     } sun;
     struct Sky {
         std::string model = "atmosphere";  ///< atmosphere, or uniform: one colour all around
@@ -48,6 +50,7 @@ struct Scene {
         double clouds = 0;          ///< share of the sky that they cover
         double cloud_height_m = 1500;  ///< above the lowest voxel of the world
         double strength = 1;
+        friend bool operator==(const Sky&, const Sky&) = default;
     } sky;
     struct Output {
         std::array<int, 2> size_px = {1280, 720};
@@ -58,6 +61,7 @@ struct Scene {
         std::string tiff = "auto";          ///< samples of TIFF files: auto (bytes of maps, else floats), byte or float
         bool denoise = false;
         bool credit = false;  ///< a line with the data's attribution at the lower edge of 8-bit pictures
+        friend bool operator==(const Output&, const Output&) = default;
     } output;
     struct Quality {
         std::string integrator = "direct";  ///< direct, or path
@@ -81,11 +85,13 @@ struct Scene {
         bool cut_outs = true;  ///< holes between leaves
         std::string colour = "mix";  ///< material, true, or mix
         double colour_mix = 0.85;    ///< share of the true colour for mix
+        friend bool operator==(const Quality&, const Quality&) = default;
     } quality;
     struct Processing {
         std::optional<int> threads;  ///< of this machine; default: one for each core; 0: none, workers render
         int memory_mib = 2048;  ///< boxes in memory
         int box_patience_s = 300;  ///< after which a box of a voxel server is given up
+        friend bool operator==(const Processing&, const Processing&) = default;
     } processing;
     struct World {
         std::string crs, classes = "asprs", vertical_unit, settings;
@@ -93,8 +99,10 @@ struct Scene {
         int memory_mib = 4096;  ///< decoded squares and columns
         std::string dimension = "overworld";  ///< of a Minecraft world
         std::optional<double> base_m;         ///< rasters of heights: rock down to here; default: a little below the lowest
+        friend bool operator==(const World&, const World&) = default;
     } world;
     generated::Settings generated;  ///< but for seed and voxel_m, which come from elsewhere
+    friend bool operator==(const Scene&, const Scene&) = default;
 };
 
 }  // namespace terravox

@@ -166,6 +166,14 @@ void write(std::ostream& out, const Triple& v) {
 template <class T> constexpr bool kOptional = false;
 template <class T> constexpr bool kOptional<std::optional<T>> = true;
 
+std::string flag_text(double v) { return plain(v); }
+std::string flag_text(int v) { return std::to_string(v); }
+std::string flag_text(bool v) { return v ? "yes" : "no"; }
+std::string flag_text(const std::string& v) { return v; }
+std::string flag_text(const Size& v) { return std::to_string(v[0]) + "x" + std::to_string(v[1]); }
+std::string flag_text(const TileSize& v) { return v.text(); }
+std::string flag_text(const Triple& v) { return plain(v[0]) + "," + plain(v[1]) + "," + plain(v[2]); }
+
 }  // namespace
 
 void read_scene_table(const toml::table& root, const std::string& attempt, Scene& scene) {
@@ -253,6 +261,31 @@ std::string to_toml(const Scene& scene) {
     return out.str();
 }
 
+std::vector<FieldText> field_texts(const Scene& scene) {
+    std::vector<FieldText> out;
+    visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule&) {
+        FieldText& to = out.emplace_back(FieldText{std::string(path), {}});
+        if constexpr (kOptional<std::decay_t<decltype(field)>>) {
+            if (field) to.text = flag_text(*field);
+        } else to.text = flag_text(field);
+    });
+    return out;
+}
+
+std::vector<FieldText> changed_fields(const Scene& scene, const Scene& from) {
+    std::vector<FieldText> out = field_texts(scene);
+    const std::vector<FieldText> before = field_texts(from);
+    std::size_t i = 0;
+    std::erase_if(out, [&](const FieldText& f) { return f == before[i++]; });
+    return out;
+}
+
+std::string flag_of(std::string_view path) {
+    std::string out = "--" + std::string(path);
+    std::replace_if(out.begin() + 2, out.end(), [](char c) { return c == '.' || c == '_'; }, '-');
+    return out;
+}
+
 Scene what_shows(Scene scene) {
     const Scene plain;
     scene.processing = plain.processing;
@@ -265,9 +298,7 @@ std::vector<SceneFlag> scene_flags() {
     std::vector<SceneFlag> out;
     Scene scene;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
-        std::string name = "--" + std::string(path);
-        std::replace_if(name.begin() + 2, name.end(), [](char c) { return c == '.' || c == '_'; }, '-');
-        std::string names = name;
+        std::string names = flag_of(path);
         if (!rule.alias.empty()) names += "," + std::string(rule.alias);
         std::string help(rule.doc);
         if (!rule.words.empty()) help += " (" + allowed(rule) + ")";

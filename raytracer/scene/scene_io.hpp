@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,6 +26,19 @@ void set_field(Scene& scene, const std::string& path, const std::string& text);
 
 /// The scene as a TOML file that read_scene takes.
 [[nodiscard]] std::string to_toml(const Scene& scene);
+
+/// What a field says, as on the command line (set_field).
+struct FieldText {
+    std::string path;
+    std::optional<std::string> text;  ///< none: not set
+    friend bool operator==(const FieldText&, const FieldText&) = default;
+};
+/// All fields, in the order of the list.
+[[nodiscard]] std::vector<FieldText> field_texts(const Scene& scene);
+/// Those that say something else than in another scene.
+[[nodiscard]] std::vector<FieldText> changed_fields(const Scene& scene, const Scene& from);
+/// The flag of a field: "--camera-fov-deg".
+[[nodiscard]] std::string flag_of(std::string_view path);
 
 /// The scene without what no pixel depends on: what is stored in pictures, which are the same whoever made them.
 [[nodiscard]] Scene what_shows(Scene scene);

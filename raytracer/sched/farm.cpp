@@ -34,10 +34,10 @@ Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
             if (event != net::ServiceBrowser::Event::kFound) return;  // a link that works shall go on
             const net::Address address{found.address, found.port};
             spdlog::info("found worker {} at {}", found.name, address.text());
-            begin_dialling(address);
+            dial(address);
         });
     // Nothing below throws: threads that have begun are joined by the destructor alone.
-    for (const net::Address& address : m_options.dial) begin_dialling(address);
+    for (const net::Address& address : m_options.dial) dial(address);
     const std::lock_guard lock(m_mutex);
     m_threads.emplace_back([this] { watch(); });
 }
@@ -168,7 +168,7 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
             return false;
         }
         const std::lock_guard lock(m_mutex);
-        if (m_stop) return false;
+        if (m_stop || (!dialled.empty() && !m_dialled.contains(dialled))) return false;  // it was sent away before it was there
         id = m_next_place++;
         // With the lock held, where it is at work for a pool.
         const auto with_place = [this, id](const auto& act) {
@@ -213,17 +213,49 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
     return !is_banned(worker->hello().name(), worker->peer(), dialled);
 }
 
-void Farm::begin_dialling(const net::Address& address) {
+void Farm::dial(const net::Address& worker) {
     const std::lock_guard lock(m_mutex);
-    if (!m_stop && m_dialled.insert(address.text()).second) m_threads.emplace_back([this, address] { dial_again_and_again(address); });
+    if (m_stop || !m_dialled.try_emplace(worker.text(), m_next_turn).second) return;
+    m_threads.emplace_back([this, worker, turn = m_next_turn++] {
+        dial_again_and_again(worker, turn);
+        // Whoever does not want to be dialled any more may be asked once more, by hand.
+        const std::lock_guard own(m_mutex);
+        const auto found = m_dialled.find(worker.text());
+        if (found != m_dialled.end() && found->second == turn) m_dialled.erase(found);
+    });
 }
 
-void Farm::dial_again_and_again(const net::Address& address) {
+void Farm::hang_up(const std::string& worker) {
+    const std::lock_guard lock(m_mutex);
+    m_dialled.erase(worker);
+    m_wake.notify_all();
+    for (const auto& [id, place] : m_places) {
+        if (m_stop || place.dialled != worker) continue;
+        // A goodbye waits for a worker that does not read.
+        m_threads.emplace_back([link = place.link] {
+            link->bye("it is not needed any more");
+            link->abort();
+        });
+    }
+}
+
+std::vector<std::string> Farm::dialled() const {
+    const std::lock_guard lock(m_mutex);
+    std::vector<std::string> out;
+    for (const auto& [address, turn] : m_dialled) out.push_back(address);
+    return out;
+}
+
+void Farm::dial_again_and_again(const net::Address& address, std::uint64_t turn) {
     auto pause = farm_times().redial;
     bool told = false;
     const auto stopped_after = [&](std::chrono::milliseconds time) {
         std::unique_lock lock(m_mutex);
-        return m_wake.wait_for(lock, time, [&] { return m_stop; });
+        const auto is_over = [&] {
+            const auto found = m_dialled.find(address.text());
+            return m_stop || found == m_dialled.end() || found->second != turn;
+        };
+        return m_wake.wait_for(lock, time, is_over);
     };
     while (!stopped_after(std::chrono::milliseconds(0))) {
         try {

@@ -45,6 +45,12 @@ public:
     /// For PoolSettings::gone.
     void gone(ProcessorPool::MemberId member, const std::string& why, bool expelled);
 
+    /// A worker that listens there, from now on.
+    void dial(const net::Address& worker);
+    /// It is sent away, and not dialled any more. @param worker as Address::text
+    void hang_up(const std::string& worker);
+    [[nodiscard]] std::vector<std::string> dialled() const;
+
     /// Where it listens; 0: nowhere.
     [[nodiscard]] std::uint16_t port() const noexcept { return m_listener ? m_listener->port() : 0; }
     [[nodiscard]] std::size_t workers() const;
@@ -76,8 +82,7 @@ private:
     void observe(net::Link& link);
     /// @return whether there is such a worker
     bool pause(const std::string& worker, bool on);
-    void begin_dialling(const net::Address& address);
-    void dial_again_and_again(const net::Address& address);
+    void dial_again_and_again(const net::Address& address, std::uint64_t turn);
     void watch();
     void attach(Place& place);
     [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer, const std::string& dialled) const;
@@ -98,7 +103,8 @@ private:
     std::function<farm::Status()> m_status_source;
     bool m_stop = false;
     std::unique_ptr<net::Listener> m_listener;
-    std::set<std::string> m_dialled;  ///< addresses that have a thread
+    std::map<std::string, std::uint64_t> m_dialled;  ///< addresses that have a thread, and which of those it had
+    std::uint64_t m_next_turn = 1;
     std::vector<std::thread> m_threads;
     std::unique_ptr<net::ServiceBrowser> m_browser;
 };

@@ -192,7 +192,8 @@ void ProcessorPool::run_green(Clock::time_point until) {
     };
     while (!answered() && Clock::now() < until)
         for (const auto& [id, processor] : green) {
-            if (!processor->wait(kSlice)) continue;
+            const auto left = std::chrono::duration_cast<milliseconds>(until - Clock::now());
+            if (!processor->wait(std::clamp(left, milliseconds(0), kSlice))) continue;
             if (auto result = processor->take()) (void)accept(id, std::move(*result));
         }
 }

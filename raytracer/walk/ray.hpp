@@ -12,6 +12,7 @@ struct Vec3 {
     friend Vec3 operator-(Vec3 a, Vec3 b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
     friend Vec3 operator*(Vec3 a, double s) noexcept { return {a.x * s, a.y * s, a.z * s}; }
     friend Vec3 operator-(Vec3 a) noexcept { return {-a.x, -a.y, -a.z}; }
+    friend bool operator==(const Vec3&, const Vec3&) = default;
 };
 [[nodiscard]] inline double dot(Vec3 a, Vec3 b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
 [[nodiscard]] inline Vec3 cross(Vec3 a, Vec3 b) noexcept { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }

@@ -3,71 +3,21 @@
 import http.client
 import json
 import os
-import pathlib
 import re
 import shutil
 import signal
 import socket
 import subprocess
-import threading
 import time
 import unittest
 
-from support import Run, Server, binary, render, survey, temporary_folder
+from support import Program, Run, Server, binary, render, survey, temporary_folder
 
 TOKEN = "a-token-of-the-tests-1234"
 ENVIRONMENT = {"TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 # Some seconds on one thread: long enough to be killed in the middle of.
 SCENE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--samples", "40", "--bounces", "4"]
 os.environ["TERRAVOX_FARM_TEST"] = "1"
-
-
-class Program:
-    """A program of the farm that runs; its log is read as it comes."""
-
-    def __init__(self, *arguments, environment=ENVIRONMENT, within=()):
-        """@param within a command that runs others somewhere"""
-        self.process = subprocess.Popen([*within, binary("RAYTRACER"), *(str(a) for a in arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
-                                        env={**os.environ, **environment})
-        self.lines = []
-        self.changed = threading.Condition()
-        self.reader = threading.Thread(target=self._read, daemon=True)
-        self.reader.start()
-
-    def _read(self):
-        for line in self.process.stdout:
-            with self.changed:
-                self.lines.append(line.rstrip("\n"))
-                self.changed.notify_all()
-        with self.changed:
-            self.lines.append(None)
-            self.changed.notify_all()
-
-    def saw(self, pattern, timeout_s=60):
-        """Waits for a line. Returns the match."""
-        end = time.monotonic() + timeout_s
-        with self.changed:
-            while True:
-                for line in self.lines:
-                    found = re.search(pattern, line or "")
-                    if found:
-                        return found
-                left = end - time.monotonic()
-                if left <= 0 or (self.lines and self.lines[-1] is None):
-                    raise AssertionError(f"no line with {pattern!r} in\n{self.log()}")
-                self.changed.wait(left)
-
-    def log(self):
-        return "\n".join(line for line in self.lines if line is not None)
-
-    def end(self, timeout_s=120):
-        code = self.process.wait(timeout_s)
-        self.reader.join(10)
-        return code
-
-    def kill(self):
-        self.process.kill()
-        self.process.wait()
 
 
 class Farm(unittest.TestCase):
@@ -79,7 +29,7 @@ class Farm(unittest.TestCase):
         cls.wanted = (cls.out / "wanted.png").read_bytes()
 
     def program(self, *arguments, **options):
-        program = Program(*arguments, **options)
+        program = Program(*arguments, **{"environment": ENVIRONMENT, **options})
         self.addCleanup(program.process.stdout.close)
         self.addCleanup(program.kill)
         return program

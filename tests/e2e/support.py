@@ -5,12 +5,15 @@ import http.client
 import json
 import os
 import pathlib
+import re
 import resource
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -158,6 +161,54 @@ class Server:
                 column = self.json(f"/v2/columns/{level}/{bx}/{bz}")
                 out += [f"/v2/boxes/{level}/{bx}/{by}/{bz}" for by in range(column["by_begin"], column["by_end"])]
         return out
+
+
+class Program:
+    """A program that runs on; its log is read as it comes."""
+
+    def __init__(self, *arguments, environment=None, within=(), program="RAYTRACER", cwd=None):
+        """@param within a command that runs others somewhere @param program as binary() has it"""
+        self.process = subprocess.Popen([*within, binary(program), *(str(a) for a in arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+                                        env={**os.environ, **(environment or {})}, cwd=cwd)
+        self.lines = []
+        self.changed = threading.Condition()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            with self.changed:
+                self.lines.append(line.rstrip("\n"))
+                self.changed.notify_all()
+        with self.changed:
+            self.lines.append(None)
+            self.changed.notify_all()
+
+    def saw(self, pattern, timeout_s=60):
+        """Waits for a line. Returns the match."""
+        end = time.monotonic() + timeout_s
+        with self.changed:
+            while True:
+                for line in self.lines:
+                    found = re.search(pattern, line or "")
+                    if found:
+                        return found
+                left = end - time.monotonic()
+                if left <= 0 or (self.lines and self.lines[-1] is None):
+                    raise AssertionError(f"no line with {pattern!r} in\n{self.log()}")
+                self.changed.wait(left)
+
+    def log(self):
+        return "\n".join(line for line in self.lines if line is not None)
+
+    def end(self, timeout_s=120):
+        code = self.process.wait(timeout_s)
+        self.reader.join(10)
+        return code
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
 
 
 def entries(folder):

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/final_render.hpp"
+#include "raytracer/preview/frame_times.hpp"
+#include "raytracer/preview/hole_watch.hpp"
+#include "raytracer/preview/log_tail.hpp"
+#include "raytracer/preview/navigator.hpp"
+#include "raytracer/preview/panels/files_panel.hpp"
+#include "raytracer/preview/panels/map_panel.hpp"
+#include "raytracer/preview/panels/path_panel.hpp"
+#include "raytracer/preview/panels/places_panel.hpp"
+#include "raytracer/preview/panels/processors_panel.hpp"
+#include "raytracer/preview/pane.hpp"
+#include "raytracer/preview/pick_tool.hpp"
+#include "raytracer/preview/probe_processor.hpp"
+#include "raytracer/preview/window.hpp"
+
+namespace terravox {
+
+struct AppOptions {
+    CrewOptions crew;         ///< of the preview
+    CrewOptions final_crew;   ///< of final pictures
+    std::string scene_file;
+    bool light = false;
+    std::shared_ptr<LogTail> log;  ///< what the person is told of it
+};
+
+/// The window of an open world: input, panels, picture, frame by frame. docs/adr/0020.
+///
+/// All of it is on the main thread, but for processors, picks and final pictures. A frame takes input, draws panels, traces for what
+/// is left of a sixtieth of a second, and shows what has changed.
+class App {
+public:
+    App(Window& window, Scene scene, std::shared_ptr<LoadedWorld> world, const AppOptions& options);
+    ~App();
+
+    void frame();
+    [[nodiscard]] const FrameTimes& times() const noexcept { return m_times; }
+    [[nodiscard]] std::size_t holes() const { return m_desk.world->blocks.hole_count(); }
+    [[nodiscard]] std::uint64_t pictures() const noexcept { return m_pictures; }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    void handle_keys();
+    void handle_clicks();
+    void click(double x, double y, bool twice);
+    void note_history();
+    void draw();
+    void draw_panel();
+    void hear();
+    void restart_if_changed(Clock::time_point now);
+    void start(const Scene& wanted, int first_step, Clock::time_point now);
+    void work(Clock::time_point until);
+    void show_changes();
+    void choose_first_step();
+    [[nodiscard]] Scene scene_to_show() const;
+    [[nodiscard]] std::shared_ptr<TileProcessor> begin_picture(const View& view);
+    [[nodiscard]] float panel_px() const;
+    [[nodiscard]] double wait_s() const;
+
+    Window& m_window;
+    Desk m_desk;
+    FinalRender m_final;
+    Crew m_crew;
+    std::shared_ptr<ProbeProcessor> m_probe;  ///< of the picture under way, where a layer of walks is shown
+    Progressive m_picture;
+    MapPanel m_map;
+    PickTool m_pick;
+    HoleWatch m_holes;
+    Navigator m_navigator;
+    FilesPanel m_files;
+    PathPanel m_path;
+    PlacesPanel m_places;
+    ProcessorsPanel m_processors;
+    ScreenPicture m_screen;
+    FrameTimes m_times;
+
+    std::optional<Scene> m_shown;  ///< that the picture is of
+    Layer m_shown_layer = Layer::kBeauty;
+    Scene::Output m_shown_output;  ///< exposure and tone that the screen has
+    Scene m_last_scene;            ///< in the last frame
+    std::array<int, 2> m_window_px{};
+    Pane m_pane;
+    int m_first_step = 8;
+    int m_lively = 0;  ///< frames that follow one another, though nothing is to be done
+    std::optional<Clock::time_point> m_changed;  ///< when what is under way was asked for; until it has been seen
+    bool m_develop_all = false;    ///< once the picture is whole: what the screen has was developed otherwise
+    Clock::time_point m_frame_began, m_started, m_settled, m_probed, m_idle_since;
+    double m_probe_wait_s = 0;
+    std::size_t m_probe_missing = 0;
+    std::shared_ptr<LogTail> m_log;
+    bool m_final_ran = false;
+    double m_drawing_s = 0.004;  ///< of a frame, beside tracing
+    std::uint64_t m_pictures = 0;
+    bool m_moving = false;
+    bool m_far = false;  ///< the world is a server's, or an archive elsewhere
+};
+
+}  // namespace terravox

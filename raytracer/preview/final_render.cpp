@@ -1,0 +1,62 @@
+#include "raytracer/preview/final_render.hpp"
+
+#include <sys/resource.h>
+
+#include <utility>
+
+namespace terravox {
+namespace {
+
+constexpr int kGivesWay = 10;  // nice: the window's threads come first
+
+}  // namespace
+
+void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene, std::vector<std::string> files, const CrewOptions& crew) {
+    stop();
+    m_stop = false;
+    m_start = std::chrono::steady_clock::now();
+    {
+        const std::lock_guard lock(m_mutex);
+        m_status = {};
+        m_status.state = State::kRunning;
+    }
+    m_thread = std::thread([this, world = std::move(world), scene, files = std::move(files), crew] { run(world, scene, files, crew); });
+}
+
+void FinalRender::stop() noexcept {
+    m_stop = true;
+    if (m_thread.joinable()) m_thread.join();
+}
+
+void FinalRender::run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene, const std::vector<std::string>& files, const CrewOptions& crew) {
+    // Of this thread and those that it makes.
+    (void)::setpriority(PRIO_PROCESS, 0, kGivesWay);
+    State state = State::kDone;
+    std::string message;
+    try {
+        PictureRenderer::check(scene, files);
+        PictureRenderer renderer(world, crew, scene, true, m_stop);
+        renderer.on_progress([this](std::uint64_t done, std::uint64_t of) {
+            const std::lock_guard lock(m_mutex);
+            m_status.done = done, m_status.of = of;
+        });
+        const RenderStatistics statistics = renderer.render(scene, files);
+        message = "wrote";
+        for (const std::string& file : files) message += " " + file;
+        if (!statistics.counts.holes.empty()) message += "; it has holes: " + std::to_string(statistics.counts.holes.size()) + " boxes could not be had";
+    } catch (const std::exception& e) {
+        state = State::kFailed, message = m_stop ? kGivenUp : e.what();
+    }
+    const std::lock_guard lock(m_mutex);
+    m_status.state = state, m_status.message = std::move(message);
+    m_status.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+}
+
+FinalRender::Status FinalRender::status() const {
+    const std::lock_guard lock(m_mutex);
+    Status out = m_status;
+    if (out.state == State::kRunning) out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    return out;
+}
+
+}  // namespace terravox

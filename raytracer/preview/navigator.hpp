@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <set>
+
+#include "raytracer/preview/desk.hpp"
+#include "raytracer/preview/window.hpp"
+
+namespace terravox {
+
+/// Moves the viewpoint by mouse, keys and gamepad, and tells clicks from drags. Positions: pixels of the window.
+class Navigator {
+public:
+    /// After ImGui has begun the frame. @param seconds since the last @return the viewpoint has moved
+    bool handle(Desk& desk, const Gamepad& pad, double seconds);
+
+    struct Click {
+        double x = 0, y = 0;
+        bool twice = false;
+    };
+    /// On the picture, without a drag, since the last handle().
+    [[nodiscard]] const std::optional<Click>& click() const noexcept { return m_click; }
+    /// A key or button is held that moves.
+    [[nodiscard]] bool moving() const noexcept { return m_moving; }
+
+private:
+    bool drag(Desk& desk);
+    bool keys(Desk& desk, double seconds);
+    bool pad(Desk& desk, const Gamepad& pad, double seconds);
+    [[nodiscard]] double reach(const Desk& desk) const noexcept;
+    bool closer(Desk& desk, double factor);
+
+    std::optional<Click> m_click;
+    std::set<int> m_commands;  ///< keys that are down for something else
+    std::array<float, 2> m_pressed_at{};
+    bool m_pressed = false, m_dragged = false, m_moving = false;
+};
+
+}  // namespace terravox

@@ -1,0 +1,135 @@
+#include "raytracer/preview/panels/files_panel.hpp"
+
+#include <imgui.h>
+
+#include <sstream>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "raytracer/preview/command_line.hpp"
+#include "raytracer/preview/panels/form.hpp"
+#include "raytracer/preview/panels/widgets.hpp"
+#include "raytracer/render/statistics.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/scene/views.hpp"
+
+namespace terravox {
+namespace {
+
+/// File names with blanks between them.
+std::vector<std::string> names_in(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> out;
+    for (std::string name; stream >> name;) out.push_back(name);
+    return out;
+}
+
+void file_row(const char* label, std::string& file) {
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+    if (const auto typed = widgets::text_input(label, file, 1000, "file")) file = typed->text;
+    widgets::tell_place(label);
+}
+
+}  // namespace
+
+void FilesPanel::save_scene(Desk& desk) const {
+    try {
+        util::write_file_atomically(m_scene_file, to_toml(desk.scene));
+        desk.say("saved " + m_scene_file);
+    } catch (const Error& e) {
+        desk.say(e.what(), true);
+    }
+}
+
+void FilesPanel::open_scene(Desk& desk, const std::string& file) {
+    try {
+        // As the command line does, so that a named view counts.
+        const Scene opened = compose_scene({file_layer(file)});
+        desk.take(opened);
+        m_scene_file = file;
+        const Scene usual;
+        const bool says_world = opened.world != usual.world || opened.generated != usual.generated;
+        const bool other_world = says_world && (opened.world != desk.scene.world || opened.generated != desk.scene.generated);
+        desk.say("opened " + file + (other_world ? "; the world stays as it was opened, whatever the file says of it" : ""));
+    } catch (const Error& e) {
+        desk.say(e.what(), true);
+    }
+}
+
+void FilesPanel::save_picture(Desk& desk, const Progressive& picture) const {
+    try {
+        const std::string layer = facts_of(desk.layer).name;
+        if (!has_picture(desk.layer)) throw Error("save " + m_picture_file + ": of the layer '" + layer + "' there is only what the window shows; allowed: the others, such as beauty");
+        if (!picture.whole()) throw Error("save " + m_picture_file + ": there is no whole picture yet");
+        check_image_target(m_picture_file);
+        View view = *picture.view();
+        view.exposure_ev += desk.scene.output.exposure_ev - view.scene.output.exposure_ev;
+        view.scene.output.exposure_ev = desk.scene.output.exposure_ev, view.scene.output.tone = desk.scene.output.tone;
+        view.scene.output.credit = desk.scene.output.credit, view.scene.output.tiff = desk.scene.output.tiff;
+        RenderStatistics statistics;
+        statistics.counts.samples = picture.status().samples;
+        write_image(*picture.film(), m_picture_file, picture_info(view, desk.info(), statistics, false));
+        desk.say("saved " + m_picture_file + (picture.busy() ? ", as far as it is" : "") + (desk.layer != Layer::kBeauty ? ": the picture; of the layer " + layer + " only .exr" : ""));
+    } catch (const Error& e) {
+        desk.say(e.what(), true);
+    }
+}
+
+void FilesPanel::start_final(Desk& desk, FinalRender& final_render) const {
+    const auto files = names_in(m_final_files);
+    if (files.empty()) return desk.say("render the final picture: no file named", true);
+    if (final_render.runs()) return desk.say("render the final picture: one is being rendered; give it up first", true);
+    final_render.start(desk.world, desk.scene, files, m_crew);
+}
+
+std::string FilesPanel::command_line(const Desk& desk) const {
+    std::vector<std::string> words = desk.world->inputs;
+    for (const auto& photo : desk.world->orthophotos) words.emplace_back("--ortho"), words.push_back(photo.string());
+    const auto files = names_in(m_final_files);
+    return render_command_line(desk.scene, words, files.empty() ? "picture.png" : files.front());
+}
+
+void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture, FinalRender& final_render) {
+    ImGui::TextDisabled("scene file");
+    file_row("##scene file", m_scene_file);
+    if (widgets::button("Save scene")) save_scene(desk);
+    widgets::tip("Ctrl+S");
+    ImGui::SameLine();
+    if (widgets::button("Open scene")) open_scene(desk);
+    widgets::tip("Ctrl+O, or drop the file on the window");
+    ImGui::SameLine();
+    if (widgets::button("Copy command")) {
+        ImGui::SetClipboardText(command_line(desk).c_str());
+        desk.say("the command line is on the clipboard");
+    }
+    widgets::tip("renders this scene without a window (Ctrl+K)");
+    ImGui::Separator();
+    ImGui::TextDisabled("the picture so far");
+    file_row("##picture file", m_picture_file);
+    if (widgets::button("Save picture")) save_picture(desk, picture);
+    widgets::tip(".png .jpg .exr .tif (Ctrl+P)");
+    ImGui::Separator();
+    ImGui::TextDisabled("the final picture");
+    form.row("output.size");
+    form.rows({"output.layers", "output.denoise", "output.credit"});
+    file_row("##final files", m_final_files);
+    const FinalRender::Status status = final_render.status();
+    const bool runs = final_render.runs();
+    if (!runs) {
+        if (widgets::button("Render")) start_final(desk, final_render);
+        widgets::tip("beside the window: the same picture as terravox render makes (Ctrl+R)");
+    } else if (widgets::button("Give up")) {
+        final_render.give_up();
+    }
+    if (runs) {
+        ImGui::SameLine();
+        const float share = status.of > 0 ? static_cast<float>(status.done) / static_cast<float>(status.of) : 0;
+        ImGui::ProgressBar(share, {-1, 0});
+        if (status.of == 0) ImGui::TextDisabled("%.0f s", status.seconds);
+        else ImGui::TextDisabled("%llu of %llu tiles, %.0f s", static_cast<unsigned long long>(status.done), static_cast<unsigned long long>(status.of), status.seconds);
+    }
+    if (!runs && !status.message.empty()) ImGui::TextWrapped("%s (%.1f s)", status.message.c_str(), status.seconds);
+}
+
+}  // namespace terravox

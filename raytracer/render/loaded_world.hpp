@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/util/stage_times.hpp"
+#include "raytracer/render/world_arguments.hpp"
+#include "raytracer/sched/socket/worker_link.hpp"
+#include "raytracer/world/block_manager.hpp"
+
+namespace terravox {
+
+/// A world with its boxes in memory, and what it was opened from: for pictures one after the other, or side by side.
+struct LoadedWorld {
+    /// @param scene world and processing count @param stop as open_world @throws Error, UsageError
+    LoadedWorld(const WorldArguments& from, const Scene& scene, const std::stop_token& stop = {});
+
+    const std::vector<std::string> inputs;
+    const std::vector<std::filesystem::path> orthophotos;
+    const BoxSource source;  ///< where workers may have boxes from
+    util::StageTimes times;  ///< outlives the world, which writes to it
+    const std::unique_ptr<voxel::World> world;
+    BlockManager blocks;
+};
+
+}  // namespace terravox

@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""The preview window at the demo scene, on a display without a screen and OpenGL in software: flown and turned by keys and mouse, what it says of frames and first
+pictures at its end; by green alone, and with a thread. One line of JSON."""
+
+import argparse
+import json
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
+from desktop import Desktop  # noqa: E402
+from support import Program, temporary_folder  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+def demo_survey(folder):
+    """As `terravox demo` has it."""
+    subprocess.run([os.environ["TERRAVOX_SURVEY"], "--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "6", "-o", folder], check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
+def measure(desktop, world, threads, seconds):
+    report = temporary_folder() / "report.json"
+    size = [1280, 720]
+    program = Program("preview", world, "--ortho", world / "ortho", "--scene", ROOT / "config/scenes/demo.toml", "--window", f"{size[0]}x{size[1]}", "--log", "debug", "--report", report,
+                      "--threads", threads, environment=desktop.environment)
+    try:
+        program.saw("first picture after", 300)
+        desktop.do("mousemove", 800, 400)
+        desktop.key("F2", "F3")  # the picture fills the window
+        time.sleep(20)  # until what is in sight is in memory
+        warm = len(program.lines)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            desktop.hold("Left", 1)
+            desktop.drag(700, 350, 800, 360)
+            desktop.hold("Right", 1)
+            desktop.hold("w", 0.5)
+            desktop.hold("s", 0.5)
+        moved = [line for line in program.lines[warm:] if line]
+        memory_mib = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{program.process.pid}/status").read_text()).group(1)) / 1024
+        desktop.key("ctrl+q")
+        code = program.end(60)
+        if code != 0:
+            raise RuntimeError(f"preview: exit code {code}: {program.log()[-600:]}")
+    finally:
+        program.kill()
+        program.process.stdout.close()
+    firsts = sorted(float(m.group(1)) / 1e3 for m in (re.search(r"first picture after ([\d.]+) ms", line) for line in moved) if m)
+    told = json.loads(report.read_text())
+    return {"pictures": len(firsts), "first_median_s": statistics.median(firsts), "first_p99_s": firsts[int(0.99 * (len(firsts) - 1))], "frame_median_s": told["frames"]["median_s"],
+            "frame_p95_s": told["frames"]["p95_s"], "stop_p99_s": told["stops"]["p99_s"], "memory_mib": memory_mib}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=30)
+    args = parser.parse_args()
+    world = demo_survey(temporary_folder() / "demo")
+    desktop = Desktop()
+    try:
+        figures = {f"{name}_{key}": value for name, threads in (("green", 0), ("thread", 1)) for key, value in measure(desktop, world, threads, args.seconds).items()}
+    finally:
+        desktop.stop()
+    print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()

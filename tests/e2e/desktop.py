@@ -1,0 +1,84 @@
+"""A display without a screen (Xvfb), the keys and the mouse at it (xdotool), and what it shows."""
+
+import os
+import pathlib
+import shutil
+import struct
+import subprocess
+import time
+
+from support import temporary_folder
+
+MISSING = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
+
+
+class Desktop:
+    def __init__(self, width=1280, height=800):
+        self.folder = temporary_folder()
+        read, write = os.pipe()
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", str(self.folder), "-nolisten", "tcp", "-noreset"], pass_fds=[write],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as told:
+            self.display = ":" + told.readline().strip()
+        self.environment = {"DISPLAY": self.display, "LIBGL_ALWAYS_SOFTWARE": "1", "XAUTHORITY": ""}
+
+    def stop(self):
+        self.server.terminate()
+        self.server.wait(20)
+
+    def do(self, *words):
+        """As the person does: words of xdotool."""
+        subprocess.run(["xdotool", *map(str, words)], env={**os.environ, **self.environment}, check=True, timeout=60, stdout=subprocess.DEVNULL)
+
+    def key(self, *keys):
+        self.do("key", *keys)
+
+    def hold(self, key, seconds):
+        self.do("keydown", key)
+        time.sleep(seconds)
+        self.do("keyup", key)
+
+    def click(self, x, y, *more):
+        self.do("mousemove", round(x), round(y), "sleep", "0.1", "click", *more, "1")
+
+    def drag(self, x0, y0, x1, y1, steps=10, button=1):
+        words = ["mousemove", round(x0), round(y0), "sleep", "0.1", "mousedown", button, "sleep", "0.1"]
+        for i in range(1, steps + 1):
+            words += ["mousemove", round(x0 + (x1 - x0) * i / steps), round(y0 + (y1 - y0) * i / steps), "sleep", "0.03"]
+        self.do(*words, "mouseup", button)
+
+    def see(self):
+        """@return (width, height, rows of RGB bytes)"""
+        data = pathlib.Path(self.folder / "Xvfb_screen0").read_bytes()
+        # The X window dump: XWDFile.h of the X.Org Foundation.
+        header = struct.unpack(">25I", data[:100])
+        size, width, height, bits, row_bytes, colours = header[0], header[4], header[5], header[11], header[12], header[19]
+        assert bits == 32, bits
+        start = size + colours * 12
+        rows = []
+        for y in range(height):
+            row = data[start + y * row_bytes : start + y * row_bytes + width * 4]
+            rgb = bytearray(width * 3)
+            rgb[0::3], rgb[1::3], rgb[2::3] = row[2::4], row[1::4], row[0::4]  # little-endian
+            rows.append(bytes(rgb))
+        return width, height, rows
+
+    def save(self, path):
+        """As PPM, for who wants to look."""
+        width, height, rows = self.see()
+        pathlib.Path(path).write_bytes(b"P6 %d %d 255\n" % (width, height) + b"".join(rows))
+
+
+def colours(seen, box):
+    """How many different colours there are in x0, y0, x1, y1."""
+    _, _, rows = seen
+    x0, y0, x1, y1 = box
+    return len({row[x * 3 : x * 3 + 3] for row in rows[y0:y1] for x in range(x0, x1)})
+
+
+def changed(before, after, box):
+    """The share of pixels in x0, y0, x1, y1 that are not the same."""
+    x0, y0, x1, y1 = box
+    other = sum(a[x * 3 : x * 3 + 3] != b[x * 3 : x * 3 + 3] for a, b in zip(before[2][y0:y1], after[2][y0:y1]) for x in range(x0, x1))
+    return other / ((x1 - x0) * (y1 - y0))

@@ -1,0 +1,421 @@
+#!/usr/bin/env python3
+"""The preview window as a person uses it, on a display without a screen: fly, drag the sun, pick, save, render; and what goes wrong meanwhile."""
+
+import json
+import os
+import pathlib
+import re
+import sys
+import time
+import unittest
+
+from desktop import MISSING, Desktop, changed, colours
+from support import Case, Program, Run, Server, binary, render, survey, temporary_folder
+
+TOKEN = {"TERRAVOX_TOKEN": "a-token-of-the-tests-1234", "TERRAVOX_FARM_TEST": "1"}
+WIDTH, HEIGHT = 1000, 640
+# Right of the panel, away from status line and map, in a picture of 16 to 9.
+PICTURE = (440, 160, 740, 370)
+MIDDLE = (682, 340)
+KEEP = os.environ.get("TERRAVOX_KEEP_SCREENS")  # a folder, for who wants to look
+
+
+class NoDisplay(Case):
+    def test_one_clear_line(self):
+        run = Run([binary("RAYTRACER"), "preview", "generated:3"], environment={"DISPLAY": "", "WAYLAND_DISPLAY": ""})
+        self.assertRefused(run, 1, "open the preview window", "terravox render WORLD -o picture.png")
+
+    def test_what_is_wrong_is_told_before_a_window_opens(self):
+        self.assertRefused(Run([binary("RAYTRACER"), "preview", "/nowhere"]), 2, "/nowhere")
+        self.assertRefused(Run([binary("RAYTRACER"), "preview", "generated:3", "--window", "0x5"]), 2, "output.size", "65536")
+
+
+@unittest.skipIf(MISSING, f"without {', '.join(MISSING)}")
+class Window(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.desktop = Desktop(1280, 1600)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.desktop.stop()
+
+    def setUp(self):
+        self.out = temporary_folder()
+
+    def preview(self, world, *arguments, environment=None, first=True, height=HEIGHT):
+        program = Program("preview", world, "--window", f"{WIDTH}x{height}", "--log", "trace", "--report", self.out / "report.json", "--save-scene", self.out / "scene.toml", *arguments,
+                          environment={**self.desktop.environment, **(environment or {})}, cwd=self.out)
+        self.addCleanup(program.process.stdout.close)
+        self.addCleanup(program.kill)
+        if first:
+            program.saw("first picture after", 120)
+            self.desktop.do("mousemove", *MIDDLE)
+            time.sleep(1)
+        return program
+
+    def worker(self):
+        program = Program("worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=TOKEN)
+        self.addCleanup(program.process.stdout.close)
+        self.addCleanup(program.kill)
+        return program, "127.0.0.1:" + program.saw(r"on port (\d+)").group(1)
+
+    def quit(self, program, code=0):
+        self.desktop.key("ctrl+q")
+        self.assertEqual(program.end(60), code, program.log()[-3000:])
+        return json.loads((self.out / "report.json").read_text())
+
+    def place_of(self, program, name):
+        """The middle of an item, as it was told last."""
+        program.saw(f"place of {re.escape(name)}: ")
+        time.sleep(0.3)  # windows grow until all fits
+        x0, y0, x1, y1 = map(int, re.findall(rf"place of {re.escape(name)}: (\d+) (\d+) (\d+) (\d+)", program.log())[-1])
+        return (x0 + x1) / 2, (y0 + y1) / 2, x1 - x0
+
+    def press(self, program, name):
+        x, y, _ = self.place_of(program, name)
+        self.desktop.click(x, y)
+
+    def count(self, program, pattern):
+        return len(re.findall(pattern, program.log()))
+
+    def keep(self, name):
+        if KEEP:
+            self.desktop.save(pathlib.Path(KEEP) / (name + ".ppm"))
+
+    def wait_for_more(self, program, pattern, than, timeout_s=30):
+        """Until the log has the pattern more often than that."""
+        end = time.monotonic() + timeout_s
+        while self.count(program, pattern) <= than:
+            self.assertLess(time.monotonic(), end, f"no more of {pattern!r} in {program.log()[-2000:]}")
+            time.sleep(0.05)
+
+    def see_change(self, before, share, box=PICTURE, timeout_s=20):
+        """What is to be seen once that share of the box is not as it was before."""
+        end = time.monotonic() + timeout_s
+        while True:
+            time.sleep(0.3)
+            now = self.desktop.see()
+            if changed(before, now, box) > share:
+                return now
+            self.assertLess(time.monotonic(), end, f"only {changed(before, now, box):.3f} of {box} has changed")
+
+    def saved(self, program):
+        """The scene, saved now."""
+        before = self.count(program, "saved .*scene.toml")
+        self.desktop.key("ctrl+s")
+        self.wait_for_more(program, "saved .*scene.toml", before)
+        return (self.out / "scene.toml").read_text()
+
+    def time_h(self, program):
+        return float(re.search(r"time_h = (\S+)", self.saved(program)).group(1))
+
+    def test_fly_drag_the_sun_pick_save_and_render(self):
+        program = self.preview(survey(), "--size", "160x90", "--samples", "2")
+        desktop = self.desktop
+        first = desktop.see()
+        self.assertGreater(colours(first, PICTURE), 200)
+        self.keep("open")
+
+        pictures = self.count(program, "first picture after")
+        desktop.hold("w", 0.5)
+        desktop.hold("a", 0.3)
+        desktop.drag(500, 300, 600, 260)
+        self.wait_for_more(program, "first picture after", pictures + 5)
+        self.see_change(first, 0.5)
+        self.keep("flown")
+        desktop.key("Home")
+        time.sleep(1)
+        flown = desktop.see()
+
+        x, y, width = self.place_of(program, "sun.time_h")
+        desktop.drag(x, y, x + width * 0.3, y)
+        self.see_change(flown, 0.3)
+        time.sleep(1)
+        self.keep("sun")
+
+        desktop.click(*MIDDLE)
+        for fact in ("voxel: -?\\d+, -?\\d+, -?\\d+", "height: ", "material: ", "source class: ", "square: ", "distance: "):
+            program.saw("picked " + fact, 20)
+        time.sleep(0.5)
+        self.keep("picked")
+
+        time_h = self.time_h(program)
+        self.assertGreater(time_h, 17)
+        desktop.key("ctrl+z")
+        self.assertEqual(self.time_h(program), 16)
+        desktop.key("ctrl+y")
+        self.assertEqual(self.time_h(program), time_h)
+
+        # From the window and without one: the same bytes.
+        desktop.key("ctrl+r")
+        end = time.monotonic() + 60
+        while not (self.out / "picture.png").exists() and time.monotonic() < end:
+            time.sleep(0.2)
+        self.assertDone(render(survey(), "--scene", self.out / "scene.toml", "--quiet", "-o", self.out / "headless.png"))
+        self.assertTrue((self.out / "picture.png").read_bytes() == (self.out / "headless.png").read_bytes(), program.log()[-2000:])
+
+        desktop.key("ctrl+p")
+        program.saw("saved preview.png")
+        self.assertTrue((self.out / "preview.png").read_bytes().startswith(b"\x89PNG"))
+        report = self.quit(program)
+        for what in ("frames", "first_pictures", "stops"):
+            print(f"{what}: {report[what]}", file=sys.stderr)
+        self.assertGreater(report["first_pictures"]["count"], 5)
+
+    def test_layers_themes_help_and_a_measured_distance(self):
+        program = self.preview(survey(), "--samples", "1")
+        desktop = self.desktop
+        seen = [desktop.see()]
+        for layer in range(12):
+            desktop.key("F6")
+            self.see_change(seen[-1], 0.02)
+            time.sleep(0.7)
+            seen.append(desktop.see())
+            self.keep(f"layer-{layer + 1:02}")
+            self.assertGreater(colours(seen[-1], PICTURE), 1, f"layer {layer + 1}")
+        desktop.key("F6")
+        time.sleep(1)
+        desktop.key("F7")
+        self.see_change(seen[0], 0.5, (10, 300, 300, 600))
+        self.keep("light")
+        desktop.key("F1")
+        time.sleep(0.5)
+        self.keep("help")
+        desktop.key("Escape", "m")
+        desktop.click(640, 330)
+        time.sleep(0.7)
+        desktop.click(700, 350)
+        program.saw(r"measured \d+\.\d\d m on the map, -?\d+\.\d\d m up", 20)
+        self.keep("measured")
+        desktop.key("m", "f", "F2")
+        desktop.drag(500, 300, 560, 330)
+        time.sleep(0.7)
+        self.keep("no-panel")
+        self.quit(program)
+
+    def test_the_panel_by_keyboard_alone(self):
+        program = self.preview(survey(), "--samples", "1", "--ui-scale", "1.5", "--light")
+        desktop = self.desktop
+        desktop.key("ctrl+Tab")
+        time.sleep(0.5)
+        desktop.key("Down", "Down", "Down", "Return")  # buttons, heading, date, time
+        time.sleep(0.5)
+        desktop.do("type", "12.5")
+        desktop.key("Return")
+        time.sleep(0.5)
+        self.keep("keyboard")
+        desktop.key("Down", "Escape")
+        time.sleep(0.5)
+        before = desktop.see()
+        desktop.hold("Left", 0.5)  # the view's again
+        self.see_change(before, 0.1, (600, 200, 900, 400))
+        self.assertEqual(self.time_h(program), 12.5)
+        self.quit(program)
+
+    def test_threads_and_workers_are_added_and_a_final_picture_given_up(self):
+        _, address = self.worker()
+        program = self.preview(survey(), "--integrator", "path", "--samples", "4000", "--size", "1600x900", "--threads", "0", environment=TOKEN, height=1500)
+        desktop = self.desktop
+        self.press(program, "Processors")
+        self.press(program, "address")
+        desktop.do("type", "not a place:99999999")
+        desktop.key("Return")
+        self.press(program, "Add worker")
+        program.saw("99999999", 20)
+        self.press(program, "address")
+        desktop.key("ctrl+a")
+        desktop.do("type", address)
+        desktop.key("Return")
+        self.press(program, "Add worker")
+        program.saw(r"answer: .* of (?!this machine)", 60)
+        x, y, width = self.place_of(program, "threads")
+        desktop.click(x + width * 0.1, y)
+        time.sleep(1.5)
+        self.keep("processors")
+        x, y, width = self.place_of(program, "green")
+        desktop.click(x - width / 2 + 8, y)
+        time.sleep(1)
+        self.assertIsNone(program.process.poll(), program.log()[-2000:])
+        self.press(program, "Render")
+        time.sleep(1.5)
+        self.keep("final")
+        self.press(program, "Give up")
+        time.sleep(1)
+        self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
+        self.keep("given-up")
+        self.quit(program)
+
+    def test_coordinates_a_click_on_the_map_and_a_named_view_lead_there(self):
+        program = self.preview(survey(), "--samples", "1", height=1500)
+        desktop = self.desktop
+
+        def target():
+            time.sleep(1.5)
+            return [float(v) for v in re.search(r"target = \[ *(\S+), *(\S+), *(\S+) *\]", self.saved(program)).groups()]
+
+        def at(easting, northing, within):
+            east, north, height = target()
+            self.assertLess(abs(east - easting) + abs(north - northing), within)
+            return height
+
+        self.press(program, "place")
+        desktop.do("type", "462500.5, 101400.5")
+        desktop.key("Return")
+        self.assertTrue(400 < at(462500.5, 101400.5, 0.01) < 600)
+        self.press(program, "place")
+        desktop.key("ctrl+a")
+        desktop.do("type", "somewhere")
+        desktop.key("Return")
+        program.saw("go to 'somewhere': not two numbers")
+        x, y, width = self.place_of(program, "map")
+        desktop.click(x + width / 4, y)
+        at(462368 + 192, 101360 + 128, 4)
+        self.keep("went")
+        self.press(program, "Demo castle")
+        program.saw(r"place of Demo castle")
+        self.assertGreater(abs(target()[0] - 462560), 4)
+        self.quit(program)
+
+    def test_a_flight_is_made_played_and_saved(self):
+        program = self.preview(survey(), "--size", "64x36", "--samples", "1")
+        desktop = self.desktop
+        desktop.key("k")
+        desktop.hold("Left", 1)
+        time.sleep(0.6)
+        desktop.key("k")
+        desktop.hold("w", 0.3)
+        time.sleep(0.6)
+        desktop.key("k")
+        time.sleep(0.5)
+        self.keep("flight")
+        before = desktop.see()
+        desktop.key("p")
+        self.see_change(before, 0.1)
+        self.press(program, "Save flight")
+        program.saw("saved flight.toml")
+        text = (self.out / "flight.toml").read_text()
+        for what in ("[[key]]", "camera.position", "camera.target"):
+            self.assertEqual(text.count(what), 3, what)
+        self.assertRegex(text, "space = 'crs'")
+        time.sleep(6)
+        self.quit(program)
+        frames = Run([binary("RAYTRACER"), "animate", self.out / "flight.toml", survey(), "--quiet", "-o", self.out / "frame-%04d.png", "--last", "1"])
+        self.assertDone(frames)
+        self.assertTrue((self.out / "frame-0000.png").exists(), list(self.out.iterdir()))
+
+    def test_no_memory_is_lost_over_a_thousand_moves(self):
+        program = self.preview(survey(), "--samples", "1", "--memory-mib", "64")
+
+        def memory_mib():
+            status = pathlib.Path(f"/proc/{program.process.pid}/status").read_text()
+            return int(re.search(r"VmRSS:\s+(\d+)", status).group(1)) / 1024
+
+        def moves(count):
+            goal, end = self.count(program, "first picture after") + count, time.monotonic() + 400
+            while self.count(program, "first picture after") < goal and time.monotonic() < end:
+                self.desktop.hold("Left", 1)
+                self.desktop.hold("Right", 1)
+            self.assertGreaterEqual(self.count(program, "first picture after"), goal, program.log()[-1000:])
+
+        moves(200)  # until all that there is to be kept is there
+        before = memory_mib()
+        moves(1000)
+        after = memory_mib()
+        print(f"memory before and after 1000 moves: {before:.0f}, {after:.0f} MiB", file=sys.stderr)
+        self.assertLess(after, before * 1.1 + 16)
+        self.quit(program)
+
+    def test_tiny_hidden_and_closed_in_the_middle(self):
+        program = self.preview(survey(), "--integrator", "path", "--samples", "4000", "--size", "4000x4000")
+        desktop = self.desktop
+        window = ["search", "--name", "Terravox", "windowsize", "--sync"]
+        desktop.do(*window, 1, 1)
+        time.sleep(0.7)
+        desktop.do(*window, 500, 300)
+        time.sleep(0.7)
+        self.assertIsNone(program.process.poll(), program.log()[-2000:])
+        self.keep("small")
+        desktop.do(*window, WIDTH, HEIGHT)
+        time.sleep(0.7)
+        desktop.do("mousemove", *MIDDLE)
+        desktop.key("ctrl+r")
+        time.sleep(1)
+        begun = time.monotonic()
+        self.quit(program)
+        self.assertLess(time.monotonic() - begun, 20)
+        self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
+
+    def test_a_broken_scene_is_told_and_the_window_stays(self):
+        program = self.preview(survey(), "--samples", "1", "--voxel", "2")
+        broken = self.out / "scene.toml"
+        for text, said in (("[camera]\nfov_deg = 900\n", "camera.fov_deg = 900; allowed: 1 to 360"), ("[camera\n", "parsing table header"), ("[camera]\nspace = 'voxel'\nposition = [1, 2, 3]\ntarget = [1, 2, 3]\n", "place the camera")):
+            broken.write_text(text)
+            self.desktop.key("ctrl+o")
+            program.saw(re.escape(said), 20)
+            self.assertIsNone(program.process.poll())
+        self.keep("broken")
+        broken.write_text("[sun]\ntime_h = 12\n")
+        self.desktop.key("ctrl+o")
+        program.saw("opened .*scene.toml")
+        self.assertEqual(self.time_h(program), 12)
+        self.assertRegex(self.saved(program), r"voxel_m = 2")  # the world is the one that is open
+        # Of a scene that is no picture the window stays as it is, whatever is done to it.
+        self.press(program, "sun.date")
+        self.desktop.key("ctrl+a")
+        self.desktop.do("type", "2026-13-01")
+        self.desktop.key("Return")
+        program.saw("2026-13-01", 20)
+        self.desktop.key("Escape", "F2", "F8", "equal", "F6", "minus")
+        time.sleep(1)
+        self.keep("no-picture")
+        self.desktop.key("F5", "F8", "F2", "ctrl+z")
+        pictures = self.count(program, "first picture after")
+        self.desktop.key("ctrl+z", "ctrl+z", "ctrl+z")
+        self.wait_for_more(program, "first picture after", pictures)
+        self.quit(program)
+
+    def test_a_world_that_cannot_be_opened(self):
+        program = self.preview("http://127.0.0.1:9", "--processing-box-patience-s", "1", first=False)
+        program.saw(r"\[error\].*127.0.0.1:9", 60)
+        self.place_of(program, "Try again")
+        self.keep("not-open")
+        self.press(program, "Close")
+        self.assertEqual(program.end(30), 1, program.log())
+
+    def test_a_server_that_goes_and_comes_back(self):
+        server = Server(survey())
+        self.addCleanup(lambda: server.process.poll() is None and server.kill())
+        program = self.preview(server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1")
+        port = server.port
+        server.kill()
+        self.desktop.hold("w", 0.4)
+        self.desktop.hold("Left", 1.5)
+        program.saw("could not|Couldn't connect", 60)
+        time.sleep(3)
+        self.assertIsNone(program.process.poll(), program.log()[-2000:])
+        self.keep("server-gone")
+        again = Program("--port", str(port), survey(), program="VOXELSERVER")
+        self.addCleanup(again.process.stdout.close)
+        self.addCleanup(again.kill)
+        again.saw("listening on", 30)
+        # By itself, after a while.
+        program.saw("a box that was a hole has come", 90)
+        time.sleep(5)
+        self.keep("server-back")
+        self.quit(program)
+
+    def test_a_worker_that_comes_and_is_killed(self):
+        worker, address = self.worker()
+        program = self.preview(survey(), "--integrator", "path", "--samples", "200", "--worker", address, environment=TOKEN)
+        program.saw(r"answer: .* of (?!this machine)", 60)
+        worker.kill()
+        program.saw("is lost", 60)
+        before = self.count(program, "first picture after")
+        self.desktop.hold("w", 0.5)
+        self.wait_for_more(program, "first picture after", before)
+        self.quit(program)
+
+
+if __name__ == "__main__":
+    unittest.main()

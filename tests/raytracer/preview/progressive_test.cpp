@@ -1,0 +1,276 @@
+#include "raytracer/preview/progressive.hpp"
+
+#include <cmath>
+#include <thread>
+
+#include "common/util/error.hpp"
+#include "raytracer/preview/hole_watch.hpp"
+#include "raytracer/preview/layers.hpp"
+#include "raytracer/preview/picker.hpp"
+#include "raytracer/preview/probe_processor.hpp"
+#include "raytracer/sched/green_processor.hpp"
+#include "raytracer/sched/processor_pool.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/landscape.hpp"
+
+using namespace terravox;
+using namespace std::chrono_literals;
+using terravox::test::Job;
+using terravox::test::small_scene;
+
+namespace {
+
+Progressive::Begin green(BlockManager& blocks) {
+    return [&blocks](const View& view) { return std::make_shared<GreenProcessor>(view, blocks); };
+}
+Progressive::Begin threads(BlockManager& blocks, int count) {
+    return [&blocks, count](const View& view) { return std::make_shared<ThreadProcessor>(view, blocks, count); };
+}
+
+void finish(Progressive& picture) {
+    while (picture.busy()) picture.work(Progressive::Clock::now() + 50ms);
+}
+
+// The mean of samples that came one by one is not the same to the last bit.
+void check_like(const Film& is, const Film& wanted) {
+    for (int y = 0; y < wanted.height_px(); ++y)
+        for (int x = 0; x < wanted.width_px(); ++x) {
+            const Colour a = is.at(x, y).colour, b = wanted.at(x, y).colour;
+            if (std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) > 1e-4f * (1 + b.r + b.g + b.b)) FAIL("pixel " << x << ", " << y << ": " << a.r << " for " << b.r);
+        }
+}
+
+}  // namespace
+
+TEST_CASE("slices come to the picture that is rendered at once", "[preview]") {
+    const int step = GENERATE(1, 8, 64), samples = GENERATE(1, 5);
+    Scene scene = small_scene();
+    scene.quality.samples = samples;
+    Job job(scene);
+    Progressive picture(job.blocks, GENERATE(true, false) ? green(job.blocks) : threads(job.blocks, 2));
+    picture.start(scene, step);
+    CHECK(picture.busy());
+    CHECK_FALSE(picture.whole());
+    finish(picture);
+    CHECK(picture.whole());
+    CHECK(picture.status().samples == static_cast<std::uint32_t>(samples));
+    CHECK(picture.status().first_s > 0);
+    for (int y = 0; y < picture.film()->height_px(); ++y) REQUIRE(picture.film()->at(3, y).samples == static_cast<std::uint32_t>(samples));
+    check_like(*picture.film(), test::render(job, 2));
+}
+
+TEST_CASE("a screen that is shown what has changed, tile by tile, shows the film", "[preview]") {
+    Scene scene = small_scene();
+    scene.output.size_px = {130, 71};
+    scene.quality.samples = GENERATE(1, 3);
+    Job job(scene);
+    Progressive picture(job.blocks, green(job.blocks));
+    picture.start(scene, GENERATE(1, 4, 16));
+    ScreenPicture screen, wanted;
+    screen.resize(130, 71), wanted.resize(130, 71);
+    const auto show_to = [&](ScreenPicture& to, const RenderTile& tile) { show(*picture.film(), *picture.view(), scene.output, Layer::kBeauty, tile, to); };
+    const auto show_changes = [&] {
+        for (const RenderTile& tile : picture.take_changes()) show_to(screen, tile);
+    };
+    RenderTile all;
+    all.x1 = 130, all.y1 = 71;
+    while (!picture.whole()) picture.work(Progressive::Clock::now() + 1ms), show_changes();
+    std::size_t not_shown = 0;  // of the screen's first grey
+    for (std::size_t i = 0; i < screen.rgb.size(); i += 3) not_shown += screen.rgb[i] == 40 && screen.rgb[i + 1] == 40 && screen.rgb[i + 2] == 40 ? 1 : 0;
+    CHECK(not_shown < 50);
+    while (picture.busy()) picture.work(Progressive::Clock::now() + 1ms), show_changes();
+    show_to(wanted, all);
+    CHECK(screen.rgb == wanted.rgb);
+}
+
+TEST_CASE("a new picture takes the place of one that is under way, again and again", "[preview]") {
+    Scene scene = small_scene();
+    scene.quality.samples = 64;
+    Job job(scene);
+    Progressive picture(job.blocks, threads(job.blocks, 2));
+    for (int i = 0; i < 40; ++i) {
+        scene.sun.azimuth_deg = i * 9.0;
+        picture.start(scene, 8);
+        picture.work(Progressive::Clock::now() + std::chrono::milliseconds(i % 7));
+    }
+    scene.quality.samples = 2;
+    picture.start(scene, 8);
+    finish(picture);
+    Job alone(scene);
+    check_like(*picture.film(), test::render(alone, 2));
+}
+
+TEST_CASE("a scene that cannot be leaves no picture under way, and the next one can be", "[preview]") {
+    Scene scene = small_scene();
+    Job job(scene);
+    Progressive picture(job.blocks, green(job.blocks));
+    picture.start(scene, 8);
+    Scene bad = scene;
+    bad.quality.level = 20;
+    bad.output.size_px = {3000, 2000};
+    CHECK_THROWS_AS(picture.start(bad, 8), UsageError);
+    CHECK_FALSE(picture.busy());
+    CHECK_FALSE(picture.whole());  // the film is of the scene before
+    CHECK(picture.film()->width_px() == scene.output.size_px[0]);
+    picture.work(Progressive::Clock::now() + 10ms);
+    picture.start(scene, 8);
+    finish(picture);
+    CHECK(picture.whole());
+}
+
+TEST_CASE("boxes that could not be had are asked for again, more and more seldom, until they come", "[preview][world]") {
+    using Clock = HoleWatch::Clock;
+    const auto world = test::landscape();
+    const voxel::BoxKey broken{0, 0, 0, 0};
+    world->make_hole(broken);
+    BlockManager blocks(*world, GENERATE(std::size_t{1}, std::size_t{64} << 20));
+    REQUIRE(blocks.get(broken)->hole);
+    const std::set<voxel::BoxKey> holes{broken};
+    HoleWatch watch(blocks);
+    const Clock::time_point start;
+    const auto look = [&](int second) { return watch.look(holes, start, start + std::chrono::seconds(second)); };
+    const auto look_until_answered = [&](int second) {
+        for (int i = 0; i < 2000; ++i) {
+            if (look(second)) return true;
+            std::this_thread::sleep_for(1ms);
+        }
+        return false;
+    };
+    CHECK_FALSE(watch.look({}, start, start + 100s));
+    const auto asked = world->asked();
+    CHECK_FALSE(look(9));
+    CHECK(world->asked() == asked);
+    CHECK_FALSE(look(11));
+    while (world->asked() == asked) std::this_thread::sleep_for(1ms);
+    while (blocks.hole_count() == 0) std::this_thread::sleep_for(1ms);
+    std::this_thread::sleep_for(20ms);
+    CHECK_FALSE(look(12));  // a hole again: 20 seconds from now on
+    CHECK_FALSE(look(31));
+    CHECK(world->asked() == asked + 1);
+    world->mend_hole(broken);
+    CHECK(look_until_answered(33));
+    CHECK(world->asked() == asked + 2);
+}
+
+TEST_CASE("members of a pool may come and go while a picture refines", "[preview][sched]") {
+    Scene scene = small_scene();
+    scene.quality.samples = 4;
+    Job job(scene);
+    std::shared_ptr<ProcessorPool> pool;
+    Progressive picture(job.blocks, [&](const View& view) {
+        pool = std::make_shared<ProcessorPool>(PoolSettings{});
+        (void)pool->add({"here", "green", 1, true, true, std::make_shared<GreenProcessor>(view, job.blocks), {}});
+        return std::shared_ptr<TileProcessor>(pool);
+    });
+    picture.start(scene, 8);
+    ProcessorPool::MemberId member = 0;
+    for (int i = 0; picture.busy(); ++i) {
+        picture.work(Progressive::Clock::now() + 2ms);
+        if (!picture.busy()) break;
+        if (i % 4 == 0) member = pool->add({"there", "threads", 2, true, false, std::make_shared<ThreadProcessor>(*picture.view(), job.blocks, 2), {}});
+        if (i % 4 == 2) pool->remove(member, "not needed");
+    }
+    pool.reset();
+    check_like(*picture.film(), test::render(job, 2));
+}
+
+TEST_CASE("layers show what they say", "[preview]") {
+    Scene scene = small_scene();
+    Job job(scene);
+    ScreenPicture screen;
+    const Layer layer = GENERATE(from_range(std::vector<Layer>{Layer::kBeauty, Layer::kDirect, Layer::kDepth, Layer::kNormal, Layer::kAlbedo, Layer::kMaterial, Layer::kSunlight, Layer::kOcclusion,
+                                                               Layer::kLevels, Layer::kSteps, Layer::kCache}));
+    const auto facts = std::find_if(kLayers.begin(), kLayers.end(), [&](const LayerFacts& l) { return l.layer == layer; });
+    REQUIRE(facts != kLayers.end());
+    INFO(facts->name);
+    // The boxes must be there before somebody looks into them without waiting.
+    const Film plain = test::render(job, 1);
+    Progressive picture(job.blocks, [&](const View& view) -> std::shared_ptr<TileProcessor> {
+        if (is_probe(layer)) return std::make_shared<ProbeProcessor>(view, job.blocks, layer);
+        return std::make_shared<GreenProcessor>(view, job.blocks);
+    });
+    picture.start(scene_for(layer, scene), 8);
+    finish(picture);
+    screen.resize(97, 53);
+    RenderTile all;
+    all.x1 = 97, all.y1 = 53;
+    show(*picture.film(), *picture.view(), scene.output, layer, all, screen);
+    std::set<int> colours;
+    for (std::size_t i = 0; i < screen.rgb.size(); i += 3) colours.insert(screen.rgb[i] << 16 | screen.rgb[i + 1] << 8 | screen.rgb[i + 2]);
+    CHECK(colours.size() > 2);
+    if (layer == Layer::kBeauty) return;
+    // Where the picture has the world, something of the layer is seen; where it has not, the layer's background.
+    std::size_t world_alike = 0, pixels = 0;
+    std::array<std::uint8_t, 3> background{};
+    bool has_background = false;
+    for (int y = 0; y < 53; ++y)
+        for (int x = 0; x < 97; ++x) {
+            const std::uint8_t* c = &screen.rgb[static_cast<std::size_t>(y * 97 + x) * 3];
+            if (plain.at(x, y).alpha == 0 && !has_background) std::copy(c, c + 3, background.begin()), has_background = true;
+            if (plain.at(x, y).alpha < 1) continue;
+            ++pixels;
+            world_alike += has_background && std::equal(c, c + 3, background.begin()) ? 1 : 0;
+        }
+    REQUIRE(pixels > 100);
+    CHECK(world_alike < pixels / 2);
+}
+
+TEST_CASE("a box that is not in memory is shown as such, and comes", "[preview]") {
+    Scene scene = small_scene();
+    Job job(scene);
+    std::shared_ptr<ProbeProcessor> probe;
+    Progressive picture(job.blocks, [&](const View& view) {
+        probe = std::make_shared<ProbeProcessor>(view, job.blocks, Layer::kCache);
+        return std::shared_ptr<TileProcessor>(probe);
+    });
+    bool came = false;
+    for (int i = 0; i < 2000 && !came; ++i) {
+        picture.start(scene_for(Layer::kCache, scene), 8);
+        finish(picture);
+        came = probe->missing() == 0;
+        if (!came) std::this_thread::sleep_for(1ms);
+    }
+    CHECK(came);
+}
+
+TEST_CASE("which layers need another film", "[preview]") {
+    CHECK(same_film(Layer::kBeauty, Layer::kBeauty));
+    CHECK_FALSE(same_film(Layer::kBeauty, Layer::kDepth));
+    CHECK(same_film(Layer::kDepth, Layer::kBeauty));
+    CHECK(same_film(Layer::kDepth, Layer::kNormal));
+    CHECK_FALSE(same_film(Layer::kNormal, Layer::kOcclusion));
+    CHECK_FALSE(same_film(Layer::kLevels, Layer::kSteps));
+    CHECK_FALSE(same_film(Layer::kCache, Layer::kBeauty));
+}
+
+TEST_CASE("a picked voxel is the one that the ray meets", "[preview]") {
+    Scene scene = small_scene();
+    Job job(scene);
+    Picker picker(job.blocks);
+    const auto view = std::make_shared<const View>(job.view);
+    const auto answer_to = [&](const Ray& ray) {
+        picker.ask(Picker::Use::kRead, view, ray);
+        std::optional<Picker::Answer> answer;
+        while (!(answer = picker.take())) std::this_thread::sleep_for(1ms);
+        return answer->picked;
+    };
+    const auto roof = answer_to(plumb_line(job.blocks.world_info(), 30.5, 30.5));
+    REQUIRE(roof);
+    CHECK(roof->voxel == VoxelCoord{30, 22, 30});
+    CHECK(roof->attr.material == voxel::Material::kOrangeRoof);
+    CHECK(roof->point.y == Approx(23));
+    CHECK_FALSE(answer_to({{0, 100, 0}, {0, 1, 0}}));
+    const auto facts = facts_of(*roof, job.blocks.world_info());
+    const auto value = [&](const std::string& name) {
+        for (const PickedFact& f : facts)
+            if (f.name == name) return f.value;
+        return std::string("(none)");
+    };
+    CHECK(value("voxel") == "30, 22, 30");
+    CHECK(value("height") == "23.00 m");
+    CHECK(value("material") == "orange_roof");
+    // The last question counts.
+    for (int i = 0; i < 50; ++i) picker.ask(Picker::Use::kRead, view, plumb_line(job.blocks.world_info(), 30.5, 30.5));
+    const auto sky = answer_to({{0, 100, 0}, {0, 1, 0}});
+    CHECK_FALSE(sky);
+}
