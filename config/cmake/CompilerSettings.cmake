@@ -29,6 +29,31 @@ endif()
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(terravox_settings INTERFACE -march=x86-64-v2)
 endif()
+# A damaged or hostile file that finds a fault in a parser should end the program, not run code in it.
+# tests/e2e/hardening_test.py reads these back from the built programs.
+# - LASzip does not link terravox::settings, so it takes the same list (config/cmake/LASzip.cmake).
+# - FORTIFY_SOURCE needs an optimising compiler, and hides from the address sanitizer what it checks itself.
+set(TERRAVOX_HARDENING -fstack-protector-strong)
+if(NOT TERRAVOX_SANITIZE)
+  list(APPEND TERRAVOX_HARDENING -fstack-clash-protection
+       $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=3>)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND TERRAVOX_HARDENING -fcf-protection=full)
+  endif()
+endif()
+target_compile_options(terravox_settings INTERFACE ${TERRAVOX_HARDENING})
+target_link_options(terravox_settings INTERFACE -Wl,-z,relro,-z,now,-z,noexecstack)
+# Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for shared objects (-fPIC):
+# those cost more. What the module terravox-lidar.so holds asks for it by itself.
+target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
+target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
+# The standard library checks indexes, empty containers and iterators. Sources that trace rays leave it out
+# (terravox_without_assertions): they read only what this program itself has made and checked.
+target_compile_definitions(terravox_settings INTERFACE _GLIBCXX_ASSERTIONS)
+function(terravox_without_assertions)
+  set_property(SOURCE ${ARGV} APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
+endfunction()
+
 if(TERRAVOX_SANITIZE)
   target_compile_options(terravox_settings INTERFACE -fsanitize=${TERRAVOX_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(terravox_settings INTERFACE -fsanitize=${TERRAVOX_SANITIZE})

@@ -50,7 +50,14 @@ endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
 set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  # a part of terravox-lidar.so (voxelserver/module)
-target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition)
+target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition ${TERRAVOX_HARDENING})
+if(TERRAVOX_SANITIZE)
+  # What a damaged file does to memory within LASzip counts, too. Its arithmetic relies on what the standard leaves undefined
+  # (shifts of negative numbers, unaligned loads), so that sanitizer is left out.
+  string(REGEX REPLACE ",?undefined" "" laszip_sanitizers "${TERRAVOX_SANITIZE}")
+  target_compile_options(terravox_laszip PRIVATE -fsanitize=${laszip_sanitizers} -fno-omit-frame-pointer)
+endif()
+target_compile_definitions(terravox_laszip PRIVATE _GLIBCXX_ASSERTIONS)
 # The one source that holds the file stream; others say std::getc, which a macro would break.
 set_property(SOURCE "${TERRAVOX_LASZIP_DIR}/src/laszip_dll.cpp" APPEND PROPERTY COMPILE_OPTIONS
              "-include;${PROJECT_SOURCE_DIR}/config/cmake/laszip_unlocked_getc.h")
