@@ -42,7 +42,8 @@ if(NOT TERRAVOX_SANITIZE)
   endif()
 endif()
 target_compile_options(terravox_settings INTERFACE ${TERRAVOX_HARDENING})
-target_link_options(terravox_settings INTERFACE -Wl,-z,relro,-z,now,-z,noexecstack)
+# For all targets, modules in C among them.
+add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
 # Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for shared objects (-fPIC):
 # those cost more. What the module terravox-lidar.so holds asks for it by itself.
 target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
