@@ -3,8 +3,10 @@
 #include <laszip/laszip_api.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <vector>
 
 #include "common/util/atomic_file.hpp"
@@ -36,6 +38,8 @@ void check(const LasWriterOptions& options, const std::filesystem::path& path) {
 
 struct LasWriter::State {
     util::AtomicFile file;
+    /// A stream of our own: LASzip's drops what fclose() says, and so the end of a file that a full disk has no room for.
+    std::ofstream stream;
     LasWriterOptions options;
     laszip_POINTER laszip = nullptr;
     laszip_point_struct* point = nullptr;
@@ -132,7 +136,9 @@ LasWriter::LasWriter(const std::filesystem::path& path, const LasWriterOptions& 
     m_state->add_wkt();
     if (m_state->extended()) m_state->require(laszip_request_native_extension(m_state->laszip, 1), "cannot set the compression");
     const bool compress = path.extension() == ".laz" || path.extension() == ".LAZ";
-    m_state->require(laszip_open_writer(m_state->laszip, m_state->file.temporary_path().c_str(), compress ? 1 : 0), "cannot open the file");
+    m_state->stream.open(m_state->file.temporary_path(), std::ios::binary | std::ios::trunc);
+    if (!m_state->stream) m_state->fail(std::string("cannot open the file: ") + std::strerror(errno));
+    m_state->require(laszip_open_writer_stream(m_state->laszip, m_state->stream, compress ? 1 : 0, 0), "cannot open the file");
     m_state->open = true;
     m_state->require(laszip_get_point_pointer(m_state->laszip, &m_state->point), "cannot write points");
 }
@@ -160,6 +166,8 @@ void LasWriter::close() {
     State& s = *m_state;
     s.open = false;
     s.require(laszip_close_writer(s.laszip), "cannot finish the file");
+    s.stream.close();
+    if (!s.stream) s.fail(std::string("cannot finish the file: ") + std::strerror(errno));
     s.file.commit();
 }
 

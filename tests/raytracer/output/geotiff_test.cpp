@@ -3,15 +3,15 @@
 #include <cpl_conv.h>
 #include <gdal.h>
 #include <ogr_srs_api.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <memory>
+#include <optional>
 
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/output/picture_reader.hpp"
 
@@ -141,18 +141,14 @@ TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file s
     const bool full = GENERATE(false, true);
     if (!full) info.geo->crs_wkt = "PROJCS[\"no such thing";
     std::string said;
-    rlimit before{};
-    ::getrlimit(RLIMIT_FSIZE, &before);
-    const auto signal = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{20'000, before.rlim_max};
-    if (full) ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::optional<FullDisk> disk;
+    if (full) disk.emplace(20'000);
     try {
         write_image(film, file, info);
     } catch (const Error& e) {
         said = e.what();
     }
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, signal);
+    disk.reset();
     CHECK_THAT(said, contains("write the picture") && contains("bled.tif"));
     CHECK(said.find('\n') == std::string::npos);
     CHECK(entries_in(folder.path()) == 1);

@@ -1,14 +1,12 @@
 #include "raytracer/output/image_writer.hpp"
 
-#include <sys/resource.h>
-
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <random>
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/full_disk.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/output/picture_reader.hpp"
 
@@ -39,26 +37,6 @@ Film film_of(int width, int height) {
     film.add(all);
     return film;
 }
-
-/// Files of this process cannot grow beyond a size until it goes.
-class FullDisk {
-public:
-    explicit FullDisk(rlim_t bytes) : m_signal(std::signal(SIGXFSZ, SIG_IGN)) {
-        ::getrlimit(RLIMIT_FSIZE, &m_before);
-        const rlimit limit{bytes, m_before.rlim_max};
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    ~FullDisk() {
-        ::setrlimit(RLIMIT_FSIZE, &m_before);
-        std::signal(SIGXFSZ, m_signal);
-    }
-    FullDisk(const FullDisk&) = delete;
-    FullDisk& operator=(const FullDisk&) = delete;
-
-private:
-    rlimit m_before{};
-    void (*m_signal)(int);
-};
 
 const ImageMetadata kMetadata = {{"Software", "terravox test"}, {"terravox:holes", "3"}, {"terravox:camera", "1.5 2.5 3.5"}, {"Copyright", "ARSO, CC BY 4.0"}};
 

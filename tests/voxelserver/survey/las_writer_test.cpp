@@ -1,6 +1,7 @@
 #include "voxelserver/lidar/las_writer.hpp"
 #include "common/util/error.hpp"
 #include "survey_fixture.hpp"
+#include "tests/common/full_disk.hpp"
 
 using namespace terravox;
 using namespace terravox::lidar;
@@ -44,6 +45,32 @@ TEST_CASE("a writer that is not closed leaves nothing behind", "[las_writer]") {
     const TemporaryFolder folder("las-open");
     { LasWriter(folder.path() / "a.laz", {}).write({}); }
     CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("a disk that is full is told, however little of the file is missing", "[las_writer]") {
+    const char* const extension = GENERATE(".las", ".laz");
+    const TemporaryFolder folder("las-full");
+    const auto write = [&](const std::filesystem::path& path) {
+        LasWriter writer(path, {});
+        for (int i = 0; i < 500; ++i) {
+            LasWritePoint point;
+            point.x = i;
+            point.y = i * 7919 % 500;
+            point.z = i * 104729 % 500;
+            writer.write(point);
+        }
+        writer.close();
+    };
+    const auto good = folder.path() / (std::string("good") + extension);
+    write(good);
+    const auto whole = static_cast<rlim_t>(std::filesystem::file_size(good));
+    const auto path = folder.path() / (std::string("full") + extension);
+    for (const rlim_t room : {rlim_t{0}, rlim_t{100}, whole / 2, whole - 1}) {
+        CAPTURE(room, whole);
+        const terravox::test::FullDisk disk(room);
+        CHECK_THROWS_WITH(write(path), terravox::test::contains("write " + path.string()));
+        CHECK_FALSE(std::filesystem::exists(path));
+    }
 }
 
 TEST_CASE("what a LAS file cannot hold is refused", "[las_writer]") {
