@@ -4,10 +4,10 @@
 
 #include <exception>
 #include <iostream>
-#include <new>
 #include <optional>
 #include <string>
 
+#include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::util {
@@ -29,17 +29,17 @@ namespace terravox::util {
 /// The one place where a program's errors end: one line on standard error that begins with `terravox: `, and the exit code.
 /// @param body int(): the whole program
 template <class Body> [[nodiscard]] int run_program(const Body& body) noexcept {
+    end_with_a_line_on_uncaught_exceptions();
+    auto code = ExitCode::kFailed;
     try {
         return body();
     } catch (const Error& e) {
+        code = e.exit_code();
         std::cerr << "terravox: " << e.what() << "\n";
-        return static_cast<int>(e.exit_code());
-    } catch (const std::bad_alloc&) {
-        std::cerr << "terravox: out of memory; lower memory limits or a smaller task may help\n";
-    } catch (const std::exception& e) {
-        std::cerr << "terravox: " << e.what() << "\n";
+    } catch (...) {
+        std::cerr << "terravox: " << message_of(std::current_exception()) << "\n";
     }
-    return static_cast<int>(ExitCode::kFailed);
+    return static_cast<int>(code);
 }
 
 }  // namespace terravox::util

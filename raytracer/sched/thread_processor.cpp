@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/thread/start_threads.hpp"
+
 namespace terravox {
 namespace {
 
@@ -16,7 +18,7 @@ std::size_t most_jobs(std::size_t limit_bytes, std::size_t threads) noexcept {
 ThreadProcessor::ThreadProcessor(const View& view, BlockManager& blocks, int threads)
     : m_view(view), m_blocks(blocks), m_most_waiting(static_cast<std::size_t>(tiles_in_flight(threads))),
       m_thread_count(threads), m_jobs(most_jobs(blocks.limit_bytes(), static_cast<std::size_t>(threads))), m_running(threads) {
-    for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { run(); });
+    thread::start_threads(m_threads, static_cast<std::size_t>(threads), [this] { run(); }, [this] { cancel(); });
 }
 
 ThreadProcessor::~ThreadProcessor() {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/thread/start_threads.hpp"
+
 namespace terravox {
 namespace {
 
@@ -17,7 +19,7 @@ BlockManager::BlockManager(voxel::World& world, std::size_t memory_bytes, int lo
       m_loader_count(static_cast<std::size_t>(std::max(loaders, 1))), m_most_ahead(loaders_ahead(m_loader_count, m_batch)) {
     for (int level = 0; level <= voxel::kMaxLevel; ++level)
         m_ranges[static_cast<std::size_t>(level)] = world.info().bounds.empty() ? voxel::BoxRange{} : voxel::boxes_over(world.info().bounds, level);
-    for (std::size_t i = 0; i < m_loader_count; ++i) m_loaders.emplace_back([this] { load_boxes(); });
+    thread::start_threads(m_loaders, m_loader_count, [this] { load_boxes(); }, [this] { stop(); });
 }
 
 BlockManager::~BlockManager() {

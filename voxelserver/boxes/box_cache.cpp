@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/downsample.hpp"
@@ -34,19 +35,24 @@ BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times, const Box
       m_disk(options.file.empty() ? nullptr
                                   : std::make_unique<DiskCache>(options.file, options.disk_bytes, [&world](const voxel::Reach& r) { return world.fingerprint(r); })) {
     // Half of the places: what is asked for meanwhile still finds a core.
-    if (options.ahead)
-        for (int i = 0; i < std::max(options.makers / 2, 1); ++i) m_threads.emplace_back([this] { work_ahead(); });
+    if (!options.ahead) return;
+    const auto count = static_cast<std::size_t>(std::max(options.makers / 2, 1));
+    thread::start_threads(m_threads, count, [this] { work_ahead(); }, [this] { tell_threads_to_stop(); });
 }
 
 BoxCache::~BoxCache() { close(); }
 
-void BoxCache::close() {
+void BoxCache::tell_threads_to_stop() {
     m_gate.close();
     {
         const std::lock_guard lock(m_wanting);
         m_closed = true;
     }
     m_wanted.notify_all();
+}
+
+void BoxCache::close() {
+    tell_threads_to_stop();
     const std::lock_guard lock(m_joining);
     for (std::thread& t : m_threads)
         if (t.joinable()) t.join();

@@ -80,6 +80,7 @@ public:
     [[nodiscard]] voxel::TracedWorld& world() const noexcept { return m_world; }
 
 private:
+    void tell_threads_to_stop();
     /// Who is asking: a person or program, or a box above for its child: both stand in line; whoever works ahead has waited already.
     enum class Way { kAsked, kChild, kAhead };
     KeptBoxPtr get(const voxel::BoxKey& key, Way way);

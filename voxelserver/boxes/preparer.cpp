@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "common/thread/start_threads.hpp"
+
 namespace terravox::boxes {
 
 BoxWalk::BoxWalk(voxel::World& world) : m_world(world) {
@@ -48,7 +50,11 @@ std::uint64_t BoxWalk::count(voxel::World& world) {
 
 Preparer::Preparer(BoxCache& cache, int lanes, std::function<void(const std::string&)> failed)
     : m_cache(cache), m_on_failure(std::move(failed)), m_walk(cache.world()), m_running(std::max(lanes, 1)) {
-    for (int i = 0; i < std::max(lanes, 1); ++i) m_lanes.emplace_back([this] { work(); });
+    const auto stop_all = [this] {
+        stop();
+        m_cache.close();
+    };
+    thread::start_threads(m_lanes, static_cast<std::size_t>(std::max(lanes, 1)), [this] { work(); }, stop_all);
 }
 
 Preparer::~Preparer() {

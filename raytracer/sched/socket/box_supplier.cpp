@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/thread/start_threads.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "raytracer/sched/socket/tile_frames.hpp"
 
@@ -15,15 +16,19 @@ constexpr std::chrono::milliseconds kLookAgain{50};  // at links that are slow
 }  // namespace
 
 BoxSupplier::BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads) : m_blocks(blocks), m_world_id(world_id), m_packed(memory_bytes) {
-    for (int i = 0; i < threads; ++i) m_threads.emplace_back([this] { serve(); });
+    thread::start_threads(m_threads, static_cast<std::size_t>(threads), [this] { serve(); }, [this] { stop(); });
 }
 
-BoxSupplier::~BoxSupplier() {
+void BoxSupplier::stop() {
     {
         const std::lock_guard lock(m_mutex);
         m_stop = true;
     }
     m_work.notify_all();
+}
+
+BoxSupplier::~BoxSupplier() {
+    stop();
     for (std::thread& t : m_threads) t.join();
 }
 

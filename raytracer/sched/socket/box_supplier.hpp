@@ -40,6 +40,7 @@ public:
     static constexpr std::size_t kMostWaiting = 65'536;  ///< keys of one asker
 
 private:
+    void stop();
     struct Packed {
         std::vector<std::byte> frame;
         bool air = false, hole = false;

@@ -1,0 +1,84 @@
+#include "common/util/end_of_program.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <functional>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+
+using namespace terravox;
+
+namespace {
+
+struct End {
+    int status = 0;  ///< of waitpid
+    std::string said;
+};
+
+/// Runs `work` in a child process. @return how that ended, and what it wrote to standard error
+End end_of(const std::function<void()>& work) {
+    int ends[2];
+    REQUIRE(::pipe(ends) == 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        ::dup2(ends[1], STDERR_FILENO);
+        std::signal(SIGABRT, SIG_DFL);  // the test framework's handler stays in the parent
+        util::end_with_a_line_on_uncaught_exceptions();
+        work();
+        ::_exit(0);
+    }
+    ::close(ends[1]);
+    End out;
+    char part[512];
+    for (ssize_t n = 0; (n = ::read(ends[0], part, sizeof part)) > 0;) out.said.append(part, static_cast<std::size_t>(n));
+    ::close(ends[0]);
+    ::waitpid(child, &out.status, 0);
+    return out;
+}
+
+/// std::async and others would hand the exception on; a bare thread has nobody to hand it to.
+template <class Thrown> void throw_in_a_thread(const Thrown& thrown) {
+    std::thread([&] { throw thrown; }).join();
+}
+
+}  // namespace
+
+TEST_CASE("an exception that nobody catches ends the program with one line and exit code 1", "[common][util]") {
+    struct Case {
+        const char* name;
+        std::function<void()> work;
+        const char* line;
+    };
+    const auto none_left = std::make_error_code(std::errc::resource_unavailable_try_again);
+    const auto c = GENERATE_COPY(values<Case>({
+        {"an error of ours", [] { throw_in_a_thread(Error("write x.png: disk full")); }, "terravox: write x.png: disk full\n"},
+        {"no memory", [] { throw_in_a_thread(std::bad_alloc()); }, "terravox: out of memory; lower memory limits or a smaller task may help\n"},
+        {"no thread", [=] { throw_in_a_thread(std::system_error(none_left)); },
+         "terravox: the system gives no more threads or memory; fewer threads or higher limits of the system may help\n"},
+        {"no exception at all", [] { std::vector<std::thread>(1).front() = std::thread([] { ::pause(); }); },
+         "terravox: ended by an error inside the program that carries no message\n"},
+        {"not of the standard library", [] { throw_in_a_thread(7); }, "terravox: ended by an error inside the program that carries no message\n"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const End end = end_of(c.work);
+        CHECK(WIFEXITED(end.status));
+        CHECK(WEXITSTATUS(end.status) == 1);
+        CHECK(end.said == c.line);
+    }
+}
+
+TEST_CASE("messages of errors name a lack of memory and of threads in plain words", "[common][util]") {
+    const auto none_left = std::make_error_code(std::errc::resource_unavailable_try_again);
+    CHECK(util::message_of(std::make_exception_ptr(std::bad_alloc())).starts_with("out of memory"));
+    CHECK(util::message_of(std::make_exception_ptr(std::system_error(none_left))).starts_with("the system gives no more threads"));
+    CHECK(util::message_of(std::make_exception_ptr(std::runtime_error("as it is"))) == "as it is");
+    CHECK(util::message_of(std::make_exception_ptr(7)) == "an error that carries no message");
+}
