@@ -9,6 +9,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/output/checked_file.hpp"
 #include "raytracer/output/exr_channels.hpp"
 #include "raytracer/output/stream_formats.hpp"
 
@@ -52,7 +53,7 @@ class ExrStream final : public TileStream::Format {
 public:
     ExrStream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info)
         : m_info(std::move(info)), m_channels(shape.with_layers, m_info), m_edge(file_tile_px(shape.tile_px, 1)), m_target(file), m_name(file.string()),
-          m_out(OIIO::ImageOutput::create(m_name)) {
+          m_file(m_target.temporary_path(), "write the picture " + m_name), m_out(OIIO::ImageOutput::create(m_name)) {
         if (!m_out) throw Error("write the picture " + m_name + ": " + OIIO::geterror());
         OIIO::attribute("exr_threads", 0);  // one for each core
         OIIO::ImageSpec spec(shape.width_px, shape.height_px, 4, OIIO::TypeDesc::FLOAT);
@@ -61,6 +62,7 @@ public:
         spec.attribute("openexr:lineOrder", "randomY");
         spec.attribute("compression", "zip:2");
         spec.attribute(kHoles, digits_of(0));
+        m_file.attach_to(spec);
         if (!m_out->open(m_target.temporary_path().string(), spec)) fail();
     }
 
@@ -84,6 +86,7 @@ public:
     void finish(std::uint64_t holes) override {
         if (!m_out->close()) fail();
         m_out.reset();
+        m_file.close();
         replace_text(m_target.temporary_path(), kHoles, digits_of(holes));
         m_target.commit();
     }
@@ -95,6 +98,7 @@ private:
     int m_edge;
     util::AtomicFile m_target;  // outlives the output that writes to it
     std::string m_name;
+    CheckedFile m_file;  // outlives the output that writes to it, too
     std::unique_ptr<OIIO::ImageOutput> m_out;
     std::vector<std::byte> m_rows;
 };

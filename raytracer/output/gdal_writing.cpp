@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "common/geo/gdal.hpp"
+#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox {
@@ -41,6 +42,12 @@ GdalWatch::~GdalWatch() {
 void GdalWatch::check(bool done) const {
     if (!m_failure.empty()) throw Error(m_attempt + ": " + m_failure);
     if (!done) throw Error(m_attempt + ": GDAL failed and did not say why");
+}
+
+void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
+    check(true);
+    const auto missing = geo::missing_of_tiff(file);
+    if (missing) throw Error(m_attempt + ": not all could be written (the disk may be full); missing: " + *missing);
 }
 
 GdalQuiet::GdalQuiet() { CPLPushErrorHandler(CPLQuietErrorHandler); }

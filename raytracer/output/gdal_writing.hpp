@@ -2,6 +2,7 @@
 
 #include <gdal.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,6 +21,8 @@ public:
     GdalWatch& operator=(const GdalWatch&) = delete;
     /// @throws Error "attempt: what GDAL said" when anything has failed, or when `done` is false
     void check(bool done) const;
+    /// After the last dataset of a TIFF file was closed. @throws Error as check(), and when the end of the file is missing
+    void check_closed_tiff(const std::filesystem::path& file) const;
 
 private:
     std::string m_attempt, m_failure;

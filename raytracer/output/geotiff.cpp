@@ -37,7 +37,7 @@ void write_copy(GDALDatasetH from, const std::string& path, bool floats, const G
     GdalDataset out(GDALCreateCopy(cog != nullptr ? cog : GDALGetDriverByName("GTiff"), path.c_str(), from, FALSE, options.list(), nullptr, nullptr));
     watch.check(out != nullptr);
     out.reset();  // writes what is left
-    watch.check(true);
+    watch.check_closed_tiff(path);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/exr_channels.hpp"
+#include "raytracer/output/checked_file.hpp"
 #include "raytracer/output/gdal_writing.hpp"
 #include "raytracer/output/geotiff.hpp"
 #include "raytracer/output/pixel_bytes.hpp"
@@ -75,9 +76,18 @@ void write_exr(const Film& film, const std::filesystem::path& file, const Pictur
     channels.describe(spec);
     spec.attribute("compression", "zip:2");
     util::AtomicFile target(file);
+    CheckedFile checked(target.temporary_path(), "write the picture " + file.string());
+    checked.attach_to(spec);
     writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::UNKNOWN, channels.pixel_bytes(),
                   [&](int x, int y, std::byte* to) { channels.put(film.at(x, y), layers ? &film.layers_at(x, y) : nullptr, to); });
+    checked.close();
     target.commit();
+}
+
+// OpenImageIO does not tell when the end of a file finds no room on the disk.
+void check_closed_tiff(const util::AtomicFile& written, const std::filesystem::path& file) {
+    const GdalWatch watch("write the picture " + file.string());
+    watch.check_closed_tiff(written.temporary_path());
 }
 
 void write_float_tiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
@@ -94,6 +104,7 @@ void write_float_tiff(const Film& film, const std::filesystem::path& file, const
         const std::array<float, 4> rgba = {p.colour.r, p.colour.g, p.colour.b, p.alpha};
         std::memcpy(to, rgba.data(), sizeof rgba);
     });
+    check_closed_tiff(target, file);
     target.commit();
 }
 
@@ -112,6 +123,7 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
     if (is_tiff(file)) {
         util::AtomicFile target(file);
         write_all(target.temporary_path().string());
+        check_closed_tiff(target, file);
         target.commit();
         return;
     }

@@ -52,7 +52,7 @@ public:
         GDALSetMetadataItem(m_out.get(), gdal_name("terravox:holes").c_str(), std::to_string(holes).c_str(), nullptr);
         GDALFlushCache(m_out.get());
         m_out.reset();
-        watch.check(true);
+        watch.check_closed_tiff(m_target.temporary_path());
         m_target.commit();
     }
 

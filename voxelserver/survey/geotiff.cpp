@@ -9,6 +9,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/geo/quiet_gdal.hpp"
+#include "common/geo/whole_tiff.hpp"
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 
@@ -45,6 +46,8 @@ void write(const std::filesystem::path& path, const SquareExtent& extent, const 
         fail(path);
     image.reset();  // writes what is left; a full disk shows here
     if (CPLGetLastErrorType() >= CE_Failure) fail(path);
+    const auto missing = geo::missing_of_tiff(file.temporary_path());
+    if (missing) throw Error("write " + path.string() + ": not all could be written (the disk may be full); missing: " + *missing);
     file.commit();
 }
 
