@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <random>
 
@@ -186,6 +189,65 @@ TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes", "[com
     }
     write_bytes(file, whole);
     CHECK_NOTHROW(open(file));
+}
+
+TEST_CASE("bytes of an archive that were read stay what they were, whatever becomes of the file", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx";
+    const std::string good(100'000, 'a');
+    write_bytes(file, good);
+    const auto source = archive::file_source(file);
+    std::vector<std::byte> room, other;
+    const auto bytes = source->read(0, good.size(), room);
+    struct Case { const char* name; std::function<void()> deed; const char* said; };
+    const auto c = GENERATE_REF(values<Case>({
+        {"cut short in place", [&] { fs::resize_file(file, 0); }, "cut short"},
+        {"overwritten in place", [&] { write_bytes(file, std::string(good.size(), 'b')); }, "changed while it was open"},
+        {"made longer", [&] { fs::resize_file(file, 2 * good.size()); }, "changed while it was open"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const auto before = fs::last_write_time(file);
+        c.deed();
+        fs::last_write_time(file, before + std::chrono::seconds(1));  // clocks of file systems may be coarse
+        CHECK(std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{'a'}; }));
+        CHECK_THROWS_WITH(source->read(0, 100, other), contains("a.tvx") && contains(c.said));
+    }
+    SECTION("replaced by another file of its name") {
+        write_bytes(folder.path() / "b.tvx", std::string(good.size(), 'b'));
+        fs::rename(folder.path() / "b.tvx", file);
+        CHECK(bytes[0] == std::byte{'a'});
+        CHECK(source->read(50'000, 1, other)[0] == std::byte{'a'});
+    }
+}
+
+TEST_CASE("an archive that is overwritten while it is open gives its own boxes or an error, never another's", "[common][voxel][archive]") {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx", other = folder.path() / "b.tvx";
+    const BoxKey key{0, 1, 0, 1};
+    const auto write = [&](const fs::path& to, Material material, int source_class) {
+        ArchiveWriter writer(to, info_of(), 0);
+        BoxBuilder builder;
+        builder.add(0, 0, 0, 1, true);
+        const auto attr = [&](int, int, int) { return VoxelAttr{material, static_cast<std::uint8_t>(source_class), 0, 0, {}, 0}; };
+        writer.add(key, Kind::kBox, compress(*builder.build(key, attr)));
+        writer.finish();
+        return bytes_of(to);
+    };
+    const std::string whole = write(file, Material::kGrass, 0);
+    // Of the same length, so that the index of the first leads to a sound box of the second, which has the same key.
+    std::string painted;
+    for (int source_class = 0; source_class < 256 && painted.size() != whole.size(); ++source_class) painted = write(other, Material::kWater, source_class);
+    REQUIRE(whole.size() == painted.size());
+    struct Case { const char* name; std::string bytes; };
+    const auto c = GENERATE_REF(values<Case>({{"by another archive", painted}, {"by nothing", {}}, {"by the half of it", whole.substr(0, whole.size() / 2)}}));
+    DYNAMIC_SECTION(c.name) {
+        const auto world = open(file);
+        CHECK(world->box(key)->voxel(0, 0, 0)->material == Material::kGrass);
+        const auto before = fs::last_write_time(file);
+        write_bytes(file, c.bytes);
+        fs::last_write_time(file, before + std::chrono::seconds(1));
+        CHECK_THROWS_AS(world->box(key), Error);
+    }
 }
 
 TEST_CASE("files that are no archives are refused by name", "[common][voxel][archive]") {
