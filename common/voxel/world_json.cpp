@@ -1,6 +1,9 @@
 #include "common/voxel/world_json.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
@@ -9,6 +12,24 @@
 namespace terravox::voxel {
 
 using nlohmann::json;
+
+namespace {
+
+/// What rays meet at worst of a world that is air, in boxes of its coarsest level: each costs a look into the cache and some 250 bytes
+/// there. Worlds of this project have 2 x 2 columns of them, or, with orthophotos that limit the levels, a few hundred thousand.
+void check_size(const WorldInfo& info, const std::function<void(const std::string&)>& fail) {
+    constexpr std::int64_t kMostOnEdge = 16'384, kMostBoxes = 4'194'304;
+    if (info.bounds.empty()) return;
+    const BoxRange range = boxes_over(info.bounds, info.levels - 1);
+    const std::array<std::int64_t, 3> boxes{range.max.bx - range.min.bx, range.max.by - range.min.by, range.max.bz - range.min.bz};
+    std::int64_t all = 1;
+    for (const std::int64_t edge : boxes) all = edge > kMostOnEdge || all > kMostBoxes ? kMostBoxes + 1 : all * edge;
+    if (all > kMostBoxes)
+        fail("levels = " + std::to_string(info.levels) + " for bounds of " + std::to_string(boxes[0]) + " x " + std::to_string(boxes[1]) + " x " +
+             std::to_string(boxes[2]) + " boxes of the coarsest level; allowed: up to 16384 on an edge, 4194304 in all");
+}
+
+}  // namespace
 
 std::string world_to_json(const WorldInfo& info) {
     json materials = json::array();
@@ -66,6 +87,7 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
     if (!(info.voxel_m > 0 && info.voxel_m <= 1000)) fail("voxel_m = " + std::to_string(info.voxel_m) + "; allowed: above 0, up to 1000");
     if (!(info.crs_units_per_voxel > 0 && std::isfinite(info.crs_units_per_voxel))) fail("crs_units_per_voxel is not a positive number");
     if (info.levels < 1 || info.levels > kMaxLevel + 1) fail("levels = " + std::to_string(info.levels) + "; allowed: 1 to " + std::to_string(kMaxLevel + 1));
+    check_size(info, fail);
     return info;
 }
 

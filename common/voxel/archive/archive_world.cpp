@@ -13,6 +13,7 @@
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_format.hpp"
 #include "common/voxel/box_codec.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "common/voxel/world_json.hpp"
 
 namespace terravox::voxel {
@@ -21,8 +22,9 @@ namespace {
 using namespace archive;
 
 constexpr std::uint64_t kMostInfo_bytes = 4 << 20, kMostRoot_bytes = std::uint64_t{256} << 20;
+const std::uint64_t kMostLeaf_bytes = ZSTD_compressBound(kLeafEntries * sizeof(Entry));
 constexpr std::size_t kLeafCache_bytes = std::size_t{64} << 20;
-constexpr std::uint32_t kMostFrame_bytes = 1 << 30;
+constexpr std::uint32_t kMostFrame_bytes = 16 << 20;  // a box with every voxel known is 9 MiB unpacked
 
 class ArchiveWorld final : public World {
 public:
@@ -31,6 +33,7 @@ public:
         std::vector<std::byte> room;
         const auto text = m_source->read(header.info_offset, static_cast<std::size_t>(header.info_bytes), room);
         m_info = world_from_json(std::string(reinterpret_cast<const char*>(text.data()), text.size()), m_source->name());
+        check_bounds();
         m_root = read_root(header);
     }
 
@@ -87,6 +90,21 @@ private:
         return header;
     }
 
+    // The cost of a picture of air is in boxes of the coarsest level, so they must be as large as the world is wide.
+    void check_bounds() {
+        if (m_info.bounds.empty()) return;
+        const BoxRange range = boxes_over(m_info.bounds, 0);
+        const BoxKey last{0, range.max.bx - 1, range.max.by - 1, range.max.bz - 1};
+        if (!in_range(key_of(range.min)) || !in_range(key_of(last))) fail("its bounds reach beyond 2^20 boxes from the origin");
+        if (const int needed = levels_for(m_info.bounds); m_info.levels < needed)
+            fail("levels = " + std::to_string(m_info.levels) + "; bounds of this width need at least " + std::to_string(needed));
+    }
+
+    /// Whether the world that the archive says it is has such a box.
+    [[nodiscard]] bool has_room_for(const Key& key) const {
+        return in_range(key) && key.level < m_info.levels && !m_info.bounds.empty() && boxes_over(m_info.bounds, key.level).contains(key_of(key));
+    }
+
     [[nodiscard]] std::vector<Leaf> read_root(const Header& header) {
         std::vector<std::byte> room;
         const auto bytes = m_source->read(header.root_offset, static_cast<std::size_t>(header.root_bytes), room);
@@ -98,9 +116,10 @@ private:
         if (payload != 0) std::memcpy(root.data(), bytes.data(), payload);
         for (std::size_t i = 0; i < root.size(); ++i) {
             const Leaf& leaf = root[i];
-            if (leaf.entries == 0 || leaf.entries > kLeafEntries || leaf.offset > m_file_bytes || leaf.bytes > m_file_bytes - leaf.offset || !in_range(leaf.first) ||
-                (i > 0 && !before(root[i - 1].first, leaf.first)))
+            if (leaf.entries == 0 || leaf.entries > kLeafEntries || leaf.offset > m_file_bytes || leaf.bytes > m_file_bytes - leaf.offset ||
+                leaf.bytes > kMostLeaf_bytes || !in_range(leaf.first) || (i > 0 && !before(root[i - 1].first, leaf.first)))
                 fail("its index is damaged");
+            if (!has_room_for(leaf.first)) fail("its index names box " + to_string(key_of(leaf.first)) + ", which lies outside of its bounds");
         }
         return root;
     }
@@ -112,13 +131,18 @@ private:
                 const Leaf& leaf = m_root[index];
                 std::vector<std::byte> room;
                 const auto frame = m_source->read(leaf.offset, leaf.bytes, room);
-                const auto damaged = [&] { return Error("read the index of the box archive " + m_source->name() + ": leaf " + std::to_string(index) + " is damaged"); };
+                const auto wrong = [&](const std::string& what) {
+                    return Error("read the index of the box archive " + m_source->name() + ": leaf " + std::to_string(index) + what);
+                };
+                const auto damaged = [&] { return wrong(" is damaged"); };
                 if (XXH64(frame.data(), frame.size(), 0) != leaf.checksum) throw damaged();
                 auto entries = std::make_shared<Entries>(leaf.entries);
                 const std::size_t size = ZSTD_decompress(entries->data(), entries->size() * sizeof(Entry), frame.data(), frame.size());
                 if (size != entries->size() * sizeof(Entry)) throw damaged();
-                for (const Entry& e : *entries)
+                for (const Entry& e : *entries) {
                     if (e.offset > m_file_bytes || e.bytes > std::min<std::uint64_t>(kMostFrame_bytes, m_file_bytes - e.offset)) throw damaged();
+                    if (!has_room_for(e.key)) throw wrong(" names box " + to_string(key_of(e.key)) + ", which lies outside of its bounds");
+                }
                 return std::shared_ptr<const Entries>(std::move(entries));
             },
             [](const auto& made) { return made->size() * sizeof(Entry); });

@@ -23,9 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-WorldInfo info_of(int levels = 3) {
+WorldInfo info_of() {
     WorldInfo info;
-    info.title = "archive", info.bounds = {{-300, -256, -300}, {300, 512, 300}}, info.levels = levels, info.voxel_m = 0.5;
+    info.title = "archive", info.bounds = {{-5120, -2048, -5120}, {5120, 2048, 5120}}, info.levels = 9, info.voxel_m = 0.5;
     return info;
 }
 
@@ -92,9 +92,9 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
                 ++air;
             }
     CHECK(air > 500);
-    CHECK_THROWS_AS(world->box({3, 0, 0, 0}), UsageError);
-    CHECK(world->column(0, 0, 0).by_begin == -1);
-    CHECK(world->column(0, 0, 0).by_end == 2);
+    CHECK_THROWS_AS(world->box({9, 0, 0, 0}), UsageError);
+    CHECK(world->column(0, 0, 0).by_begin == -8);
+    CHECK(world->column(0, 0, 0).by_end == 8);
     CHECK(world->column(0, 99, 0).empty());
 }
 
@@ -247,6 +247,62 @@ TEST_CASE("an archive that is overwritten while it is open gives its own boxes o
         write_bytes(file, c.bytes);
         fs::last_write_time(file, before + std::chrono::seconds(1));
         CHECK_THROWS_AS(world->box(key), Error);
+    }
+}
+
+TEST_CASE("an archive whose bounds do not fit its levels is refused: a picture of its air would never end", "[common][voxel][archive]") {
+    struct Case { const char* name; VoxelBounds bounds; int levels; const char* said; };
+    constexpr std::int32_t kWide = 1 << 26, kHigh = 1 << 28, kMore = 1 << 27;
+    const auto c = GENERATE(values<Case>({
+        {"a box of one voxel", {{0, 0, 0}, {1, 1, 1}}, 1, ""},
+        {"nothing", {{0, 0, 0}, {0, 0, 0}}, 1, ""},
+        {"as wide as its levels", {{0, 0, 0}, {128, 256, 128}}, 2, ""},
+        {"levels that it does not need", {{0, 0, 0}, {64, 256, 64}}, 21, ""},
+        {"as wide as the index can say", {{-kWide, 0, -kWide}, {kWide, 256, kWide}}, 20, ""},
+        {"wider than its levels", {{0, 0, 0}, {129, 256, 64}}, 2, "levels = 2; bounds of this width need at least 3"},
+        {"much wider than its levels", {{-kWide, 0, -kWide}, {kWide, 256, kWide}}, 17, "need at least 20"},
+        {"as wide as 32 bits can say, one level", {{-(1 << 30), 0, -(1 << 30)}, {1 << 30, 256, 1 << 30}}, 1, "boxes of the coarsest level"},
+        {"as wide as 32 bits can say", {{-(1 << 30), 0, -(1 << 30)}, {1 << 30, 256, 1 << 30}}, 21, "2^20 boxes from the origin"},
+        {"higher than the index can say", {{0, 0, 0}, {1 << 25, kHigh + 1, 64}}, 20, "2^20 boxes from the origin"},
+        {"a tower of boxes", {{0, -kHigh, 0}, {64, kHigh, 64}}, 1, "1 x 2097152 x 1 boxes of the coarsest level"},
+        {"farther out than the index can say", {{kMore, 0, 0}, {kMore + 64, 256, 64}}, 1, "2^20 boxes from the origin"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const test::TemporaryFolder folder;
+        const fs::path file = folder.path() / "a.tvx";
+        WorldInfo info = info_of();
+        info.bounds = c.bounds, info.levels = c.levels;
+        ArchiveWriter(file, info, 0).finish();
+        if (*c.said == '\0') CHECK(open(file)->box({0, 0, 0, 0}) == nullptr);
+        else CHECK_THROWS_WITH(open(file), contains("a.tvx") && contains(c.said));
+    }
+}
+
+TEST_CASE("an index that names boxes outside of the bounds of its archive is refused", "[common][voxel][archive]") {
+    struct Case { const char* name; BoxKey key; };
+    const auto c = GENERATE(values<Case>({
+        {"too far west", {0, -81, 0, 0}},
+        {"too far south", {0, 0, 0, 80}},
+        {"too high", {0, 0, 8, 0}},
+        {"of a level that it does not have", {9, 0, 0, 0}},
+        {"of a coarse level, too far east", {8, 1, 0, 0}},
+    }));
+    const test::TemporaryFolder folder;
+    const fs::path file = folder.path() / "a.tvx";
+    const BoxKey good{0, 0, 0, 0};
+    DYNAMIC_SECTION(c.name) {
+        ArchiveWriter writer(file, info_of(), 0);
+        add(writer, c.key);
+        SECTION("alone") {
+            writer.finish();
+            CHECK_THROWS_WITH(open(file), contains(to_string(c.key) + ", which lies outside of its bounds"));
+        }
+        SECTION("behind one that lies inside") {
+            if (archive::before(archive::key_of(c.key), archive::key_of(good))) return;
+            add(writer, good);
+            writer.finish();
+            CHECK_THROWS_WITH(open(file)->box(good), contains(to_string(c.key) + ", which lies outside of its bounds"));
+        }
     }
 }
 

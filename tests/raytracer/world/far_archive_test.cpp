@@ -6,6 +6,7 @@
 #include "common/voxel/archive/archive_world.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_codec.hpp"
+#include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/world/served_boxes.hpp"
@@ -24,7 +25,7 @@ const std::string& archive_bytes() {
     static const std::string bytes = [] {
         const test::TemporaryFolder folder;
         voxel::WorldInfo info;
-        info.title = "far", info.bounds = {{0, 0, 0}, {64 * kBoxes, 256, 64}};
+        info.title = "far", info.bounds = {{0, 0, 0}, {64 * kBoxes, 512, 64}}, info.levels = voxel::levels_for(info.bounds);
         voxel::ArchiveWriter writer(folder.path() / "a.tvx", info, 0);
         for (int i = 0; i < kBoxes; ++i) writer.add({0, i, 0, 0}, voxel::archive::Kind::kBox, voxel::compress(*box_of({0, i, 0, 0})));
         writer.finish();

@@ -16,7 +16,7 @@ WorldInfo full() {
     info.title = "Bled \"castle\" \\ č š ž";
     info.bounds = {{-5, -300, -101'000'000}, {462'000'000, 2864, 17}};
     info.voxel_m = 0.1;
-    info.levels = 7;
+    info.levels = 17;
     info.crs = "EPSG:3794";
     info.crs_wkt = "PROJCRS[\"Slovenia 1996 / Slovene National Grid\"]";
     info.crs_units_per_voxel = 1.0 / 3;
@@ -75,8 +75,8 @@ TEST_CASE("text that is no world is refused, naming where it came from", "[commo
         {"cut short", good.substr(0, good.size() / 2), "not the reply of a voxel server"},
         {"another version", changed(good, "\"version\":2", "\"version\":3"), "version 3; allowed: 2"},
         {"a version that is text", changed(good, "\"version\":2", "\"version\":\"2\""), "not the reply of a voxel server"},
-        {"levels: none", changed(good, "\"levels\":7", "\"levels\":0"), "levels = 0"},
-        {"levels: too many", changed(good, "\"levels\":7", "\"levels\":22"), "levels = 22"},
+        {"levels: none", changed(good, "\"levels\":17", "\"levels\":0"), "levels = 0"},
+        {"levels: too many", changed(good, "\"levels\":17", "\"levels\":22"), "levels = 22"},
         {"voxels of no size", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":0"), "voxel_m = 0"},
         {"negative voxels", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":-1"), "voxel_m = -1"},
         {"voxels that are null (NaN)", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":null"), "not the reply of a voxel server"},
@@ -95,4 +95,24 @@ TEST_CASE("text that is no world is refused, naming where it came from", "[commo
 
 TEST_CASE("bounds that 32 bits cannot hold are refused and not cut", "[common][voxel][world_json]") {
     CHECK_THROWS_AS(world_from_json(changed(world_to_json(full()), "462000000", "99999999999999"), "test"), Error);
+}
+
+TEST_CASE("bounds that are too large for the levels of a world are refused: a picture of its air would never end", "[common][voxel][world_json]") {
+    struct Case { const char* name; VoxelBounds bounds; int levels; bool allowed; };
+    const auto c = GENERATE(values<Case>({
+        {"as large as 32 bits can say, all levels", {{-(1 << 30), -(1 << 30), -(1 << 30)}, {1 << 30, 1 << 30, 1 << 30}}, 21, true},
+        {"as large as 32 bits can say, one level", {{-(1 << 30), -(1 << 30), -(1 << 30)}, {1 << 30, 1 << 30, 1 << 30}}, 1, false},
+        {"nothing", {{0, 0, 0}, {0, 0, 0}}, 1, true},
+        {"2048 x 1 x 2048 boxes", {{0, 0, 0}, {131'072, 256, 131'072}}, 1, true},
+        {"2048 x 1 x 2049 boxes", {{0, 0, 0}, {131'072, 256, 131'073}}, 1, false},
+        {"the same with a level more", {{0, 0, 0}, {131'072, 256, 131'073}}, 2, true},
+        {"a tower of 16384 boxes", {{0, 0, 0}, {64, 1 << 22, 64}}, 1, true},
+        {"a tower of 16385 boxes", {{0, 0, 0}, {64, (1 << 22) + 1, 64}}, 1, false},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        WorldInfo info = full();
+        info.bounds = c.bounds, info.levels = c.levels;
+        if (c.allowed) CHECK(world_from_json(world_to_json(info), "http://there:1").bounds == c.bounds);
+        else CHECK_THROWS_WITH(world_from_json(world_to_json(info), "http://there:1"), contains("http://there:1") && contains("boxes of the coarsest level; allowed: up to 16384"));
+    }
 }
