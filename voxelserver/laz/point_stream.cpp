@@ -44,9 +44,16 @@ void PointStream::require(laszip_I32 failed) const {
         m_bytes.fail(laszip_message(m_reader));
 }
 
+void PointStream::enter_chunk() {
+    const std::size_t before = m_chunk;
+    while (m_info.chunks->empty_chunk(m_chunk)) ++m_chunk;  // there are points left, so a chunk with points comes
+    if (m_chunk != before) require(laszip_seek_point(m_reader, static_cast<laszip_I64>(m_at)));  // LASzip would go on in the empty one
+    lidar::check_chunk(m_bytes, *m_info.chunks, m_chunk++);
+}
+
 bool PointStream::next() {
     if (m_at == m_info.point_count) return false;
-    if (m_info.chunks && m_chunk < m_info.chunks->size() && m_info.chunks->first_point[m_chunk] == m_at) lidar::check_chunk(m_bytes, *m_info.chunks, m_chunk++);
+    if (m_info.chunks && m_chunk < m_info.chunks->size() && m_info.chunks->first_point[m_chunk] == m_at) enter_chunk();
     require(laszip_read_point(m_reader));
     ++m_at;
     return true;

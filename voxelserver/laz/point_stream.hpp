@@ -27,6 +27,8 @@ public:
 
 private:
     void require(laszip_I32 failed) const;
+    /// Checks the chunk that the next point begins, and leaves out empty ones before it.
+    void enter_chunk();
     void close() noexcept;
 
     const lidar::LasInfo& m_info;

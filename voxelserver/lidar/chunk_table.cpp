@@ -13,6 +13,7 @@ constexpr std::uint64_t kTableHeader = 8;    ///< version and number of chunks
 constexpr std::uint64_t kTableOffset = 8;    ///< bytes before the first chunk: where the table is
 constexpr std::uint64_t kLayersBegin = 4;    ///< number of points, before the sizes of layers
 constexpr std::uint64_t kSizeBytes = 4;
+constexpr std::uint64_t kMostEmptyChunks = 65'536;  ///< they take next to no bytes, so the size of the file hardly bounds their number
 
 // Bytes one after the other, read in blocks.
 class ByteQueue {
@@ -43,12 +44,13 @@ std::uint64_t find_table(const FileBytes& file, std::uint64_t points_at) {
     return static_cast<std::uint64_t>(at);
 }
 
-// @return number of chunks, which cannot be more than there are bytes for
+// @return number of chunks: those with points cannot be more than there are bytes for
 std::uint32_t check_claims(const FileBytes& file, const LaszipRecord& record, std::uint64_t table_at, std::uint64_t most_chunks, std::uint64_t point_count) {
     const auto version = file.at<std::uint32_t>(table_at), chunks = file.at<std::uint32_t>(table_at + 4);
     if (version != 0) file.fail("chunk table of version " + std::to_string(version) + "; allowed: 0");
-    if (chunks == 0 || chunks > most_chunks)
-        file.fail(std::to_string(chunks) + " chunks; the compressed points hold 1 to " + std::to_string(most_chunks));
+    if (chunks == 0 || most_chunks == 0 || chunks > most_chunks + kMostEmptyChunks)
+        file.fail(std::to_string(chunks) + " chunks; the compressed points hold 1 to " + std::to_string(most_chunks) + ", and up to " +
+                  std::to_string(kMostEmptyChunks) + " may be empty");
     if (record.chunk_points == 0) file.fail("chunks of 0 points");
     const std::uint64_t most_points = std::uint64_t{chunks} * record.chunk_points;
     if (record.chunk_points != LaszipRecord::kVariableChunks && point_count > most_points)
@@ -85,9 +87,11 @@ ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record, s
                       std::to_string(least) + " to " +
                       std::to_string(most));
         };
-        if (bytes < 0 || static_cast<std::uint64_t>(bytes) < least_bytes || static_cast<std::uint64_t>(bytes) > bytes_left)
-            fail(bytes, " bytes", least_bytes, bytes_left);
-        if (mine <= 0 || static_cast<std::uint64_t>(mine) > points_left) fail(mine, " points", 1, points_left);
+        if (mine < 0 || static_cast<std::uint64_t>(mine) > points_left) fail(mine, " points", 0, points_left);
+        // LASzip takes a chunk that ends where it begins for damage, and reads nothing of the file.
+        const std::uint64_t least = mine == 0 ? 1 : least_bytes;
+        if (bytes < 0 || static_cast<std::uint64_t>(bytes) < least || static_cast<std::uint64_t>(bytes) > bytes_left)
+            fail(bytes, " bytes", least, bytes_left);
         table.first_point.push_back(table.first_point.back() + static_cast<std::uint64_t>(mine));
         table.first_byte.push_back(table.first_byte.back() + static_cast<std::uint64_t>(bytes));
     }

@@ -10,12 +10,14 @@
 namespace terravox::lidar {
 
 /// Where the chunks of a compressed file begin. Chunk i holds points [first_point[i], first_point[i + 1]) and bytes
-/// [first_byte[i], first_byte[i + 1]); no chunk is empty, and together they hold every point once.
+/// [first_byte[i], first_byte[i + 1]); together they hold every point once. Some writers of COPC leave chunks without points, most
+/// often the last one: they stand here as in the file, and are never unpacked.
 struct ChunkTable {
     std::vector<std::uint64_t> first_point, first_byte;  ///< size() + 1 of each
     std::uint32_t record_bytes = 0, layers = 0;          ///< of one point; of one chunk, 0 for formats 0-5
     [[nodiscard]] std::size_t size() const noexcept { return first_point.size() - 1; }
-    /// @param point  below the number of points
+    [[nodiscard]] bool empty_chunk(std::size_t chunk) const noexcept { return first_point[chunk] == first_point[chunk + 1]; }
+    /// @param point  below the number of points @return the chunk that holds it
     [[nodiscard]] std::size_t chunk_of(std::uint64_t point) const noexcept;
 };
 

@@ -50,8 +50,10 @@ public:
                     add(entry);
             }
         }
-        if (m_index.cells.size() != m_seen.size())
-            fail(std::to_string(m_index.cells.size()) + " nodes with points; the file has " + std::to_string(m_seen.size()) + " chunks");
+        std::size_t chunks = 0;
+        for (std::size_t i = 0; i < m_seen.size(); ++i) chunks += m_info.chunks->empty_chunk(i) ? 0 : 1;
+        if (m_index.cells.size() != chunks)
+            fail(std::to_string(m_index.cells.size()) + " nodes with points; the file has " + std::to_string(chunks) + " chunks with points");
         return std::move(m_index);
     }
 

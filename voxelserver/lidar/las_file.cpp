@@ -69,6 +69,7 @@ std::vector<PointRange> split_by_chunk(const LasInfo& info, std::uint64_t points
     }
     const auto& starts = info.chunks->first_point;
     for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
+        if (info.chunks->empty_chunk(i)) continue;
         if (!out.empty() && starts[i + 1] - out.back().begin <= points_per_range)
             out.back().end = starts[i + 1];
         else

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,6 +53,10 @@ public:
         // Chunk by chunk, each checked before LASzip trusts it.
         const auto& starts = m_info.chunks->first_point;
         for (std::size_t chunk = m_info.chunks->chunk_of(range.begin); chunk < m_info.chunks->size() && starts[chunk] < range.end; ++chunk) {
+            if (m_info.chunks->empty_chunk(chunk)) {
+                m_at = kNowhere;  // LASzip would go on in it: it seeks to what comes behind
+                continue;
+            }
             check_chunk(m_bytes, *m_info.chunks, chunk);
             read_piece({std::max(range.begin, starts[chunk]), std::min(range.end, starts[chunk + 1])});
         }
@@ -87,7 +92,9 @@ private:
     const FileBytes m_bytes;
     LaszipReader m_reader;
     std::vector<RawPoint> m_batch;
-    std::uint64_t m_at = 0;
+    static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
+    /// The point that LASzip unpacks next. At the beginning it is in the first chunk, which may be an empty one.
+    std::uint64_t m_at = m_info.chunks && m_info.chunks->empty_chunk(0) ? kNowhere : 0;
     const bool m_extended = m_info.point_format >= 6, m_colour = m_info.has_colour(), m_near_infrared = m_extended && m_info.has_near_infrared();
 };
 
