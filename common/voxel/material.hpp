@@ -79,7 +79,7 @@ struct Palette {
     [[nodiscard]] const Entry& of(Material m) const noexcept { return entries[static_cast<std::size_t>(m) % kMaterialCount]; }
 };
 
-/// Reads colours and variations of config/materials.toml. @throws Error naming file, field, value and allowed range
+/// Reads colours and variations of config/materials.toml. @throws UsageError naming file, field, value and allowed range
 [[nodiscard]] Palette load_palette(const std::filesystem::path& file);
 
 }  // namespace terravox::voxel

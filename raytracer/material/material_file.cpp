@@ -77,7 +77,7 @@ public:
     }
     void check_names() const {
         for (const auto& [field, value] : m_table)
-            if (!voxel::is_look_field(field.str())) throw Error(said(std::string(field.str()) + " is no field; allowed: " + voxel::look_fields()));
+            if (!voxel::is_look_field(field.str())) throw UsageError(said(std::string(field.str()) + " is no field; allowed: " + voxel::look_fields()));
     }
 
 private:
@@ -87,7 +87,7 @@ private:
         return *value;
     }
     [[noreturn]] void fail(std::string_view field, const std::string& value, const std::string& allowed) const {
-        throw Error(said(std::string(field) + " = " + value + "; allowed: " + allowed));
+        throw UsageError(said(std::string(field) + " = " + value + "; allowed: " + allowed));
     }
     [[nodiscard]] std::string said(const std::string& what) const { return "read the materials " + m_file.string() + ": [" + m_name + "] " + what; }
     const toml::table& m_table;
@@ -114,7 +114,7 @@ Look look_of(const Fields& fields) {
 }
 
 std::function<void(const std::string&)> failing(const std::filesystem::path& file) {
-    return [file](const std::string& what) { throw Error("read the materials " + file.string() + ": " + what); };
+    return [file](const std::string& what) { throw UsageError("read the materials " + file.string() + ": " + what); };
 }
 
 MaterialFile materials_of(const toml::table& root, const std::filesystem::path& file) {

@@ -21,7 +21,7 @@ struct MaterialFile {
 /// @throws UsageError naming what there is
 [[nodiscard]] std::filesystem::path find_materials(const std::string& name);
 
-/// @throws Error naming file, material, field, value and allowed range; also for a material or a field that nobody knows
+/// @throws UsageError naming file, material, field, value and allowed range; also for a material or a field that nobody knows
 [[nodiscard]] MaterialFile read_materials(const std::filesystem::path& file);
 
 /// The same of a text that came another way. @param name for messages

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 PaletteFile::PaletteFile(fs::path path) : m_path(std::move(path)), m_root(util::read_toml(m_path, [this](const std::string& what) { fail(what); })) {}
 
-void PaletteFile::fail(const std::string& what) const { throw Error("read the palette " + m_path.string() + ": " + what); }
+void PaletteFile::fail(const std::string& what) const { throw UsageError("read the palette " + m_path.string() + ": " + what); }
 
 double PaletteFile::number(const toml::table& table, const std::string& where, const char* field, double least, double most, double otherwise) const {
     const auto* node = table.get(field);

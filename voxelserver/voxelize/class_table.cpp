@@ -34,7 +34,7 @@ void allow_only(const toml::table& table, const std::string& where, const std::v
 }
 
 void apply(const fs::path& file, ClassTable& table, int depth) {
-    const auto fail = [&](const std::string& what) { throw Error("read the class table " + file.string() + ": " + what); };
+    const auto fail = [&](const std::string& what) { throw UsageError("read the class table " + file.string() + ": " + what); };
     constexpr int kMostExtends = 8;
     if (depth > kMostExtends) fail("'extends' goes round in a circle");
     const toml::table root = util::read_toml(file, fail);

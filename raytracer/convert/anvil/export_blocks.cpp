@@ -51,7 +51,7 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const { throw Error("read the blocks to export " + m_file.string() + ": " + what); }
+    [[noreturn]] void fail(const std::string& what) const { throw UsageError("read the blocks to export " + m_file.string() + ": " + what); }
 
     void read_material(Material material, const std::string& name, const toml::table& table) {
         ExportBlocks::Choice& choice = m_out.m_choices[ExportBlocks::index(material)];

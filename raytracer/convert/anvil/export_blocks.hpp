@@ -26,7 +26,7 @@ using BlockId = std::uint16_t;  ///< index into ExportBlocks::all(); 0 = air
 class ExportBlocks {
 public:
     /// @param folder holds export.toml @param colours where the colours of blocks come from
-    /// @throws Error naming file, entry, value and what is allowed: also a material without a block, and a block of two materials
+    /// @throws UsageError naming file, entry, value and what is allowed: also a material without a block, and a block of two materials
     [[nodiscard]] static ExportBlocks load(const std::filesystem::path& folder, const minecraft::BlockTable& colours);
 
     [[nodiscard]] const std::vector<ExportBlock>& all() const noexcept { return m_all; }

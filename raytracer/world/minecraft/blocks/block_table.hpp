@@ -27,7 +27,7 @@ struct BlockLook {
 class BlockTable {
 public:
     /// @param folder holds blocks.toml and old-blocks.toml
-    /// @throws Error naming file, entry, value and what is allowed
+    /// @throws UsageError naming file, entry, value and what is allowed
     [[nodiscard]] static BlockTable load(const std::filesystem::path& folder);
 
     /// @param name with or without its namespace ("minecraft:"); old names are known as well

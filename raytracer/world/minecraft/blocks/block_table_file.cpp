@@ -46,7 +46,7 @@ public:
 private:
     using Candidate = BlockTable::Candidate;
 
-    [[noreturn]] void fail(const std::string& what) const { throw Error("read the blocks " + m_file->string() + ": " + what); }
+    [[noreturn]] void fail(const std::string& what) const { throw UsageError("read the blocks " + m_file->string() + ": " + what); }
     [[nodiscard]] Fail failing(std::string where) const {
         return [this, where = std::move(where)](const std::string& what) { fail("[" + where + "] " + what); };
     }
