@@ -101,6 +101,31 @@ test('fetch takes an address typed by the user', async (t) => {
   assert.deepEqual(await storedFiles(store), ['lidar/mine/castle.laz']);
 });
 
+test('a permission for a private address is for the origin that was typed, not for what it redirects to', async (t) => {
+  const other = await serve(t, (_request, response) => sendFile(response, kLaz));
+  const { port } = new URL(other.base);
+  const targets: Record<string, string> = {
+    '/port.laz': `${other.base}/a.laz`,
+    '/name.laz': `http://localhost:${port}/a.laz`,
+    '/address.laz': `http://127.0.0.2:${port}/a.laz`,
+  };
+  const own = await serve(t, (request, response) => {
+    const location = targets[request.url ?? ''];
+    if (location === undefined) return sendFile(response, kLaz);
+    sendStatus(response, 302, { location });
+  });
+  const store = await temporaryFolder(t);
+  const fetch = (name: string) =>
+    cli(['fetch', '--url-template', `${own.base}/{name}.laz`, '--allow-private', '--squares', name, '--store', store, '--retries', '0']);
+  for (const name of ['port', 'name', 'address']) {
+    const { code, err } = await fetch(name);
+    assert.equal(code, 1, name);
+    assert.match(err, /HOST_REFUSED/, name);
+  }
+  assert.equal(other.seen.length, 0, 'another port of this machine is not asked');
+  assert.equal((await fetch('castle')).code, 0);
+});
+
 test('fetch copies a local folder, and says which files it could not use', async (t) => {
   const folder = await temporaryFolder(t);
   await mkdir(join(folder, 'b_35'));

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createHttpClient, type Access, type HttpClientOptions } from '../../grabber/src/fetch/http-client.js';
-import { addressAllowed, checkUrl } from '../../grabber/src/fetch/host-policy.js';
+import { addressAllowed, checkUrl, type HostAccess } from '../../grabber/src/fetch/host-policy.js';
 import { readSecretHeaders } from '../../grabber/src/fetch/secret-headers.js';
 import { redactError, redactorOf } from '../../grabber/src/fetch/redact.js';
 import { shownUrl } from '../../grabber/src/fetch/shown-url.js';
@@ -10,15 +10,19 @@ import { profileOf } from '../../grabber/src/sources/profile.js';
 import { openCatalogue } from '../../grabber/src/sources/catalogue/open-catalogue.js';
 import { regionOfBox } from '../../grabber/src/select/region.js';
 import { found, sourceWith } from './support/catalogue-fixture.js';
-import { sendFile, sendStatus, serve } from './support/http-fixture.js';
+import { kHere, sendFile, sendStatus, serve } from './support/http-fixture.js';
 import { makeLaz } from './support/las-fixture.js';
 import { fetchFixture, kName, kNever, squareOf } from './support/store-fixture.js';
 
-const kPublic = { hosts: ['data.example', 'files.example:8080', '8.8.8.8', '[2001:4860:4860::8888]'], allowPrivate: false };
-const kOffice = { hosts: ['127.0.0.1', '10.0.0.5:8080', '224.0.0.1', '0.0.0.0', '[::1]', '[::ffff:7f00:1]'], allowPrivate: true };
+const kPublic = { hosts: ['data.example', 'files.example:8080', '8.8.8.8', '[2001:4860:4860::8888]'], privateOrigins: [] };
+const kOfficeHosts = ['127.0.0.1', '127.0.0.1:8000', '10.0.0.5:8080', '224.0.0.1', '0.0.0.0', '[::1]', '[::ffff:7f00:1]'];
+const kOffice = {
+  hosts: [...kOfficeHosts, '10.0.0.7'],
+  privateOrigins: [...kOfficeHosts, '10.0.0.6:8080'].map((host) => `http://${host}`),
+};
 
 test('only addresses of the source\'s hosts may be asked', async (t) => {
-  const cases: { url: string; access: typeof kPublic; problem: RegExp | undefined }[] = [
+  const cases: { url: string; access: HostAccess; problem: RegExp | undefined }[] = [
     { url: 'https://data.example/a.laz', access: kPublic, problem: undefined },
     { url: 'https://DATA.example:443/a.laz', access: kPublic, problem: undefined },
     { url: 'http://files.example:8080/a', access: kPublic, problem: undefined },
@@ -46,11 +50,14 @@ test('only addresses of the source\'s hosts may be asked', async (t) => {
     { url: 'http://127.1/a', access: kOffice, problem: /disguised/ },
     { url: 'http://[::ffff:127.0.0.1]/a', access: kOffice, problem: /disguised|IPv4 within IPv6/ },
     { url: 'http://[::ffff:7f00:1]/a', access: kOffice, problem: /IPv4 within IPv6/ },
+    { url: 'http://127.0.0.1:8001/a', access: kOffice, problem: /numeric host 127\.0\.0\.1:8001; allowed: names, http/ },
+    { url: 'https://127.0.0.1/a', access: kOffice, problem: /numeric host/ },
+    { url: 'http://10.0.0.7/a', access: kOffice, problem: /numeric host/ },
     { url: 'http://224.0.0.1/a', access: kOffice, problem: /address 224\.0\.0\.1/ },
     { url: 'http://0.0.0.0/a', access: kOffice, problem: /address 0\.0\.0\.0/ },
   ];
   for (const { url, access, problem } of cases) {
-    await t.test(`${url} ${access.allowPrivate ? 'in an office' : ''}`, () => {
+    await t.test(`${url} ${access === kOffice ? 'in an office' : ''}`, () => {
       if (problem === undefined) assert.equal(checkUrl(url, access).href, new URL(url).href);
       else assert.throws(() => checkUrl(url, access), { code: 'HOST_REFUSED', message: problem });
     });
@@ -61,17 +68,17 @@ test('addresses that a name leads to are judged one by one', () => {
   const open = ['8.8.8.8', '2001:4860:4860::8888'];
   const office = ['127.0.0.1', '10.1.2.3', '192.168.1.1', '172.16.0.1', '169.254.169.254', '100.64.0.1', '::1', 'fe80::1', 'fd00::1', '::ffff:127.0.0.1'];
   const never = ['0.0.0.0', '224.0.0.1', '255.255.255.255', '::', 'ff02::1', '240.0.0.1', '192.0.2.1', '64:ff9b::7f00:1', 'nonsense'];
-  for (const address of open) assert.ok(addressAllowed(address, kPublic), address);
-  for (const address of [...office, ...never]) assert.ok(!addressAllowed(address, kPublic), address);
-  for (const address of [...open, ...office]) assert.ok(addressAllowed(address, kOffice), address);
-  for (const address of never) assert.ok(!addressAllowed(address, kOffice), address);
+  for (const address of open) assert.ok(addressAllowed(address, false), address);
+  for (const address of [...office, ...never]) assert.ok(!addressAllowed(address, false), address);
+  for (const address of [...open, ...office]) assert.ok(addressAllowed(address, true), address);
+  for (const address of never) assert.ok(!addressAllowed(address, true), address);
 });
 
 function clientOf(access: Partial<Access>, resolve?: HttpClientOptions['resolve']) {
   return createHttpClient({
     userAgent: 'terravox-grabber/test',
     timeout_ms: 2000,
-    access: { hosts: [], allowPrivate: false, secretHeaders: {}, secretOrigins: [], ...access },
+    access: { hosts: [], privateOrigins: [], secretHeaders: {}, secretOrigins: [], ...access },
     ...(resolve === undefined ? {} : { resolve }),
   });
 }
@@ -85,9 +92,56 @@ test('a public name that leads to this machine is refused when it is connected t
   t.after(() => strict.close());
   await assert.rejects(strict.get(url, {}, kNever), { code: 'HOST_REFUSED', retryable: false, message: /leads to 127\.0\.0\.1/ });
   assert.equal(server.seen.length, 0);
-  const office = clientOf({ hosts: [`rebound.example:${port}`], allowPrivate: true }, resolve);
+  const office = clientOf(
+    { hosts: [`rebound.example:${port}`], privateOrigins: [`http://rebound.example:${port}`] },
+    resolve,
+  );
   t.after(() => office.close());
   assert.equal((await office.get(url, {}, kNever)).status, 200);
+});
+
+test('a permission for a private address is for its own port, also where a name leads there', async (t) => {
+  const other = await serve(t, (_request, response) => sendFile(response, makeLaz()));
+  const { port } = new URL(other.base);
+  const targets = [other.base, `http://office.example:${port}`, `http://files.example:${port}`];
+  const own = await serve(t, (request, response) => {
+    sendStatus(response, 302, { location: targets[Number(request.url?.slice(1))] ?? '' });
+  });
+  const resolve: HttpClientOptions['resolve'] = (_name, _options, done) => done(null, [{ address: '127.0.0.1', family: 4 }]);
+  const { port: ownPort } = new URL(own.base);
+  const allowed = `http://office.example:${ownPort}`;
+  const hosts = ['127.0.0.1', 'office.example', 'files.example'];
+  const http = clientOf({ hosts, privateOrigins: [allowed] }, resolve);
+  t.after(() => http.close());
+  for (const index of targets.keys()) {
+    await assert.rejects(http.get(`${allowed}/${index}`, {}, kNever), { code: 'HOST_REFUSED', retryable: false });
+  }
+  assert.deepEqual([own.seen.length, other.seen.length], [targets.length, 0]);
+  http.permit({ hosts, privateOrigins: [allowed, ...targets], secretHeaders: {}, secretOrigins: [] });
+  for (const index of targets.keys()) {
+    const response = await http.get(`${allowed}/${index}`, {}, kNever);
+    await response.discard();
+    assert.equal(response.status, 200);
+  }
+});
+
+test('private addresses of a source are at the origins in its file, and its further hosts at their own ports', () => {
+  const access = `
+[access]
+kind = "stac"
+items = "http://api.example.org:8443/items"
+[[access.assets]]
+href = 'laz$'
+`;
+  const head = 'crs_in_files = true\nhosts = ["assets.example.org", "files.example.org:8080"]';
+  assert.deepEqual(profileOf(sourceWith(access, head)).privateOrigins, []);
+  assert.deepEqual(profileOf(sourceWith(access, `${head}\nallow_private_addresses = true`)).privateOrigins, [
+    'http://api.example.org:8443',
+    'http://assets.example.org',
+    'http://files.example.org:8080',
+    'https://assets.example.org',
+    'https://files.example.org:8080',
+  ]);
 });
 
 test('a client may talk to nobody before it is told to whom', async (t) => {
@@ -95,7 +149,7 @@ test('a client may talk to nobody before it is told to whom', async (t) => {
   const http = clientOf({});
   t.after(() => http.close());
   await assert.rejects(http.get(server.base, {}, kNever), { code: 'HOST_REFUSED' });
-  http.permit({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {}, secretOrigins: [] });
+  http.permit(kHere);
   assert.equal((await http.get(server.base, {}, kNever)).status, 200);
 });
 
@@ -106,7 +160,7 @@ test('secret headers go to the host that was asked, and on no redirect elsewhere
     if (request.url === '/away') return sendStatus(response, 302, { location: `${other.base}/a.laz` });
     sendFile(response, makeLaz());
   });
-  const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [own.base] });
+  const http = clientOf({ ...kHere, secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [own.base] });
   t.after(() => http.close());
   for (const path of ['/here', '/there', '/away']) await (await http.get(`${own.base}${path}`, {}, kNever)).discard();
   assert.deepEqual(own.seen.map(({ path, headers }) => [path, headers['x-key']]), [
@@ -154,7 +208,7 @@ test('addresses are shown without what is secret in them', () => {
 test('secret headers go to configured addresses only, not to all hosts that may be talked to', async (t) => {
   const configured = await serve(t, (_request, response) => sendStatus(response, 200));
   const other = await serve(t, (_request, response) => sendStatus(response, 200));
-  const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [configured.base] });
+  const http = clientOf({ ...kHere, secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [configured.base] });
   t.after(() => http.close());
   for (const { base } of [configured, other]) await (await http.get(base, {}, kNever)).discard();
   assert.equal(configured.seen[0]?.headers['x-key'], 'hush-hush');
@@ -220,7 +274,7 @@ test('what a catalogue throws shows no secret, whoever asked it', async (t) => {
   ];
   for (const reply of replies) {
     const server = await serve(t, (request, response) => response.end(reply(String(request.headers['x-key']))));
-    const http = clientOf({ hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: { 'x-key': 'hush-hush-hush' }, secretOrigins: [server.base] });
+    const http = clientOf({ ...kHere, secretHeaders: { 'x-key': 'hush-hush-hush' }, secretOrigins: [server.base] });
     t.after(() => http.close());
     const source = sourceWith(`
 [access]

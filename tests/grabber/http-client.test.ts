@@ -3,7 +3,7 @@ import type { ServerResponse } from 'node:http';
 import { test, type TestContext } from 'node:test';
 import { createHttpClient, type HttpClient } from '../../grabber/src/fetch/http-client.js';
 import { fakeClock } from './support/fake-clock.js';
-import { kHere, sendFile, serve } from './support/http-fixture.js';
+import { kHere, kNobody, sendFile, serve } from './support/http-fixture.js';
 import { kNever } from './support/store-fixture.js';
 
 /** A body that never ends, a byte at a time. */
@@ -44,8 +44,7 @@ test('a server that falls silent in the middle of a body is given up on', async 
 });
 
 test('a server that is not there is a network error that names the address', async (t) => {
-  // Port 1 is reserved and nobody listens on it.
-  await assert.rejects(impatient(t).get('http://127.0.0.1:1/a.laz', {}, kNever), {
+  await assert.rejects(impatient(t).get(`${kNobody}/a.laz`, {}, kNever), {
     code: 'NETWORK',
     message: /fetch http:\/\/127\.0\.0\.1:1\/a\.laz: .*ECONNREFUSED/,
   });

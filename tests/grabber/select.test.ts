@@ -149,7 +149,7 @@ test('a selection says what to record and whom to ask', async (t) => {
     max_per_s: null,
     missing_status: [403, 404],
     hosts: ['fsn1.your-objectstorage.com'],
-    allowPrivate: false,
+    privateOrigins: [],
     secretHeaders: {},
     secretOrigins: ['https://fsn1.your-objectstorage.com'],
     square_m: 1000,
@@ -163,7 +163,7 @@ test('an address that was typed needs no source, or stands in for that of one', 
   const plain = await chosen(t, { urlTemplate: 'http://nas.local/{name}.laz', squares: ['castle'], as: 'mine', licence: 'CC0' });
   assert.equal(plain.source, 'mine');
   assert.deepEqual(plain.profile.hosts, ['nas.local']);
-  assert.equal(plain.profile.allowPrivate, false);
+  assert.deepEqual(plain.profile.privateOrigins, []);
   assert.deepEqual((await found(plain.catalogue, plain.region)).map(({ urls, bounds }) => [urls, bounds]), [[['http://nas.local/castle.laz'], null]]);
   const grid = await chosen(t, { urlTemplate: 'http://h/{zone}/{x:06}_{y}.laz', set: { zone: '32' }, circleDeg: [14.5154, 46.0523, 200], crs: 'EPSG:3794' });
   const [square] = await found(grid.catalogue, grid.region);

@@ -145,7 +145,7 @@ extent_m = [0, 0, 1000000, 1000000]
 class_table = "asprs"
 max_concurrent = 4
 missing_status = [404]
-hosts = ["cdn.example.org"]
+hosts = ["cdn.example.org", "files.example.org:8443"]
 [secret_headers]
 x-key = "HERE_KEY"
 [access]
@@ -159,7 +159,7 @@ values = ["b_1", "b_2"]
 `;
 
 test('hosts of a source are those of its addresses and those it names', () => {
-  assert.deepEqual(hostsOf(parseSource(kGood, 'here.toml')), ['cdn.example.org', 'example.org', 'mirror.example.org']);
+  assert.deepEqual(hostsOf(parseSource(kGood, 'here.toml')), ['cdn.example.org', 'example.org', 'files.example.org:8443', 'mirror.example.org']);
 });
 
 const kBad: { name: string; from: string; to: string; message: RegExp }[] = [
@@ -200,10 +200,10 @@ const kBad: { name: string; from: string; to: string; message: RegExp }[] = [
   { name: 'a pattern that is none', from: 'b_[0-9]+', to: 'b_[0-9', message: /field access\.variables\.block\.pattern is "b_\[0-9"/ },
   { name: 'a value its pattern refuses', from: '"b_2"', to: '"c_2"', message: /field access\.variables\.block is / },
   {
-    name: 'a host with a port',
+    name: 'a host with a port that no host has',
     from: 'cdn.example.org',
-    to: 'cdn.example.org:80',
-    message: /field hosts\.0 is "cdn\.example\.org:80"; allowed: a list of host names/,
+    to: 'cdn.example.org:65536',
+    message: /field hosts\.0 is "cdn\.example\.org:65536"; allowed: a list of host names/,
   },
   { name: 'a secret in the file', from: '"HERE_KEY"', to: '"sk-123-456"', message: /field secret_headers\.x-key is .*NAME_OF_ENVIRONMENT_VARIABLE/ },
   { name: 'the id of another file', from: 'id = "here"', to: 'id = "there"', message: /field id is "there"; allowed: .*same as the file name/ },

@@ -9,7 +9,7 @@ import type { Source } from '../../grabber/src/sources/source.js';
 import { squareAt } from '../../grabber/src/sources/square.js';
 import { catalogueOf, found, sourceWith } from './support/catalogue-fixture.js';
 import { fakeClock } from './support/fake-clock.js';
-import { serve, type HttpFixture } from './support/http-fixture.js';
+import { kNobody, serve, type HttpFixture } from './support/http-fixture.js';
 import { kNever } from './support/store-fixture.js';
 
 const kSha = 'e8be2c5f50b61b0a2ce72d65b3a6d2af095d7feac0083fc33f2961d063db1ec1';
@@ -208,7 +208,7 @@ test('a busy portal is asked again, a broken one is an error', async (t) => {
   const gone = await serve(t, (_request, response) => void response.writeHead(404).end());
   await assert.rejects(found(catalogueOf(t, stacSource(gone.base)), kRegion), { code: 'CATALOGUE', message: /HTTP 404/ });
   assert.equal(gone.seen.length, 1);
-  await assert.rejects(found(catalogueOf(t, stacSource('http://127.0.0.1:1')), kRegion), { code: 'CATALOGUE', message: /ECONNREFUSED/ });
+  await assert.rejects(found(catalogueOf(t, stacSource(kNobody)), kRegion), { code: 'CATALOGUE', message: /ECONNREFUSED/ });
 });
 
 test('a portal that asks for more time than allowed is not waited for, and the user hears of every retry', async (t) => {

@@ -14,7 +14,7 @@ const kGib_bytes = 1024 ** 3;
 export function accessOf(profile: AccessProfile): Access {
   return {
     hosts: profile.hosts,
-    allowPrivate: profile.allowPrivate,
+    privateOrigins: profile.privateOrigins,
     secretHeaders: readSecretHeaders(profile.secretHeaders, process.env),
     secretOrigins: profile.secretOrigins,
   };

@@ -14,7 +14,7 @@ import { downloader } from '../ortho/download.js';
 import { gatherFor } from '../ortho/gather-for.js';
 import { localGather } from '../ortho/local.js';
 import { isMade, learnOrthophotos, makeOrthophoto, orthoKey, type Workshop } from '../ortho/make-orthophoto.js';
-import { kOrthoKind, orthoHosts, type OrthoSource } from '../ortho/schema.js';
+import { kOrthoKind, orthoHosts, orthoPrivateOrigins, type OrthoSource } from '../ortho/schema.js';
 import { originOfTemplate } from '../sources/hosts.js';
 import { kPlaces } from '../store/layout.js';
 import { kSystemClock } from '../util/clock.js';
@@ -103,7 +103,7 @@ function accessTo(source: OrthoSource | undefined): Access {
   if (source === undefined) return kNoAccess;
   return {
     hosts: orthoHosts(source),
-    allowPrivate: source.allow_private_addresses,
+    privateOrigins: orthoPrivateOrigins(source),
     secretHeaders: readSecretHeaders(source.secret_headers, process.env),
     secretOrigins: [originOfTemplate(source.access.url)],
   };

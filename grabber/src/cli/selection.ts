@@ -30,7 +30,7 @@ export function addSelectionOptions(command: Command, context: CliContext): Comm
         parseStatusList,
       ),
     )
-    .option('--allow-private', 'without --source: the address may be in a private network, or on this machine');
+    .option('--allow-private', 'without --source: this address (scheme, host, port) may be in a private network, or on this machine');
 }
 
 /** Which ground; exactly one of them chooses. */

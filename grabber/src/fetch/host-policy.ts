@@ -1,6 +1,7 @@
 import { lookup as systemLookup, type LookupAddress, type LookupOptions } from 'node:dns';
 import type { LookupFunction } from 'node:net';
 import ipaddr from 'ipaddr.js';
+import { buildConnector } from 'undici';
 import { GrabberError } from '../util/errors.js';
 import { shownUrl } from './shown-url.js';
 
@@ -8,8 +9,11 @@ import { shownUrl } from './shown-url.js';
 export type HostAccess = {
   /** Lower case; "host:port" means this port, "host" alone any port of it. */
   readonly hosts: readonly string[];
-  /** Loopback, link-local and private ranges too. */
-  readonly allowPrivate: boolean;
+  /**
+   * Scheme, host and port, as URL.origin writes them, that may lead into loopback, link-local and private ranges: those
+   * that a person has named. Another port of the same machine is another service, which nobody has allowed.
+   */
+  readonly privateOrigins: readonly string[];
 };
 
 /** All addresses of a name, as `dns.lookup` with `all` gives them; tests put their own in its place. */
@@ -34,10 +38,15 @@ export function checkUrl(text: string, access: HostAccess): URL {
   if (url.protocol !== 'http:' && url.protocol !== 'https:') throw refuse(`scheme ${url.protocol}`, 'http: or https:');
   if (url.username !== '' || url.password !== '') throw refuse('a user name or password in it', 'secret headers instead');
   checkLiteral(text, url, access, refuse);
-  if (!access.hosts.includes(url.host) && !access.hosts.includes(url.hostname)) {
+  if (!isListed(url, access.hosts)) {
     throw refuse(`host ${url.host} is not one of its source's`, access.hosts.join(', ') || 'none');
   }
   return url;
+}
+
+/** @param hosts as in HostAccess */
+export function isListed(url: URL, hosts: readonly string[]): boolean {
+  return hosts.includes(url.host) || hosts.includes(url.hostname);
 }
 
 /** A numeric host passes no name service, so it is judged here; one in disguise (decimal, octal, mapped) never passes. */
@@ -49,28 +58,47 @@ function checkLiteral(
 ): void {
   const host = url.hostname.replace(/^\[|\]$/g, '');
   if (!ipaddr.isValid(host)) return;
-  if (!access.allowPrivate) throw refuse(`numeric host ${url.hostname}`, 'names');
+  const allowPrivate = access.privateOrigins.includes(url.origin);
+  if (!allowPrivate) throw refuse(`numeric host ${url.host}`, ['names', ...access.privateOrigins].join(', '));
   if (!text.toLowerCase().includes(`//${url.hostname}`)) throw refuse('a disguised numeric host', 'dotted decimal');
   if (ipaddr.process(host).toString() !== ipaddr.parse(host).toString()) throw refuse('IPv4 within IPv6', 'IPv4');
-  if (!addressAllowed(host, access)) throw refuse(`address ${host}`, 'addresses of single machines');
+  if (!addressAllowed(host, allowPrivate)) throw refuse(`address ${host}`, 'addresses of single machines');
 }
 
-/** @param address numeric, as the name service gave it */
-export function addressAllowed(address: string, access: HostAccess): boolean {
+/**
+ * @param address      numeric, as the name service gave it
+ * @param allowPrivate whether loopback, link-local and private ranges are allowed, too
+ */
+export function addressAllowed(address: string, allowPrivate: boolean): boolean {
   if (!ipaddr.isValid(address)) return false;
   const range = ipaddr.process(address).range();
-  return range === 'unicast' || (access.allowPrivate && kPrivateRanges.includes(range));
+  return range === 'unicast' || (allowPrivate && kPrivateRanges.includes(range));
+}
+
+/** Connects to public addresses, and for the private origins of the access also to private ones. */
+export function policedConnector(
+  access: () => HostAccess,
+  timeout_ms: number,
+  resolve: Resolve = systemLookup,
+): buildConnector.connector {
+  const connectPublic = buildConnector({ timeout: timeout_ms, lookup: policedLookup(false, resolve) });
+  const connectAny = buildConnector({ timeout: timeout_ms, lookup: policedLookup(true, resolve) });
+  return (options, done) => {
+    const { origin } = new URL(`${options.protocol}//${options.host ?? options.hostname}`);
+    const connect = access().privateOrigins.includes(origin) ? connectAny : connectPublic;
+    connect(options, done);
+  };
 }
 
 /**
  * Resolves names at the moment a connection is made, and gives only addresses that may be talked to: a check before
  * that could be passed by a name that resolves differently the second time.
  */
-export function policedLookup(access: () => HostAccess, resolve: Resolve = systemLookup): LookupFunction {
+function policedLookup(allowPrivate: boolean, resolve: Resolve): LookupFunction {
   return (name, options, done) => {
     resolve(name, { ...options, all: true }, (error, found) => {
       if (error !== null) return done(error, []);
-      const addresses = found.filter(({ address }) => addressAllowed(address, access()));
+      const addresses = found.filter(({ address }) => addressAllowed(address, allowPrivate));
       const [first] = addresses;
       if (first === undefined) return done(refusedName(name, found), []);
       if (options.all === true) done(null, addresses);
@@ -83,6 +111,7 @@ function refusedName(name: string, found: readonly LookupAddress[]): NodeJS.Errn
   const shown = found.map(({ address }) => address).join(', ') || 'nowhere';
   return new GrabberError(
     'HOST_REFUSED',
-    `connect to ${name}: it leads to ${shown}; allowed: public addresses (allow_private_addresses of its source, --allow-private)`,
+    `connect to ${name}: it leads to ${shown}; allowed: public addresses, and others for the addresses that a source ` +
+      'with allow_private_addresses names, or that --allow-private was given for',
   );
 }

@@ -1,7 +1,7 @@
 import { Agent, request, type Dispatcher } from 'undici';
 import { kSystemClock, type Clock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
-import { checkUrl, policedLookup, type HostAccess, type Resolve } from './host-policy.js';
+import { checkUrl, policedConnector, type HostAccess, type Resolve } from './host-policy.js';
 import { Pace } from './pace.js';
 import { redactError, redactorOf, withoutSecrets, type Redact } from './redact.js';
 import { shownUrl } from './shown-url.js';
@@ -53,7 +53,7 @@ export type HttpClientOptions = {
 };
 
 /** Nobody may be talked to, until permit() says otherwise. */
-export const kNoAccess: Access = { hosts: [], allowPrivate: false, secretHeaders: {}, secretOrigins: [] };
+export const kNoAccess: Access = { hosts: [], privateOrigins: [], secretHeaders: {}, secretOrigins: [] };
 
 const kMaxRedirects = 5;
 const kRedirects = [301, 302, 303, 307, 308];
@@ -68,7 +68,7 @@ export function createHttpClient(options: HttpClientOptions): SourceClient {
   const clock = options.clock ?? kSystemClock;
   const redact: Redact = (text) => redactorOf(Object.values(access.secretHeaders))(text);
   const agent = new Agent({
-    connect: { timeout: options.timeout_ms, lookup: policedLookup(() => access, options.resolve) },
+    connect: policedConnector(() => access, options.timeout_ms, options.resolve),
     headersTimeout: options.timeout_ms,
     bodyTimeout: options.timeout_ms,
     keepAliveTimeout: kKeepAlive_ms,
@@ -128,7 +128,8 @@ export function createHttpClient(options: HttpClientOptions): SourceClient {
 }
 
 function checkSecretsTravelSafely(url: URL, secrets: Headers, access: Access): void {
-  if (url.protocol === 'https:' || Object.keys(secrets).length === 0 || access.allowPrivate) return;
+  const safe = url.protocol === 'https:' || access.privateOrigins.includes(url.origin);
+  if (safe || Object.keys(secrets).length === 0) return;
   throw new GrabberError('SECRET', `send secret headers to ${url.host}: over ${url.protocol}; allowed: https:`);
 }
 

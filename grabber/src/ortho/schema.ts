@@ -1,6 +1,7 @@
 import { z } from 'zod';
 import type { ConfigKind } from '../config/toml-file.js';
-import { kSourceId, kSourceIdAllowed } from '../sources/source.js';
+import { originOfTemplate, originsOfHost } from '../sources/hosts.js';
+import { hostName, kSourceId, kSourceIdAllowed } from '../sources/source.js';
 
 export const kAllowed = {
   id: `${kSourceIdAllowed}, the same as the file name`,
@@ -12,7 +13,7 @@ export const kAllowed = {
   bands: '"rgb" or "rgbi" (the fourth is near infrared)',
   max_concurrent: 'an integer from 1 to 32, requests at a time',
   missing_status: 'a list of HTTP statuses from 400 to 499',
-  hosts: 'a list of further host names that may be talked to',
+  hosts: 'a list of further host names that may be talked to, host or host:port',
   allow_private_addresses: 'true or false',
   secret_headers: 'a table of header = name of an environment variable',
   access: 'a table with kind = "wms", "wmts", "stac" or "template" and the fields of that kind',
@@ -97,7 +98,7 @@ export const orthoSchema = z.strictObject({
   bands: z.enum(['rgb', 'rgbi']).default('rgb'),
   max_concurrent: z.int().min(1).max(32).default(4),
   missing_status: z.array(z.int().min(400).max(499)).default([404]),
-  hosts: z.array(text).default([]),
+  hosts: z.array(hostName).default([]),
   allow_private_addresses: z.boolean().default(false),
   secret_headers: z.record(z.string(), z.string().regex(/^[A-Z][A-Z0-9_]*$/)).default({}),
   access: z.discriminatedUnion('kind', [wms, wmts, stac, template]),
@@ -115,6 +116,12 @@ export const kOrthoKind: ConfigKind<OrthoSource> = { what: 'orthophoto source', 
 /** Hosts that a source may make us talk to: those of its addresses and those that it names. */
 export function orthoHosts(source: OrthoSource): string[] {
   return [...new Set([new URL(source.access.url.replace(/\{[^}]*\}/g, '0')).host, ...source.hosts])];
+}
+
+/** Those that may lead to private addresses: all that the source names when it allows that, else none. */
+export function orthoPrivateOrigins(source: OrthoSource): string[] {
+  if (!source.allow_private_addresses) return [];
+  return [...new Set([originOfTemplate(source.access.url), ...source.hosts.flatMap(originsOfHost)])];
 }
 
 function isRegExp(pattern: string): boolean {

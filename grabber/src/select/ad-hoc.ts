@@ -1,6 +1,6 @@
 import type { Terms } from '../model/square.js';
 import type { SourceVariable } from '../sources/access-schema.js';
-import { hostOfTemplate } from '../sources/hosts.js';
+import { hostOfTemplate, originOfTemplate } from '../sources/hosts.js';
 import type { AccessProfile } from '../sources/profile.js';
 import { variablesOf, type Source } from '../sources/source.js';
 import { placeholdersOf, templateProblem, type Variables } from '../sources/url-template.js';
@@ -22,14 +22,19 @@ export function adHocTerms(options: SelectionOptions): Terms {
   };
 }
 
-/** @param hosts those that may be talked to */
-export function adHocProfile(options: SelectionOptions, hosts: readonly string[], square_m: number | null): AccessProfile {
+/** @param template the address that was typed; undefined = no host may be talked to */
+export function adHocProfile(
+  options: SelectionOptions,
+  template: string | undefined,
+  square_m: number | null,
+): AccessProfile {
+  const isPrivate = template !== undefined && options.allowPrivate === true;
   return {
     max_concurrent: kAdHocConcurrent,
     max_per_s: null,
     missing_status: options.missingStatus ?? [404],
-    hosts,
-    allowPrivate: options.allowPrivate ?? false,
+    hosts: template === undefined ? [] : [hostOfTemplate(template)],
+    privateOrigins: isPrivate ? [originOfTemplate(template)] : [],
     secretHeaders: {},
     secretOrigins: [],
     square_m,
@@ -64,7 +69,6 @@ export function withTemplate(source: Source, template: string, given: Variables)
   return {
     ...source,
     hosts: [...source.hosts, hostOfTemplate(template)],
-    allow_private_addresses: true,
     access: { kind: 'template', urls: [template], variables },
   };
 }

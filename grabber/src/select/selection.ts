@@ -6,7 +6,7 @@ import type { BoundsM, Terms } from '../model/square.js';
 import type { GrabberError } from '../util/errors.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
 import type { CatalogueOptions } from '../sources/catalogue/options.js';
-import { hostOfTemplate, secretOriginsOf } from '../sources/hosts.js';
+import { originOfTemplate, secretOriginsOf } from '../sources/hosts.js';
 import { profileOf, termsOf, type AccessProfile } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
 import type { Variables } from '../sources/url-template.js';
@@ -105,12 +105,21 @@ async function fromSource(
   const catalogue = openCatalogue(source, http, { ...asking, variables: given });
   return {
     ...recordsOf(source),
-    // Secrets are for the addresses in the source's file, not for one that was typed.
-    profile: { ...profileOf(source), secretOrigins: secretOriginsOf(configured) },
+    profile: profileWithTemplate(source, configured, options.urlTemplate),
     catalogue,
     region: await neededRegion(options, groundOf(source), signal),
     ignored: [],
   };
+}
+
+/**
+ * An address that was typed may be in a private network; it hears no secrets, which are for the addresses in the
+ * source's file.
+ */
+function profileWithTemplate(source: Source, configured: Source, template: string | undefined): AccessProfile {
+  const profile = { ...profileOf(source), secretOrigins: secretOriginsOf(configured) };
+  if (template === undefined) return profile;
+  return { ...profile, privateOrigins: [...profile.privateOrigins, originOfTemplate(template)] };
 }
 
 /** What the store records of squares of a source. */
@@ -131,7 +140,7 @@ async function fromTemplate(options: SelectionOptions, signal: AbortSignal): Pro
   const square_m = plainNames && options.squares !== undefined ? null : kAdHocSquareM;
   return {
     ...adHocRecords(options, 'adhoc'),
-    profile: adHocProfile(options, [hostOfTemplate(template)], square_m),
+    profile: adHocProfile(options, template, square_m),
     catalogue: adHocCatalogue(template, given, plainNames),
     region: await neededRegion(options, { crs: options.crs ?? null, square_m, extent_m: undefined }, signal),
     ignored: [],
@@ -151,7 +160,7 @@ async function fromFolder(from: string, options: SelectionOptions, source: Sourc
   const ground = source === undefined ? { crs: null, square_m: null, extent_m: undefined } : groundOf(source);
   return {
     ...(source === undefined ? adHocRecords(options, 'local') : recordsOf(source)),
-    profile: source === undefined ? adHocProfile(options, [], null) : profileOf(source),
+    profile: source === undefined ? adHocProfile(options, undefined, null) : profileOf(source),
     catalogue,
     region: (await chosenRegion(options, ground, signal)) ?? kAll,
     ignored,

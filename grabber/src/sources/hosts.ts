@@ -14,7 +14,12 @@ export function originOfTemplate(template: string): string {
   return withoutVariables(template).origin;
 }
 
-/** Host names, without port and in lower case, that a source's configuration allows to talk to; sorted. */
+/** Where a host named without a scheme may be asked: at its port, or else at those of http and https. */
+export function originsOfHost(host: string): string[] {
+  return ['http', 'https'].map((scheme) => new URL(`${scheme}://${host}`).origin);
+}
+
+/** Host names in lower case, without port unless the source names one, that its configuration allows to talk to; sorted. */
 export function hostsOf(source: Source): string[] {
   return [...new Set([...addressesOf(source).map(hostOfTemplate), ...source.hosts])].sort();
 }
@@ -22,6 +27,12 @@ export function hostsOf(source: Source): string[] {
 /** Those that may hear the source's secrets: where its own addresses lead, not all that it may talk to. */
 export function secretOriginsOf(source: Source): string[] {
   return [...new Set(addressesOf(source).map(originOfTemplate))].sort();
+}
+
+/** Those that may lead to private addresses: all that a source names when it allows that, else none. */
+export function privateOriginsOf(source: Source): string[] {
+  if (!source.allow_private_addresses) return [];
+  return [...new Set([...secretOriginsOf(source), ...source.hosts.flatMap(originsOfHost)])].sort();
 }
 
 function addressesOf(source: Source): string[] {

@@ -1,5 +1,5 @@
 import type { Terms } from '../model/square.js';
-import { hostsOf, secretOriginsOf } from './hosts.js';
+import { hostsOf, privateOriginsOf, secretOriginsOf } from './hosts.js';
 import type { Source } from './source.js';
 
 /** How the hosts of a source want to be asked. */
@@ -10,10 +10,10 @@ export type AccessProfile = {
   readonly max_per_s: number | null;
   /** HTTP statuses that mean "no such square". */
   readonly missing_status: readonly number[];
-  /** Host names without port, lower case, that may be talked to (sources/hosts.ts). */
+  /** Host names in lower case that may be talked to (sources/hosts.ts). */
   readonly hosts: readonly string[];
-  /** Whether loopback, link-local and private addresses may be talked to. */
-  readonly allowPrivate: boolean;
+  /** Origins that may lead to loopback, link-local and private addresses (sources/hosts.ts). */
+  readonly privateOrigins: readonly string[];
   /** Header name -> NAME of the environment variable that holds its value; neither value nor header is ever logged. */
   readonly secretHeaders: Readonly<Record<string, string>>;
   /** Who may hear them, as URL.origin writes it (sources/hosts.ts). */
@@ -28,7 +28,7 @@ export function profileOf(source: Source): AccessProfile {
     max_per_s: source.max_per_s ?? null,
     missing_status: source.missing_status,
     hosts: hostsOf(source),
-    allowPrivate: source.allow_private_addresses,
+    privateOrigins: privateOriginsOf(source),
     secretHeaders: source.secret_headers,
     secretOrigins: secretOriginsOf(source),
     square_m: source.square_m ?? null,

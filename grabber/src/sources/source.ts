@@ -20,14 +20,19 @@ export const kAllowed = {
   max_concurrent: 'an integer from 1 to 32, requests at a time',
   max_per_s: 'a number from 0.01 to 1000, requests a second',
   missing_status: 'a list of HTTP statuses from 400 to 499',
-  hosts: 'a list of host names without scheme, port or path, such as assets.example.org',
+  hosts: 'a list of host names without scheme or path, such as assets.example.org or assets.example.org:8080',
   allow_private_addresses: 'true or false',
   secret_headers: 'a table [secret_headers] of header = "NAME_OF_ENVIRONMENT_VARIABLE"',
   ...kAccessAllowed,
 } as const;
 
 const text = z.string().min(1).max(200);
-const host = z.string().regex(/^(?=.{1,253}$)[a-z0-9]([a-z0-9-]*[a-z0-9])?(\.[a-z0-9]([a-z0-9-]*[a-z0-9])?)*$/);
+const kLabel = '[a-z0-9]([a-z0-9-]*[a-z0-9])?';
+/** "host" is any port of a public host, and of a private one the ports of http and https; "host:port" this port. */
+export const hostName = z
+  .string()
+  .regex(new RegExp(`^(?=.{1,259}$)${kLabel}(\\.${kLabel})*(:[1-9]\\d{0,4})?$`))
+  .refine((name) => URL.canParse(`http://${name}`));
 
 export const sourceSchema = z
   .strictObject({
@@ -45,7 +50,7 @@ export const sourceSchema = z
     max_concurrent: z.int().min(1).max(32),
     max_per_s: z.number().min(0.01).max(1000).optional(),
     missing_status: z.array(z.int().min(400).max(499)),
-    hosts: z.array(host).default([]),
+    hosts: z.array(hostName).default([]),
     allow_private_addresses: z.boolean().default(false),
     secret_headers: z.record(z.string().regex(/^[A-Za-z][A-Za-z0-9-]*$/), z.string().regex(/^[A-Za-z_][A-Za-z0-9_]*$/)).default({}),
     access: accessSchema,

@@ -2,8 +2,12 @@ import { createServer, type IncomingMessage, type ServerResponse } from 'node:ht
 import type { AddressInfo } from 'node:net';
 import type { TestContext } from 'node:test';
 
-/** What a client needs to talk to the servers of the tests. */
-export const kHere = { hosts: ['127.0.0.1'], allowPrivate: true, secretHeaders: {}, secretOrigins: [] } as const;
+/** Port 1 is reserved and nobody listens on it. */
+export const kNobody = 'http://127.0.0.1:1';
+const kServed = [kNobody];
+
+/** What a client needs to talk to kNobody and to all servers that serve() has started. */
+export const kHere = { hosts: ['127.0.0.1'], privateOrigins: kServed, secretHeaders: {}, secretOrigins: [] } as const;
 
 export type Seen = { readonly path: string; readonly headers: IncomingMessage['headers'] };
 export type Handler = (request: IncomingMessage, response: ServerResponse, index: number) => void;
@@ -34,7 +38,9 @@ export async function serve(t: TestContext, handler: Handler): Promise<HttpFixtu
     for (const response of kOpenParts) response.destroy();
     kOpenParts.clear();
   };
-  return { base: `http://127.0.0.1:${(server.address() as AddressInfo).port}`, seen, cut };
+  const base = `http://127.0.0.1:${(server.address() as AddressInfo).port}`;
+  kServed.push(base);
+  return { base, seen, cut };
 }
 
 export function sendFile(response: ServerResponse, body: Buffer, headers: Record<string, string> = {}): void {

@@ -85,7 +85,14 @@ function watched(http: SourceClient, onStored: (bytes: number) => void): SourceC
 export async function fetchFixture(t: TestContext, base: string, options: FixtureOptions = {}): Promise<Fixture> {
   const root = options.root ?? (await temporaryFolder(t));
   const clock = fakeClock('2026-06-21T12:00:00.000Z', 0.5);
-  const access: Access = { hosts: [new URL(base).host], allowPrivate: true, secretHeaders: {}, secretOrigins: [], ...options.access };
+  const { host, origin } = new URL(base);
+  const access: Access = {
+    hosts: [host],
+    privateOrigins: [origin],
+    secretHeaders: {},
+    secretOrigins: [],
+    ...options.access,
+  };
   const http = watched(
     createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: options.timeout_ms ?? 20_000, access }),
     options.onStored ?? (() => undefined),

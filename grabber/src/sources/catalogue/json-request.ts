@@ -1,4 +1,5 @@
 import type { z } from 'zod';
+import { isListed } from '../../fetch/host-policy.js';
 import type { HttpClient, HttpResponse } from '../../fetch/http-client.js';
 import { withoutSecrets } from '../../fetch/redact.js';
 import { parseRetryAfter, withRetries } from '../../fetch/retry.js';
@@ -51,8 +52,7 @@ async function asCatalogueError<T>(asker: Asker, action: () => Promise<T>, signa
 
 /** A catalogue may send its reader on, but only to hosts that its configuration names. */
 export function checkHost(asker: Asker, url: string): void {
-  const host = URL.canParse(url) && /^https?:/i.test(url) ? new URL(url).hostname.toLowerCase() : undefined;
-  if (host !== undefined && asker.hosts.includes(host)) return;
+  if (URL.canParse(url) && /^https?:/i.test(url) && isListed(new URL(url), asker.hosts)) return;
   throw catalogueError(asker.what, `it leads to ${url}`, `the hosts ${asker.hosts.join(', ')} (hosts in the source's file)`);
 }
 
