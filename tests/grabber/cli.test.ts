@@ -1,11 +1,12 @@
 import assert from 'node:assert/strict';
-import { writeFile } from 'node:fs/promises';
+import { mkdir, rm, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { openStore } from '../../grabber/src/store/open-store.js';
 import { readPackageInfo } from '../../grabber/src/util/package-info.js';
 import { cli } from './support/cli.js';
 import { configFolder, templateAccess } from './support/config-fixture.js';
-import { temporaryFolder } from './support/store-fixture.js';
+import { kNever, temporaryFolder } from './support/store-fixture.js';
 
 test('help and version go to standard output with exit code 0', async () => {
   const help = await cli(['--help']);
@@ -49,10 +50,30 @@ test('wrong usage ends with exit code 2 and one line that says what is allowed',
   }
 });
 
-test('a broken source file ends with exit code 1 and names the file', async (t) => {
+test('a configuration file that is no valid TOML, or says what is not allowed, ends with exit code 2 and one line', async (t) => {
   const folder = await configFolder(t, templateAccess('http://127.0.0.1:1'));
-  await writeFile(join(folder, 'sources', 'worse.toml'), 'id = "worse"');
-  const { code, err } = await cli(['--config', folder, 'sources']);
-  assert.equal(code, 1);
-  assert.match(err, /^error: read source .*worse\.toml: field title is missing; allowed: text/);
+  for (const name of ['areas', 'sources/ortho']) await mkdir(join(folder, name), { recursive: true });
+  const store = openStore(await temporaryFolder(t), {}, kNever);
+  store.close();
+  const attribution = ['attribution', '--store', store.root];
+  const cases: { file: string; text: string; args: string[]; message: RegExp }[] = [
+    { file: 'sources/worse.toml', text: 'id = "worse"', args: ['sources'], message: /field title is missing; allowed: text/ },
+    { file: 'sources/worse.toml', text: 'id = [', args: ['sources'], message: /not TOML/ },
+    { file: 'sources/ortho/worse.toml', text: 'id = [', args: ['ortho', '--source', 'worse', '--store', store.root], message: /not TOML/ },
+    { file: 'areas/worse.toml', text: 'id = "', args: ['areas'], message: /not TOML/ },
+    { file: 'converters.toml', text: '= 1', args: ['convert', '--store', store.root], message: /not TOML/ },
+    { file: 'licences.toml', text: '[[licence', args: attribution, message: /read licences/ },
+    { file: 'licences.toml', text: 'licence = 1', args: attribution, message: /read licences/ },
+  ];
+  for (const { file, text, args, message } of cases) {
+    await t.test(`${file}: ${text}`, async (t) => {
+      t.after(() => rm(join(folder, file)));
+      await writeFile(join(folder, file), text);
+      const { code, out, err } = await cli(['--config', folder, ...args]);
+      assert.match(err, /^error: read [^\n]*\n$/);
+      assert.ok(err.includes(file), err);
+      assert.match(err, message);
+      assert.deepEqual([code, out], [2, '']);
+    });
+  }
 });

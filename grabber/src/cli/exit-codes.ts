@@ -3,6 +3,7 @@ export const kExit = {
   done: 0,
   /** Some square failed, or the command could not run. */
   failed: 1,
+  /** Wrong usage, or a configuration file that says what is not allowed. */
   usage: 2,
   /** All squares were asked for, but the source has not all of them, or some wait for another command. */
   holes: 3,

@@ -1,10 +1,13 @@
 import { join } from 'node:path';
 import { Command, CommanderError } from 'commander';
-import { GrabberError, describeError } from '../util/errors.js';
+import { GrabberError, describeError, type ErrorCode } from '../util/errors.js';
 import { readPackageInfo } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import type { Output } from './output.js';
+
+/** What the person who called must put right: the command line, and the files of the configuration. */
+const kUsageCodes: readonly ErrorCode[] = ['USAGE', 'CONFIG'];
 
 type AddCommand = (program: Command, context: CliContext) => void;
 
@@ -43,7 +46,7 @@ export async function run(args: readonly string[], output: Output, signal: Abort
     // Commander has printed its own message by now; help and version come this way too, with exit code 0.
     if (error instanceof CommanderError) return error.exitCode === 0 ? kExit.done : kExit.usage;
     output.err(`error: ${describeError(error)}\n`);
-    return error instanceof GrabberError && error.code === 'USAGE' ? kExit.usage : kExit.failed;
+    return error instanceof GrabberError && kUsageCodes.includes(error.code) ? kExit.usage : kExit.failed;
   }
 }
 
@@ -57,7 +60,7 @@ async function buildProgram(args: readonly string[], state: { exitCode: number }
     .exitOverride()
     .addHelpText(
       'after',
-      '\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 done but squares are missing, 130 stopped by SIGINT.',
+      '\nExit codes: 0 done, 1 failed, 2 wrong usage or configuration, 3 done but squares are missing, 130 stopped by SIGINT.',
     );
   const configFolder = (): string => program.opts<{ config: string }>().config;
   const context: CliContext = {
