@@ -27,21 +27,25 @@ quietly() {
 check_sha256() { [[ -f $1 ]] && printf '%s  %s\n' "$2" "$1" | sha256sum --check --status -; }
 
 # fetch_from_pypi FILE SUM [pip options] NAME==VERSION: FILE in the cache folder, downloaded unless a whole one is there; prints its path.
+# pip asks the build backend of a source archive for its name and version, and would fetch and run that backend in whatever version there is,
+# with all that it requires: one of ours, which only reads them, takes its place.
 fetch_from_pypi() {
-    local cache=${XDG_CACHE_HOME:-$HOME/.cache}/terravox file sum=$2 part
+    local cache=${XDG_CACHE_HOME:-$HOME/.cache}/terravox file sum=$2 part wanted=${*: -1}
     file=$cache/$1
-    shift 2
     if ! check_sha256 "$file" "$sum"; then
-        python3 -m pip --version >/dev/null 2>&1 || die "download ${*: -1}: Python's pip is missing; install python3-pip"
+        python3 -m pip --version >/dev/null 2>&1 || die "download $wanted: Python's pip is missing; install python3-pip"
         mkdir -p "$cache"
         part=$(mktemp -d "$cache/download.XXXXXX")
-        if ! quietly "$LOGS/pip.log" python3 -m pip download --no-deps --disable-pip-version-check --dest "$part" "$@"; then
+        printf '%s --hash=sha256:%s\n' "$wanted" "$sum" >"$part/requirements.txt"
+        if ! PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$ROOT/config/setup/python/no_build quietly "$LOGS/pip.log" \
+            python3 -m pip download --require-hashes --no-deps --no-build-isolation --disable-pip-version-check --dest "$part" \
+            "${@:3:$#-3}" --requirement "$part/requirements.txt"; then
             rm -rf "$part"
-            die "download ${*: -1}: pip failed"
+            die "download $wanted: pip failed"
         fi
         if ! check_sha256 "$part/${file##*/}" "$sum"; then
             rm -rf "$part"
-            die "download ${*: -1}: ${file##*/} is missing or has another SHA-256 than $sum"
+            die "download $wanted: ${file##*/} is missing or has another SHA-256 than $sum"
         fi
         mv -f "$part/${file##*/}" "$file"
         rm -rf "$part"
