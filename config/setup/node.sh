@@ -9,6 +9,9 @@ declare -A NODE_SHA256=(
     [aarch64]=7a2b0989194148f66e9295d8f11bc463bde02cbe276517f4d20a310fb84780ae
 )
 
+# Where the Node.js in the PATH is installed.
+node_prefix() { dirname "$(dirname "$(readlink -f "$(command -v node)")")"; }
+
 # True when a Node.js that is new enough is in the PATH, the system's own or the one in build/deps.
 use_node() {
     [[ -x $NODE_DIR/bin/node ]] && PATH=$NODE_DIR/bin:$PATH
@@ -17,9 +20,10 @@ use_node() {
     [[ $(printf '%s\n' "$NODE_OLDEST" "${version#v}" | sort --version-sort | head -n 1) == "$NODE_OLDEST" ]]
 }
 
-# Debian 12 ships Node.js 18: a newer one comes from the Python package that carries the official binaries.
+# Debian 12 ships Node.js 18: a newer one comes from the Python package that carries the official binaries. So does one with headers, for which
+# Debian has a package of its own; without them node-gyp would fetch headers that no hash pins.
 install_node() {
-    use_node && return
+    use_node && [[ -f $(node_prefix)/include/node/node.h ]] && return
     local machine wheel part
     machine=$(uname -m)
     [[ -n ${NODE_SHA256[$machine]:-} ]] || die "install Node.js: no binaries for $machine; install Node.js $NODE_OLDEST or newer with npm"
@@ -43,13 +47,11 @@ install_node() {
 
 in_grabber() { (cd "$ROOT/grabber" && "$@"); }
 
-# npm ci in the grabber. better-sqlite3 has a compiled part: a built one is fetched where that can be reached, otherwise it is compiled, for which
-# the headers that came with Node.js are used where they lie beside it.
+# npm runs no scripts of packages (.npmrc). better-sqlite3 has a compiled part, and its own script would rather fetch a binary that no hash
+# pins: it is compiled here, from the sources in the package, whose hash stands in the lock file, with the headers that came with Node.js.
 install_grabber_packages() {
-    local prefix
-    prefix=$(dirname "$(dirname "$(readlink -f "$(command -v node)")")")
-    [[ ! -f $prefix/include/node/node.h ]] || export npm_config_nodedir=$prefix
     in_grabber npm ci --no-audit --no-fund
+    (cd "$ROOT/grabber/node_modules/better-sqlite3" && npm_config_nodedir=$(node_prefix) npm run build-release)
 }
 
 # Packages when the lock file has changed since, JavaScript when a source has.

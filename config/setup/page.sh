@@ -5,7 +5,7 @@ PAGE_DIR=$ROOT/voxelserver/page
 
 in_page() { (cd "$PAGE_DIR" && "$@"); }
 
-# When the lock file has changed since. --ignore-scripts: esbuild's only checks what npm has installed.
+# When the lock file has changed since. npm runs no scripts of packages (.npmrc): that of esbuild only checks what npm has installed.
 install_page_packages() {
     [[ -f $PAGE_DIR/package.json ]] || return 0
     local lock stamp=$PAGE_DIR/node_modules/.terravox-lock
@@ -13,6 +13,6 @@ install_page_packages() {
     [[ -f $stamp && $(<"$stamp") == "$lock" ]] && return
     use_node || die "install the web page's packages: Node.js $NODE_OLDEST or newer is missing; run terravox deps"
     say "Installing the web page's packages"
-    quietly "$LOGS/npm-ci-page.log" in_page npm ci --ignore-scripts --no-audit --no-fund || die "install the web page's packages: npm ci failed"
+    quietly "$LOGS/npm-ci-page.log" in_page npm ci --no-audit --no-fund || die "install the web page's packages: npm ci failed"
     printf '%s\n' "$lock" >"$stamp"
 }

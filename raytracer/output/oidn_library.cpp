@@ -60,7 +60,8 @@ void* open_library(std::string& found) {
         if (void* library = dlopen(found.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
     }
     throw UsageError("denoise the picture: Intel Open Image Denoise is not here; install the system's package of it, "
-                     "or `pip install pyoidn --no-deps --target FOLDER` and set TERRAVOX_OIDN=FOLDER; or leave out --denoise");
+                     "or `pip install --require-hashes --no-deps --target FOLDER -r config/setup/python/oidn.txt` "
+                     "and set TERRAVOX_OIDN=FOLDER; or leave out --denoise");
 }
 
 OidnLibrary load() {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Opens a world that was written for Minecraft with readers that know nothing of this project (nbtlib, anvil-parser2) and prints what is in it.
 
-    python3 -m venv venv && venv/bin/pip install nbtlib anvil-parser2
+    python3 -m venv venv && venv/bin/pip install --require-hashes -r ../../../config/setup/python/minecraft.txt
     venv/bin/python check_world.py WORLD [--every N] [--voxels N]
 
 Every N-th chunk is counted block by block (anvil-parser2 reads some 10 a second), by block and, with terravox.json, by material. Reads sections
