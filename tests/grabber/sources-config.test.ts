@@ -7,6 +7,7 @@ import { hostsOf } from '../../grabber/src/sources/hosts.js';
 import { loadSources, parseSource } from '../../grabber/src/sources/load-sources.js';
 import { fileNameReader } from '../../grabber/src/sources/naming.js';
 import { variablesOf } from '../../grabber/src/sources/source.js';
+import { GrabberError, describeError } from '../../grabber/src/util/errors.js';
 import { readPackageInfo } from '../../grabber/src/util/package-info.js';
 import { regionOfSquares } from '../../grabber/src/select/region.js';
 import { squareAt } from '../../grabber/src/sources/square.js';
@@ -223,6 +224,17 @@ test('a bad source file is refused with file, field, value and what is allowed',
           return true;
         },
       );
+    });
+  }
+});
+
+test('a file of one long line is refused without quoting all of it', () => {
+  const nested = `a = ${'['.repeat(15_000)}`;
+  const long = kGood.replace('licence = "CC0"', `licence = "${'x'.repeat(15_000)}"`);
+  for (const text of [nested, long]) {
+    assert.throws(() => parseSource(text, 'here.toml'), (error: GrabberError) => {
+      assert.equal(error.code, 'CONFIG');
+      return describeError(error).length < 5000;
     });
   }
 });

@@ -63,9 +63,13 @@ export class GrabberError extends Error {
   }
 }
 
-/** Folds line breaks and control characters, so that text from a server cannot forge log lines. */
+/** In characters; what was read may be as long as a file, and readers of files quote it. */
+const kLongestLine = 4000;
+
+/** Folds line breaks and control characters, so that text from a server cannot forge log lines, and cuts what is longer than a line. */
 export function oneLine(text: string): string {
-  return text.replace(/[\u0000-\u001f\u007f-\u009f\u2028\u2029]+/gu, ' ').trim();
+  const part = text.length <= kLongestLine ? text : `${text.slice(0, kLongestLine)}…`;
+  return part.replace(/[\u0000-\u001f\u007f-\u009f\u2028\u2029]+/gu, ' ').trim();
 }
 
 /** The message of anything thrown, with the message of its cause, which often holds the real reason. */
