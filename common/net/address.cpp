@@ -1,6 +1,8 @@
+#include "common/net/address.hpp"
+
 #include <charconv>
 
-#include "common/net/farm_port.hpp"
+#include "common/util/error.hpp"
 
 namespace terravox::net {
 namespace {

@@ -6,19 +6,12 @@
 #include <memory>
 #include <string>
 
+#include "common/net/address.hpp"
 #include "common/net/link.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::net {
 
-/// Where to dial or listen.
-struct Address {
-    std::string host;  ///< name or number; empty when listening: all interfaces
-    std::uint16_t port = 0;
-    /// @param text "host:port", ":port", "[v6]:port" @param default_port where none is named; 0: it must be named @throws UsageError
-    [[nodiscard]] static Address parse(const std::string& text, std::uint16_t default_port);
-    [[nodiscard]] std::string text() const;
-};
 inline constexpr std::uint16_t kWorkerPort = 7878;       ///< worker --listen, render --worker
 inline constexpr std::uint16_t kCoordinatorPort = 7879;  ///< render --listen, worker --join
 

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <memory>
 
+#include "common/util/error.hpp"
+
 namespace terravox::net {
 namespace {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/net/farm_port.hpp"
+#include "common/net/address.hpp"
 
 namespace terravox::net {
 
