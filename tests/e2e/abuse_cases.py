@@ -4,7 +4,7 @@ import random
 
 from wire import get
 
-HOST = b"Host: x\r\n"
+HOST = b"Host: localhost\r\n"
 
 
 def line(start, *headers, body=b""):
@@ -32,7 +32,7 @@ REQUEST_LINES = {
     "asks for HTTP/2": (health(b"Connection: Upgrade, HTTP2-Settings", b"Upgrade: h2c", b"HTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA"), [200], 1),
     "asks for a web socket": (health(b"Connection: Upgrade", b"Upgrade: websocket", b"Sec-WebSocket-Version: 13", b"Sec-WebSocket-Key: dGhlIHNhbXBsZQ=="),
                               [200, 400, 404], 1),
-    "line feeds alone": (b"GET /healthz HTTP/1.1\nHost: x\n\n", [200, 400], 1),
+    "line feeds alone": (b"GET /healthz HTTP/1.1\nHost: localhost\n\n", [200, 400], 1),
     "an empty line first": (b"\r\n" + health(), [200, 400], 1),
     "nothing but empty lines": (b"\r\n\r\n\r\n", [400, CLOSED], 1),
     "a blank first": (b" " + health(), [200, 400], 1),
@@ -65,6 +65,7 @@ REQUEST_LINES = {
 BODIES = {
     "no Host": (b"GET /healthz HTTP/1.1\r\n\r\n", [200, 400], 1),
     "two Hosts": (health(b"Host: y"), [200, 400], 1),
+    "the same Host twice": (health(b"Host: localhost"), [400], 1),
     "a header of 100 KB": (health(b"A: " + b"a" * 100_000), [400, 431], 1),
     "200 headers": (health(*(b"A%d: b" % i for i in range(200))), [431], 1),
     "a header without a colon": (health(b"Junk"), [400, CLOSED], 1),

@@ -53,7 +53,7 @@ def nothing(connection, step):
 
 def half_header(connection, step):
     if step == 0:
-        connection.sendall(b"GET /v2/world HTTP/1.1\r\nHost: x\r\n")
+        connection.sendall(b"GET /v2/world HTTP/1.1\r\nHost: localhost\r\n")
     nothing(connection, step)
 
 
@@ -62,4 +62,4 @@ def slow_header(connection, step):
 
 
 def slow_body(connection, step):
-    connection.sendall(b"POST /v2/boxes HTTP/1.1\r\nHost: x\r\nContent-Length: 200000\r\n\r\n" if step == 0 else b" ")
+    connection.sendall(b"POST /v2/boxes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 200000\r\n\r\n" if step == 0 else b" ")

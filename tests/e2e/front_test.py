@@ -70,7 +70,8 @@ class Front:
 class FrontTest(Case):
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(survey(), "--cache", "none", "--request-threads", "16")
+        cls.server = Server(survey(), "--cache", "none", "--request-threads", "16",
+                            "--public-name", "voxels.example.org")
         cls.front = Front(cls.server.port)
         cls.front.__enter__()
         cls.paths = [p for p in cls.server.box_paths() if cls.server.get(p)[0] == 200]
@@ -129,6 +130,16 @@ class FrontTest(Case):
         self.assertEqual((ranged.status, ranged.body), (200, self.server.get(self.box)[2]))
         air = self.through("/v2/boxes/0/2147483647/0/0")
         self.assertEqual((air.status, air.body), (204, b""))
+
+    def test_host_names_are_the_servers_to_judge(self):
+        port = self.front.port
+        for host, status in {"voxels.example.org": 200, f"localhost:{port}": 200, "192.0.2.7": 200,
+                             "attacker.example": 421, f"attacker.example:{port}": 421}.items():
+            with self.subTest(host):
+                said = talk(port, get("/v2/world", "Connection: close", host=host))
+                self.assertEqual(said.statuses(), [status], str(said))
+        page = ("Sec-Fetch-Site: cross-site", "Sec-Fetch-Mode: no-cors", "Sec-Fetch-Dest: image")
+        self.assertEqual(self.through("/map/0/0/0.png", *page).status, 403)
 
     def test_refusals_of_both_are_problems(self):
         cases = {

@@ -42,6 +42,23 @@ class Token(Case):
             self.assertEqual(server.stop(), 0)
         self.assertNotIn(self.TOKEN, server.err)
 
+    def test_a_body_is_not_read_before_the_token(self):
+        file = temporary_folder() / "token"
+        file.write_text(self.TOKEN + "\n")
+        server = Server(survey(), "--cache", "none", "--token-file", file,
+                        "--header-timeout-s", "3600", "--drain-s", "0")
+        try:
+            head = ["Content-Type: application/json", "Content-Length: 200000",
+                    "Expect: 100-continue"]
+            for headers in ([], ["Authorization: Bearer wrong-horse"]):
+                said = talk(server.port, get("/v2/boxes", *head, *headers, method="POST"))
+                self.assertEqual((said.statuses(), said.closed), ([401], True), str(said))
+            right = "Authorization: Bearer " + self.TOKEN
+            said = talk(server.port, get("/v2/boxes", *head, right, method="POST"))
+            self.assertEqual(said.statuses(), [100], str(said))
+        finally:
+            self.assertEqual(server.stop(), 0)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -61,7 +61,10 @@ class Module(Case):
         self.assertEqual((again[0], again[2]), (200, kept[2]))
         self.assertEqual(status, 500, body)
         self.assertEqual(health[0], 503)
-        self.assertIn(gdal.encode(), health[2])
+        for reply in (health[2], body):
+            self.assertNotIn(str(PROGRAM.parent).encode(), reply)
+        self.assertNotIn(gdal.encode(), health[2])
+        self.assertIn(gdal, server.err)
         self.assertIn("only boxes that were kept can be served", server.err)
 
     def test_facts_of_another_world_make_no_boxes_and_are_replaced(self):

@@ -94,7 +94,7 @@ std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
         return record(key, 503, e.what());
     } catch (const std::exception& e) {
         spdlog::error("make box {} of a batch: {}", voxel::to_string(key), e.what());
-        return record(key, 500, e.what());
+        return record(key, 500, without_folders(e.what()));
     }
 }
 

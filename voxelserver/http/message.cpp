@@ -11,6 +11,33 @@ char lower(char c) noexcept { return c >= 'A' && c <= 'Z' ? static_cast<char>(c 
 
 bool is_blank(char c) noexcept { return c == ' ' || c == '\t' || c == ','; }
 
+bool is_letter(char c) noexcept { return lower(c) >= 'a' && lower(c) <= 'z'; }
+
+// May a path begin behind this? Not within a word, such as a file's name or 1/2.
+bool may_precede_path(char c) noexcept {
+    return std::string_view(" \t\n'\"`([{<=:,;|").find(c) != std::string_view::npos;
+}
+
+/// Where the path that begins at the front ends: at a mark that messages put behind names, or at a
+/// blank, unless a later word of the same part of the sentence looks like the rest of the path.
+std::size_t path_length(std::string_view text) noexcept {
+    std::size_t part = 0;
+    while (part < text.size() &&
+           std::string_view("'\"`,;)]}>|\n").find(text[part]) == std::string_view::npos &&
+           !(text[part] == ':' && (part + 1 == text.size() || text[part + 1] == ' ')))
+        ++part;
+    std::size_t end = std::min(text.find(' '), part);
+    for (std::size_t begin = end; begin < part;) {
+        const std::size_t next = std::min(text.find(' ', begin + 1), part);
+        const std::string_view word = text.substr(begin + 1, next - begin - 1);
+        if (word.find('/') != std::string_view::npos &&
+            std::any_of(word.begin(), word.end(), is_letter))
+            end = next;
+        begin = next;
+    }
+    return end;
+}
+
 }  // namespace
 
 bool same_word(std::string_view a, std::string_view b) noexcept {
@@ -61,6 +88,7 @@ std::string_view reason_phrase(int status) noexcept {
         case 304: return "Not Modified";
         case 400: return "Bad Request";
         case 401: return "Unauthorized";
+        case 403: return "Forbidden";
         case 404: return "Not Found";
         case 405: return "Method Not Allowed";
         case 406: return "Not Acceptable";
@@ -68,12 +96,29 @@ std::string_view reason_phrase(int status) noexcept {
         case 411: return "Length Required";
         case 413: return "Content Too Large";
         case 415: return "Unsupported Media Type";
+        case 421: return "Misdirected Request";
         case 431: return "Request Header Fields Too Large";
         case 500: return "Internal Server Error";
         case 503: return "Service Unavailable";
         case 505: return "HTTP Version Not Supported";
         default: return status < 500 ? "Request Failed" : "Server Error";
     }
+}
+
+std::string without_folders(std::string_view text) {
+    std::string out;
+    while (!text.empty()) {
+        if (text.front() == '/' && (out.empty() || may_precede_path(out.back()))) {
+            const std::string_view path = text.substr(0, path_length(text));
+            const std::size_t last = path.find_last_not_of('/');
+            if (last != std::string_view::npos) out += path.substr(path.rfind('/', last) + 1);
+            text.remove_prefix(std::max<std::size_t>(path.size(), 1));
+        } else {
+            out += text.front();
+            text.remove_prefix(1);
+        }
+    }
+    return out;
 }
 
 Response reply(int status, std::string_view content_type, std::string body) {

@@ -48,6 +48,11 @@ struct Response {
 [[nodiscard]] bool same_word(std::string_view a, std::string_view b) noexcept;  ///< ASCII, any case
 [[nodiscard]] std::string_view reason_phrase(int status) noexcept;
 
+/// An error's text without the folders of this machine: of each absolute path only the name at its
+/// end stays. Where it is not plain what belongs to a path (blanks in it), rather more goes than
+/// too little.
+[[nodiscard]] std::string without_folders(std::string_view text);
+
 [[nodiscard]] Response reply(int status, std::string_view content_type, std::string body);
 /// application/problem+json. Ref: Nottingham & Wilde, RFC 7807, 2016.
 [[nodiscard]] Response problem(int status, const std::string& detail);

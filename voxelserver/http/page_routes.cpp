@@ -8,7 +8,9 @@ namespace terravox::http {
 namespace {
 
 // The page loads nothing from elsewhere, and nobody else may show it as a part of theirs. Map tiles come as blobs where there is a token.
-constexpr std::string_view kPolicy = "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'self'";
+constexpr std::string_view kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
+    "blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
 // Bytes that are part of the program: their tag changes with the program alone.
 Response fixed(std::string_view content_type, std::string_view bytes, const Request& request) {
@@ -28,7 +30,9 @@ Response answer_page(const Asked& asked) {
     const page::Asset* asset = page::find(name);
     if (asset == nullptr) return problem(404, "the page has no file " + std::string(name));
     Response out = fixed(asset->content_type, asset->bytes, asked.request);
-    return out.add("Content-Security-Policy", kPolicy).add("Referrer-Policy", "no-referrer");
+    return out.add("Content-Security-Policy", kPolicy)
+        .add("Referrer-Policy", "no-referrer")
+        .add("Cross-Origin-Opener-Policy", "same-origin");
 }
 
 Response answer_open_api(const Asked& asked) { return fixed("application/json", page::open_api(), asked.request); }

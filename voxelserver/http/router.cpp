@@ -51,16 +51,21 @@ Response not_allowed(const RouteFacts& route, const Request& request) {
 
 }  // namespace
 
-Router::Router(Service service, std::string token)
+Router::Router(Service service, std::string token, net::HttpNames names)
     : m_service(std::move(service)),
       m_token(std::move(token)),
+      m_names(std::move(names)),
       m_world_json(world_text(m_service.world.info())),
       m_world_etag(etag_of(XXH64(m_world_json.data(), m_world_json.size(), 0), "w")) {}
 
-std::size_t Router::most_body_bytes(std::string_view method, std::string_view path) noexcept {
-    const auto parts = split_path(path);
-    const RouteFacts& route = facts_of(parts ? route_of(*parts) : Route::kUnknown);
-    return route.post && method == "POST" ? route.most_body_bytes : 0;
+std::optional<Response> Router::refusal(const Request& request) {
+    const auto split = split_path(request.path);
+    const RouteFacts& route = facts_of(split ? route_of(*split) : Route::kUnknown);
+    std::optional<Response> out = refuse_head(route, request);
+    if (!out) return out;
+    if (body_claim(request).kind != BodyClaim::Kind::kNone) out->close = true;
+    m_counts.add(route.route, out->status, 0);
+    return out;
 }
 
 Response Router::handle(const Request& request) {
@@ -68,7 +73,7 @@ Response Router::handle(const Request& request) {
     const auto split = split_path(request.path);
     const PathParts parts = split.value_or(PathParts{});
     const RouteFacts& route = facts_of(split ? route_of(parts) : Route::kUnknown);
-    Response out = answer(route, {request, parts});
+    Response out = answer(route, request, parts);
     // A body that was not read must not be taken for the next request.
     if (const BodyClaim claim = body_claim(request); claim.kind == BodyClaim::Kind::kMalformed || claim.bytes != request.body.size()) out.close = true;
     out.head_only = request.method == "HEAD";
@@ -76,10 +81,10 @@ Response Router::handle(const Request& request) {
     return out;
 }
 
-Response Router::answer(const RouteFacts& route, const Asked& asked) {
-    const Request& request = asked.request;
+Response Router::answer(const RouteFacts& route, const Request& request, const PathParts& parts) {
     try {
-        return checked(route, asked);
+        if (auto refused = refuse_head(route, request)) return std::move(*refused);
+        return dispatch(route.route, {request, parts, has_token(request)});
     } catch (const boxes::Busy& e) {
         return problem(503, e.what()).add("Retry-After", "1");
     } catch (const std::bad_alloc&) {
@@ -87,43 +92,70 @@ Response Router::answer(const RouteFacts& route, const Asked& asked) {
         return problem(500, "out of memory");
     } catch (const std::exception& e) {
         spdlog::error("{} {}: {}", request.method, request.path, e.what());
-        return problem(500, e.what());
+        return problem(500, without_folders(e.what()));
     } catch (...) {
         spdlog::error("{} {}: unknown error", request.method, request.path);
         return problem(500, "unknown error");
     }
 }
 
-bool Router::may_ask(const Request& request) const {
-    if (m_token.empty()) return true;
+bool Router::has_token(const Request& request) const {
     const std::string given = request.header("Authorization");
     constexpr std::string_view kScheme = "Bearer ";
-    return given.size() > kScheme.size() && same_word(std::string_view(given).substr(0, kScheme.size()), kScheme) &&
+    return !m_token.empty() && given.size() > kScheme.size() &&
+           same_word(std::string_view(given).substr(0, kScheme.size()), kScheme) &&
            same_secret(std::string_view(given).substr(kScheme.size()), m_token);
 }
 
-Response Router::checked(const RouteFacts& route, const Asked& asked) {
+std::optional<Response> Router::refuse_head(const RouteFacts& route, const Request& request) const {
     using Kind = BodyClaim::Kind;
-    const Request& request = asked.request;
-    if (const std::string wrong = fault_of(request); !wrong.empty()) {
-        Response out = problem(400, "read the request: " + wrong);
+    const auto and_close = [](Response out) {
         out.close = true;
         return out;
-    }
+    };
+    if (const std::string wrong = fault_of(request); !wrong.empty())
+        return and_close(problem(400, "read the request: " + wrong));
+    const std::string host = request.header("Host");
+    // HTTP/1.0 may leave it out; browsers never do.
+    if (request.has_header("Host") && !m_names.allow(host))
+        return and_close(problem(421, "read the request: the host '" + host +
+                                          "' is no name of this server; allowed: localhost, a "
+                                          "numeric address, or a name given by --public-name"));
+    if (net::from_another_origin({host, request.header("Origin"), request.header("Sec-Fetch-Site"),
+                                  request.header("Sec-Fetch-Mode"),
+                                  request.header("Sec-Fetch-Dest")}))
+        return and_close(problem(403,
+                                 "read the request: a web page of another origin makes it; "
+                                 "allowed: the server's own page, and programs"));
     const bool readable = request.method == "GET" || request.method == "HEAD";
     const BodyClaim claim = body_claim(request);
     if (claim.kind == Kind::kMalformed) return problem(400, "read the request: a Transfer-Encoding, two Content-Lengths, or one that is no number; allowed: none, or one number");
     const std::size_t most = route.post && request.method == "POST" ? route.most_body_bytes : 0;
     if (claim.bytes > most) return problem(413, "read the request: a body of " + std::to_string(claim.bytes) + " bytes; allowed: " + (most > 0 ? "up to " + std::to_string(most) : "none"));
-    if (!route.open && !may_ask(request)) return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN").add("WWW-Authenticate", "Bearer");
+    if (!route.open && !m_token.empty() && !has_token(request))
+        return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN")
+            .add("WWW-Authenticate", "Bearer");
     if (route.route == Route::kUnknown) return problem(404, "nothing at " + std::string(request.path) + "; /openapi.json lists what there is");
     if (route.post ? request.method != "POST" : !readable) return not_allowed(route, request);
-    if (route.post && claim.kind == Kind::kNone) {
-        Response out = problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " + std::to_string(most));
-        out.close = true;  // a body that came nevertheless must not be taken for the next request
-        return out;
-    }
-    return dispatch(route.route, asked);
+    // A body that comes nevertheless must not be taken for the next request.
+    if (route.post && claim.kind == Kind::kNone)
+        return and_close(problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " +
+                                          std::to_string(most)));
+    return std::nullopt;
+}
+
+// The state is for everybody who watches; the reason names files.
+Response Router::health(const Asked& asked) const {
+    const Health now = m_service.health();
+    if (now.state == Health::State::kFailed)
+        return problem(503,
+                       asked.has_token
+                           ? "failed: " + without_folders(now.reason)
+                           : "failed: only kept boxes can be served; the server's log says why")
+            .add("Retry-After", "60");
+    return reply(200, "text/plain; charset=utf-8",
+                 now.state == Health::State::kOpening ? "opening\n" : "ok\n")
+        .add("Cache-Control", "no-store");
 }
 
 Response Router::dispatch(Route route, const Asked& asked) {
@@ -132,9 +164,7 @@ Response Router::dispatch(Route route, const Asked& asked) {
         case Route::kPage:
         case Route::kPageFile: return answer_page(asked);
         case Route::kOpenApi: return answer_open_api(asked);
-        case Route::kHealth:
-            if (const std::string trouble = m_service.trouble(); !trouble.empty()) return problem(503, trouble).add("Retry-After", "60");
-            return reply(200, "text/plain; charset=utf-8", "ok\n").add("Cache-Control", "no-store");
+        case Route::kHealth: return health(asked);
         case Route::kWorld: return world(asked.request);
         case Route::kBox: return answer_box(m_service, asked);
         case Route::kBatch: return answer_batch(m_service, asked);

@@ -14,8 +14,10 @@
 #include <cstring>
 #include <ctime>
 #include <mutex>
+#include <optional>
 #include <vector>
 
+#include "common/net/slow_clients.hpp"
 #include "common/util/error.hpp"
 #include "common/util/stage_times.hpp"
 #include "voxelserver/tls/tls_library.hpp"
@@ -94,7 +96,9 @@ void append_head(std::string& out, const Response& r, Length length, bool keep_a
         out.append("Transfer-Encoding: chunked\r\n");
     else if (length == Length::kKnown && r.status != 204 && r.status != 304)
         out.append("Content-Length: ").append(std::to_string(r.bytes().size())).append("\r\n");
-    out.append("X-Content-Type-Options: nosniff\r\n");
+    // No CORS header anywhere: no page of another origin may read a reply, nor show it as a part of
+    // its own.
+    out.append("X-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\n");
     out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
 }
 
@@ -194,6 +198,12 @@ bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::mill
     return true;
 }
 
+// An eighth of the threads, one at least, is kept free of those who do not finish their requests.
+net::SlowClients::Limits limits_of(const ServerOptions& options) {
+    const int threads = std::max(options.request_threads, 1);
+    return {std::max(threads - (threads + 7) / 8, 1), options.patience};
+}
+
 // What CivetWeb itself refuses. 1.15 calls a header that is too long, too slow or cut off a malformed message (400); where
 // a version has a 413 for the first, that is about the header, which is 431's meaning.
 Response refusal(int status, const char* message) {
@@ -231,10 +241,13 @@ void check_can_listen(const ServerOptions& options) {
 
 /// CivetWeb calls back on its own threads, through C: nothing may be thrown there.
 ///
-/// One lock guards the count of running requests, the flags and the message; it is not held while a request is answered.
+/// One lock guards the count of running requests, the flags and the message; it is not held while a
+/// request is answered. A request counts as answered, for m_slow_clients, from its last byte on:
+/// whoever sends a body slowly is as slow as who sends a header slowly.
 class Server::Impl {
 public:
-    Impl(Router& router, const ServerOptions& options) : m_router(router), m_options(options) {
+    Impl(Router& router, const ServerOptions& options)
+        : m_router(router), m_options(options), m_slow_clients(limits_of(options)) {
         check_can_listen(options);
         init_library(!options.tls_certificate.empty());
         mg_callbacks callbacks{};
@@ -267,6 +280,12 @@ public:
         }
         mg_server_port port{};
         if (mg_get_server_ports(m_context, 1, &port) == 1) m_port = port.port;
+        try {
+            m_slow_clients.watch(m_port);
+        } catch (...) {
+            mg_stop(m_context);  // its threads know this object
+            throw;
+        }
     }
 
     ~Impl() { stop({}); }
@@ -344,12 +363,13 @@ private:
             Request request = request_of(info);
             const util::Stopwatch clock;
             std::string body;
-            const bool no_host = !request.has_header("Host") && std::string_view(info.http_version) == "1.1";
-            const Response out = running.draining()                   ? shutting_down()
-                                 : info.num_headers >= MG_MAX_HEADERS ? too_many_headers()
-                                 : no_host                            ? host_missing()
-                                 : !take_body(connection, request, body) ? body_missing()
-                                                                         : m_router.handle(request);
+            std::optional<Response> refused =
+                running.draining() ? shutting_down() : refuse(info, request);
+            if (!refused && body_claim(request).kind == BodyClaim::Kind::kSome)
+                refused = take_body(connection, request, body);
+            std::optional<net::SlowClients::Answering> answering;
+            if (!refused) answering.emplace(m_slow_clients, info.remote_addr, info.remote_port);
+            const Response out = refused ? std::move(*refused) : m_router.handle(request);
             const bool others_wait = m_connections >= m_options.request_threads;
             const bool keep_alive = !out.close && !others_wait && wants_keep_alive(request, info.http_version);
             m_router.counts().add_bytes(send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0"));
@@ -371,14 +391,23 @@ private:
         }
     }
 
-    // Only where the route takes one, and no more than it takes: the router refuses the rest unread.
-    bool take_body(mg_connection* connection, Request& request, std::string& body) const {
-        const BodyClaim claim = body_claim(request);
-        if (claim.kind != BodyClaim::Kind::kSome || claim.bytes > Router::most_body_bytes(request.method, request.path)) return true;
+    std::optional<Response> refuse(const mg_request_info& info, const Request& request) {
+        if (info.num_headers >= MG_MAX_HEADERS) return too_many_headers();
+        if (!request.has_header("Host") && std::string_view(info.http_version) == "1.1")
+            return host_missing();
+        return std::nullopt;
+    }
+
+    /// Reads the body into `body`, unless the head alone is enough to refuse the request.
+    /// @return what to send instead of an answer
+    std::optional<Response> take_body(mg_connection* connection, Request& request,
+                                      std::string& body) {
+        if (auto refused = m_router.refusal(request)) return refused;
         if (same_word(request.header("Expect"), "100-continue")) mg_printf(connection, "HTTP/1.1 100 Continue\r\n\r\n");
-        if (!read_body(connection, claim.bytes, m_options.request_timeout, body)) return false;
+        if (!read_body(connection, body_claim(request).bytes, m_options.request_timeout, body))
+            return body_missing();
         request.body = body;
-        return true;
+        return std::nullopt;
     }
 
     Response body_missing() {
@@ -440,6 +469,7 @@ private:
     int m_port = 0;
     std::string m_last_message;
     std::atomic<int> m_connections{0};
+    net::SlowClients m_slow_clients;
     std::mutex m_mutex;
     std::condition_variable m_finished;
     int m_running = 0;

@@ -15,13 +15,19 @@ namespace terravox::http {
 
 class MapView;
 
+/// Can boxes be made?
+struct Health {
+    enum class State { kOk, kOpening, kFailed } state = State::kOk;
+    std::string reason = {};  ///< of kFailed; may name files
+};
+
 /// What the routes answer from. All of it must outlive the router.
 struct Service {
     voxel::TracedWorld& world;
     util::StageTimes& times;
     boxes::BoxCache& boxes;
     SquaresNow squares = [] { return std::vector<SquareEntry>{}; };
-    std::function<std::string()> trouble = [] { return std::string(); };  ///< why nothing new can be made; "" = all is well
+    std::function<Health()> health = [] { return Health{}; };
     const boxes::Preparer* preparer = nullptr;  ///< nullptr: nothing is being prepared
     MapView* map = nullptr;                     ///< nullptr: there is none
     std::size_t memory_limit_bytes = 0;         ///< of the process; 0: not known
@@ -31,6 +37,7 @@ struct Service {
 struct Asked {
     const Request& request;
     const PathParts& parts;
+    bool has_token = false;  ///< the request brought the server's token
 };
 
 /// What the routes share.

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "voxelserver/http/message.hpp"
+
 namespace terravox::http {
 
 using nlohmann::json;
@@ -14,19 +16,23 @@ std::string squares_json(const std::vector<SquareEntry>& squares, const voxel::W
         const double area_m2 = (static_cast<double>(s.max_x) - s.min_x) * (static_cast<double>(s.max_z) - s.min_z) * info.voxel_m * info.voxel_m;
         const auto text = [](const std::optional<std::string>& t) { return t ? json(*t) : json(); };
         const json density = s.points && area_m2 > 0 ? json(static_cast<double>(*s.points) / area_m2) : json();
-        features.push_back({{"type", "Feature"},
-                            {"geometry", {{"type", "Polygon"}, {"coordinates", {{{west, south}, {east, south}, {east, north}, {west, north}, {west, south}}}}}},
-                            {"properties",
-                             {{"name", s.name},
-                              {"state", s.state},
-                              {"file", text(s.file)},
-                              {"points", s.points ? json(*s.points) : json()},
-                              {"density_per_m2", density},
-                              {"bytes", s.bytes},
-                              {"source", s.source},
-                              {"licence", s.licence},
-                              {"attribution", s.attribution},
-                              {"error", text(s.error)}}}});
+        features.push_back(
+            {{"type", "Feature"},
+             {"geometry",
+              {{"type", "Polygon"},
+               {"coordinates",
+                {{{west, south}, {east, south}, {east, north}, {west, north}, {west, south}}}}}},
+             {"properties",
+              {{"name", s.name},
+               {"state", s.state},
+               {"file", text(s.file)},
+               {"points", s.points ? json(*s.points) : json()},
+               {"density_per_m2", density},
+               {"bytes", s.bytes},
+               {"source", s.source},
+               {"licence", s.licence},
+               {"attribution", s.attribution},
+               {"error", s.error ? json(without_folders(*s.error)) : json()}}}});
     }
     const json out = {{"type", "FeatureCollection"}, {"crs", info.crs}, {"features", features}};
     return out.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";

@@ -23,8 +23,10 @@ std::string boxes_text(const std::vector<voxel::BoxKey>& keys) {
 json disk_json(boxes::DiskCache* disk) {
     if (disk == nullptr) return json();
     const boxes::DiskStats d = disk->stats();
-    return {{"hits", d.hits},   {"misses", d.misses},   {"writes", d.writes},           {"evictions", d.evictions}, {"dropped", d.dropped}, {"damaged", d.damaged},
-            {"bytes", d.bytes}, {"entries", d.entries}, {"limit_bytes", disk->limit_bytes()}, {"folder", disk->file().parent_path().string()}};
+    return {
+        {"hits", d.hits},           {"misses", d.misses},   {"writes", d.writes},
+        {"evictions", d.evictions}, {"dropped", d.dropped}, {"damaged", d.damaged},
+        {"bytes", d.bytes},         {"entries", d.entries}, {"limit_bytes", disk->limit_bytes()}};
 }
 
 json requests_json(const RequestCounts& counts) {

@@ -12,9 +12,10 @@ struct Asset {
     std::string_view bytes;
 };
 
-/// All files of the page. "index.html" is meant for `/` and refers to the others as `page/NAME`, relative to itself, so that the page also
-/// works behind a proxy that adds a path. It needs no more than `Content-Security-Policy: default-src 'self'; img-src 'self' blob: data:`.
-/// Thread-safe.
+/// All files of the page. "index.html" is meant for `/` and refers to the others as `page/NAME`,
+/// relative to itself, so that the page also works behind a proxy that adds a path. It needs no
+/// more of a `Content-Security-Policy` than scripts, styles, connections and images of `'self'`,
+/// and images as `blob:` and `data:`. Thread-safe.
 [[nodiscard]] std::span<const Asset> assets() noexcept;
 
 /// @return the file of that name, or nullptr. Thread-safe.

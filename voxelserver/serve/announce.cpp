@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iostream>
 
+#include "common/net/http_host.hpp"
+
 namespace terravox::serve {
 namespace {
 
@@ -41,7 +43,7 @@ void announce(const OpeningWorld& world, const Options& options, const Plan& pla
     say("stop", "Ctrl-C");
     std::cout << std::flush;
     const std::string& bind = options.server.bind;
-    if (bind.rfind("127.", 0) != 0 && bind != "::1" && plan.token.empty())
+    if (!net::is_loopback(bind) && plan.token.empty())
         spdlog::warn("whoever reaches {} may ask: --token-file wants a token of them, config/nginx/ is a front for open networks", bind);
 }
 

@@ -43,6 +43,7 @@ public:
     [[nodiscard]] const voxelize::WorldFacts& facts() const noexcept { return m_facts; }
     /// All files with their states; none is known to be prepared before the world is open.
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;
+    [[nodiscard]] bool is_open() const noexcept { return m_is_open; }
     /// Why the world cannot be opened; "" while it is not known, and when it could.
     [[nodiscard]] std::string trouble() const { return m_failed ? m_trouble : ""; }
 

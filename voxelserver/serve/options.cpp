@@ -65,7 +65,19 @@ void add_world_options(CLI::App& app, Options& o) {
 
 void add_server_options(CLI::App& app, Options& o) {
     app.add_option("--port", o.server.port, "port to listen on; 0: any free one")->capture_default_str()->check(CLI::Range(0, 65535));
-    app.add_option("--bind", o.server.bind, "IPv4 address to listen on; 0.0.0.0: all networks (see config/nginx)")->capture_default_str();
+    app.add_option(
+           "--bind", o.server.bind,
+           "IPv4 address to listen on; 0.0.0.0: all networks. Clients that do not finish their "
+           "requests are closed when they take threads from others; "
+           "those that read replies slowly are not: config/nginx is a front for open networks")
+        ->capture_default_str();
+    app.add_option("--public-name", o.public_names,
+                   "host name by which clients ask for this server or its front, without a port; "
+                   "may be given several times. Others are refused (421), as any web page could "
+                   "make its own name lead here; always known: localhost, numeric addresses and, "
+                   "with --bind beyond loopback, this machine's name")
+        ->expected(1)
+        ->take_all();
     app.add_option("--token-file", o.token_file, "file whose first line is the token that requests must bring; default: TERRAVOX_TOKEN, or none");
     app.add_option("--tls-cert", o.server.tls_certificate, "PEM file with certificate and private key: serve https");
     app.add_option("--request-threads", o.request_threads, "connections served at the same time; 0: --threads + --queue + 32")
@@ -92,6 +104,7 @@ Plan finish(Options& o) {
     if (o.store.empty() == o.world.files.empty()) throw UsageError("open the world: " + std::string(o.store.empty() ? "neither files nor --store" : "files and --store") + "; allowed: one of them");
     Plan plan;
     plan.token = read_token(o);
+    plan.names = net::HttpNames(o.server.bind, o.public_names);
     const std::filesystem::path cache = util::cache_dir(o.cache);
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;
     plan.image_bytes = std::clamp(all / 16, kLeastImageBytes, static_cast<std::size_t>(geo::kGdalCache_bytes));

@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "common/net/http_host.hpp"
 #include "voxelserver/boxes/box_cache.hpp"
 #include "voxelserver/http/server.hpp"
 #include "voxelserver/voxelize/lidar_world.hpp"
@@ -18,6 +20,7 @@ struct Options {
     Options() { world.classes.clear(); }
     voxelize::LidarWorldOptions world;  ///< classes: empty = what the store says, or "asprs"
     http::ServerOptions server;
+    std::vector<std::string> public_names;  ///< host names, beside those of net::HttpNames
     std::filesystem::path store;  ///< that the grabber fills; empty: the files are named one by one
     int memory_mib = 2048;        ///< of the whole process
     std::int64_t cache_mib = 40960;  ///< of the cache folder: half for prepared squares, half for finished boxes
@@ -40,6 +43,7 @@ struct Plan {
     std::size_t map_bytes = 0;    ///< of memory, for the map
     std::size_t image_bytes = 0;  ///< of memory, for what is decoded of images
     std::string token;            ///< "" = none
+    net::HttpNames names;         ///< that the server answers to
     std::filesystem::path facts;  ///< folder for what is known of worlds; empty: nothing is kept
 };
 /// Fills in the world's and the server's options, too. @throws UsageError for flags that do not go together; Error for a token file that cannot be read

@@ -55,6 +55,12 @@ ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
 }
 
+http::Health health_of(const OpeningWorld& world) {
+    using State = http::Health::State;
+    if (std::string why = world.trouble(); !why.empty()) return {State::kFailed, std::move(why)};
+    return {world.is_open() ? State::kOk : State::kOpening};
+}
+
 }  // namespace
 
 ExitCode serve(Options& options) {
@@ -93,10 +99,10 @@ ExitCode serve(Options& options) {
     http::Service service{world, times, cache};
     service.squares = [&] { return squares_of(world, store); };
     service.map = &map;
-    service.trouble = [&] { return world.trouble(); };
+    service.health = [&] { return health_of(world); };
     service.preparer = preparer.get();
     service.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
-    http::Router router(service, plan.token);
+    http::Router router(service, plan.token, plan.names);
     http::Server server(router, options.server);
     std::cout << "listening on " << server.url() << std::endl;
     // All that kept boxes do not need comes after: whoever waits for the start has its cores, and no thread but those that answer.

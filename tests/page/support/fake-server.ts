@@ -61,7 +61,8 @@ export class FakeServer {
     ++this.#requests;
     const asset = path === '' ? 'index.html' : path.startsWith('page/') ? path.slice(5) : undefined;
     if (asset !== undefined && asset in kTypes) {
-      reply.setHeader('Content-Security-Policy', "default-src 'self'; img-src 'self' blob: data:");
+      const scripts = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: data:; ";
+      reply.setHeader('Content-Security-Policy', `${scripts}frame-ancestors 'none'; base-uri 'none'; form-action 'none'`);
       return void reply.setHeader('Content-Type', kTypes[asset]!).end(readFileSync(join(TERRAVOX_PAGE_DIST, asset)));
     }
     if (this.token !== '' && request.headers.authorization !== `Bearer ${this.token}`) {
@@ -124,7 +125,7 @@ export class FakeServer {
       requests: { boxes: { 200: this.#requests, 503: 2 }, map: { 200: 31 } },
       replies: { count: this.#requests, bytes: 9_876_543 },
       cache,
-      disk: { ...cache, writes: 12, folder: '/var/cache/terravox', limit_bytes: 20 * 2 ** 30 },
+      disk: { ...cache, writes: 12, limit_bytes: 20 * 2 ** 30 },
       making: { running: 2, waiting: 5, ahead_waiting: 17, made: this.made, made_ahead: 4, failed: 1 },
       memory: { rss_bytes: 512 * 2 ** 20, limit_bytes: 4 * 2 ** 30 },
       prepare: { done: 1, total: 4, failed: 1 },

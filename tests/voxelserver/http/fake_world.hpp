@@ -44,7 +44,7 @@ public:
             std::unique_lock lock(m_mutex);
             m_changed.wait(lock, [&] { return !m_held; });
         }
-        if (failing.contains(key)) throw Error("decode the square 'a\"b': damaged\xff");
+        if (failing.contains(key)) throw Error(fail_with);
         if (key.by >= 1) return nullptr;
         voxel::BoxBuilder builder;
         for (int x = -1; x <= voxel::kBoxSizeX; ++x)
@@ -78,6 +78,8 @@ public:
 
     std::atomic<int> asked{0};         ///< calls of box()
     std::set<voxel::BoxKey> failing;   ///< set before anyone asks
+    std::string fail_with =
+        "decode the square 'a\"b': damaged\xff";  ///< what those of `failing` throw
     bool columns_fail = false;
     std::map<std::pair<int, int>, int> versions;  ///< of box columns that are not as they were; set before anyone asks
 

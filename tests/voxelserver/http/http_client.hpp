@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -76,6 +77,17 @@ public:
         while (receive()) {
         }
         return std::exchange(m_buffer, {});
+    }
+
+    /// Waits until the server closes; what comes until then is dropped. @return false when it did
+    /// not within 30 s
+    [[nodiscard]] bool wait_for_end() {
+        char bytes[4096];
+        for (;;) {
+            const auto n = recv(m_socket, bytes, sizeof bytes, 0);
+            if (n == 0 || (n < 0 && errno == ECONNRESET)) return true;
+            if (n < 0 && errno != EINTR) return false;
+        }
     }
 
 private:

@@ -94,3 +94,29 @@ TEST_CASE("a header's value cannot end the header", "[voxelserver][http]") {
     CHECK(r.header("x") == "aSet-Cookie: b");
     CHECK(r.header("Set-Cookie").empty());
 }
+
+TEST_CASE("of a path in a message only the name at its end is told",
+          "[voxelserver][http][message]") {
+    struct Case {
+        const char *text, *told;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"", ""},
+        {"no path at all", "no path at all"},
+        {"box 0/1/2/3: cut", "box 0/1/2/3: cut"},
+        {"1/2 of it", "1/2 of it"},
+        {"read /data/a.laz: cut short", "read a.laz: cut short"},
+        {"read '/data/my place/a.laz': cut short", "read 'a.laz': cut short"},
+        {"read /data/my place/a.laz: cut short", "read a.laz: cut short"},
+        {"read /data/my place/north west/a.laz at byte 7", "read a.laz at byte 7"},
+        {"decode /data/a.laz for box 0/1/2/3: cut", "decode a.laz for box 0/1/2/3: cut"},
+        {"/data/a.laz", "a.laz"},
+        {"/data/", "data/"},
+        {"the folder / is full", "the folder  is full"},
+        {"file=/etc/passwd, x", "file=passwd, x"},
+        {"dlopen (/usr/lib/libgdal.so.32): not found", "dlopen (libgdal.so.32): not found"},
+        {"read x:/data/a.laz", "read x:a.laz"},
+        {"move /a/b, /c/d; /e/f", "move b, d; f"},
+    }));
+    DYNAMIC_SECTION(c.text) { CHECK(terravox::http::without_folders(c.text) == c.told); }
+}

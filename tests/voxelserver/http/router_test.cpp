@@ -221,6 +221,149 @@ TEST_CASE("with a token, only open routes answer without it", "[voxelserver][htt
     CHECK(f.world.asked == 0);
 }
 
+TEST_CASE("a host name that is none of the server's is refused before all else",
+          "[voxelserver][http][router]") {
+    Fixture f;
+    http::Router router(http::Service{f.world, f.times, f.boxes}, "",
+                        net::HttpNames("127.0.0.1", {"voxels.example.org"}));
+    for (const http::RouteFacts& route : http::routes()) {
+        if (route.path.front() != '/') continue;
+        INFO(route.path);
+        const Response r = router.handle(
+            Request{route.post ? "POST" : "GET", route.path, {{"Host", "attacker.example:8888"}}});
+        CHECK(r.status == 421);
+        CHECK(r.close);
+        CHECK_THAT(json_of(r)["detail"].get<std::string>(),
+                   test::contains("attacker.example:8888") && test::contains("--public-name"));
+    }
+    for (const char* host : {"localhost:8888", "127.0.0.1", "[::1]:8888", "voxels.example.org"})
+        CHECK(router.handle(Request{"GET", "/v2/world", {{"Host", host}}}).status == 200);
+    CHECK(router.handle(Request{"GET", "/v2/world", {}}).status == 200);  // HTTP/1.0
+    CHECK(f.world.asked == 0);
+}
+
+TEST_CASE("a page of another origin is refused, and none is invited",
+          "[voxelserver][http][router]") {
+    Fixture f;
+    const Header host{"Host", "localhost:8888"};
+    CHECK(f.get("/v2/boxes/0/0/0/0", {host,
+                                      {"Sec-Fetch-Site", "cross-site"},
+                                      {"Sec-Fetch-Mode", "no-cors"},
+                                      {"Sec-Fetch-Dest", "image"}})
+              .status == 403);
+    CHECK(f.get("/v2/world", {host, {"Origin", "http://attacker.example"}}).status == 403);
+    CHECK(f.ask("POST", "/v2/boxes",
+                {host,
+                 {"Origin", "http://attacker.example"},
+                 {"Content-Type", "application/json"},
+                 {"Content-Length", "14"}})
+              .status == 403);
+    CHECK(f.ask("OPTIONS", "/v2/boxes",
+                {host,
+                 {"Origin", "http://attacker.example"},
+                 {"Access-Control-Request-Method", "POST"}})
+              .status == 403);
+    CHECK(f.world.asked == 0);
+    CHECK(f.get("/", {host,
+                      {"Sec-Fetch-Site", "cross-site"},
+                      {"Sec-Fetch-Mode", "navigate"},
+                      {"Sec-Fetch-Dest", "document"}})
+              .status == 200);
+    for (const http::RouteFacts& route : http::routes()) {
+        const Response r = f.ask(route.post ? "POST" : "GET", route.path,
+                                 {host, {"Origin", "http://localhost:8888"}});
+        CHECK(r.head.find("Access-Control-") == std::string::npos);
+    }
+}
+
+TEST_CASE("what a head alone makes wrong is told before the body is read",
+          "[voxelserver][http][router]") {
+    Fixture f;
+    http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
+    const Header type{"Content-Type", "application/json"}, length{"Content-Length", "14"},
+        token{"Authorization", "Bearer s3cret"};
+    const auto refusal = [&](std::vector<Header> headers) {
+        return router.refusal(Request{"POST", "/v2/boxes", std::move(headers)});
+    };
+    CHECK_FALSE(refusal({type, length, token}));
+    struct Case {
+        std::vector<Header> headers;
+        int status;
+    };
+    for (const Case& c :
+         {Case{{type, length}, 401}, Case{{type, {"Content-Length", "262145"}, token}, 413},
+          Case{{type, length, token, {"Host", "attacker.example"}}, 421},
+          Case{{type, length, token, {"Origin", "null"}}, 403},
+          Case{{type, length, length, token}, 400}}) {
+        const auto refused = refusal(c.headers);
+        REQUIRE(refused);
+        CHECK(refused->status == c.status);
+        CHECK(refused->close);
+    }
+}
+
+TEST_CASE("health is a word for everybody, and a reason for who has the token",
+          "[voxelserver][http][router]") {
+    using State = http::Health::State;
+    Fixture f;
+    http::Health now;
+    http::Service service{f.world, f.times, f.boxes};
+    service.health = [&] { return now; };
+    http::Router open(service), closed(service, "s3cret");
+    const auto ask = [](http::Router& router, std::vector<Header> headers = {}) {
+        return router.handle(Request{"GET", "/healthz", std::move(headers)});
+    };
+    CHECK(ask(open).bytes() == "ok\n");
+    now.state = State::kOpening;
+    CHECK(ask(open).status == 200);
+    CHECK(ask(closed).bytes() == "opening\n");
+    now = {State::kFailed, "read /home/ann/secret place/square.laz: cut short"};
+    for (const Response& r :
+         {ask(open), ask(closed), ask(closed, {{"Authorization", "Bearer wrong"}}),
+          ask(open, {{"Authorization", "Bearer s3cret"}})}) {
+        CHECK(r.status == 503);
+        CHECK(r.header("Retry-After") == "60");
+        CHECK(json_of(r)["detail"] ==
+              "failed: only kept boxes can be served; the server's log says why");
+    }
+    CHECK(json_of(ask(closed, {{"Authorization", "Bearer s3cret"}}))["detail"] ==
+          "failed: read square.laz: cut short");
+}
+
+TEST_CASE("no reply names a folder of this machine", "[voxelserver][http][router]") {
+    Fixture f;
+    f.world.fail_with = "read '/home/ann/secret place/square.laz': cut short";
+    f.world.failing.insert({0, 0, 0, 0});
+    CHECK(json_of(f.get("/v2/boxes/0/0/0/0"))["detail"] == "read 'square.laz': cut short");
+    http::Service service{f.world, f.times, f.boxes};
+    service.squares = [] {
+        http::SquareEntry s;
+        s.name = "462_101", s.state = "failed",
+        s.error = "read /home/ann/secret/462_101.laz: cut short";
+        return std::vector{s};
+    };
+    http::Router router(service);
+    CHECK(json_of(router.handle(Request{"GET", "/v2/squares", {}}))["features"].at(
+              0)["properties"]["error"] == "read 462_101.laz: cut short");
+}
+
+TEST_CASE("the page may load its own files alone, and be shown in no other page",
+          "[voxelserver][http][router]") {
+    Fixture f;
+    for (const char* path : {"/", "/page/app.js", "/page/app.css"}) {
+        INFO(path);
+        const Response r = f.get(path);
+        REQUIRE(r.status == 200);
+        const std::string policy = r.header("Content-Security-Policy");
+        for (const char* part : {"default-src 'none'", "script-src 'self'", "style-src 'self'",
+                                 "frame-ancestors 'none'", "base-uri 'none'"})
+            CHECK_THAT(policy, test::contains(part));
+        CHECK(policy.find("unsafe") == std::string::npos);
+        CHECK(r.header("Referrer-Policy") == "no-referrer");
+        CHECK(r.header("Cross-Origin-Opener-Policy") == "same-origin");
+    }
+}
+
 TEST_CASE("metrics are in the text format of Prometheus, each family once", "[voxelserver][http][router]") {
     Fixture f;
     (void)f.get("/v2/boxes/0/0/0/0");

@@ -31,7 +31,6 @@ export type CacheStats = {
   readonly bytes: number;
   readonly entries: number;
   readonly limitBytes: number;
-  readonly folder: string;
 };
 export type Stats = {
   readonly version: string;
@@ -115,7 +114,6 @@ function cacheStats(value: unknown): CacheStats | undefined {
     bytes: count(value['bytes']),
     entries: count(value['entries']),
     limitBytes: count(value['limit_bytes']),
-    folder: textOf(value['folder']),
   };
 }
 

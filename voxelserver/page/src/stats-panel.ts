@@ -109,7 +109,6 @@ function factsOf({ making, memory, prepare, ...stats }: Stats): [string, string]
     ['Memory', memory ? ofLimit(memory.rssBytes, memory.limitBytes) : ''],
     ['Boxes in memory', cacheText(stats.cache)],
     ['Boxes on disk', stats.disk ? cacheText(stats.disk) : 'not kept'],
-    ['Disk folder', stats.disk?.folder ?? ''],
     ['Being made', making ? `${formatCount(making.running)} now, ${formatCount(making.waiting)} wait, ${formatCount(making.aheadWaiting)} ahead` : ''],
     ['Made', making ? `${formatCount(making.made)}, ${formatCount(making.madeAhead)} ahead${failed(making.failed)}` : ''],
     ['Squares prepared', prepare ? `${formatCount(prepare.done)} of ${formatCount(prepare.total)}${failed(prepare.failed)}` : ''],
