@@ -3,12 +3,15 @@
 #include <arpa/inet.h>
 #include <civetweb.h>
 #include <spdlog/spdlog.h>
+#include <strings.h>
 
 #include <array>
 #include <cstdio>
 #include <mutex>
 #include <string_view>
 
+#include "common/net/http_host.hpp"
+#include "common/net/slow_clients.hpp"
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
 
@@ -44,6 +47,17 @@ std::string label(const char* name, std::string_view value) {
     return out + "\"}";
 }
 
+/// @return the header's value; "" where there is none, or more than one
+std::string_view header(const mg_request_info& info, const char* name) {
+    std::string_view found;
+    for (int i = 0; i < info.num_headers; ++i) {
+        if (strcasecmp(info.http_headers[i].name, name) != 0) continue;
+        if (found.data() != nullptr) return {};
+        found = info.http_headers[i].value;
+    }
+    return found;
+}
+
 double number(std::uint64_t count) { return static_cast<double>(count); }
 
 struct Reply {
@@ -55,8 +69,12 @@ struct Reply {
 };
 
 void send(mg_connection* connection, const Reply& reply, bool head_only) {
-    std::string out = "HTTP/1.1 " + std::to_string(reply.status) + " " + reply.phrase + "\r\nContent-Type: " + reply.type + "\r\nContent-Length: " +
-                      std::to_string(reply.body.size()) + "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n" + reply.more + "Connection: close\r\n\r\n";
+    std::string out = "HTTP/1.1 " + std::to_string(reply.status) + " " + reply.phrase +
+                      "\r\nContent-Type: " + reply.type +
+                      "\r\nContent-Length: " + std::to_string(reply.body.size()) +
+                      "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
+                      "Cross-Origin-Resource-Policy: same-origin\r\n" +
+                      reply.more + "Connection: close\r\n\r\n";
     if (!head_only) out += reply.body;
     mg_write(connection, out.data(), out.size());
     // Or CivetWeb would read, and wait for, a body of any length that the client has announced.
@@ -105,22 +123,37 @@ std::string metrics_text(const WorkerMetrics& m) {
 /// else changes once it has started.
 class MetricsPage::Impl {
 public:
-    Impl(const std::string& host, std::uint16_t port, Snapshot snapshot) : m_snapshot(std::move(snapshot)) {
+    Impl(const MetricsAddress& address, Snapshot snapshot)
+        : m_snapshot(std::move(snapshot)),
+          m_names(address.host, address.names),
+          m_slow_clients({.connections = kThreads - 1}) {
         static std::once_flag once;
         std::call_once(once, [] { mg_init_library(MG_FEATURES_DEFAULT); });
         mg_callbacks callbacks{};
         callbacks.begin_request = on_request;
         callbacks.http_error = on_refusal;
         callbacks.log_message = on_log;
-        const std::string listen = listening_port(host, port);
-        std::array<const char*, 15> settings = {"listening_ports", listen.c_str(), "num_threads", "4",          "connection_queue", "16",  "max_request_size", "8192",
-                                                "request_timeout_ms", "3000",      "decode_url",  "no", "enable_auth_domain_check", "no", nullptr};
+        const std::string listen = listening_port(address.host, address.port),
+                          threads = std::to_string(kThreads);
+        // clang-format off
+        std::array<const char*, 15> settings = {
+            "listening_ports", listen.c_str(), "num_threads", threads.c_str(), "connection_queue", "16",
+            "max_request_size", "8192", "request_timeout_ms", "3000", "decode_url", "no",
+            "enable_auth_domain_check", "no", nullptr};
+        // clang-format on
         m_context = mg_start(&callbacks, this, settings.data());
-        const std::lock_guard lock(m_mutex);
-        if (m_context == nullptr)
+        if (m_context == nullptr) {
+            const std::lock_guard lock(m_mutex);
             throw Error("open the page of metrics on " + listen + ": " + (m_message.empty() ? "CivetWeb could not start" : m_message) + "; another port may be free, 0 is any");
+        }
         mg_server_port opened{};
         if (mg_get_server_ports(m_context, 1, &opened) == 1) m_port = static_cast<std::uint16_t>(opened.port);
+        try {
+            m_slow_clients.watch(m_port);
+        } catch (...) {
+            mg_stop(m_context);  // its threads know this object
+            throw;
+        }
     }
     ~Impl() {
         if (m_context != nullptr) mg_stop(m_context);
@@ -136,7 +169,10 @@ private:
     static int on_request(mg_connection* connection) noexcept {
         try {
             const mg_request_info& info = *mg_get_request_info(connection);
-            const Reply reply = self(connection).answer(info.request_method, info.local_uri_raw != nullptr ? info.local_uri_raw : "");
+            Impl& me = self(connection);
+            const net::SlowClients::Answering answering(me.m_slow_clients, info.remote_addr,
+                                                        info.remote_port);
+            const Reply reply = me.answer(info);
             send(connection, reply, std::string_view(info.request_method) == "HEAD");
             return reply.status;
         } catch (const std::exception& e) {
@@ -145,7 +181,18 @@ private:
             return 500;
         }
     }
-    [[nodiscard]] Reply answer(std::string_view method, std::string_view path) const {
+    [[nodiscard]] Reply answer(const mg_request_info& info) const {
+        const std::string_view method = info.request_method,
+                               path = info.local_uri_raw != nullptr ? info.local_uri_raw : "";
+        const std::string_view host = header(info, "Host");
+        // HTTP/1.0 may leave it out; browsers never do.
+        if (!m_names.allow(host) && !(host.empty() && std::string_view(info.http_version) == "1.0"))
+            return {421, "Misdirected Request",
+                    "allowed as Host: localhost, a numeric address, or a name of metrics_names\n"};
+        if (net::from_another_origin({host, header(info, "Origin"), header(info, "Sec-Fetch-Site"),
+                                      header(info, "Sec-Fetch-Mode"),
+                                      header(info, "Sec-Fetch-Dest")}))
+            return {403, "Forbidden", "not for web pages of another origin\n"};
         if (path != "/metrics" && path != "/healthz") return {404, "Not Found", "no such page; allowed: /metrics, /healthz\n"};
         if (method != "GET" && method != "HEAD") return {405, "Method Not Allowed", "allowed: GET, HEAD\n", "text/plain; charset=utf-8", "Allow: GET, HEAD\r\n"};
         try {
@@ -177,14 +224,19 @@ private:
         return 1;
     }
 
+    static constexpr int kThreads = 4;
+
     const Snapshot m_snapshot;
+    const net::HttpNames m_names;
+    net::SlowClients m_slow_clients;
     mg_context* m_context = nullptr;
     std::mutex m_mutex;
     std::string m_message;  ///< CivetWeb's last
     std::uint16_t m_port = 0;
 };
 
-MetricsPage::MetricsPage(const std::string& host, std::uint16_t port, Snapshot snapshot) : m_impl(std::make_unique<Impl>(host, port, std::move(snapshot))) {}
+MetricsPage::MetricsPage(const MetricsAddress& address, Snapshot snapshot)
+    : m_impl(std::make_unique<Impl>(address, std::move(snapshot))) {}
 MetricsPage::~MetricsPage() = default;
 std::uint16_t MetricsPage::port() const noexcept { return m_impl->port(); }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace terravox {
 
@@ -28,17 +29,28 @@ struct WorkerMetrics {
 /// In the text format of Prometheus, 0.0.4.
 [[nodiscard]] std::string metrics_text(const WorkerMetrics& metrics);
 
-/// A small HTTP page for machines that watch a worker (CivetWeb): GET and HEAD of /metrics, and of /healthz (200 "ok", 503 while it
-/// drains); 404 for anything else, 405 for other methods. No body of a request is read, and each reply ends its connection. Whoever reaches
-/// the address may read it: it is meant for loopback or a network of one's own. A connection gets three seconds for its request; four of
-/// them are answered at a time, 16 more wait.
+/// Where the page is.
+struct MetricsAddress {
+    std::string host;        ///< a number such as 127.0.0.1; empty: all networks
+    std::uint16_t port = 0;  ///< 0: any free one
+    std::vector<std::string> names{};  ///< that it may be asked by, beside those of net::HttpNames
+};
+
+/// A small HTTP page for machines that watch a worker (CivetWeb): GET and HEAD of /metrics, and of
+/// /healthz (200 "ok", 503 while it drains); 404 for anything else, 405 for other methods, 421 for
+/// a host name that is none of its own, 403 for web pages of other origins. No body of a request is
+/// read, and each reply ends its connection. Whoever reaches the address may read it: it is meant
+/// for loopback or a network of one's own. A connection gets three seconds for its request, and
+/// half a second when others wait (net::SlowClients); four of them are answered at a time, 16 more
+/// wait.
 class MetricsPage {
 public:
     /// Called on threads of the page; what it throws is told by 500.
     using Snapshot = std::function<WorkerMetrics()>;
-    /// Answers from here on. @param host a number such as 127.0.0.1; empty: all networks @param port 0: any free one
-    /// @throws UsageError for a host that is no number; Error when it cannot listen there
-    MetricsPage(const std::string& host, std::uint16_t port, Snapshot snapshot);
+    /// Answers from here on.
+    /// @throws UsageError for a host that is no number, or a name that is none; Error when it
+    /// cannot listen there
+    MetricsPage(const MetricsAddress& address, Snapshot snapshot);
     ~MetricsPage();  ///< no call of the snapshot after it; takes up to two seconds
     MetricsPage(const MetricsPage&) = delete;
     MetricsPage& operator=(const MetricsPage&) = delete;

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <csignal>
 #include <memory>
+#include <sstream>
 #include <thread>
 
 #include "common/net/discovery.hpp"
@@ -102,6 +103,13 @@ private:
     std::thread m_thread;
 };
 
+MetricsAddress metrics_address(const WorkerConfig& config) {
+    MetricsAddress out{config.metrics->host, config.metrics->port};
+    std::istringstream names(config.metrics_names);
+    for (std::string name; names >> name;) out.names.push_back(name);
+    return out;
+}
+
 ExitCode run(const WorkerArguments& arguments) {
     const WorkerConfig config = load_worker_config(arguments);
     set_up_log(config);
@@ -110,7 +118,9 @@ ExitCode run(const WorkerArguments& arguments) {
     options.credentials = credentials_or_new(config);
     WorkerDaemon daemon(std::move(options));
     std::unique_ptr<MetricsPage> page;
-    if (config.metrics) page = std::make_unique<MetricsPage>(config.metrics->host, config.metrics->port, [&daemon] { return metrics_of(daemon); });
+    if (config.metrics)
+        page = std::make_unique<MetricsPage>(metrics_address(config),
+                                             [&daemon] { return metrics_of(daemon); });
     std::unique_ptr<net::Announcement> announcement;
     if (config.announce && daemon.port() != 0)
         announcement = std::make_unique<net::Announcement>("worker", daemon.port(), net::ServiceText{{"protocol", std::to_string(net::kProtocol)}, {"software", std::string("terravox ") + kVersion}, {"build", kBuild}});

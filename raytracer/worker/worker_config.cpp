@@ -38,6 +38,9 @@ template <class Config, class Visit> void visit_fields(Config& c, const Visit& v
     visit("tls_cert", c.tls_cert, Rule{"certificate of this machine (PEM)"});
     visit("tls_key", c.tls_key, Rule{"its private key (PEM)"});
     visit("metrics", c.metrics, Rule{"page for Prometheus and health checks: NUMBER:PORT, such as 127.0.0.1:9187; default: none"});
+    visit("metrics_names", c.metrics_names,
+          Rule{"host names by which that page is asked for, separated by blanks, beside localhost, "
+               "numbers and this machine's name"});
     visit("drain_s", c.drain_s, Rule{"for tiles under way when it is told to stop, seconds", kLive, 0, 3600});
     visit("idle_s", c.idle_s, Rule{"end when no coordinator has come for so long, seconds; 0: never", kLive, 0, 1e6});
     visit("once", c.once, Rule{"end with the first coordinator"});

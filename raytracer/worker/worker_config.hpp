@@ -26,6 +26,7 @@ struct WorkerConfig {
     std::filesystem::path token_file;    ///< empty: TERRAVOX_TOKEN of the environment
     std::filesystem::path tls_ca, tls_cert, tls_key;  ///< PEM; all three, or none
     std::optional<net::Address> metrics; ///< of the page of metrics; its host is a number
+    std::string metrics_names;           ///< host names of that page, separated by blanks
     double drain_s = 10;                 ///< for tiles under way when it is told to stop
     double idle_s = 0;                   ///< it ends when no coordinator has come for so long; 0: never
     bool once = false;                   ///< it ends with its first coordinator

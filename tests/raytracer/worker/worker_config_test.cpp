@@ -72,6 +72,7 @@ tls_ca = "ca.pem"
 tls_cert = "/etc/cert.pem"
 tls_key = "keys/key.pem"
 metrics = "127.0.0.1:9187"
+metrics_names = "render1.lan render1.example.org"
 drain_s = 0.5
 idle_s = 60
 once = true
@@ -93,6 +94,7 @@ log_json = true
     CHECK(c.tls_key == f.folder.path() / "keys/key.pem");
     REQUIRE(c.metrics);
     CHECK(c.metrics->text() == "127.0.0.1:9187");
+    CHECK(c.metrics_names == "render1.lan render1.example.org");
     CHECK(c.drain_s == 0.5);
     CHECK(c.idle_s == 60);
     CHECK(c.once);
@@ -198,6 +200,7 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
         {"tls_cert", [](WorkerConfig& w) { w.tls_cert = "t"; }, false},
         {"tls_key", [](WorkerConfig& w) { w.tls_key = "t"; }, false},
         {"metrics", [](WorkerConfig& w) { w.metrics = net::Address{"127.0.0.1", 1}; }, false},
+        {"metrics_names", [](WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
         {"drain_s", [](WorkerConfig& w) { w.drain_s = 1; }, true},
         {"idle_s", [](WorkerConfig& w) { w.idle_s = 1; }, true},
         {"once", [](WorkerConfig& w) { w.once = true; }, false},
