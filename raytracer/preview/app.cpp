@@ -248,7 +248,7 @@ void App::handle_keys() {
     const auto repeated = [](int key) { return ImGui::IsKeyPressed(key, true); };
     if (io.KeyCtrl) {
         if (pressed(Window::key_of('q'))) m_window.close();
-        if (io.WantTextInput) return;
+        if (Window::typing()) return;
         if (pressed(Window::key_of('s'))) m_files.save_scene(m_desk);
         if (pressed(Window::key_of('o'))) m_files.open_scene(m_desk);
         if (pressed(Window::key_of('p'))) m_files.save_picture(m_desk, m_picture);
@@ -270,7 +270,7 @@ void App::handle_keys() {
     if (pressed(GLFW_KEY_F6)) other_layer(1);
     if (pressed(GLFW_KEY_F7)) m_desk.light = !m_desk.light;
     if (pressed(GLFW_KEY_F8)) m_desk.fills = !m_desk.fills;
-    if (io.WantTextInput) return;
+    if (Window::typing()) return;
     if (pressed(GLFW_KEY_ESCAPE)) m_pick.clear(), m_desk.shows_help = false, ImGui::SetWindowFocus(nullptr);
     if (pressed(Window::key_of('f'))) m_desk.fly = !m_desk.fly, m_desk.say(m_desk.fly ? "fly: the mouse turns your head" : "orbit: the mouse circles what you look at");
     if (pressed(Window::key_of('m'))) m_desk.measures = !m_desk.measures, m_pick.clear();

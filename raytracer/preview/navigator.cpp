@@ -84,7 +84,7 @@ bool Navigator::keys(Desk& desk, double seconds) {
     const ImGuiIO& io = ImGui::GetIO();
     // A key of a command, as Ctrl+S, does not move when Ctrl is let go first.
     std::erase_if(m_commands, [](int key) { return !ImGui::IsKeyDown(key); });
-    if (io.WantTextInput || io.KeyCtrl || io.KeySuper) {
+    if (Window::typing() || io.KeyCtrl || io.KeySuper) {
         for (const int key : kMoving)
             if (ImGui::IsKeyDown(key)) m_commands.insert(key);
         return false;

@@ -10,6 +10,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <vector>
 
@@ -24,6 +25,14 @@ constexpr float kText_px = 13;  // the size that the built-in font is drawn for
 std::string glfw_reason() {
     const char* text = nullptr;
     return glfwGetError(&text) != GLFW_NO_ERROR && text != nullptr ? text : "no reason given";
+}
+
+constexpr CursorInput kNowhere{-static_cast<double>(FLT_MAX), -static_cast<double>(FLT_MAX)};  // Dear ImGui's value for no mouse
+
+bool any_button_down(GLFWwindow* window) {
+    for (int button = 0; button <= GLFW_MOUSE_BUTTON_LAST; ++button)
+        if (glfwGetMouseButton(window, button) == GLFW_PRESS) return true;
+    return false;
 }
 
 constexpr const char* kInstead = "; without a window: terravox render WORLD -o picture.png";
@@ -78,10 +87,7 @@ Window::Window(int width_px, int height_px, const char* title, double scale) : m
     ImGui::GetIO().IniFilename = nullptr;  // no files left in the person's folder
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui_ImplGlfw_InitForOpenGL(m_window, true);
-    glfwSetKeyCallback(m_window, [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
-        // Dear ImGui repeats keys itself.
-        if (action != GLFW_REPEAT) static_cast<Window*>(glfwGetWindowUserPointer(w))->m_keys.push_back({key, scancode, action, mods});
-    });
+    queue_input();
     ImGui_ImplOpenGL3_Init("#version 330");
     glGenFramebuffers(1, &m_framebuffer);
     m_picture = std::make_unique<Texture>();
@@ -128,30 +134,64 @@ void Window::restyle() {
     m_styled = {m_scale, m_light};
 }
 
-// Dear ImGui 1.86 knows which keys are down, not what happened: of a key that is pressed and let go within one frame it would see nothing,
-// and of Ctrl+Q only Q where Ctrl is let go in the same one. So after a press no release counts in a frame, and of each key one event.
-void Window::hand_over_keys() {
-    std::vector<int> told;
-    for (bool pressed = false; !m_keys.empty(); m_keys.pop_front()) {
-        const Key k = m_keys.front();
-        if ((pressed && k.action == GLFW_RELEASE) || std::find(told.begin(), told.end(), k.key) != told.end()) return;
-        pressed |= k.action == GLFW_PRESS;
-        told.push_back(k.key);
-        ImGui_ImplGlfw_KeyCallback(m_window, k.key, k.scancode, k.action, k.mods);
+// In place of the callbacks that Dear ImGui has installed: it would receive events at once.
+void Window::queue_input() {
+    m_cursor = kNowhere;
+    static constexpr auto kQueue = [](GLFWwindow* window) -> InputQueue& {
+        return static_cast<Window*>(glfwGetWindowUserPointer(window))->m_input;
+    };
+    glfwSetKeyCallback(m_window, [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
+        // Dear ImGui repeats keys itself.
+        if (action != GLFW_REPEAT) kQueue(w).push(KeyInput{key, scancode, mods, action == GLFW_PRESS});
+    });
+    glfwSetCharCallback(m_window, [](GLFWwindow* w, unsigned code_point) noexcept { kQueue(w).push(CharacterInput{code_point}); });
+    glfwSetCursorPosCallback(m_window, [](GLFWwindow* w, double x, double y) noexcept { kQueue(w).push(CursorInput{x, y}); });
+    glfwSetMouseButtonCallback(m_window, [](GLFWwindow* w, int button, int action, int) noexcept {
+        kQueue(w).push(ButtonInput{button, action == GLFW_PRESS});
+    });
+    glfwSetScrollCallback(m_window, [](GLFWwindow* w, double x, double y) noexcept { kQueue(w).push(WheelInput{x, y}); });
+    glfwSetCursorEnterCallback(m_window, [](GLFWwindow* w, int entered) noexcept {
+        CursorInput cursor = kNowhere;
+        if (entered == GLFW_TRUE) glfwGetCursorPos(w, &cursor.x, &cursor.y);
+        // A drag goes on outside of the window, with positions there.
+        else if (any_button_down(w)) return;
+        kQueue(w).push(cursor);
+    });
+}
+
+void Window::hand_over(const InputEvent& event) {
+    if (const auto* key = std::get_if<KeyInput>(&event)) {
+        ImGui_ImplGlfw_KeyCallback(m_window, key->key, key->scancode, key->down ? GLFW_PRESS : GLFW_RELEASE, key->mods);
+    } else if (const auto* character = std::get_if<CharacterInput>(&event)) {
+        ImGui_ImplGlfw_CharCallback(m_window, character->code_point);
+    } else if (const auto* wheel = std::get_if<WheelInput>(&event)) {
+        ImGui_ImplGlfw_ScrollCallback(m_window, wheel->x, wheel->y);
+    } else if (const auto* cursor = std::get_if<CursorInput>(&event)) {
+        m_cursor = *cursor;
+    } else if (const auto* button = std::get_if<ButtonInput>(&event)) {
+        const auto number = static_cast<std::size_t>(button->button);
+        if (number < m_buttons_down.size()) m_buttons_down[number] = button->down;
     }
 }
 
 void Window::begin_frame(double wait_s) {
-    wait_s > 0 && m_keys.empty() ? glfwWaitEventsTimeout(wait_s) : glfwPollEvents();
-    hand_over_keys();
+    wait_s > 0 && m_input.empty() ? glfwWaitEventsTimeout(wait_s) : glfwPollEvents();
+    for (const InputEvent& event : m_input.next_frame()) hand_over(event);
     float x = 1, y = 1;
     glfwGetWindowContentScale(m_window, &x, &y);
     m_scale = m_asked_scale > 0 ? m_asked_scale : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMostScale);
     ImGui_ImplOpenGL3_NewFrame();
     if (m_styled != std::pair(m_scale, m_light)) restyle();
     ImGui_ImplGlfw_NewFrame();
+    // It has read the mouse as it is now; events that are still in the queue would be overtaken.
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = {static_cast<float>(m_cursor.x), static_cast<float>(m_cursor.y)};
+    std::copy(m_buttons_down.begin(), m_buttons_down.end(), io.MouseDown);
     ImGui::NewFrame();
 }
+
+// WantTextInput is still set in the frame after the one in which Return or Escape has left the field; no item is active then.
+bool Window::typing() noexcept { return ImGui::GetIO().WantTextInput && ImGui::IsAnyItemActive(); }
 
 void Window::hide() noexcept { glfwHideWindow(m_window); }
 

@@ -2,12 +2,12 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "raytracer/preview/input_queue.hpp"
 #include "raytracer/preview/layers.hpp"
 #include "raytracer/preview/pane.hpp"
 
@@ -64,16 +64,16 @@ public:
     [[nodiscard]] static bool has_gamepad();
     /// The key that the person's layout has a letter on, 'a' to 'z'; GLFW's own numbers are those of places.
     [[nodiscard]] static int key_of(char letter);
+    /// A text field takes the keys of this frame.
+    [[nodiscard]] static bool typing() noexcept;
     void hide() noexcept;
     /// Files that were dropped on the window since the last call.
     [[nodiscard]] std::vector<std::string> take_dropped() { return std::exchange(m_dropped, {}); }
 
 private:
-    struct Key {
-        int key, scancode, action, mods;
-    };
     void restyle();
-    void hand_over_keys();
+    void queue_input();
+    void hand_over(const InputEvent& event);
     GLFWwindow* m_window = nullptr;
     std::unique_ptr<Texture> m_picture;  ///< goes while there is a context
     unsigned m_framebuffer = 0;
@@ -82,7 +82,9 @@ private:
     bool m_light = false;
     std::pair<double, bool> m_styled{0, false};  ///< scale and light that the style is for
     std::vector<std::string> m_dropped;
-    std::deque<Key> m_keys;  ///< that Dear ImGui has not been told of yet
+    InputQueue m_input;        ///< what Dear ImGui has not received yet
+    CursorInput m_cursor;      ///< as of the events that it has received
+    std::array<bool, 5> m_buttons_down{};
 };
 
 }  // namespace terravox

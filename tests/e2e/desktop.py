@@ -1,8 +1,10 @@
 """A display without a screen (Xvfb), the keys and the mouse at it (xdotool), and what it shows."""
 
+import contextlib
 import os
 import pathlib
 import shutil
+import signal
 import struct
 import subprocess
 import time
@@ -41,6 +43,15 @@ class Desktop:
 
     def click(self, x, y, *more):
         self.do("mousemove", round(x), round(y), "sleep", "0.1", "click", *more, "1")
+
+    @contextlib.contextmanager
+    def at_once(self, program):
+        """What is done in here reaches a program in one go: as if it had been busy meanwhile."""
+        program.process.send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            program.process.send_signal(signal.SIGCONT)
 
     def drag(self, x0, y0, x1, y1, steps=10, button=1):
         words = ["mousemove", round(x0), round(y0), "sleep", "0.1", "mousedown", button, "sleep", "0.1"]

@@ -213,6 +213,29 @@ class Window(Case):
         self.assertEqual(self.time_h(program), 12.5)
         self.quit(program)
 
+    def test_keys_behind_a_click_are_the_fields_however_busy_the_program_is(self):
+        height = 1500
+        program = self.preview(survey(), "--samples", "1", height=height)
+        desktop = self.desktop
+        camera = re.search(r"\[camera\].*?(?=\n\[|\Z)", self.saved(program), re.DOTALL).group()
+        x, y, _ = self.place_of(program, "place")
+        with desktop.at_once(program):
+            desktop.click(x, y)
+            desktop.do("type", "weasd qad")
+            desktop.key("BackSpace", "x", "Return")
+        program.saw("go to 'weasd qax': not two numbers")
+        # None of the keys has moved the camera.
+        self.assertIn(camera, self.saved(program))
+        # Behind the Return keys are the picture's again, and a click is where the mouse was then.
+        with desktop.at_once(program):
+            desktop.click(x, y)
+            desktop.key("ctrl+a", "1", "Return", "f", "F7", "F7")
+            desktop.do("mousemove", MIDDLE[0], height / 2, "click", "1", "mousemove", x, y)
+        program.saw("go to '1': not two numbers")
+        program.saw("fly: the mouse turns your head")
+        program.saw("picked voxel: ")
+        self.quit(program)
+
     def test_threads_and_workers_are_added_and_a_final_picture_given_up(self):
         _, address = self.worker()
         program = self.preview(survey(), "--integrator", "path", "--samples", "4000", "--size", "1600x900", "--threads", "0", environment=TOKEN, height=1500)
