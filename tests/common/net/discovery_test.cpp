@@ -18,22 +18,13 @@
 
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/eventually.hpp"
 
 using namespace terravox;
 using namespace std::chrono_literals;
+using terravox::test::eventually;
 
 namespace {
-
-constexpr auto kDeadline = 30s;
-
-template <class Condition> bool eventually(const Condition& condition) {
-    const auto end = std::chrono::steady_clock::now() + kDeadline;
-    while (std::chrono::steady_clock::now() < end) {
-        if (condition()) return true;
-        std::this_thread::sleep_for(20ms);
-    }
-    return condition();
-}
 
 /// A program in the background that ends with its owner, and with this process.
 class Child {
@@ -222,9 +213,9 @@ TEST_CASE("what is announced is found, with all that it says, until it ends", "[
     CHECK(service.address == "127.0.0.1");
     CHECK(service.port == 7878);
     CHECK(service.text == net::ServiceText{{"protocol", "1"}, {"software", "terravox 0.1.0"}, {"build", "a=b"}, {"role", "worker"}});
-    CHECK(net::discover("worker", kDeadline) == std::vector{service});
-    CHECK(net::discover("coordinator", kDeadline).size() == 1);
-    CHECK(net::discover("observer", kDeadline).empty());
+    CHECK(net::discover("worker", test::kHangs) == std::vector{service});
+    CHECK(net::discover("coordinator", test::kHangs).size() == 1);
+    CHECK(net::discover("observer", test::kHangs).empty());
     announced.reset();
     CHECK(eventually([&] { return told.now().empty(); }));
     CHECK(told.strays() == 0);
@@ -239,7 +230,7 @@ TEST_CASE("services of one name get numbers, and each is found", "[common][net][
     for (int i = 0; i < 3; ++i) announced.push_back(std::make_unique<net::Announcement>("worker", std::uint16_t{7000}, net::ServiceText{{"n", std::to_string(i)}}));
     REQUIRE(eventually([&] { return std::none_of(announced.begin(), announced.end(), [](const auto& a) { return a->name().empty(); }); }));
     std::set<std::string> names, numbers;
-    for (const auto& service : net::discover("worker", kDeadline)) names.insert(service.name), numbers.insert(service.text.at("n"));
+    for (const auto& service : net::discover("worker", test::kHangs)) names.insert(service.name), numbers.insert(service.text.at("n"));
     CHECK(names.size() == 3);
     CHECK(numbers == std::set<std::string>{"0", "1", "2"});
 }

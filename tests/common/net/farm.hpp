@@ -8,11 +8,12 @@
 #include <string>
 
 #include "common/net/farm_port.hpp"
+#include "tests/eventually.hpp"
 
 namespace terravox::test {
 
 /// No test measures time: this is what ends one that hangs.
-inline constexpr std::chrono::seconds kLong{60};
+inline constexpr std::chrono::seconds kLong = kHangs;
 inline constexpr const char* kToken = "a token of the tests";
 
 /// What a listener hands over, for the thread of the test. The calls of on_link return at once: links live on.

@@ -23,12 +23,7 @@ public:
     [[nodiscard]] std::string all() const { return m_sink->text(); }
     /// Waits for a line with this in it.
     [[nodiscard]] bool hears(const std::string& part) const {
-        const auto deadline = std::chrono::steady_clock::now() + kLong;
-        while (all().find(part) == std::string::npos) {
-            if (std::chrono::steady_clock::now() > deadline) return false;
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
-        return true;
+        return eventually([&] { return all().find(part) != std::string::npos; });
     }
 
 private:

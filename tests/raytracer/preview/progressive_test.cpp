@@ -1,5 +1,6 @@
 #include "raytracer/preview/progressive.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <thread>
 
@@ -11,6 +12,7 @@
 #include "raytracer/sched/green_processor.hpp"
 #include "raytracer/sched/processor_pool.hpp"
 #include "tests/catch.hpp"
+#include "tests/eventually.hpp"
 #include "tests/raytracer/landscape.hpp"
 
 using namespace terravox;
@@ -129,26 +131,26 @@ TEST_CASE("boxes that could not be had are asked for again, more and more seldom
     HoleWatch watch(blocks);
     const Clock::time_point start;
     const auto look = [&](int second) { return watch.look(holes, start, start + std::chrono::seconds(second)); };
-    const auto look_until_answered = [&](int second) {
-        for (int i = 0; i < 2000; ++i) {
-            if (look(second)) return true;
-            std::this_thread::sleep_for(1ms);
-        }
-        return false;
-    };
     CHECK_FALSE(watch.look({}, start, start + 100s));
     const auto asked = world->asked();
     CHECK_FALSE(look(9));
     CHECK(world->asked() == asked);
     CHECK_FALSE(look(11));
-    while (world->asked() == asked) std::this_thread::sleep_for(1ms);
-    while (blocks.hole_count() == 0) std::this_thread::sleep_for(1ms);
-    std::this_thread::sleep_for(20ms);
+    // Listeners to a box are called in the order in which they asked for it: the watch has its answer once this one has.
+    struct After final : BlockListener {
+        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return came = true; }
+        std::atomic<bool> came{false};
+    };
+    After after;
+    blocks.wait_for(broken, after, 0);
+    REQUIRE(test::eventually([&] { return after.came.load(); }));
+    CHECK(world->asked() == asked + 1);
     CHECK_FALSE(look(12));  // a hole again: 20 seconds from now on
+    blocks.forget(after);
     CHECK_FALSE(look(31));
     CHECK(world->asked() == asked + 1);
     world->mend_hole(broken);
-    CHECK(look_until_answered(33));
+    CHECK(test::eventually([&] { return look(33); }));
     CHECK(world->asked() == asked + 2);
 }
 
@@ -223,14 +225,11 @@ TEST_CASE("a box that is not in memory is shown as such, and comes", "[preview]"
         probe = std::make_shared<ProbeProcessor>(view, job.blocks, Layer::kCache);
         return std::shared_ptr<TileProcessor>(probe);
     });
-    bool came = false;
-    for (int i = 0; i < 2000 && !came; ++i) {
+    CHECK(test::eventually([&] {
         picture.start(scene_for(Layer::kCache, scene), 8);
         finish(picture);
-        came = probe->missing() == 0;
-        if (!came) std::this_thread::sleep_for(1ms);
-    }
-    CHECK(came);
+        return probe->missing() == 0;
+    }));
 }
 
 TEST_CASE("which layers need another film", "[preview]") {

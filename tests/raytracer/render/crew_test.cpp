@@ -1,6 +1,7 @@
 #include "raytracer/render/crew.hpp"
 
 #include "tests/catch.hpp"
+#include "tests/eventually.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 
 using namespace terravox;
@@ -92,8 +93,7 @@ TEST_CASE("a worker that is sent away does not come back, until it is called aga
     Crew crew(changing(0, true), job.blocks, BoxSource{});
     const auto processor = crew.begin(job.view);
     const auto wait_for = [&](bool there) {
-        for (int i = 0; i < 2000 && has(crew, "socket") != there; ++i) std::this_thread::sleep_for(5ms);
-        CHECK(has(crew, "socket") == there);
+        CHECK(test::eventually([&] { return has(crew, "socket") == there; }));
     };
     for (int i = 0; i < 2; ++i) {
         crew.dial(daemon.address());

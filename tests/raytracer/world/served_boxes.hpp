@@ -1,7 +1,5 @@
 #pragma once
 
-#include <chrono>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -39,12 +37,6 @@ inline Deed good_world() {
 /// The description of a world is always good; boxes are what `boxes` says.
 inline BadServer::Script world_with(BadServer::Script boxes) {
     return [boxes = std::move(boxes)](const std::string& path, int n) { return path == "/v2/world" ? good_world() : boxes(path, n); };
-}
-
-inline double seconds_of(const std::function<void()>& work) {
-    const auto begin = std::chrono::steady_clock::now();
-    work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 }  // namespace terravox::test

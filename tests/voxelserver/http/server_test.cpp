@@ -16,15 +16,16 @@ using test::HttpReply;
 
 namespace {
 
-http::ServerOptions quick() {
+// A client of a test may be held up for long between two of its requests: no connection times out.
+http::ServerOptions local() {
     http::ServerOptions o;
     o.port = 0;
-    o.request_timeout = std::chrono::milliseconds(1000);
+    o.request_timeout = o.keep_alive_timeout = std::chrono::minutes(5);
     return o;
 }
 
 struct Fixture {
-    explicit Fixture(const http::ServerOptions& options = quick()) : server(router, options) {}
+    explicit Fixture(const http::ServerOptions& options = local()) : server(router, options) {}
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes{world, times, {.makers = 4, .queue = 64, .ahead = false}};
@@ -283,7 +284,7 @@ TEST_CASE("clients that do not finish their requests give their threads to other
 }
 
 TEST_CASE("more connections than threads are all served, and give way to each other", "[voxelserver][http][server]") {
-    http::ServerOptions options = quick();
+    http::ServerOptions options = local();
     options.request_threads = 2;
     // With clients of this test, however busy the machine is.
     options.patience = std::chrono::hours(1);
@@ -316,12 +317,12 @@ TEST_CASE("stopping finishes the running request and refuses new ones", "[voxels
 
 TEST_CASE("a port in use or an address that is none is an error that names it", "[voxelserver][http][server]") {
     Fixture f;
-    http::ServerOptions taken = quick();
+    http::ServerOptions taken = local();
     taken.port = f.server.port();
     CHECK_THROWS_WITH(http::check_can_listen(taken), test::contains("127.0.0.1:" + std::to_string(taken.port)) && test::contains("in use"));
     CHECK_THROWS_AS(http::Server(f.router, taken), Error);
     for (const char* bind : {"localhost", "127.0.0.1,8080", "", "1.2.3", "127.0.0.1s"}) {
-        http::ServerOptions bad = quick();
+        http::ServerOptions bad = local();
         bad.bind = bind;
         INFO(bind);
         CHECK_THROWS_AS(http::check_can_listen(bad), UsageError);
