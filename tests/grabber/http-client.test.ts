@@ -13,11 +13,16 @@ function trickle(response: ServerResponse, status: number, headers: Record<strin
   response.on('close', () => clearInterval(timer));
 }
 
-function impatient(t: TestContext): HttpClient {
-  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 200, access: kHere });
+function clientWith(t: TestContext, timeout_ms: number): HttpClient {
+  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms, access: kHere });
   t.after(() => http.close());
   return http;
 }
+
+/** For servers that fall silent. */
+const impatient = (t: TestContext): HttpClient => clientWith(t, 200);
+/** For those that answer, however loaded the machine is. */
+const patient = (t: TestContext): HttpClient => clientWith(t, 300_000);
 
 async function readAll(body: AsyncIterable<Uint8Array>): Promise<number> {
   let bytes = 0;
@@ -44,7 +49,7 @@ test('a server that falls silent in the middle of a body is given up on', async 
 });
 
 test('a server that is not there is a network error that names the address', async (t) => {
-  await assert.rejects(impatient(t).get(`${kNobody}/a.laz`, {}, kNever), {
+  await assert.rejects(patient(t).get(`${kNobody}/a.laz`, {}, kNever), {
     code: 'NETWORK',
     message: /fetch http:\/\/127\.0\.0\.1:1\/a\.laz: .*ECONNREFUSED/,
   });
@@ -53,14 +58,14 @@ test('a server that is not there is a network error that names the address', asy
 test('a stop is passed on as what it is, before the answer and within the body', async (t) => {
   const stop = new AbortController();
   const silent = await serve(t, () => stop.abort(new Error('stopped')));
-  await assert.rejects(impatient(t).get(silent.base, {}, stop.signal), { message: 'stopped' });
+  await assert.rejects(patient(t).get(silent.base, {}, stop.signal), { message: 'stopped' });
 
   const later = new AbortController();
   const halting = await serve(t, (_request, response) => {
     response.writeHead(200, { 'content-length': '100' });
     response.write('x');
   });
-  const response = await impatient(t).get(halting.base, {}, later.signal);
+  const response = await patient(t).get(halting.base, {}, later.signal);
   later.abort(new Error('stopped later'));
   await assert.rejects(readAll(response.body), { message: 'stopped later' });
 });

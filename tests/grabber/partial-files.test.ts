@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { link, mkdir, readFile, readdir, stat, symlink, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { setTimeout as delay } from 'node:timers/promises';
 import { sendFile, sendPart, sendRest, serve } from './support/http-fixture.js';
 import { makeLaz } from './support/las-fixture.js';
 import { fetchFixture, kName, squareOf, storedFiles, temporaryFolder } from './support/store-fixture.js';
@@ -9,6 +10,8 @@ import { fetchFixture, kName, squareOf, storedFiles, temporaryFolder } from './s
 const kLaz = makeLaz({ dataBytes: 300_000 });
 const kEtag = '"v1"';
 const kPart = 'lidar/test/.462_101.part';
+/** 10 ms each: only what never happens takes minutes. */
+const kTries = 30_000;
 
 test('the first bytes of a body are on the disk, with how to continue them, before the second come', async (t) => {
   // The second comes in two pieces, the later of which may wait for more.
@@ -16,14 +19,16 @@ test('the first bytes of a body are on the disk, with how to continue them, befo
     await t.test(`${first} bytes`, async (t) => {
       let here: { bytes: number; state: string } | undefined;
       const look = async (root: string): Promise<void> => {
-        here = { bytes: (await stat(join(root, kPart))).size, state: await readFile(join(root, `${kPart}.json`), 'utf8') };
+        const bytesHere = async (): Promise<number> => (await stat(join(root, kPart)).catch(() => undefined))?.size ?? 0;
+        for (let tries = 0; tries < kTries && (await bytesHere()) < least; ++tries) await delay(10);
+        here = { bytes: await bytesHere(), state: await readFile(join(root, `${kPart}.json`), 'utf8') };
         server.cut();
       };
       const server = await serve(t, (_request, response) => sendPart(response, kLaz, first, { etag: kEtag }));
-      // Looked at a little after the piece was taken, while the server is silent and the program only waits.
+      // Looked at after the piece was taken, while the server is silent and the program only waits.
       const fixture = await fetchFixture(t, server.base, {
         retries: 0,
-        onStored: (bytes) => void (bytes === first && setTimeout(() => void look(fixture.root), 50)),
+        onStored: (bytes) => void (bytes === first && void look(fixture.root)),
       });
       await fixture.fetch([squareOf(kName, [`${server.base}/a.laz`])]);
       assert.ok((here?.bytes ?? 0) >= least, `${here?.bytes} bytes`);

@@ -3,6 +3,8 @@ import { join } from 'node:path';
 import { chromium, type Browser, type BrowserContextOptions, type Page } from 'playwright-core';
 
 const kChromium = process.env['TERRAVOX_CHROMIUM'] ?? '/usr/bin/chromium';
+/** What ends a test that hangs: a loaded machine may need minutes for what takes a moment elsewhere. */
+const kHangs_ms = 300_000;
 const kScreenshots = process.env['TERRAVOX_SCREENSHOTS'] ?? '';
 
 /** Why there is no browser to test with, or false. */
@@ -16,7 +18,7 @@ export type WatchedPage = { readonly page: Page; readonly errors: string[]; read
 
 export async function openPage(browser: Browser, url: string, options: BrowserContextOptions = {}): Promise<WatchedPage> {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
-  context.setDefaultTimeout(20_000);
+  context.setDefaultTimeout(kHangs_ms);
   const page = await context.newPage();
   const watched: WatchedPage = { page, errors: [], strangers: [], paths: [] };
   page.on('console', (message) => {
@@ -73,6 +75,6 @@ export const coloursOnMap = (page: Page): Promise<number> =>
   });
 
 export async function until(what: string, holds: () => boolean | Promise<boolean>): Promise<void> {
-  for (const end = Date.now() + 20_000; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 100))) if (await holds()) return;
+  for (const end = Date.now() + kHangs_ms; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 100))) if (await holds()) return;
   throw new Error(`waited in vain: ${what}`);
 }
