@@ -3,7 +3,6 @@ import { createHash } from 'node:crypto';
 import { mkdir, readFile, stat, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { setTimeout as delay } from 'node:timers/promises';
 import { kUsable, type State } from '../../grabber/src/model/square.js';
 import { openStore } from '../../grabber/src/store/open-store.js';
 import { parseFaults } from './portal/faults.js';
@@ -89,8 +88,8 @@ test(`${kSquares} squares with 10 % faults and ${kKills} kills all end verified,
   for (; kills < kKills; ++kills) {
     const { code, err } = await fetchSome(portal, store, names, Math.floor(kSquares / (kKills + 1)), random);
     assert.equal(code, null, `ended by the kill, not by itself: ${err}`);
-    // The server notices a little later that nobody reads any more.
-    await delay(100);
+    // The server notices later that nobody reads any more.
+    await portal.idle();
     for (const name of namesIn(store, kUsable)) if (!sentWhenVerified.has(name)) sentWhenVerified.set(name, statsOf(name).bytes);
     for (const name of await begunNames(store, names)) if (!wholeWhenBegun.has(name)) wholeWhenBegun.set(name, statsOf(name).whole);
   }

@@ -1,5 +1,7 @@
 import { createServer, type IncomingMessage, type ServerResponse } from 'node:http';
 import type { AddressInfo } from 'node:net';
+import { setTimeout as delay } from 'node:timers/promises';
+import { promisify } from 'node:util';
 import { arsoHandler } from './arso.js';
 import type { FaultChances } from './faults.js';
 import { fileHandler } from './files.js';
@@ -46,7 +48,7 @@ export type PortalHandler = (
   context: PortalContext,
 ) => boolean | Promise<boolean>;
 
-export type Portal = { readonly base: string; readonly context: PortalContext; close(): Promise<void> };
+export type Portal = { readonly base: string; readonly context: PortalContext; close(): Promise<void>; idle(): Promise<void> };
 
 /** A small open-data portal on this machine: files, folder listings, STAC and WFS over the same squares. */
 export async function startPortal(options: PortalOptions): Promise<Portal> {
@@ -77,7 +79,12 @@ export async function startPortal(options: PortalOptions): Promise<Portal> {
     server.closeAllConnections();
     await new Promise((resolve) => server.close(resolve));
   };
-  return { base: context.base, context, close };
+  // Where a client has died, what it left is seen and counted by then.
+  const idle = async (): Promise<void> => {
+    const connections = promisify(server.getConnections.bind(server));
+    while ((await connections()) > 0) await delay(10);
+  };
+  return { base: context.base, context, close, idle };
 }
 
 async function answer(
