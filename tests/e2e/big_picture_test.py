@@ -12,7 +12,7 @@ import time
 import unittest
 
 from pictures import Tags
-from support import Case, Run, binary, entries, render, square, temporary_folder
+from support import HANGS_S, Case, Run, binary, entries, render, square, temporary_folder, wait_until
 
 MIB = 1 << 20
 # What the process takes beside its limits: libraries with their tables (GDAL, PROJ, OpenImageIO, gRPC), textures, sky, tiles in flight.
@@ -21,7 +21,7 @@ FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats.md
 
 
 class BigPictures(Case):
-    def streamed(self, width, height, memory_mib, world_mib, *flags, endings=(".exr", ".tif"), timeout_s=100):
+    def streamed(self, width, height, memory_mib, world_mib, *flags, endings=(".exr", ".tif"), timeout_s=HANGS_S):
         """Renders a picture that cannot be kept. @return the folder with the files"""
         out = temporary_folder()
         most_mib = BASE_MIB + memory_mib + world_mib
@@ -65,9 +65,7 @@ class BigPictures(Case):
         """A picture that takes long, when the first of its bytes are on the disk."""
         command = [binary("RAYTRACER"), "render", square(), "--size", "8192x8192", "--samples", "64", "--quiet", "--memory-mib", "60", "-o", out / f"a{ending}"]
         child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        deadline = time.monotonic() + 60
-        while not entries(out) and child.poll() is None and time.monotonic() < deadline:
-            time.sleep(0.01)
+        wait_until(lambda: entries(out) or child.poll() is not None, "its first bytes")
         self.assertIsNone(child.poll(), "it has ended")
         self.assertTrue(entries(out))
         return child
@@ -78,7 +76,7 @@ class BigPictures(Case):
                 out = temporary_folder()
                 child = self.begun(out, ending)
                 child.send_signal(signal.SIGTERM)
-                _, said = child.communicate(timeout=60)
+                _, said = child.communicate(timeout=HANGS_S)
                 self.assertEqual((child.returncode, said.strip()), (1, "terravox: render: interrupted; no picture was written"))
                 self.assertEqual(entries(out), [])
 
@@ -86,7 +84,7 @@ class BigPictures(Case):
         out = temporary_folder()
         child = self.begun(out, ".exr")
         child.kill()
-        child.communicate(timeout=60)
+        child.communicate(timeout=HANGS_S)
         self.assertNotIn("a.exr", entries(out))
 
     def test_a_full_disk(self):

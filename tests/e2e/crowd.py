@@ -4,6 +4,8 @@ import select
 import socket
 import threading
 
+from support import HANGS_S
+
 
 class Crowd:
     """Bad clients: of several loopback addresses, each with as many connections as a limit allows and more. They are served by one thread."""
@@ -18,7 +20,7 @@ class Crowd:
         connection = socket.socket()
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         connection.bind((f"127.0.1.{i % 20 + 1}", 0))
-        connection.settimeout(10)
+        connection.settimeout(HANGS_S)
         connection.connect(("127.0.0.1", self._port))
         return connection
 

@@ -9,7 +9,7 @@ import struct
 import subprocess
 import time
 
-from support import temporary_folder
+from support import HANGS_S, temporary_folder
 
 MISSING = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
 
@@ -27,11 +27,11 @@ class Desktop:
 
     def stop(self):
         self.server.terminate()
-        self.server.wait(20)
+        self.server.wait(HANGS_S)
 
     def do(self, *words):
         """As the person does: words of xdotool."""
-        subprocess.run(["xdotool", *map(str, words)], env={**os.environ, **self.environment}, check=True, timeout=60, stdout=subprocess.DEVNULL)
+        subprocess.run(["xdotool", *map(str, words)], env={**os.environ, **self.environment}, check=True, timeout=HANGS_S, stdout=subprocess.DEVNULL)
 
     def key(self, *keys):
         self.do("key", *keys)

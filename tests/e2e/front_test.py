@@ -13,14 +13,14 @@ import unittest
 import urllib.request
 
 from crowd import Crowd, half_header, nothing, slow_body, slow_header
-from support import ROOT, Case, Server, survey, temporary_folder
+from support import HANGS_S, ROOT, Case, Server, survey, temporary_folder
 from wire import connect, get, talk
 
 NGINX = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin")
 BAD_CLIENTS = 1000
 GOOD_REQUESTS = 200
-P99_LIMIT_S = 0.1
-ROUNDS = 3  # the machine may be busy with something else in one of them
+# Where slow clients take a server's threads a request waits for 10 s and more; what other programs on the machine cost is less.
+P99_LIMIT_S = 5
 
 
 def free_port():
@@ -47,10 +47,10 @@ class Front:
 
     def __enter__(self):
         self.process = subprocess.Popen([*self.command, "-g", "daemon off;"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        until = time.monotonic() + 10
+        until = time.monotonic() + HANGS_S
         while time.monotonic() < until:
             try:
-                connect(self.port, 1).close()
+                connect(self.port).close()
                 return self
             except OSError:
                 time.sleep(0.02)
@@ -59,7 +59,7 @@ class Front:
 
     def __exit__(self, *_):
         self.process.terminate()
-        self.process.wait(10)
+        self.process.wait(HANGS_S)
 
     def log(self):
         file = self.folder / "error.log"
@@ -109,7 +109,7 @@ class FrontTest(Case):
         with front:
             context = ssl.create_default_context(cafile=front.folder / "certificate.pem")
             context.check_hostname = False
-            with urllib.request.urlopen(f"https://127.0.0.1:{port}{self.box}", context=context, timeout=10) as reply:
+            with urllib.request.urlopen(f"https://127.0.0.1:{port}{self.box}", context=context, timeout=HANGS_S) as reply:
                 self.assertEqual(reply.read(), self.server.get(self.box)[2])
             said = talk(port, get("/healthz"))
             self.assertEqual(said.statuses()[:1], [400], "plain HTTP on the port with TLS: " + str(said))
@@ -188,7 +188,7 @@ class FrontTest(Case):
         for behaviour in (nothing, half_header, slow_header, slow_body):
             with self.subTest(behaviour.__name__), Crowd(self.front.port, BAD_CLIENTS, behaviour):
                 time.sleep(0.5)
-                p99 = min(self.slowest_of_good_client() for _ in range(ROUNDS))
+                p99 = self.slowest_of_good_client()
                 self.assertLessEqual(p99, P99_LIMIT_S)
 
     def test_a_good_client_among_slow_readers(self):
@@ -204,7 +204,7 @@ class FrontTest(Case):
 
         with Crowd(self.front.port, BAD_CLIENTS, slow_reader):
             time.sleep(1)
-            p99 = min(self.slowest_of_good_client() for _ in range(ROUNDS))
+            p99 = self.slowest_of_good_client()
             self.assertLessEqual(p99, P99_LIMIT_S)
 
 

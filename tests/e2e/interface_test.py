@@ -16,7 +16,7 @@ import urllib.error
 import urllib.request
 import zlib
 
-from support import ROOT, Case, Run, Server, binary, square, survey, temporary_folder
+from support import HANGS_S, ROOT, Case, Run, Server, binary, square, survey, temporary_folder, wait_until
 
 
 def png_size_and_colours(data):
@@ -207,10 +207,7 @@ class Kept(Case):
         first.write_bytes(second.read_bytes())
         second.write_bytes(kept)
         server = Server(square(), "--cache", cache)
-        until = time.monotonic() + 30
-        while server.get("/healthz")[0] != 503 and time.monotonic() < until:
-            time.sleep(0.05)
-        self.assertEqual(server.get("/healthz")[0], 503)
+        wait_until(lambda: server.get("/healthz")[0] == 503, "the facts are found to be others")
         server.stop()
         self.assertIn("start it again", server.err)
         server = Server(square(), "--cache", cache)
@@ -304,15 +301,15 @@ class Tls(Case):
             self.assertTrue(server.url.startswith("https://"))
             context = ssl.create_default_context(cafile=folder / "certificate.pem")
             for _ in range(3):
-                with urllib.request.urlopen(server.url + "/v2/world", context=context, timeout=10) as reply:
+                with urllib.request.urlopen(server.url + "/v2/world", context=context, timeout=HANGS_S) as reply:
                     self.assertEqual(json.load(reply)["version"], 2)
             old = ssl.create_default_context(cafile=folder / "certificate.pem")
             old.minimum_version, old.maximum_version = ssl.TLSVersion.MINIMUM_SUPPORTED, ssl.TLSVersion.TLSv1_1
             with self.assertRaises(urllib.error.URLError):
-                urllib.request.urlopen(server.url + "/healthz", context=old, timeout=10)
+                urllib.request.urlopen(server.url + "/healthz", context=old, timeout=HANGS_S)
             with self.assertRaises(OSError):
-                urllib.request.urlopen(server.url.replace("https", "http") + "/healthz", timeout=10)
-            with urllib.request.urlopen(server.url + "/healthz", context=context, timeout=10) as reply:
+                urllib.request.urlopen(server.url.replace("https", "http") + "/healthz", timeout=HANGS_S)
+            with urllib.request.urlopen(server.url + "/healthz", context=context, timeout=HANGS_S) as reply:
                 self.assertEqual(reply.read(), b"ok\n")
         finally:
             self.assertEqual(server.stop(), 0, server.err)

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from support import ROOT, Case, Server, survey, temporary_folder
+from support import HANGS_S, ROOT, Case, Server, survey, temporary_folder
 
 
 class Page(Case):
@@ -14,7 +14,7 @@ class Page(Case):
         server = Server(survey(), "--ortho", survey() / "ortho", "--cache", temporary_folder())
         try:
             run = subprocess.run([os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"], env={**os.environ, "TERRAVOX_URL": server.url},
-                                 capture_output=True, text=True, timeout=500, check=False)
+                                 capture_output=True, text=True, timeout=2 * HANGS_S, check=False)
         finally:
             code = server.stop()
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)

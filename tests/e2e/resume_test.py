@@ -5,6 +5,7 @@ import collections
 import json
 import pathlib
 import random
+import resource
 import shutil
 import signal
 import struct
@@ -13,7 +14,7 @@ import time
 import unittest
 
 from pictures import Picture
-from support import Case, Run, binary, entries, render, square, temporary_folder
+from support import HANGS_S, Case, Run, binary, entries, render, square, temporary_folder
 
 COLUMNS, ROWS, TILE = 20, 12, 16
 TILES = COLUMNS * ROWS
@@ -71,13 +72,19 @@ class Resume(Case):
     def report(self):
         return json.loads((self.out / "report.json").read_text())
 
-    def begun(self, *flags):
+    def begun(self, *flags, most_bytes=None):
+        """@param most_bytes a file that grows beyond it kills the coordinator, in the middle of the write"""
+        def limit():
+            if most_bytes is not None:
+                resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+                resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+
         return subprocess.Popen([binary("RAYTRACER"), "render", square(), *FLAGS, "--resume", *flags, "-o", self.picture], stdout=subprocess.DEVNULL,
-                                stderr=subprocess.PIPE, text=True)
+                                stderr=subprocess.PIPE, text=True, preexec_fn=limit)
 
     def grown(self, child, size):
         """Waits until the checkpoint is that large. @return whether the coordinator is still at work"""
-        deadline = time.monotonic() + 100
+        deadline = time.monotonic() + HANGS_S
         while time.monotonic() < deadline:
             if child.poll() is not None:
                 return False
@@ -91,12 +98,18 @@ class Resume(Case):
         child.communicate()
         self.fail(f"the checkpoint has not grown to {size} bytes")
 
-    def cut_off(self, size, *flags, how=signal.SIGKILL):
-        """A coordinator that ends when its checkpoint is that large. @return its exit code"""
-        child = self.begun(*flags)
+    def killed(self, size, *flags):
+        """A coordinator that is killed when its checkpoint would be larger than that, however fast it and this test are. @return its exit code"""
+        child = self.begun(*flags, most_bytes=size)
+        _, self.said = child.communicate(timeout=HANGS_S)
+        return child.returncode
+
+    def cut_off(self, size, how):
+        """A coordinator that gets a signal some time after its checkpoint is that large. @return its exit code"""
+        child = self.begun()
         if self.grown(child, size):
             child.send_signal(how)
-        _, self.said = child.communicate(timeout=60)
+        _, self.said = child.communicate(timeout=HANGS_S)
         return child.returncode
 
     def assertWhole(self, picture=None):
@@ -104,7 +117,7 @@ class Resume(Case):
 
     def half_done(self, *flags):
         """A checkpoint with some of the tiles. @return how many"""
-        self.cut_off(100_000, *flags)
+        self.assertEqual(self.killed(100_000, *flags), -signal.SIGXFSZ, self.said)
         self.assertTrue(self.journal.exists(), "the picture was made at once")
         count = len(set(cells(self.journal)))
         self.assertGreater(count, 0)
@@ -115,18 +128,15 @@ class Resume(Case):
         self.assertDone(render(square(), *FLAGS, "--part", "1/1", "-o", self.out / "size.exr"))
         full = (self.out / "size.exr.part-1-of-1.tiles").stat().st_size
         chance = random.Random(20)
-        kills = 0
-        for target in sorted(chance.randrange(0, int(0.97 * full)) for _ in range(20)):
-            code = self.cut_off(target)
-            if code == 0:
-                break
-            self.assertEqual(code, -signal.SIGKILL, self.said)
+        # In the middle of a record, and then anywhere.
+        for target in sorted(chance.randrange(0, int(0.6 * full)) for _ in range(15)):
+            self.assertEqual(self.killed(target), -signal.SIGXFSZ, self.said)
             self.assertFalse(self.picture.exists())
-            kills += 1
             if self.journal.exists():
                 twice = [cell for cell, times in collections.Counter(cells(self.journal)).items() if times > 1]
-                self.assertEqual(twice, [], f"after {kills} times")
-        self.assertGreater(kills, 10)
+                self.assertEqual(twice, [], f"killed at {target} bytes")
+        for target in (0.65, 0.7, 0.75):
+            self.assertIn(self.cut_off(target * full, signal.SIGKILL), (0, -signal.SIGKILL), self.said)
         if self.journal.exists():
             before = len(cells(self.journal))
             self.assertDone(self.resume())
@@ -137,7 +147,7 @@ class Resume(Case):
         self.assertFalse(self.journal.exists())
 
     def test_told_to_stop_it_keeps_what_it_has(self):
-        self.assertEqual(self.cut_off(60_000, how=signal.SIGTERM), 1, self.said)
+        self.assertEqual(self.cut_off(60_000, signal.SIGTERM), 1, self.said)
         self.assertFalse(self.picture.exists())
         before = len(cells(self.journal))
         self.assertGreater(before, 0)

@@ -8,7 +8,7 @@ import urllib.error
 import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from support import Case, Server, entries, render, square, survey, temporary_folder
+from support import HANGS_S, Case, Server, entries, render, square, survey, temporary_folder
 
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
 
@@ -45,16 +45,16 @@ class Serve(Case):
     def test_the_world_is_described_and_its_boxes_have_tags(self):
         server = Server(square())
         try:
-            world = json.load(urllib.request.urlopen(server.url + "/v2/world", timeout=10))
+            world = json.load(urllib.request.urlopen(server.url + "/v2/world", timeout=HANGS_S))
             self.assertEqual(world["version"], 2)
             self.assertEqual(world["crs"], "EPSG:3794")
             low, high = world["bounds"]["min"], world["bounds"]["max"]
             key = f"0/{(low[0] + high[0]) // 2 // 64}/{low[1] // 256}/{(low[2] + high[2]) // 2 // 64}"
-            reply = urllib.request.urlopen(f"{server.url}/v2/boxes/{key}", timeout=10)
+            reply = urllib.request.urlopen(f"{server.url}/v2/boxes/{key}", timeout=HANGS_S)
             tag = reply.headers["ETag"]
             self.assertTrue(tag and not tag.startswith("W/"))
             with self.assertRaises(urllib.error.HTTPError) as not_modified:
-                urllib.request.urlopen(urllib.request.Request(f"{server.url}/v2/boxes/{key}", headers={"If-None-Match": tag}), timeout=10)
+                urllib.request.urlopen(urllib.request.Request(f"{server.url}/v2/boxes/{key}", headers={"If-None-Match": tag}), timeout=HANGS_S)
             self.assertEqual(not_modified.exception.code, 304)
             not_modified.exception.close()
         finally:
@@ -106,7 +106,7 @@ class BadServer(Case):
     def test_boxes_that_cannot_be_had_are_holes_in_log_exit_code_and_picture(self):
         server = Server(square())
         try:
-            world = urllib.request.urlopen(server.url + "/v2/world", timeout=10).read()
+            world = urllib.request.urlopen(server.url + "/v2/world", timeout=HANGS_S).read()
         finally:
             server.stop()
         run, out = self.render_from(world)

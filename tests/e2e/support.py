@@ -19,6 +19,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared" / "data"
 GOLDEN = ROOT / "tests" / "fixtures" / "golden"
+# What ends a test that hangs. No test measures time: a loaded machine may need minutes for what takes a moment elsewhere.
+HANGS_S = 600
 
 
 def binary(name):
@@ -38,10 +40,19 @@ def temporary_folder():
 os.environ["XDG_CACHE_HOME"] = str(temporary_folder())
 
 
+def wait_until(condition, what):
+    """@throws AssertionError with what was waited for, once it can only be a hang"""
+    end = time.monotonic() + HANGS_S
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"waited in vain: {what}")
+        time.sleep(0.005)
+
+
 class Run:
     """A program that has ended."""
 
-    def __init__(self, arguments, cwd=None, file_bytes=None, timeout_s=100, environment=None):
+    def __init__(self, arguments, cwd=None, file_bytes=None, timeout_s=HANGS_S, environment=None):
         def limit():
             if file_bytes is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
@@ -102,31 +113,32 @@ class Server:
         line = self.process.stdout.readline()
         if not line.startswith(("listening on http://", "listening on https://")):
             self.process.kill()
-            raise AssertionError(f"the server said '{line}', then {self._end()}: {self.err}")
+            raise AssertionError(f"the server said '{line}', then {self.end()}: {self.err}")
         self.url = line.split()[-1]
         self.port = int(self.url.rsplit(":", 1)[1])
 
-    def _end(self, timeout_s=30):
+    def end(self, timeout_s=HANGS_S):
+        """Waits for its end. @return the exit code"""
         self.out, _ = self.process.communicate(timeout=timeout_s)
         self._log.seek(0)
         self.err = self._log.read()
         self._log.close()
         return self.process.returncode
 
-    def stop(self, timeout_s=30):
+    def stop(self, timeout_s=HANGS_S):
         """As a person would: SIGTERM. @return the exit code"""
         self.process.send_signal(signal.SIGTERM)
-        return self._end(timeout_s)
+        return self.end(timeout_s)
 
     def kill(self):
         self.process.kill()
-        return self._end()
+        return self.end()
 
-    def get(self, path, headers=None, timeout_s=30):
+    def get(self, path, headers=None, timeout_s=HANGS_S):
         """One request on a connection of its own. @return status, headers, body"""
         return self._ask("GET", path, None, headers, timeout_s)
 
-    def post(self, path, body, headers=None, timeout_s=30):
+    def post(self, path, body, headers=None, timeout_s=HANGS_S):
         return self._ask("POST", path, body, headers, timeout_s)
 
     def _ask(self, method, path, body, headers, timeout_s):
@@ -184,15 +196,14 @@ class Program:
             self.lines.append(None)
             self.changed.notify_all()
 
-    def saw(self, pattern, timeout_s=60):
-        """Waits for a line. Returns the match."""
+    def saw(self, pattern, timeout_s=HANGS_S, times=1):
+        """Waits for a line, or for so many of them. Returns the last match."""
         end = time.monotonic() + timeout_s
         with self.changed:
             while True:
-                for line in self.lines:
-                    found = re.search(pattern, line or "")
-                    if found:
-                        return found
+                found = [match for match in (re.search(pattern, line or "") for line in self.lines) if match]
+                if len(found) >= times:
+                    return found[times - 1]
                 left = end - time.monotonic()
                 if left <= 0 or (self.lines and self.lines[-1] is None):
                     raise AssertionError(f"no line with {pattern!r} in\n{self.log()}")
@@ -201,9 +212,9 @@ class Program:
     def log(self):
         return "\n".join(line for line in self.lines if line is not None)
 
-    def end(self, timeout_s=120):
+    def end(self, timeout_s=HANGS_S):
         code = self.process.wait(timeout_s)
-        self.reader.join(10)
+        self.reader.join(HANGS_S)
         return code
 
     def kill(self):

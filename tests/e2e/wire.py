@@ -5,6 +5,8 @@ import select
 import socket
 import time
 
+from support import HANGS_S
+
 
 class Reply:
     """One reply: status, headers (names in lower case, the last of each name), body."""
@@ -80,14 +82,14 @@ def _chunks(data):
             return body, data
 
 
-def connect(port, timeout_s=10):
+def connect(port, timeout_s=HANGS_S):
     return socket.create_connection(("127.0.0.1", port), timeout=timeout_s)
 
 
-def talk(port, data, quiet_s=0.3, most_s=20, pause_s=0, piece=0, half_close=False, heads=()):
+def talk(port, data, quiet_s=0.3, most_s=HANGS_S, pause_s=0, piece=0, half_close=False, heads=()):
     """Sends bytes and takes what comes.
 
-    @param quiet_s  after the first reply: how long to wait for more   @param most_s  in all
+    @param quiet_s  how long to wait for more than whole replies: a reply that was begun is waited for   @param most_s  in all
     @param piece    bytes sent at a time, with pause_s between them; 0: all at once
     @param heads    for each reply: was it to HEAD
     """
@@ -98,7 +100,8 @@ def talk(port, data, quiet_s=0.3, most_s=20, pause_s=0, piece=0, half_close=Fals
             connection.shutdown(socket.SHUT_WR)
         got = b""
         while time.monotonic() < until:
-            if not select.select([connection], [], [], quiet_s if got else max(0, until - time.monotonic()))[0]:
+            whole = got and not Talk(got, False, heads).rest
+            if not select.select([connection], [], [], quiet_s if whole else max(0, until - time.monotonic()))[0]:
                 break
             try:
                 more = connection.recv(1 << 16)

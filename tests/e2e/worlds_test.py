@@ -140,7 +140,7 @@ class Worlds(Case):
     def test_a_conversion_that_was_killed_goes_on(self):
         arguments = [binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--quiet", "--threads", "1"]
         whole, killed = self.out / "whole.tvx", self.out / "killed.tvx"
-        self.done(Run([*arguments, whole], timeout_s=300))
+        self.done(Run([*arguments, whole]))
         process = subprocess.Popen([*arguments, killed])
         journal = self.out / "killed.tvx.journal"
         while not (journal.exists() and journal.read_text().count(";") >= 4):
@@ -150,7 +150,7 @@ class Worlds(Case):
         process.wait()
         done = journal.read_text().count(";")
         self.assertFalse(killed.exists())
-        run = self.done(Run([binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--threads", "1", killed], timeout_s=300))
+        run = self.done(Run([binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--threads", "1", killed]))
         self.assertIn("going on", run.out + run.err)
         self.assertGreaterEqual(done, 4)
         self.assertTrue(whole.read_bytes() == killed.read_bytes(), "not the same bytes")
@@ -168,7 +168,7 @@ class Worlds(Case):
         process.wait()
         self.assertFalse((world / "level.dat").exists())
         first = (world / "region" / journal.read_text().split()[-2]).stat().st_mtime_ns
-        self.done(Run([*arguments[:-2], f"{world}/"], timeout_s=300))  # another number of threads is the same conversion
+        self.done(Run([*arguments[:-2], f"{world}/"]))  # another number of threads is the same conversion
         self.assertTrue((world / "level.dat").exists())
         self.assertFalse(journal.exists())
         self.assertIn(first, [f.stat().st_mtime_ns for f in (world / "region").iterdir()], "what was whole was written again")
