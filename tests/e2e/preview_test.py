@@ -10,7 +10,7 @@ import time
 import unittest
 
 from desktop import MISSING, Desktop, changed, colours
-from support import Case, Program, Run, Server, binary, render, survey, temporary_folder
+from support import HANGS_S, Case, Program, Run, Server, binary, render, survey, temporary_folder, wait_until
 
 TOKEN = {"TERRAVOX_TOKEN": "a-token-of-the-tests-1234", "TERRAVOX_FARM_TEST": "1"}
 WIDTH, HEIGHT = 1000, 640
@@ -49,7 +49,7 @@ class Window(Case):
         self.addCleanup(program.process.stdout.close)
         self.addCleanup(program.kill)
         if first:
-            program.saw("first picture after", 120)
+            program.saw("first picture after")
             self.desktop.do("mousemove", *MIDDLE)
             time.sleep(1)
         return program
@@ -62,14 +62,18 @@ class Window(Case):
 
     def quit(self, program, code=0):
         self.desktop.key("ctrl+q")
-        self.assertEqual(program.end(60), code, program.log()[-3000:])
+        self.assertEqual(program.end(), code, program.log()[-3000:])
         return json.loads((self.out / "report.json").read_text())
 
     def place_of(self, program, name):
         """The middle of an item, as it was told last."""
         program.saw(f"place of {re.escape(name)}: ")
-        time.sleep(0.3)  # windows grow until all fits
-        x0, y0, x1, y1 = map(int, re.findall(rf"place of {re.escape(name)}: (\d+) (\d+) (\d+) (\d+)", program.log())[-1])
+        places, before = [], None
+        while len(places) != before:  # windows grow until all fits
+            before = len(places)
+            time.sleep(0.3)
+            places = re.findall(rf"place of {re.escape(name)}: (\d+) (\d+) (\d+) (\d+)", program.log())
+        x0, y0, x1, y1 = map(int, places[-1])
         return (x0 + x1) / 2, (y0 + y1) / 2, x1 - x0
 
     def press(self, program, name):
@@ -83,16 +87,14 @@ class Window(Case):
         if KEEP:
             self.desktop.save(pathlib.Path(KEEP) / (name + ".ppm"))
 
-    def wait_for_more(self, program, pattern, than, timeout_s=30):
+    def wait_for_more(self, program, pattern, than):
         """Until the log has the pattern more often than that."""
-        end = time.monotonic() + timeout_s
-        while self.count(program, pattern) <= than:
-            self.assertLess(time.monotonic(), end, f"no more of {pattern!r} in {program.log()[-2000:]}")
-            time.sleep(0.05)
+        wait_until(lambda: self.count(program, pattern) > than or program.process.poll() is not None, f"more of {pattern!r}")
+        self.assertGreater(self.count(program, pattern), than, program.log()[-2000:])
 
-    def see_change(self, before, share, box=PICTURE, timeout_s=20):
+    def see_change(self, before, share, box=PICTURE):
         """What is to be seen once that share of the box is not as it was before."""
-        end = time.monotonic() + timeout_s
+        end = time.monotonic() + HANGS_S
         while True:
             time.sleep(0.3)
             now = self.desktop.see()
@@ -136,7 +138,7 @@ class Window(Case):
 
         desktop.click(*MIDDLE)
         for fact in ("voxel: -?\\d+, -?\\d+, -?\\d+", "height: ", "material: ", "source class: ", "square: ", "distance: "):
-            program.saw("picked " + fact, 20)
+            program.saw("picked " + fact)
         time.sleep(0.5)
         self.keep("picked")
 
@@ -149,9 +151,7 @@ class Window(Case):
 
         # From the window and without one: the same bytes.
         desktop.key("ctrl+r")
-        end = time.monotonic() + 60
-        while not (self.out / "picture.png").exists() and time.monotonic() < end:
-            time.sleep(0.2)
+        wait_until((self.out / "picture.png").exists, "the final picture")
         self.assertDone(render(survey(), "--scene", self.out / "scene.toml", "--quiet", "-o", self.out / "headless.png"))
         self.assertTrue((self.out / "picture.png").read_bytes() == (self.out / "headless.png").read_bytes(), program.log()[-2000:])
 
@@ -186,7 +186,7 @@ class Window(Case):
         desktop.click(640, 330)
         time.sleep(0.7)
         desktop.click(700, 350)
-        program.saw(r"measured \d+\.\d\d m on the map, -?\d+\.\d\d m up", 20)
+        program.saw(r"measured \d+\.\d\d m on the map, -?\d+\.\d\d m up")
         self.keep("measured")
         desktop.key("m", "f", "F2")
         desktop.drag(500, 300, 560, 330)
@@ -245,13 +245,13 @@ class Window(Case):
         desktop.do("type", "not a place:99999999")
         desktop.key("Return")
         self.press(program, "Add worker")
-        program.saw("99999999", 20)
+        program.saw("99999999")
         self.press(program, "address")
         desktop.key("ctrl+a")
         desktop.do("type", address)
         desktop.key("Return")
         self.press(program, "Add worker")
-        program.saw(r"answer: .* of (?!this machine)", 60)
+        program.saw(r"answer: .* of (?!this machine)")
         x, y, width = self.place_of(program, "threads")
         desktop.click(x + width * 0.1, y)
         time.sleep(1.5)
@@ -264,8 +264,7 @@ class Window(Case):
         time.sleep(1.5)
         self.keep("final")
         self.press(program, "Give up")
-        time.sleep(1)
-        self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
+        wait_until(lambda: not any(p.name.startswith("picture") for p in self.out.iterdir()), "nothing is left of it, hours before its end")
         self.keep("given-up")
         self.quit(program)
 
@@ -274,13 +273,11 @@ class Window(Case):
         desktop = self.desktop
 
         def target():
-            time.sleep(1.5)
             return [float(v) for v in re.search(r"target = \[ *(\S+), *(\S+), *(\S+) *\]", self.saved(program)).groups()]
 
         def at(easting, northing, within):
-            east, north, height = target()
-            self.assertLess(abs(east - easting) + abs(north - northing), within)
-            return height
+            wait_until(lambda: abs(target()[0] - easting) + abs(target()[1] - northing) < within, f"the target is {easting}, {northing}")
+            return target()[2]
 
         self.press(program, "place")
         desktop.do("type", "462500.5, 101400.5")
@@ -335,7 +332,7 @@ class Window(Case):
             return int(re.search(r"VmRSS:\s+(\d+)", status).group(1)) / 1024
 
         def moves(count):
-            goal, end = self.count(program, "first picture after") + count, time.monotonic() + 400
+            goal, end = self.count(program, "first picture after") + count, time.monotonic() + 3 * HANGS_S
             while self.count(program, "first picture after") < goal and time.monotonic() < end:
                 self.desktop.hold("Left", 1)
                 self.desktop.hold("Right", 1)
@@ -364,9 +361,7 @@ class Window(Case):
         desktop.do("mousemove", *MIDDLE)
         desktop.key("ctrl+r")
         time.sleep(1)
-        begun = time.monotonic()
-        self.quit(program)
-        self.assertLess(time.monotonic() - begun, 20)
+        self.quit(program)  # in the middle: the picture would take hours
         self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
 
     def test_a_broken_scene_is_told_and_the_window_stays(self):
@@ -375,7 +370,7 @@ class Window(Case):
         for text, said in (("[camera]\nfov_deg = 900\n", "camera.fov_deg = 900; allowed: 1 to 360"), ("[camera\n", "parsing table header"), ("[camera]\nspace = 'voxel'\nposition = [1, 2, 3]\ntarget = [1, 2, 3]\n", "place the camera")):
             broken.write_text(text)
             self.desktop.key("ctrl+o")
-            program.saw(re.escape(said), 20)
+            program.saw(re.escape(said))
             self.assertIsNone(program.process.poll())
         self.keep("broken")
         broken.write_text("[sun]\ntime_h = 12\n")
@@ -388,7 +383,7 @@ class Window(Case):
         self.desktop.key("ctrl+a")
         self.desktop.do("type", "2026-13-01")
         self.desktop.key("Return")
-        program.saw("2026-13-01", 20)
+        program.saw("2026-13-01")
         self.desktop.key("Escape", "F2", "F8", "equal", "F6", "minus")
         time.sleep(1)
         self.keep("no-picture")
@@ -400,11 +395,11 @@ class Window(Case):
 
     def test_a_world_that_cannot_be_opened(self):
         program = self.preview("http://127.0.0.1:9", "--processing-box-patience-s", "1", first=False)
-        program.saw(r"\[error\].*127.0.0.1:9", 60)
+        program.saw(r"\[error\].*127.0.0.1:9")
         self.place_of(program, "Try again")
         self.keep("not-open")
         self.press(program, "Close")
-        self.assertEqual(program.end(30), 1, program.log())
+        self.assertEqual(program.end(), 1, program.log())
 
     def test_a_server_that_goes_and_comes_back(self):
         server = Server(survey())
@@ -414,16 +409,16 @@ class Window(Case):
         server.kill()
         self.desktop.hold("w", 0.4)
         self.desktop.hold("Left", 1.5)
-        program.saw("could not|Couldn't connect", 60)
+        program.saw("could not|Couldn't connect")
         time.sleep(3)
         self.assertIsNone(program.process.poll(), program.log()[-2000:])
         self.keep("server-gone")
         again = Program("--port", str(port), survey(), program="VOXELSERVER")
         self.addCleanup(again.process.stdout.close)
         self.addCleanup(again.kill)
-        again.saw("listening on", 30)
+        again.saw("listening on")
         # By itself, after a while.
-        program.saw("a box that was a hole has come", 90)
+        program.saw("a box that was a hole has come")
         time.sleep(5)
         self.keep("server-back")
         self.quit(program)
@@ -431,9 +426,9 @@ class Window(Case):
     def test_a_worker_that_comes_and_is_killed(self):
         worker, address = self.worker()
         program = self.preview(survey(), "--integrator", "path", "--samples", "200", "--worker", address, environment=TOKEN)
-        program.saw(r"answer: .* of (?!this machine)", 60)
+        program.saw(r"answer: .* of (?!this machine)")
         worker.kill()
-        program.saw("is lost", 60)
+        program.saw("is lost")
         before = self.count(program, "first picture after")
         self.desktop.hold("w", 0.5)
         self.wait_for_more(program, "first picture after", before)
