@@ -11,7 +11,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 
+#include "common/geo/crs_text.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 
@@ -27,6 +29,9 @@ struct QuietGdal {
 };
 
 std::shared_ptr<OGRSpatialReference> empty_reference() {
+    // Grids that PROJ lacks would be fetched where a person's PROJ_NETWORK or proj.ini says so: places must not depend on that.
+    static std::once_flag once;
+    std::call_once(once, [] { OSRSetPROJEnableNetwork(0); });
     auto ogr = std::shared_ptr<OGRSpatialReference>(new OGRSpatialReference, [](OGRSpatialReference* p) { p->Release(); });
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     return ogr;
@@ -97,18 +102,50 @@ void set_vertical_unit(OGRSpatialReference& ogr, const LengthUnit& unit) {
     ogr.SetCompoundCS((std::string(flat.GetName()) + " + " + name).c_str(), &flat, &heights);
 }
 
+std::string attempt_to_read(const std::string& text) {
+    constexpr std::size_t kShown = 120;
+    std::string shown = text.substr(0, kShown);
+    std::replace_if(shown.begin(), shown.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
+    return "read the coordinate reference system '" + shown + "': ";
+}
+
+// One line; empty when the format cannot express the system.
+std::string exported(const OGRSpatialReference& ogr, const char* format) {
+    char* text = nullptr;
+    const char* const options[] = {format, "MULTILINE=NO", nullptr};
+    const bool done = ogr.exportToWkt(&text, options) == OGRERR_NONE;
+    std::string out = done && text != nullptr ? text : "";
+    CPLFree(text);
+    return out;
+}
+
 }  // namespace
 
 Crs Crs::from_text(const std::string& text) {
     const QuietGdal quiet;
     auto ogr = empty_reference();
-    if (text.empty() || ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
-        throw UsageError("read the coordinate reference system '" + text.substr(0, 120) +
-                         "': not understood; allowed: EPSG:<code>, WKT or a PROJ string");
+    std::string fault = fault_of_crs_text(text);
+    if (fault.empty() && ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
+        fault = "not understood";
+    if (!fault.empty()) throw UsageError(attempt_to_read(text) + fault + "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
     return Crs(std::move(ogr));
 }
 
-Crs Crs::from_ogr(const OGRSpatialReference& read) {
+Crs Crs::from_wkt(const std::string& wkt) {
+    const QuietGdal quiet;
+    auto ogr = empty_reference();
+    std::string fault = notation_of(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
+    if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE) fault = "not understood";
+    if (!fault.empty()) throw Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
+    return Crs(std::move(ogr));
+}
+
+Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
+    const QuietGdal quiet;
+    // Version 2 has all of the system; version 1, which not every system can be written in, what GDAL hands to PROJ beside it (EXTENSION).
+    std::string fault = fault_of_crs_text(exported(read, "FORMAT=WKT2_2019"));
+    if (const std::string older = exported(read, "FORMAT=WKT1_GDAL"); fault.empty() && !older.empty()) fault = fault_of_crs_text(older);
+    if (!fault.empty()) throw Error("read the coordinate reference system of " + origin + ": " + fault + "; allowed: one without names of files");
     auto ogr = empty_reference();
     *ogr = read;
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
@@ -125,6 +162,8 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
     const std::string name = "/vsimem/terravox-geokeys-" + std::to_string(counter++) + ".tif";
     auto bytes = tiff_with_keys(directory, doubles, ascii);
     VSIFCloseL(VSIFileFromMemBuffer(name.c_str(), bytes.data(), bytes.size(), FALSE));
+    const auto forget = [](const std::string* file) { VSIUnlink(file->c_str()); };
+    const std::unique_ptr<const std::string, decltype(forget)> forgotten_at_the_end(&name, forget);
     std::optional<Crs> crs;
     // Without this GDAL leaves the vertical keys out for GeoTIFF 1.0, which LAS files carry: heights in feet would be read as metres.
     const CPLConfigOptionSetter with_vertical("GTIFF_REPORT_COMPD_CS", "YES", false);
@@ -134,10 +173,9 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
         if (found != nullptr && (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
             OGRSpatialReference read(*found);
             if (const auto unit = stated_vertical_unit(directory)) set_vertical_unit(read, *unit);
-            crs = from_ogr(read);
+            crs = from_ogr(read, "GeoTIFF keys");
         }
     }
-    VSIUnlink(name.c_str());
     return crs;
 }
 
@@ -149,14 +187,7 @@ std::string Crs::name() const {
     return own != nullptr ? own : "unnamed";
 }
 
-std::string Crs::wkt() const {
-    char* text = nullptr;
-    const char* const options[] = {"FORMAT=WKT2_2019", "MULTILINE=NO", nullptr};
-    m_ogr->exportToWkt(&text, options);
-    std::string out = text != nullptr ? text : "";
-    CPLFree(text);
-    return out;
-}
+std::string Crs::wkt() const { return exported(*m_ogr, "FORMAT=WKT2_2019"); }
 
 bool Crs::geographic() const { return m_ogr->IsGeographic() != 0; }
 

@@ -22,15 +22,24 @@ struct LatLon {
 /// easting, northing (longitude, latitude), whatever the authority says.
 class Crs {
 public:
-    /// @param text EPSG:n, WKT 1 or 2, PROJ string or anything else that PROJ understands
-    /// @throws UsageError naming the text when PROJ does not understand it
+    /// What a person says. No text makes PROJ open a file or ask the network, whoever wrote it (crs_text.hpp).
+    /// @param text EPSG:n (ESRI, IGNF and OGC too, EPSG:n+m with a vertical system), WKT 1 or 2, or a PROJ string
+    /// @throws UsageError naming the text when it is refused or not understood
     static Crs from_text(const std::string& text);
 
+    /// What a file or another program says.
+    /// @param wkt WKT 1 or 2, and nothing else
+    /// @throws Error naming the text when it is refused or not understood
+    static Crs from_wkt(const std::string& wkt);
+
     /// A system that GDAL has read, e.g. of an image.
-    static Crs from_ogr(const OGRSpatialReference& ogr);
+    /// @param origin of it, for messages: a file's name
+    /// @throws Error naming the origin when the system names files for PROJ to open
+    static Crs from_ogr(const OGRSpatialReference& ogr, const std::string& origin);
 
     /// The three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last two may be empty.
     /// @return nullopt when the keys name no system
+    /// @throws Error when the system names files for PROJ to open
     static std::optional<Crs> from_geokeys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
                                            std::span<const char> ascii);
 

@@ -2,10 +2,11 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
-#include <ogr_srs_api.h>
+#include <ogr_spatialref.h>
 
 #include <algorithm>
 
+#include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
@@ -69,10 +70,8 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
         std::array<double, 6> transform = info.geo->transform;
         watch.check(GDALSetGeoTransform(dataset, transform.data()) == CE_None);
         if (!info.geo->crs_wkt.empty()) {
-            const std::unique_ptr<void, void (*)(OGRSpatialReferenceH)> crs(OSRNewSpatialReference(nullptr), OSRDestroySpatialReference);
-            OSRSetAxisMappingStrategy(crs.get(), OAMS_TRADITIONAL_GIS_ORDER);
-            watch.check(OSRSetFromUserInput(crs.get(), info.geo->crs_wkt.c_str()) == OGRERR_NONE);
-            watch.check(GDALSetSpatialRef(dataset, crs.get()) == CE_None);
+            const geo::Crs crs = geo::Crs::from_wkt(info.geo->crs_wkt);
+            watch.check(GDALSetSpatialRef(dataset, OGRSpatialReference::ToHandle(const_cast<OGRSpatialReference*>(&crs.ogr()))) == CE_None);
         }
     }
     GDALSetMetadataItem(dataset, "AREA_OR_POINT", "Area", nullptr);

@@ -32,7 +32,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     if (!world.crs.empty()) {
         out.push_back({world.crs, text("%.2f, %.2f", easting, northing)});
         try {
-            const geo::LatLon at = geo::to_lat_lon(geo::Crs::from_text(world.crs_wkt), easting, northing);
+            const geo::LatLon at = geo::to_lat_lon(geo::Crs::from_wkt(world.crs_wkt), easting, northing);
             out.push_back({"lat, lon", text("%.7f, %.7f", at.lat_deg, at.lon_deg)});
         } catch (const Error&) {
             out.push_back({"lat, lon", "not defined here"});

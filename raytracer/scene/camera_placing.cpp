@@ -233,7 +233,7 @@ Vec3 to_voxels(const std::array<double, 3>& p, const std::string& space, const v
         if (!(std::abs(p[0]) <= 90)) refuse("latitude = " + text_of(p[0]) + "; allowed: -90 to 90, and the longitude after it");
         if (!(std::abs(p[1]) <= 360)) refuse("longitude = " + text_of(p[1]) + "; allowed: -360 to 360");
         easting = p[1], northing = p[0];
-        geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_text(world.crs_wkt)).apply({&easting, 1}, {&northing, 1});
+        geo::Transform(geo::Crs::from_text("EPSG:4326"), geo::Crs::from_wkt(world.crs_wkt)).apply({&easting, 1}, {&northing, 1});
     }
     return {easting / world.crs_units_per_voxel, p[2] / world.voxel_m, -northing / world.crs_units_per_voxel};
 }

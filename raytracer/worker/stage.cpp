@@ -6,7 +6,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/stage_times.hpp"
-#include "common/voxel/world_json.hpp"
 #include "raytracer/render/render.hpp"
 #include "raytracer/scene/scene_io.hpp"
 #include "raytracer/world/open_world.hpp"
@@ -28,7 +27,7 @@ std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::st
         Scene scene = unpack_scene(scene_text);
         scene.world.voxel_m = ground.far->info().voxel_m;
         auto own = open_world({origin}, {}, scene, times, {}, ground.ending.get_token());
-        if (voxel::world_to_json(own->info()) == ground.world) return own;
+        if (pack_world(own->info()) == ground.world) return own;
         spdlog::warn("{} is another world here than the coordinator's; its boxes are asked of the coordinator", origin);
     } catch (const Error& e) {
         if (!ground.ending.stop_requested()) spdlog::warn("{}; boxes are asked of the coordinator", e.what());

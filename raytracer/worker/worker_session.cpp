@@ -8,7 +8,6 @@
 
 #include "common/util/error.hpp"
 #include "common/util/resident_memory.hpp"
-#include "common/voxel/world_json.hpp"
 #include "raytracer/sched/socket/tile_frames.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
@@ -148,7 +147,7 @@ std::string WorkerSession::begin_stage_if_complete() {
     if (!m_ground || m_ground->world_id != picture.world_id() || m_ground->world != parcel.world || m_ground->server != picture.server() || m_ground->generated != picture.generated()) {
         voxel::WorldInfo info;
         try {
-            info = voxel::world_from_json(parcel.world, "the coordinator");
+            info = unpack_world(parcel.world);
         } catch (const Error& e) {
             return std::string("a world that is none: ") + e.what();
         }

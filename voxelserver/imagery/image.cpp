@@ -69,7 +69,7 @@ void Image::learn_georeference() {
     const double area = m_geo[1] * m_geo[5] - m_geo[2] * m_geo[4];
     const bool finite = std::all_of(m_geo.begin(), m_geo.end(), [](double v) { return std::isfinite(v); });
     if (!finite || !(std::abs(area) > 0)) fail("its pixels have no size on Earth (area " + std::to_string(area) + "; allowed: above 0)");
-    if (const OGRSpatialReference* own = m_data->GetSpatialRef()) m_crs = geo::Crs::from_ogr(*own);
+    if (const OGRSpatialReference* own = m_data->GetSpatialRef()) m_crs = geo::Crs::from_ogr(*own, m_path.string());
 }
 
 void Image::learn_values() {

@@ -1,5 +1,7 @@
 #include "voxelserver/lidar/las_file.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -18,7 +20,7 @@ template <class T> std::span<const T> record_as(const laszip_vlr_struct& vlr) {
     return {reinterpret_cast<const T*>(vlr.data), vlr.record_length_after_header / sizeof(T)};
 }
 
-std::optional<geo::Crs> crs_of(const laszip_header_struct& header) {
+std::optional<geo::Crs> crs_of(const laszip_header_struct& header, const std::filesystem::path& path) {
     std::vector<std::uint16_t> directory;
     std::vector<double> doubles;
     std::span<const char> ascii;
@@ -41,12 +43,18 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header) {
     wkt.erase(std::find(wkt.begin(), wkt.end(), '\0'), wkt.end());
     if (!wkt.empty()) {
         try {
-            return geo::Crs::from_text(wkt);
-        } catch (const Error&) {
+            return geo::Crs::from_wkt(wkt);
+        } catch (const Error& e) {
             // Some writers leave text that is no WKT beside good keys: the keys decide then, or the person does.
+            spdlog::info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
         }
     }
-    return geo::Crs::from_geokeys(directory, doubles, ascii);
+    try {
+        return geo::Crs::from_geokeys(directory, doubles, ascii);
+    } catch (const Error& e) {
+        spdlog::info("{}: {}; --crs sets one", path.string(), e.what());
+    }
+    return std::nullopt;
 }
 
 }  // namespace
@@ -54,7 +62,7 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header) {
 LasInfo read_las_info(const std::filesystem::path& path) {
     LasInfo info = check_las_header(path);
     const LaszipReader reader(path, {});
-    info.crs = crs_of(reader.header());
+    info.crs = crs_of(reader.header(), path);
     return info;
 }
 

@@ -46,7 +46,19 @@ Scene decided(const Scene& scene, const voxel::WorldInfo& world) {
 }  // namespace
 
 Parcel pack(const Scene& scene, const voxel::WorldInfo& world) {
-    return {to_toml(decided(scene, world)), text_of(material::find_materials(scene.quality.materials)), voxel::world_to_json(world)};
+    return {to_toml(decided(scene, world)), text_of(material::find_materials(scene.quality.materials)), pack_world(world)};
+}
+
+std::string pack_world(const voxel::WorldInfo& world) {
+    voxel::WorldInfo out = world;
+    out.crs_wkt.clear();
+    return voxel::world_to_json(out);
+}
+
+voxel::WorldInfo unpack_world(const std::string& text) {
+    voxel::WorldInfo world = voxel::world_from_json(text, "the coordinator");
+    world.crs_wkt.clear();
+    return world;
 }
 
 Scene unpack_scene(const std::string& text) {

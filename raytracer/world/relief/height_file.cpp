@@ -90,14 +90,14 @@ void HeightFile::learn() {
         fail("its cells are " + std::to_string(aspect) + " times as wide as high; allowed: 1/16 to 16");
     if (m_reading.warped_to) m_crs = m_reading.warped_to;
     else if (m_reading.crs) m_crs = m_reading.crs;
-    else if (const OGRSpatialReference* own = m_data->GetSpatialRef()) m_crs = geo::Crs::from_ogr(*own);
+    else if (const OGRSpatialReference* own = m_data->GetSpatialRef()) m_crs = geo::Crs::from_ogr(*own, path().string());
     else fail("no coordinate reference system; give one with --crs");
 }
 
 void HeightFile::learn_values() {
     GDALRasterBand* own = m_source->GetRasterBand(1);
     double unit = 1;
-    const geo::Crs said = m_source->GetSpatialRef() != nullptr ? geo::Crs::from_ogr(*m_source->GetSpatialRef()) : *m_crs;
+    const geo::Crs said = m_source->GetSpatialRef() != nullptr ? geo::Crs::from_ogr(*m_source->GetSpatialRef(), path().string()) : *m_crs;
     if (m_reading.height_unit_m) unit = *m_reading.height_unit_m;
     else if (const auto named = unit_of(own->GetUnitType())) unit = *named;
     else if (*own->GetUnitType() != '\0') fail(std::string("unit of heights = '") + own->GetUnitType()

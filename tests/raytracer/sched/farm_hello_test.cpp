@@ -1,5 +1,7 @@
 #include <set>
 
+#include "common/geo/crs.hpp"
+#include "common/voxel/world_json.hpp"
 #include "raytracer/sched/socket/hello.hpp"
 #include "raytracer/sched/socket/parcel.hpp"
 #include "raytracer/scene/scene_io.hpp"
@@ -94,6 +96,23 @@ TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytrac
     const Vec3 s = view.sky.to_sun(), t = job.view.sky.to_sun();
     CHECK((s.x == t.x && s.y == t.y && s.z == t.z));
     CHECK(view.exposure_ev == job.view.exposure_ev);
+}
+
+TEST_CASE("a worker gets no definition of a coordinate reference system, and takes none", "[raytracer][farm][hostile]") {
+    Job job(small_scene());
+    voxel::WorldInfo world = job.world->info();
+    world.crs = "EPSG:4326", world.crs_wkt = geo::Crs::from_text("EPSG:4326").wkt();
+    const Parcel parcel = pack(small_scene(), world);
+    CHECK_THAT(parcel.world, !contains("GEOGCRS"));
+    // A coordinator that sends one, and a camera whose place would have to be found with it.
+    const voxel::WorldInfo told = unpack_world(voxel::world_to_json(world));
+    CHECK(told.crs == "EPSG:4326");
+    CHECK(told.crs_wkt.empty());
+    CHECK(pack_world(told) == pack_world(world));
+    Parcel bad = parcel;
+    bad.scene = "[camera]\nspace = 'latlon'\nposition = [46.05, 14.5, 400]\ntarget = [46.06, 14.5, 300]\n";
+    CHECK_NOTHROW(unpack(bad, world));
+    CHECK_THROWS_WITH(unpack(bad, told), contains("no well-known text"));
 }
 
 TEST_CASE("texts from anywhere are no view without an error", "[raytracer][farm]") {

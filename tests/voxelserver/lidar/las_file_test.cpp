@@ -7,6 +7,7 @@
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/open_watch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
 
@@ -123,6 +124,18 @@ TEST_CASE("the coordinate system is read from WKT", "[voxelserver][lidar]") {
     REQUIRE(read_las_info(folder.path() / "with.laz").crs);
     CHECK(read_las_info(folder.path() / "with.laz").crs->name() == "EPSG:3794");
     CHECK_FALSE(read_las_info(folder.path() / "without.laz").crs);
+}
+
+TEST_CASE("a coordinate system that names a file is none", "[voxelserver][lidar][hostile]") {
+    const TemporaryFolder folder;
+    const fs::path grid = folder.path() / "grid";
+    write_bytes(grid, "nobody's business");
+    const std::string wkt = "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"GRS 1980\",6378137,298.257222101],EXTENSION[\"PROJ4_GRIDS\",\"" + grid.string() +
+                            "\"]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
+    write_sample(folder.path() / "a.laz", 6, 10, wkt);
+    const OpenWatch watch(grid);
+    CHECK_FALSE(read_las_info(folder.path() / "a.laz").crs);
+    CHECK_FALSE(watch.was_opened());
 }
 
 TEST_CASE("every uncompressed file of the zoo is read as its bytes say", "[voxelserver][lidar][data]") {
