@@ -5,6 +5,8 @@
 
 #include <mutex>
 
+#include "common/geo/raster_gate.hpp"
+
 namespace terravox::geo {
 namespace {
 
@@ -17,7 +19,7 @@ void limit(std::int64_t bytes) {
 void start_gdal() {
     static std::once_flag once;
     std::call_once(once, [] {
-        GDALAllRegister();
+        register_raster_drivers();
         limit(kGdalCache_bytes);
     });
 }

@@ -9,7 +9,7 @@ namespace terravox::geo {
 /// fit, GDAL decodes it from its first row for nearly every box. Tiled TIFFs need next to nothing.
 inline constexpr std::int64_t kGdalCache_bytes = std::int64_t{128} << 20;
 
-/// Makes GDAL ready: its drivers, and the limit of its cache (GDAL_CACHEMAX in the environment goes before it). Thread-safe; all calls
+/// Makes GDAL ready: the drivers that are needed, behind a gate (raster_gate.hpp), and the limit of its cache (GDAL_CACHEMAX in the environment goes before it). Thread-safe; all calls
 /// but the first do nothing.
 void start_gdal();
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "common/geo/quiet_gdal.hpp"
+#include "common/geo/raster_file.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::imagery {
@@ -48,11 +49,8 @@ Image::Image(const fs::path& path) : m_path(path) {
 void Image::open() {
     if (m_data) return;
     const geo::QuietGdal quiet;
-    const std::string level = "OVERVIEW_LEVEL=" + std::to_string(m_overview);
-    const std::array<const char*, 2> options{level.c_str(), nullptr};
-    m_data.reset(GDALDataset::Open(m_path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, m_overview >= 0 ? options.data() : nullptr));
-    if (!m_data) fail(fs::exists(m_path) ? "no image that GDAL can read" : "no such file");
-    if (m_data->GetRasterCount() < 1 || m_data->GetRasterXSize() < 1 || m_data->GetRasterYSize() < 1) fail("an image without pixels");
+    m_data = geo::open_raster(m_path, "read the orthophoto", m_overview);
+    if (m_data->GetRasterXSize() < 1 || m_data->GetRasterYSize() < 1) fail("an image without pixels");
     // A file may claim one block of any size; GDAL would ask for the memory before it looks at the data.
     constexpr double kMostBlock_bytes = 512e6;
     int block_x = 0, block_y = 0;

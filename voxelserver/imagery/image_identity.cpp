@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/geo/side_files.hpp"
 #include "voxelserver/imagery/vrt_sources.hpp"
 #include "voxelserver/store/bytes.hpp"
 #include "voxelserver/store/file_identity.hpp"
@@ -20,26 +21,9 @@ constexpr int kDeepest = 4;              // a .vrt of .vrts
 constexpr std::size_t kMostSources = 4096;  // of one .vrt
 constexpr std::size_t kMostVrtBytes = std::size_t{16} << 20;
 
-std::string upper(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    return text;
-}
-
 std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return text;
-}
-
-// World files are named after the image's ending: its first and last letter, or all of it, and a w.
-std::vector<fs::path> beside(const fs::path& file) {
-    std::vector<std::string> endings{".wld", ".prj", ".tab"};
-    if (const std::string own = lower(file.extension().string()); own.size() > 2)
-        endings.push_back(own + "w"), endings.push_back({'.', own[1], own.back(), 'w'});
-    std::vector<fs::path> out;
-    for (const std::string& ending : endings)
-        for (const std::string& any_case : {ending, upper(ending)}) out.push_back(fs::path(file).replace_extension(any_case));
-    for (const char* ending : {".aux.xml", ".ovr", ".OVR", ".msk", ".MSK"}) out.push_back(fs::path(file) += ending);
-    return out;
 }
 
 // The text, not the images: whoever asks what a world is need not be able to read them.
@@ -56,7 +40,7 @@ std::vector<fs::path> sources_of(const fs::path& vrt) {
 void add(store::ByteWriter& out, const fs::path& file, int depth) {
     out.add(store::file_identity(file, "orthophoto"));
     std::error_code ignored;
-    for (const fs::path& other : beside(file))
+    for (const fs::path& other : geo::side_files(file))
         if (other != file && fs::is_regular_file(other, ignored)) out.add(other.extension().string()), out.add(store::file_identity(other, "orthophoto"));
     if (lower(file.extension().string()) != ".vrt" || depth >= kDeepest) return;
     for (const fs::path& source : sources_of(file))

@@ -5,9 +5,8 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
-#include <mutex>
-
 #include "common/geo/crs.hpp"
+#include "common/geo/gdal.hpp"
 #include "common/geo/quiet_gdal.hpp"
 #include "common/geo/whole_tiff.hpp"
 #include "common/util/atomic_file.hpp"
@@ -23,8 +22,7 @@ namespace {
 template <class Value>
 void write(const std::filesystem::path& path, const SquareExtent& extent, const SquareRaster<Value>& raster, GDALDataType type,
            const char* predictor) {
-    static std::once_flag once;
-    std::call_once(once, [] { GDALRegister_GTiff(); });
+    geo::start_gdal();
     util::AtomicFile file(path);
     const geo::QuietGdal quiet;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");

@@ -8,8 +8,8 @@
 #include <memory>
 #include <optional>
 
-#include "common/geo/gdal.hpp"
 #include "common/geo/quiet_gdal.hpp"
+#include "common/geo/raster_file.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::relief {
@@ -36,7 +36,6 @@ std::optional<double> unit_of(std::string name) {
 void HeightFile::fail(const std::string& what) const { throw Error("read the heights of " + m_reading.path.string() + ": " + what); }
 
 HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {
-    geo::start_gdal();
     const geo::QuietGdal quiet;
     open();
     if (m_reading.warped_to) warp();
@@ -45,10 +44,8 @@ HeightFile::HeightFile(const Reading& reading) : m_reading(reading) {
 }
 
 void HeightFile::open() {
-    m_source.reset(GDALDataset::Open(m_reading.path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-    if (!m_source) fail(std::filesystem::exists(m_reading.path) ? "no raster that GDAL can read" : "no such file");
+    m_source = geo::open_raster(m_reading.path, "read the heights of");
     m_data = m_source.get();
-    if (m_data->GetRasterCount() < 1) fail("a raster without bands");
 }
 
 // Through GDAL's warper, as it is read: nothing is written. Blocks of the warped raster are made as a whole, so cells do not depend on who asks first.

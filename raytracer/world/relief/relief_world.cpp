@@ -8,8 +8,7 @@
 #include <cmath>
 #include <mutex>
 
-#include "common/geo/gdal.hpp"
-#include "common/geo/quiet_gdal.hpp"
+#include "common/geo/raster_file.hpp"
 #include "common/util/cache.hpp"
 #include "common/util/error.hpp"
 #include "common/voxel/box_builder.hpp"
@@ -232,16 +231,13 @@ std::unique_ptr<voxel::World> open_relief_world(const ReliefOptions& options) {
         throw UsageError("open a relief: height_unit_m = " + std::to_string(*options.height_unit_m) + "; allowed: above 0, up to 1000");
     if (options.base_m && !(std::abs(*options.base_m) <= 1e5)) throw UsageError("open a relief: base_m = " + std::to_string(*options.base_m)
         + "; allowed: -100000 to 100000");
-    geo::start_gdal();
     return std::make_unique<ReliefWorld>(options, survey(options));
 }
 
 bool is_height_raster(const std::filesystem::path& path) noexcept {
     try {
-        geo::start_gdal();
-        const geo::QuietGdal quiet;
-        const GDALDatasetUniquePtr data(GDALDataset::Open(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-        if (!data || data->GetRasterCount() < 1 || data->GetRasterCount() > 2) return false;
+        const GDALDatasetUniquePtr data = geo::open_raster(path, "look at");
+        if (data->GetRasterCount() > 2) return false;
         GDALRasterBand* band = data->GetRasterBand(1);
         if (band->GetRasterDataType() == GDT_Byte || GDALDataTypeIsComplex(band->GetRasterDataType()) != 0 || band->GetColorTable() != nullptr) return false;
         return data->GetRasterCount() == 1 || (data->GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand);

@@ -12,7 +12,7 @@
 namespace terravox::relief {
 
 struct ReliefOptions {
-    /// Rasters of heights in any format of GDAL. Where several have heights, the finer one counts, then the earlier path by name: their order here does not.
+    /// Rasters of heights (common/geo/raster_gate.hpp). Where several have heights, the finer one counts, then the earlier path by name: their order here does not.
     std::vector<std::filesystem::path> rasters;
     std::vector<std::filesystem::path> orthophotos;  ///< images, or folders of them; may be empty
     double voxel_m = 1;                              ///< (0, 1000]

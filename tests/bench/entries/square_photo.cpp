@@ -1,8 +1,8 @@
+#include "common/geo/gdal.hpp"
 #include "tests/bench/entries/square_photo.hpp"
 
 #include <gdal_priv.h>
 
-#include <mutex>
 
 #include "common/util/error.hpp"
 #include "voxelserver/survey/geotiff.hpp"
@@ -15,8 +15,7 @@ constexpr survey::SquareExtent kExtent{462000, 101000, 1000};
 constexpr std::int32_t kWest = 462020, kNorth = 101980, kSide = 960;
 
 survey::SquareRaster<std::uint8_t> read_png(const std::filesystem::path& path) {
-    static std::once_flag once;
-    std::call_once(once, [] { GDALAllRegister(); });
+    geo::start_gdal();
     const GDALDatasetUniquePtr image{GDALDataset::Open(path.c_str(), GDAL_OF_RASTER)};
     const int side = kExtent.size_m;
     if (!image || image->GetRasterXSize() != side || image->GetRasterYSize() != side || image->GetRasterCount() < 3)

@@ -1,5 +1,6 @@
 #include <fstream>
 
+#include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "tests/voxelserver/imagery/image_files.hpp"
 
@@ -39,10 +40,10 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it", "[voxe
     SECTION("no such file") { CHECK_THROWS_WITH(Orthophotos({file}, frame()), contains("image.tif")); }
     SECTION("no image") {
         put_bytes(file, "no image");
-        CHECK_THROWS_WITH(Orthophotos({file}, frame()), contains("image.tif") && contains("no image that GDAL can read"));
+        CHECK_THROWS_WITH(Orthophotos({file}, frame()), contains("image.tif") && contains("no raster that can be read"));
     }
     SECTION("no place") {
-        GDALAllRegister();
+        geo::start_gdal();
         GDALDatasetUniquePtr(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(file.string().c_str(), 4, 4, 3, GDT_Byte, nullptr));
         CHECK_THROWS_WITH(Orthophotos({file}, frame()), contains("image.tif") && contains("no place on Earth"));
     }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/geo/gdal.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "voxelserver/imagery/orthophotos.hpp"
@@ -38,7 +39,7 @@ struct ImageFile {
 };
 
 inline void write_image(const std::filesystem::path& file, const ImageFile& image) {
-    GDALAllRegister();
+    geo::start_gdal();
     std::vector<const char*> options;
     for (const auto& option : image.options) options.push_back(option.c_str());
     options.push_back(nullptr);

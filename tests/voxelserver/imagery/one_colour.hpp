@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "common/geo/crs.hpp"
+#include "common/geo/gdal.hpp"
 #include "tests/catch.hpp"
 
 namespace terravox::test {
 
 /// Writes a GeoTIFF of one colour in EPSG:2154, a pixel to a metre. @param west, south its corner
 inline void write_one_colour(const std::filesystem::path& file, double west, double south, double width, double height, std::array<int, 3> colour) {
-    GDALAllRegister();
+    geo::start_gdal();
     const int w = static_cast<int>(width), h = static_cast<int>(height);
     const GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(file.c_str(), w, h, 3, GDT_Byte, nullptr));
     REQUIRE(out);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "common/geo/gdal.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/cloud.hpp"
 
@@ -60,7 +61,7 @@ void write_dealt(const fs::path& folder) {
 
 /// Two images over the country: a coarse one, and a fine one over its middle.
 void write_images(const fs::path& folder) {
-    GDALAllRegister();
+    geo::start_gdal();
     struct Image { const char* name; double east, north, pixel_m; int width, height; };
     for (const Image& image : {Image{"coarse.tif", -10, 140, 0.8, 215, 190}, Image{"fine.tif", 30, 100, 0.3, 200, 230}}) {
         GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create((folder / image.name).string().c_str(), image.width, image.height,

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/voxelize/cloud.hpp"
@@ -29,7 +30,7 @@ struct Image {
 
 /// Writes a GeoTIFF whose pixels have the colours of the places they show. @param to_place pixel coordinates to metres east, north
 template <class ToPlace> void write(const fs::path& file, const Image& image, const ToPlace& to_place) {
-    GDALAllRegister();
+    geo::start_gdal();
     const int bands = image.palette || image.grey ? 1 : 3;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
     GDALDatasetUniquePtr out(driver->Create(file.string().c_str(), image.width, image.height, bands, image.type, nullptr));
@@ -250,10 +251,10 @@ TEST_CASE("an image that cannot be placed or read is refused, naming it", "[voxe
     SECTION("no image") {
         std::ofstream(plain.image()) << "no image";
         CHECK_THROWS_AS(plain.open(), Error);
-        CHECK_THROWS_WITH(plain.open(), contains("image.tif") && contains("no image that GDAL can read"));
+        CHECK_THROWS_WITH(plain.open(), contains("image.tif") && contains("no raster that can be read"));
     }
     SECTION("no place") {
-        GDALAllRegister();
+        geo::start_gdal();
         GDALDatasetUniquePtr(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(plain.image().string().c_str(), 4, 4, 3, GDT_Byte, nullptr));
         CHECK_THROWS_WITH(plain.open(), contains("image.tif") && contains("no place on Earth"));
     }

@@ -1,6 +1,7 @@
 // What surfaces look like from above: materials from colours, and colours from images.
 #include <gdal_priv.h>
 
+#include "common/geo/gdal.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/voxelize/made_land.hpp"
@@ -35,7 +36,7 @@ private:
 
 /// One image of 1 m pixels: columns [x0, x0 + width) x [z0, z0 + height) of voxels of 1 m.
 void write_image(const std::filesystem::path& file, int x0, int z0, int width, int height, const std::function<Rgb8(int x, int z)>& colour_at) {
-    GDALAllRegister();
+    geo::start_gdal();
     GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(file.string().c_str(), width, height, 3, GDT_Byte, nullptr));
     REQUIRE(out);
     std::array<double, 6> geo{static_cast<double>(x0), 1, 0, static_cast<double>(-z0), 0, -1};
