@@ -13,8 +13,8 @@ namespace terravox {
 /// Linear light, Rec. 709 primaries; 1 = a white surface in full daylight.
 struct Colour {
     float r = 0, g = 0, b = 0;
-    friend Colour operator+(Colour a, Colour b) noexcept { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
-    friend Colour operator*(Colour a, Colour b) noexcept { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
+    friend Colour operator+(Colour x, Colour y) noexcept { return {x.r + y.r, x.g + y.g, x.b + y.b}; }
+    friend Colour operator*(Colour x, Colour y) noexcept { return {x.r * y.r, x.g * y.g, x.b * y.b}; }
     friend Colour operator*(Colour a, float s) noexcept { return {a.r * s, a.g * s, a.b * s}; }
 };
 [[nodiscard]] inline float luminance(Colour c) noexcept { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
