@@ -13,6 +13,13 @@
 
 namespace terravox::test {
 
+/// A sanitizer keeps terabytes of addresses for its own use: under a limit on addresses it could not start.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 /// How a piece of work in a child process ended.
 struct Outcome {
     enum class Kind { kDone, kError, kOther, kCrashed };
@@ -20,7 +27,7 @@ struct Outcome {
     std::string text;  ///< what was thrown, or the signal
 };
 
-/// Runs work in a child with limits on memory and time, so that a crash or a hang of it is a result and not the end of the tests.
+/// Runs work in a child with limits on memory (but with sanitizers) and time, so that a crash or a hang of it is a result and not the end of the tests.
 /// The process must have no other threads.
 template <class Work> Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t cpu_s = 20) {
     int ends[2];
@@ -28,7 +35,9 @@ template <class Work> Outcome in_child(const Work& work, rlim_t memory_bytes = r
     const pid_t child = ::fork();
     if (child == 0) {
         const rlimit memory{memory_bytes, memory_bytes}, cpu{cpu_s, cpu_s}, core{0, 0};
-        ::setrlimit(RLIMIT_AS, &memory), ::setrlimit(RLIMIT_CPU, &cpu), ::setrlimit(RLIMIT_CORE, &core);
+        if (!kSanitized) ::setrlimit(RLIMIT_AS, &memory);
+        ::setrlimit(RLIMIT_CPU, &cpu);
+        ::setrlimit(RLIMIT_CORE, &core);
         for (const int fatal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM}) std::signal(fatal, SIG_DFL);  // the test framework's stay in the parent
         ::alarm(60);
         std::string said;
