@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""terravox fuzz: names, sources and targets agree; a find is told by the exit code."""
+
+import re
+import stat
+import unittest
+
+from support import ROOT, Case, Run, temporary_folder
+
+TARGETS = ROOT / "tests" / "fuzz"
+SHARED = {"entry", "fuzz", "file_corpora", "picture_corpora"}
+
+# The targets are scripts here, so that the test needs no clang.
+WITH_OWN_TARGETS = """
+set -euo pipefail
+shopt -s inherit_errexit
+ROOT=$1 LOGS=$2/logs VERBOSE=0 TERRAVOX_NO_BUILD=1
+. "$ROOT/config/setup/say.sh"
+. "$ROOT/config/setup/gallery.sh"
+. "$ROOT/config/setup/fuzz.sh"
+FUZZ_DIR=$2 FUZZ_DATA=$2/none
+fuzz "${@:3}"
+"""
+CORPORA = """#!/bin/sh
+mkdir -p "$1/nbt" && echo seed > "$1/nbt/seed"
+"""
+GOOD = """#!/bin/sh
+echo '#2 INITED cov: 5 ft: 6 corp: 1/4b'
+echo '#99 DONE   cov: 17 ft: 20 corp: 2/9b lim: 4 exec/s: 9 rss: 30Mb'
+echo 'stat::number_of_executed_units: 99'
+"""
+BAD = """#!/bin/sh
+echo '==7==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x1'
+for word; do case $word in -artifact_prefix=*) prefix=${word#*=} ;; esac; done
+echo bad > "${prefix}crash-1"
+echo "artifact_prefix='$prefix'; Test unit written to ${prefix}crash-1"
+echo '#7 pulse  cov: 12 ft: 20'
+echo 'stat::number_of_executed_units: 7'
+exit 77
+"""
+
+
+def fuzz(*arguments):
+    return Run([ROOT / "terravox", "fuzz", *arguments], environment={"TERRAVOX_NO_BUILD": "1"})
+
+
+def fuzz_with(folder, target, *arguments):
+    (folder / "targets").mkdir(exist_ok=True)
+    for name, text in (("fuzz-file-corpora", CORPORA), ("fuzz-nbt", target)):
+        program = folder / "targets" / name
+        program.write_text(text)
+        program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    return Run(["bash", "-c", WITH_OWN_TARGETS, "fuzz", ROOT, folder, *arguments])
+
+
+class Fuzz(Case):
+    def test_names_sources_and_targets_agree(self):
+        run = fuzz("--list")
+        self.assertEqual(run.code, 0, run)
+        listed = {line.split()[0] for line in run.out.splitlines()}
+        sources = {source.stem for source in TARGETS.glob("*.cpp")} - SHARED
+        built = re.findall(r"^terravox_fuzz\((\w+) ", (TARGETS / "CMakeLists.txt").read_text(), re.M)
+        self.assertEqual(sorted(built), sorted(sources))
+        self.assertEqual(listed, sources | {"grabber"})
+
+    def test_every_list_line_says_what_is_read(self):
+        for line in fuzz("--list").out.splitlines():
+            self.assertRegex(line, r"^[a-z_]+ +\S.*\S\.$")
+
+    def test_wrong_words_are_answered_with_what_is_allowed(self):
+        for arguments, said in (
+            (["nope"], "no target is called 'nope'; allowed: animation"),
+            (["--nope"], "unknown option '--nope'"),
+            (["--seconds"], "--seconds lacks its value"),
+            (["--seconds", "0"], "--seconds '0'; allowed: 1 to 999999"),
+            (["--seconds", "soon"], "--seconds 'soon'; allowed: 1 to 999999"),
+        ):
+            with self.subTest(arguments):
+                run = fuzz(*arguments)
+                self.assertEqual(run.code, 2, run)
+                self.assertIn(said, run.err)
+
+    def test_a_target_without_a_find_is_a_line_of_the_table(self):
+        folder = temporary_folder()
+        run = fuzz_with(folder, GOOD, "--seconds", "1", "nbt")
+        self.assertEqual(run.code, 0, run)
+        lines = [line.split() for line in run.out.splitlines()]
+        self.assertEqual(lines[0], ["target", "executions", "edges", "corpus", "finds"])
+        self.assertEqual(lines[1:], [["nbt", "99", "17", "0", "0"]])
+
+    def test_a_find_is_an_exit_code_of_1_with_the_command_that_repeats_it(self):
+        folder = temporary_folder()
+        run = fuzz_with(folder, BAD, "--seconds", "1", "nbt")
+        self.assertEqual(run.code, 1, run)
+        self.assertEqual(run.out.splitlines()[1].split(), ["nbt", "7", "12", "0", "1"])
+        self.assertIn("heap-buffer-overflow", run.err)
+        find = folder / "finds" / "nbt" / "crash-1"
+        self.assertTrue(find.exists())
+        self.assertTrue(run.err.rstrip().endswith(f"{folder}/targets/fuzz-nbt {find}"), run.err)
+
+    def test_a_target_that_was_never_built_is_an_error(self):
+        folder = temporary_folder()
+        run = fuzz_with(folder, GOOD, "--seconds", "1", "las")
+        self.assertEqual(run.code, 1, run)
+        self.assertIn("fuzz-las was never built", run.err)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,17 @@
+// Animations: keys, turntable, day, and what they make of a scene.
+#include "raytracer/animate/animation.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+namespace terravox::fuzz {
+
+void run(Input input) {
+    const auto animation = Animation::parse(as_text(input), "the input");
+    expect(animation.frames() <= Animation::kMostFrames,
+           "no animation has more frames than allowed");
+    Scene scene;
+    animation.apply_base(scene);
+    for (const int frame : {0, animation.frames() / 2, animation.frames() - 1})
+        (void)animation.at(frame, scene);
+}
+
+}  // namespace terravox::fuzz

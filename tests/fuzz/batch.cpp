@@ -1,0 +1,29 @@
+// The stream of a batch of boxes, in parts as they may come over a network.
+// The first byte says how long the parts are.
+#include "common/voxel/box_codec.hpp"
+#include "raytracer/world/box_batch.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+namespace terravox::fuzz {
+
+void run(Input input) {
+    constexpr std::size_t kAsked = 4, kMostPayload_bytes = std::size_t{1} << 20;
+    if (input.empty()) return;
+    const std::size_t part_bytes = std::size_t{1} + input[0];
+    const auto bytes = std::as_bytes(input.subspan(1));
+    std::size_t taken = 0;
+    BatchStream stream(kAsked, kMostPayload_bytes);
+    const auto take = [&](const BatchRecord& record) {
+        ++taken;
+        expect(record.payload.size() <= kMostPayload_bytes, "no record is longer than allowed");
+        if (record.status == 200)
+            allow_errors([&] { (void)voxel::decompress_box(record.payload, "the input"); });
+    };
+    for (std::size_t at = 0; at < bytes.size(); at += part_bytes)
+        stream.feed(bytes.subspan(at, std::min(part_bytes, bytes.size() - at)), take);
+    expect(taken <= kAsked, "no more boxes are taken than were asked for");
+    expect(!stream.whole() || taken <= kAsked,
+           "a whole stream has no more boxes than were asked for");
+}
+
+}  // namespace terravox::fuzz

@@ -1,0 +1,27 @@
+// Coordinate reference systems as texts, as in point clouds, archives and replies of servers.
+#include "common/geo/crs.hpp"
+
+#include "common/geo/quiet_gdal.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+namespace terravox::fuzz {
+namespace {
+
+/// What reads the texts of strangers.
+geo::Crs read(const std::string& text) { return geo::Crs::from_text(text); }
+
+}  // namespace
+
+void run(Input input) {
+    const geo::QuietGdal quiet;
+    const geo::Crs crs = read(as_text(input));
+    (void)crs.name();
+    (void)crs.wkt();
+    (void)crs.metres_per_unit();
+    (void)crs.vertical_metres_per_unit();
+    (void)crs.vertical_datum();
+    (void)crs.pseudo_mercator();
+    expect(crs.same_horizontal(crs), "a system is the same as itself");
+}
+
+}  // namespace terravox::fuzz

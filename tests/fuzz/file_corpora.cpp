@@ -1,0 +1,169 @@
+// fuzz-file-corpora FOLDER: inputs of the targets that need nothing of the ray tracer, in
+// FOLDER/TARGET.
+#include <cstdio>
+
+#include "common/geo/crs.hpp"
+#include "common/net/handshake.hpp"
+#include "common/voxel/archive/archive_writer.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "common/voxel/world_json.hpp"
+#include "tests/fuzz/corpus.hpp"
+#include "tests/raytracer/world/batch_bytes.hpp"
+#include "tests/raytracer/world/minecraft/made_chunk.hpp"
+#include "tests/raytracer/world/minecraft/made_files.hpp"
+#include "tests/voxelserver/lidar/las_bytes.hpp"
+
+namespace {
+
+using namespace terravox;
+using namespace terravox::fuzz;
+namespace fs = std::filesystem;
+
+void las(const fs::path& folder) {
+    const Corpus corpus(folder, "las");
+    for (const int format : {0, 1, 2, 3, 6, 7, 8})
+        for (const char* ending : {".las", ".laz"})
+            for (const std::size_t count : {std::size_t{3}, std::size_t{60}}) {
+                const std::string name =
+                    "format-" + std::to_string(format) + "-" + std::to_string(count) + ending;
+                test::write_sample(corpus.path(name), format, count,
+                                   geo::Crs::from_text("EPSG:3794").wkt());
+            }
+}
+
+void boxes(const fs::path& folder) {
+    const voxel::BoxKey keys[] = {{0, 0, 0, 0}, {0, -1, 0, -1}, {1, 0, 0, 0}};
+    const Corpus box(folder, "box");
+    const Corpus batch(folder, "batch");
+    std::string records;
+    for (const auto& key : keys) {
+        const auto made = small_box(key);
+        const std::string name = std::to_string(key.level) + "-" + std::to_string(key.bx);
+        box.add(name + ".blob", chars(made->blob()));
+        box.add(name + ".zst", chars(voxel::compress(*made)));
+        records += test::record(key, 200, chars(voxel::compress(*made)));
+    }
+    records += test::record({0, 1, 0, 0}, 204, "");
+    for (const char part_bytes : {'\x06', '\xff'})
+        batch.add("whole-" + std::to_string(static_cast<unsigned char>(part_bytes)),
+                  part_bytes + records + test::last_record(4));
+    batch.add("failed",
+              'a' + test::record({0, 1, 0, 0}, 500, "no such square") + test::last_record(1));
+
+    const Corpus archive(folder, "archive");
+    voxel::ArchiveWriter writer(archive.path("small.tvx"), small_info(), 0);
+    for (const auto& key : keys)
+        writer.add(key, voxel::archive::Kind::kBox, voxel::compress(*small_box(key)));
+    const std::string why = "a hole";
+    writer.add({0, -1, 0, 0}, voxel::archive::Kind::kHole, std::as_bytes(std::span(why)));
+    writer.finish(1);
+    Corpus(folder, "world_json").add("small.json", voxel::world_to_json(small_info()));
+}
+
+void minecraft_files(const fs::path& folder) {
+    const Corpus nbt(folder, "nbt");
+    const Corpus region(folder, "region");
+    const Corpus zip(folder, "zip");
+    test::MadeChunk chunk;
+    for (int y = 0; y < 20; ++y) chunk.set(y % 16, y, 3, static_cast<std::uint16_t>(y % 9));
+    using test::Made;
+    int kind = 1;
+    for (const auto made :
+         {Made::kColumns, Made::kNumeric, Made::kStraddling, Made::kPadded, Made::kFlat}) {
+        const std::string name = std::to_string(static_cast<int>(made));
+        nbt.add("chunk-" + name, chars(test::chunk_nbt(chunk, made)));
+        test::MadeRegion file;
+        file.put(0, test::chunk_nbt(chunk, made), kind);
+        region.add("region-" + name, chars(file.bytes));
+        const std::string ending = made == Made::kColumns ? ".mcr" : ".mca";
+        test::write_zip(zip.path("world-" + name + ".zip"),
+                        {{"w/level.dat", test::level_dat_nbt("zipped")},
+                         {"w/region/r.0.0" + ending, file.bytes}});
+        kind = kind % 4 + 1;
+    }
+    nbt.add("level.dat", chars(test::level_dat_nbt("a world")));
+}
+
+void handshake(const fs::path& folder) {
+    const Corpus corpus(folder, "handshake");
+    const std::string hello = std::string(net::kHandshakeMagic) +
+                              static_cast<char>(net::kHandshakeVersion) +
+                              std::string(net::kNonce_bytes, 'n');
+    const std::string proof(net::kProof_bytes, 'p');
+    corpus.add("to-listener", '\x07' + hello + proof);
+    corpus.add("to-dialler", '\x50' + hello + std::string(net::kAnswer_bytes, '\2'));
+}
+
+void texts(const fs::path& folder) {
+    const Corpus animation(folder, "animation");
+    animation.add("keys.toml",
+                  "fps = 10\nease = true\n[[key]]\ntime_s = 0\n[key.camera]\nposition = [0, 0, "
+                  "10]\ntarget = [1, 0, 0]\n"
+                  "[[key]]\nframe = 10\n[key.camera]\nposition = [5, 2, 3]\nfov_deg = 20\n");
+    animation.add("day.toml",
+                  "seconds = 2\n[day]\nfrom = 5\nto = 21\nseconds = 2\n[turntable]\nturns = "
+                  "1\nseconds = 2\ntarget = [1, 2, 3]\n");
+    const Corpus crs(folder, "crs");
+    for (const char* code : {"EPSG:3794", "EPSG:25832", "EPSG:28992", "EPSG:4326", "EPSG:3857"}) {
+        crs.add(std::string(code).substr(5), code);
+        crs.add(std::string(code).substr(5) + ".wkt", geo::Crs::from_text(code).wkt());
+    }
+    const fs::path config = fs::path(TERRAVOX_SOURCE_DIR) / "config";
+    const auto add_all = [&](const char* target, const fs::path& from) {
+        const Corpus corpus(folder, target);
+        for (const auto& entry : fs::directory_iterator(from))
+            if (entry.path().extension() == ".toml") corpus.add_file(entry.path());
+    };
+    add_all("scene", config / "scenes");
+    add_all("settings", config / "classes");
+    add_all("settings", config / "palettes");
+    Corpus(folder, "settings").add_file(config / "voxelize.toml");
+    Corpus(folder, "worker_config").add_file(config / "worker.toml");
+    Corpus(folder, "worker_config")
+        .add("listen.toml",
+             "listen = \"127.0.0.1:7413\"\nthreads = 2\nname = \"w\"\nonce = true\n");
+    for (const char* name : {"materials.toml", "materials-clay.toml"}) {
+        Corpus(folder, "materials").add_file(config / name);
+        Corpus(folder, "toml").add_file(config / name);
+    }
+    add_all("toml", config / "scenes");
+}
+
+void requests(const fs::path& folder) {
+    const Corpus corpus(folder, "http");
+    int number = 0;
+    for (const char* text :
+         {"GET /healthz",
+          "GET /v2/world\nAccept-Encoding: zstd, gzip;q=0.5\nIf-None-Match: \"a\", W/\"b\"\n",
+          "HEAD /v2/boxes/0/0/0/0\nHost: here\n",
+          "GET /v2/boxes/1/0/-1/0\nAccept-Encoding: identity;q=0\n", "GET /v2/columns/0/0/0",
+          "GET /v2/squares", "GET /v2/cached/1", "GET /v2/stats", "GET /metrics",
+          "GET /openapi.json", "GET /", "GET /map/0/0/0.png", "GET /v2/map/0/0/0.png",
+          "GET /gkot/origin.json?tmx=462000&tmy=101000",
+          "GET /gkot/box?format=raw&tmx=462000.5&tmy=101000&tmz=3&x=0&y=0&z=0&sx=16&sy=16&sz=16",
+          "POST /v2/boxes\nContent-Type: application/json\nContent-Length: "
+          "41\n\n{\"boxes\":[[0,0,0,0],[1,0,-1,0],[0,1,1,0]]}"})
+        corpus.add(std::to_string(number++), text);
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+    if (count != 2) {
+        std::fputs("usage: fuzz-file-corpora FOLDER\n", stderr);
+        return 2;
+    }
+    try {
+        const fs::path folder = arguments[1];
+        las(folder);
+        boxes(folder);
+        minecraft_files(folder);
+        handshake(folder);
+        texts(folder);
+        requests(folder);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "write the corpora: %s\n", e.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,9 @@
+// Material files, which coordinators send to workers.
+#include "raytracer/material/material_file.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+namespace terravox::fuzz {
+
+void run(Input input) { (void)material::parse_materials(as_text(input), "the input"); }
+
+}  // namespace terravox::fuzz

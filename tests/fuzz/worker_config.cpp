@@ -1,0 +1,16 @@
+// The configuration of a worker.
+#include "raytracer/worker/worker_config.hpp"
+
+#include "tests/fuzz/fuzz.hpp"
+
+namespace terravox::fuzz {
+
+void run(Input input) {
+    WorkerArguments arguments;
+    arguments.file = as_file(input, "worker.toml");
+    const WorkerConfig config = load_worker_config(arguments);
+    expect(difference(config, load_worker_config(arguments)).now.empty(),
+           "a file says the same each time it is read");
+}
+
+}  // namespace terravox::fuzz
