@@ -8,8 +8,9 @@ namespace terravox::net {
 /// 32 random characters of the system's generator.
 [[nodiscard]] std::string new_token();
 
-/// The token of a file, else of the environment variable TERRAVOX_TOKEN, else none.
-/// @param file empty: none named @throws Error for a file that cannot be read, that others may read, or whose token is shorter than 16 characters
+/// The farm's token: of a file, else of the environment variable TERRAVOX_FARM_TOKEN, else none.
+/// @param file empty: none named
+/// @throws as util::find_secret(); Error for a token that is shorter than 16 characters or longer than a line
 [[nodiscard]] std::string find_token(const std::filesystem::path& file);
 
 }  // namespace terravox::net

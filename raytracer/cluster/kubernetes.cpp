@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "common/util/secret.hpp"
 #include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
 #include "raytracer/cluster/shell_words.hpp"
@@ -53,7 +54,7 @@ Json pod(const std::string& name, const std::string& part, const Json& command, 
 }
 
 void give_token(Json& pod_template, const std::string& name) {
-    pod_template["spec"]["containers"][0]["env"].push_back({{"name", "TERRAVOX_TOKEN"}, {"valueFrom", {{"secretKeyRef", {{"name", name + "-token"}, {"key", "token"}}}}}});
+    pod_template["spec"]["containers"][0]["env"].push_back({{"name", util::kFarmTokenVariable}, {"valueFrom", {{"secretKeyRef", {{"name", name + "-token"}, {"key", "token"}}}}}});
 }
 
 std::string list_of(const Json& items) {

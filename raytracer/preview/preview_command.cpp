@@ -44,14 +44,8 @@ CrewOptions preview_crew(const Arguments& args, const Scene& scene) {
     CrewOptions out = asked.options(scene);
     out.green = out.changes = true;
     if (!scene.processing.threads) out.threads = std::max(thread::thread_count(0) - 1, 0);
-    if (!out.farm.any()) {
-        try {
-            out.farm.credentials = args.crew.credentials.credentials(false, "");
-        } catch (const UsageError&) {
-            if (!args.crew.credentials.token_file.empty() || !args.crew.credentials.ca.empty()) throw;
-            // None are needed before a worker is added; then it is told.
-        }
-    }
+    // None are needed before a worker is added; then it is told.
+    if (!out.farm.any()) out.farm.credentials = args.crew.credentials.find().value_or(net::Credentials());
     return out;
 }
 

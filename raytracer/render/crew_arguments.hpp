@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ namespace terravox {
 struct CredentialArguments {
     std::string token_file, ca, certificate, key;
 
+    /// What is named, or in the environment; nullopt: nothing is. @throws UsageError, Error
+    [[nodiscard]] std::optional<net::Credentials> find() const;
     /// @param listens without any token one is made, and told on standard error, where `how` says what to do with it
     /// @throws UsageError, Error
     [[nodiscard]] net::Credentials credentials(bool listens, const std::string& how) const;

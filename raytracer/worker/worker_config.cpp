@@ -33,7 +33,7 @@ template <class Config, class Visit> void visit_fields(Config& c, const Visit& v
     visit("threads", c.threads, Rule{"threads of a session; 0: one for each core", kLive, 0, 1024});
     visit("memory_mib", c.memory_mib, Rule{"limit for boxes in memory, of all sessions, MiB", kLive, 16, 1 << 20});
     visit("sessions", c.sessions, Rule{"coordinators that it works for at a time", kLive, 1, 64});
-    visit("token_file", c.token_file, Rule{"file with the token that both ends must know; default: TERRAVOX_TOKEN of the environment"});
+    visit("token_file", c.token_file, Rule{"file with the token that both ends must know; default: TERRAVOX_FARM_TOKEN of the environment"});
     visit("tls_ca", c.tls_ca, Rule{"certificate of the farm's authority (PEM); with tls_cert and tls_key instead of a token"});
     visit("tls_cert", c.tls_cert, Rule{"certificate of this machine (PEM)"});
     visit("tls_key", c.tls_key, Rule{"its private key (PEM)"});
@@ -226,7 +226,7 @@ net::Credentials credentials_of(const WorkerConfig& config) {
     out.ca = config.tls_ca, out.certificate = config.tls_cert, out.key = config.tls_key;
     if (out.tls()) return out;
     out.token = net::find_token(config.token_file);
-    if (out.token.empty()) throw UsageError("start the worker: neither token nor certificates; allowed: token_file, TERRAVOX_TOKEN, or tls_ca with tls_cert and tls_key");
+    if (out.token.empty()) throw UsageError("start the worker: neither token nor certificates; allowed: token_file, TERRAVOX_FARM_TOKEN, or tls_ca with tls_cert and tls_key");
     return out;
 }
 

@@ -23,7 +23,7 @@ struct WorkerConfig {
     int threads = 0;                     ///< of a session; 0: one for each core
     int memory_mib = 2048;               ///< for boxes, of all sessions
     int sessions = 1;                    ///< coordinators at once
-    std::filesystem::path token_file;    ///< empty: TERRAVOX_TOKEN of the environment
+    std::filesystem::path token_file;    ///< empty: TERRAVOX_FARM_TOKEN of the environment
     std::filesystem::path tls_ca, tls_cert, tls_key;  ///< PEM; all three, or none
     std::optional<net::Address> metrics; ///< of the page of metrics; its host is a number
     std::string metrics_names;           ///< host names of that page, separated by blanks

@@ -15,9 +15,9 @@ constexpr std::size_t kAhead_bytes = 16 << 10;
 
 class FarArchive final : public voxel::archive::ByteSource {
 public:
-    FarArchive(std::string url, std::chrono::milliseconds patience, const std::stop_token& stop)
-        : m_url(std::move(url)), m_client(patience), m_ending(stop, [this] { m_client.stop(); }) {
-        HttpClient::check_address(m_url);
+    FarArchive(std::string url, std::chrono::milliseconds patience, const std::stop_token& stop, const HttpAccess& access)
+        : m_url(std::move(url)), m_client(patience, access), m_ending(stop, [this] { m_client.stop(); }) {
+        (void)HttpOrigin::of(m_url);
         m_head = fetch(0, kAhead_bytes);
     }
 
@@ -56,10 +56,11 @@ private:
 
 }  // namespace
 
-std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url, std::chrono::milliseconds patience, const std::stop_token& stop) {
-    return std::make_unique<FarArchive>(url, patience, stop);
+std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url, std::chrono::milliseconds patience, const std::stop_token& stop,
+                                                         const HttpAccess& access) {
+    return std::make_unique<FarArchive>(url, patience, stop, access);
 }
 
-bool names_archive(const std::string& url) { return url.substr(0, url.find_first_of("?#")).ends_with(voxel::archive::kEnding); }
+bool names_archive(const std::string& url) { return url.ends_with(voxel::archive::kEnding); }
 
 }  // namespace terravox

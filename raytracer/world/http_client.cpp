@@ -1,8 +1,10 @@
 #include "raytracer/world/http_client.hpp"
 
 #include <curl/curl.h>
+#include <sys/socket.h>
 
-#include <cstdlib>
+#include <algorithm>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <utility>
@@ -27,6 +29,8 @@ struct Transfer {
     const TakePart* take = nullptr;  ///< of the body, where status and type are the wanted ones
     const std::string* type = nullptr;
     std::exception_ptr failure;  ///< that take threw
+    AddressRanges ranges;        ///< that may be connected to
+    sockaddr_storage refused{};  ///< a number outside of them that the host led to
 };
 
 void read_head(CURL* handle, HttpReply& reply) {
@@ -80,6 +84,15 @@ std::size_t count_header(char*, std::size_t size, std::size_t count, void* into)
     transfer.too_long = transfer.header_bytes > kMostHeader_bytes;
     return transfer.too_long ? 0 : size * count;
 }
+// Here, and not before: a name may lead elsewhere each time that it is asked for.
+curl_socket_t open_socket(void* from, curlsocktype, curl_sockaddr* address) noexcept {
+    auto& transfer = *static_cast<Transfer*>(from);
+    if (!transfer.ranges.holds(range_of(address->addr))) {
+        std::memcpy(&transfer.refused, &address->addr, std::min<std::size_t>(address->addrlen, sizeof transfer.refused));
+        return CURL_SOCKET_BAD;
+    }
+    return ::socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
+}
 int look_for_stop(void* from, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noexcept { return static_cast<Transfer*>(from)->stopped->load() ? 1 : 0; }
 
 curl_slist* longer(curl_slist* list, const std::string& line) {
@@ -108,6 +121,10 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_XFERINFODATA, &transfer);
     curl_easy_setopt(handle, CURLOPT_XFERINFOFUNCTION, &look_for_stop);
     curl_easy_setopt(handle, CURLOPT_NOPROGRESS, 0L);
+    curl_easy_setopt(handle, CURLOPT_OPENSOCKETDATA, &transfer);
+    curl_easy_setopt(handle, CURLOPT_OPENSOCKETFUNCTION, &open_socket);
+    // A proxy would be all that is connected to, and looks names up by itself.
+    if (!(transfer.ranges == kAnyRange)) curl_easy_setopt(handle, CURLOPT_PROXY, "");
 }
 
 bool worth_another_try(CURLcode failed) noexcept {
@@ -145,15 +162,11 @@ private:
     CURL* m_curl;
 };
 
-HttpClient::HttpClient() {
+HttpClient::HttpClient(HttpAccess access) : m_access(std::move(access)) {
     static std::once_flag once;
     std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
     // Unpacked here: libcurl may have been built without zstd.
-    const char* token = std::getenv("TERRAVOX_TOKEN");
-    for (curl_slist** list : {&m_headers, &m_post_headers}) {
-        *list = longer(*list, "Accept-Encoding: zstd");
-        if (token != nullptr && *token != '\0') *list = longer(*list, std::string("Authorization: Bearer ") + token);
-    }
+    for (curl_slist** list : {&m_headers, &m_post_headers}) *list = longer(*list, "Accept-Encoding: zstd");
     m_post_headers = longer(m_post_headers, "Content-Type: application/json");
 }
 
@@ -161,15 +174,6 @@ HttpClient::~HttpClient() {
     curl_slist_free_all(m_headers);
     curl_slist_free_all(m_post_headers);
     for (CURL* handle : m_free) curl_easy_cleanup(handle);
-}
-
-void HttpClient::check_address(const std::string& url) {
-    CURLU* parsed = curl_url();
-    if (parsed == nullptr) throw std::bad_alloc();
-    const CURLUcode failed = curl_url_set(parsed, CURLUPART_URL, url.c_str(), CURLU_NON_SUPPORT_SCHEME);
-    curl_url_cleanup(parsed);
-    if (failed != CURLUE_OK || (!url.starts_with("http://") && !url.starts_with("https://")))
-        throw UsageError("open the world '" + url + "': not an address; allowed: http(s)://host[:port]");
 }
 
 HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const std::string& range) {
@@ -185,8 +189,11 @@ HttpReply HttpClient::post(const std::string& url, const std::string& json, cons
 HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     const std::string& url = question.url;
     if (m_stopped) throw stopped(url);
-    const Handle handle(*this);
+    const HttpOrigin origin = HttpOrigin::of(url);
     Transfer transfer;
+    transfer.ranges = m_access.ranges(origin);
+    if (transfer.ranges.empty()) throw Error("fetch " + url + ": " + origin.text() + " may not be asked from here; allowed: " + m_access.allowed());
+    const Handle handle(*this);
     transfer.handle = handle.get(), transfer.most_bytes = limits.bytes, transfer.stopped = &m_stopped;
     transfer.take = question.take, transfer.type = question.type;
     prepare(url, limits, question.json != nullptr ? m_post_headers : m_headers, transfer);
@@ -195,6 +202,11 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
         curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDS, question.json->data());
     }
     if (question.range != nullptr) curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.range->c_str());
+    transfer.reply.showed_token = m_access.token && m_access.token->origin() == origin;
+    if (transfer.reply.showed_token) {
+        curl_easy_setopt(handle.get(), CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
+        curl_easy_setopt(handle.get(), CURLOPT_XOAUTH2_BEARER, m_access.token->text().c_str());
+    }
     const CURLcode failed = curl_easy_perform(handle.get());
     if (m_stopped) throw stopped(url);
     if (transfer.failure) std::rethrow_exception(transfer.failure);
@@ -202,6 +214,9 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     if (transfer.too_long && question.range != nullptr && curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &status) == CURLE_OK && status == 200)
         throw Error("fetch " + url + ": the server gives out whole files only; allowed: one that knows range requests, such as nginx");
     if (transfer.too_long) throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) + " bytes, or a head of more than 256 KiB");
+    if (failed == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
+        throw Error("fetch " + url + ": it leads to " + text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) + ", which may not be asked from here; allowed: " +
+                    m_access.allowed());
     if (failed != CURLE_OK) {
         const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);
         if (worth_another_try(failed)) throw LostError(what);

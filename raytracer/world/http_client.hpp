@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/util/error.hpp"
+#include "raytracer/world/http_access.hpp"
 
 using CURL = void;
 struct curl_slist;
@@ -24,6 +25,7 @@ struct HttpReply {
     std::optional<std::chrono::seconds> retry_after;  ///< as the server said it
     std::string content_type, content_encoding;
     std::vector<std::byte> body;
+    bool showed_token = false;  ///< whether the request brought one
 };
 
 /// No whole reply came; another try may fare better.
@@ -43,18 +45,18 @@ struct HttpLimits {
 using TakePart = std::function<void(std::span<const std::byte>)>;
 
 /// Requests over connections that are kept alive: a request takes a free one and gives it back. Thread-safe; one connection for each
-/// thread that asks at the same time. The environment variable TERRAVOX_TOKEN is sent as a bearer token. Redirects are not followed.
+/// thread that asks at the same time. Redirects are not followed.
 class HttpClient {
 public:
-    HttpClient();
+    /// @param access whom it may ask, and the token that it shows there; default: anybody, and none
+    explicit HttpClient(HttpAccess access = {});
     ~HttpClient();
     HttpClient(const HttpClient&) = delete;
     HttpClient& operator=(const HttpClient&) = delete;
 
-    /// @throws UsageError for what is not written as http(s)://host[:port]
-    static void check_address(const std::string& url);
     /// @param range of bytes, "FIRST-LAST"; empty: all. A server that knows no ranges sends all, with status 200
-    /// @throws LostError when no whole reply came within the limits; Error after stop(), and for what no other try will mend (a certificate)
+    /// @throws LostError when no whole reply came within the limits; Error after stop(), and for what no other try will mend: a certificate,
+    ///         an address that it may not ask; UsageError as HttpOrigin::of()
     [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits, const std::string& range = {});
     /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part, and the reply comes back without it.
     /// @throws as get(), and what `take` throws
@@ -72,6 +74,7 @@ private:
     void give_back(CURL* handle) noexcept;
     [[nodiscard]] static Error stopped(const std::string& url) { return Error("fetch " + url + ": stopped"); }
 
+    const HttpAccess m_access;
     curl_slist *m_headers = nullptr, *m_post_headers = nullptr;  ///< of every GET, and of every POST
     std::mutex m_mutex;               ///< guards m_free
     std::vector<CURL*> m_free;

@@ -14,7 +14,7 @@ import unittest
 from support import HANGS_S, Program, Run, Server, binary, render, survey, temporary_folder, wait_until
 
 TOKEN = "a-token-of-the-tests-1234"
-ENVIRONMENT = {"TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
+ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 # Some seconds on one thread: long enough to be killed in the middle of.
 SCENE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--samples", "40", "--bounces", "4"]
 os.environ["TERRAVOX_FARM_TEST"] = "1"
@@ -58,7 +58,7 @@ class Farm(unittest.TestCase):
         token = self.out / "token"
         token.write_text(TOKEN + "\n")
         token.chmod(0o600)
-        bare = {"TERRAVOX_FARM_TEST": "1", "TERRAVOX_TOKEN": ""}
+        bare = {"TERRAVOX_FARM_TEST": "1", "TERRAVOX_FARM_TOKEN": ""}
         coordinator = self.coordinator("join.png", "--listen", "127.0.0.1:0", "--threads", "0", "--token-file", token, environment=bare)
         address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
         workers = [self.program("worker", "--join", address, "--threads", "1", "--once", "--token-file", token, environment=bare) for _ in range(2)]
@@ -72,10 +72,10 @@ class Farm(unittest.TestCase):
             self.assertEqual(worker.end(), 0, worker.log())
 
     def test_a_generated_token_is_told(self):
-        coordinator = self.coordinator("told.png", "--listen", "127.0.0.1:0", "--threads", "0", environment={"TERRAVOX_TOKEN": "", "TERRAVOX_FARM_TEST": "1"})
+        coordinator = self.coordinator("told.png", "--listen", "127.0.0.1:0", "--threads", "0", environment={"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1"})
         token = coordinator.saw(r"token: (\S+)").group(1)
         address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
-        self.program("worker", "--join", address, environment={"TERRAVOX_TOKEN": token, "TERRAVOX_FARM_TEST": "1"})
+        self.program("worker", "--join", address, environment={"TERRAVOX_FARM_TOKEN": token, "TERRAVOX_FARM_TEST": "1"})
         self.check(coordinator, "told.png")
 
     def test_green_alone_and_beside_others(self):
@@ -142,7 +142,7 @@ class Farm(unittest.TestCase):
         def flags(where, name):
             return ["--tls-ca", where / "ca.pem", "--tls-cert", where / f"{name}.pem", "--tls-key", where / f"{name}.key"]
 
-        bare = {"TERRAVOX_TOKEN": "", "TERRAVOX_FARM_TEST": "1"}
+        bare = {"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1"}
         _, a = self.worker(*flags(folder, "worker"), environment=bare)
         self.check(self.coordinator("tls.png", "--worker", a, "--threads", "0", *flags(folder, "coordinator"), environment=bare), "tls.png")
         stranger = Run([binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")])
@@ -151,10 +151,10 @@ class Farm(unittest.TestCase):
     def test_the_unwelcome_are_refused_and_harm_nothing(self):
         daemon, a = self.worker()
         port = int(a.rsplit(":", 1)[1])
-        wrong = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_TOKEN": "another-token-of-nobody"})
+        wrong = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": "another-token-of-nobody"})
         self.assertEqual(wrong.code, 1, wrong)
         self.assertIn("token", wrong.err)
-        none = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_TOKEN": ""})
+        none = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": ""})
         self.assertEqual(none.code, 2, none)
         held = []
         for garbage in (b"", b"GET / HTTP/1.1\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\x16\x03\x01\x02\x00\x01\x00", os.urandom(4096)):
@@ -166,7 +166,7 @@ class Farm(unittest.TestCase):
             stranger.close()
         self.assertIsNone(daemon.process.poll(), daemon.log())
         # A worker that nobody wants says so, and a render that its only worker refuses goes on by itself.
-        coordinator = self.coordinator("alone.png", "--worker", a, "--threads", "2", environment={**ENVIRONMENT, "TERRAVOX_TOKEN": "another-token-of-nobody"})
+        coordinator = self.coordinator("alone.png", "--worker", a, "--threads", "2", environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "another-token-of-nobody"})
         self.check(coordinator, "alone.png")
 
     def test_a_busy_worker_works_for_one_after_the_other(self):

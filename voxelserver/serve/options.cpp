@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 
 #include "common/geo/gdal.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
+#include "common/util/secret.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -26,21 +25,6 @@ constexpr std::size_t kLeastImageBytes = std::size_t{8} << 20;
 std::chrono::milliseconds milliseconds(double seconds, const char* flag) {
     if (!std::isfinite(seconds)) throw UsageError(std::string(flag) + ": no number of seconds; --help lists what is allowed");
     return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
-}
-
-std::string read_token(const Options& o) {
-    std::string token;
-    if (o.token_file.empty()) {
-        const char* given = std::getenv("TERRAVOX_TOKEN");
-        token = given != nullptr ? given : "";
-        if (token.empty()) return {};
-    } else {
-        std::ifstream in(o.token_file);
-        if (!std::getline(in, token)) throw Error("read the token file " + o.token_file + ": no first line");
-    }
-    const bool fits = token.size() >= 8 && token.size() <= 512 && std::all_of(token.begin(), token.end(), [](char c) { return c > ' ' && c < 127; });
-    if (!fits) throw UsageError("read the token: allowed: 8 to 512 visible ASCII characters without a blank");
-    return token;
 }
 
 void add_world_options(CLI::App& app, Options& o) {
@@ -78,7 +62,7 @@ void add_server_options(CLI::App& app, Options& o) {
                    "with --bind beyond loopback, this machine's name")
         ->expected(1)
         ->take_all();
-    app.add_option("--token-file", o.token_file, "file whose first line is the token that requests must bring; default: TERRAVOX_TOKEN, or none");
+    app.add_option("--token-file", o.token_file, "file with the token that requests must bring, which only its owner may read; default: TERRAVOX_SERVER_TOKEN, or none");
     app.add_option("--tls-cert", o.server.tls_certificate, "PEM file with certificate and private key: serve https");
     app.add_option("--request-threads", o.request_threads, "connections served at the same time; 0: --threads + --queue + 32")
         ->capture_default_str()
@@ -103,7 +87,7 @@ void add_options(CLI::App& app, Options& o) {
 Plan finish(Options& o) {
     if (o.store.empty() == o.world.files.empty()) throw UsageError("open the world: " + std::string(o.store.empty() ? "neither files nor --store" : "files and --store") + "; allowed: one of them");
     Plan plan;
-    plan.token = read_token(o);
+    plan.token = util::find_server_token(o.token_file);
     plan.names = net::HttpNames(o.server.bind, o.public_names);
     const std::filesystem::path cache = util::cache_dir(o.cache);
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;

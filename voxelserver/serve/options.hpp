@@ -29,7 +29,7 @@ struct Options {
     double header_timeout_s = 5, keep_alive_s = 2, drain_s = 10;
     bool no_ahead = false, prepare = false, prepare_only = false;
     std::string cache;            ///< util::cache_dir
-    std::string token_file;       ///< "" = TERRAVOX_TOKEN of the environment, or no token
+    std::string token_file;       ///< "" = TERRAVOX_SERVER_TOKEN of the environment, or no token
     std::string log_level = "info";
     bool log_json = false;
 };

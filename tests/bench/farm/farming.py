@@ -18,7 +18,7 @@ from support import binary, temporary_folder  # noqa: E402
 TOKEN = "a-token-of-the-benches-12"
 RAYTRACER = binary("RAYTRACER")
 FOLDER = temporary_folder()
-ENVIRONMENT = {**os.environ, "TERRAVOX_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1", "XDG_CACHE_HOME": str(FOLDER / "cache")}
+ENVIRONMENT = {**os.environ, "TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1", "XDG_CACHE_HOME": str(FOLDER / "cache")}
 # As people have it: longer waits for what is silent, late or gone.
 DEFAULTS = {**ENVIRONMENT, "TERRAVOX_FARM_TEST": "0"}
 _LIBC = ctypes.CDLL(None, use_errno=True)

@@ -93,14 +93,14 @@ def unwelcome(args):
     have said why."""
     build = _build()
     other_version, other_build = _altered("other-version", _other_version), _altered("other-build", lambda data: data.replace(build, build[::-1]))
-    bare = {**ENVIRONMENT, "TERRAVOX_TOKEN": ""}
+    bare = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": ""}
     papers = {}
     for name in ("ours", "theirs"):
         subprocess.run([RAYTRACER, "farm", "certs", "-o", FOLDER / name], check=True, capture_output=True, env=bare)
         papers[name] = ["--tls-ca", FOLDER / name / "ca.pem", "--tls-cert", FOLDER / name / "worker.pem", "--tls-key", FOLDER / name / "worker.key"]
     # A copy stands elsewhere, and would not find its configuration.
     config = {**ENVIRONMENT, "TERRAVOX_CONFIG": str(pathlib.Path(__file__).resolve().parents[3] / "config")}
-    other_token = {**ENVIRONMENT, "TERRAVOX_TOKEN": "another-token-of-nobody"}
+    other_token = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "another-token-of-nobody"}
     # (case, of who dials: options and flags; of who listens; what both say)
     cases = (("version", {"program": other_version, "environment": config}, (), {}, (), "version terravox", "version terravox"),
              ("build", {"program": other_build, "environment": config}, (), {}, (), "build [0-9a-f]{16}", "build [0-9a-f]{16}"),

@@ -231,7 +231,7 @@ TEST_CASE("credentials are a token, read anew each time, or certificates", "[ray
     const auto token = f.folder.path() / "token";
     std::ofstream(token) << "first-token-of-the-farm\n";
     chmod(token.c_str(), 0600);
-    unsetenv("TERRAVOX_TOKEN");
+    unsetenv("TERRAVOX_FARM_TOKEN");
     WorkerConfig c = listening();
     CHECK_THROWS_AS(credentials_of(c), UsageError);
     CHECK_THROWS_WITH(credentials_of(c), contains("neither token nor certificates"));
@@ -242,10 +242,10 @@ TEST_CASE("credentials are a token, read anew each time, or certificates", "[ray
     CHECK_FALSE(credentials_of(c).tls());
     c = listening();
     c.tls_ca = "a", c.tls_cert = "b", c.tls_key = "c";
-    setenv("TERRAVOX_TOKEN", "a-token-of-the-environment", 1);
+    setenv("TERRAVOX_FARM_TOKEN", "a-token-of-the-environment", 1);
     CHECK(credentials_of(c).token.empty());
     CHECK(credentials_of(c).tls());
     CHECK(credentials_of(c).key == "c");
     CHECK(credentials_of(listening()).token == "a-token-of-the-environment");
-    unsetenv("TERRAVOX_TOKEN");
+    unsetenv("TERRAVOX_FARM_TOKEN");
 }

@@ -69,6 +69,11 @@ public:
         const auto found = m_asked.find(path);
         return found == m_asked.end() ? 0 : found->second;
     }
+    /// Request lines and headers, as they came.
+    [[nodiscard]] std::vector<std::string> heads() const {
+        const std::lock_guard lock(m_mutex);
+        return m_heads;
+    }
 
 private:
     /// @return whether there is something to read; false when the server ends
@@ -123,6 +128,7 @@ private:
         const std::string path = request.substr(begin, request.find(' ', begin) - begin);
         const Deed deed = [&] {
             const std::lock_guard lock(m_mutex);
+            m_heads.push_back(request.substr(0, body_at));
             const std::size_t range_at = request.find("Range: bytes=");
             const bool ranged = range_at < body_at;
             return m_script(path, m_asked[path]++, ranged ? request.substr(range_at + 13, request.find('\r', range_at) - range_at - 13) : request.substr(body_at));
@@ -153,8 +159,9 @@ private:
     int m_listener;
     int m_port = 0;
     std::atomic<bool> m_stop{false};
-    mutable std::mutex m_mutex;  ///< guards m_asked and the script
+    mutable std::mutex m_mutex;  ///< guards m_asked, m_heads and the script
     std::map<std::string, int> m_asked;
+    std::vector<std::string> m_heads;
     std::vector<std::thread> m_connections;  ///< touched by m_thread, then by the destructor
     std::thread m_thread;
 };
