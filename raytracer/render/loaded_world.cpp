@@ -2,6 +2,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/cache_dir.hpp"
+#include "raytracer/world/http_origin.hpp"
 #include "raytracer/world/open_world.hpp"
 #include "raytracer/world/recognise.hpp"
 
@@ -16,9 +17,9 @@ BoxSource box_source(const WorldArguments& world, const Scene& base) {
         case Origin::kGenerated: out.generated = input.find(':') != std::string::npos ? input : "generated:" + std::to_string(base.generated.seed); break;
         case Origin::kServer:
         case Origin::kFarArchive: {
-            const std::string host = input.substr(input.find("://") + 3);
-            const bool here = host.starts_with("localhost") || host.starts_with("127.") || host.starts_with("[::1]");
-            if (!here) out.server = input;
+            // By where it leads, not by how it is written: workers elsewhere would ask themselves.
+            const AddressRanges ranges = ranges_of_host(HttpOrigin::of(input));
+            if (!ranges.holds(AddressRange::kLoopback) && !ranges.holds(AddressRange::kNoMachine)) out.server = input;
             break;
         }
         default: break;

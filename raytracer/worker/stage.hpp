@@ -17,6 +17,7 @@
 #include "raytracer/sched/socket/parcel.hpp"
 #include "raytracer/sched/thread_processor.hpp"
 #include "raytracer/worker/far_world.hpp"
+#include "raytracer/world/http_access.hpp"
 
 namespace terravox {
 
@@ -24,6 +25,7 @@ namespace terravox {
 struct WorkerGround {
     std::uint64_t world_id = 0;
     std::string world, server, generated;  ///< text, and where boxes are from
+    HttpAccess http = access_to_nobody();  ///< servers that this worker may ask itself
     std::unique_ptr<FarWorld> far;
     std::unique_ptr<voxel::World> own;     ///< opened by the first stage; nullptr: boxes are the coordinator's
     std::unique_ptr<BlockManager> blocks;

@@ -115,6 +115,7 @@ ExitCode run(const WorkerArguments& arguments) {
     set_up_log(config);
     util::allow_many_open_files();
     WorkerDaemonOptions options = options_of(config);
+    options.http = http_access_of(config);
     options.credentials = credentials_or_new(config);
     WorkerDaemon daemon(std::move(options));
     std::unique_ptr<MetricsPage> page;

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "common/net/token.hpp"
+#include "common/util/secret.hpp"
 #include "common/util/toml_file.hpp"
 
 namespace terravox {
@@ -15,6 +16,9 @@ namespace {
 
 using Addresses = std::vector<net::Address>;
 using OptionalAddress = std::optional<net::Address>;
+using Origins = std::vector<HttpOrigin>;
+
+template <class Field> constexpr bool kIsList = std::is_same_v<Field, Addresses> || std::is_same_v<Field, Origins>;
 
 struct Rule {
     const char* help;
@@ -37,6 +41,11 @@ template <class Config, class Visit> void visit_fields(Config& c, const Visit& v
     visit("tls_ca", c.tls_ca, Rule{"certificate of the farm's authority (PEM); with tls_cert and tls_key instead of a token"});
     visit("tls_cert", c.tls_cert, Rule{"certificate of this machine (PEM)"});
     visit("tls_key", c.tls_key, Rule{"its private key (PEM)"});
+    visit("allow_origins", c.allow_origins,
+          Rule{"voxel server or web server that coordinators may send it to for boxes: http(s)://host[:port], of a public address; may be given several times; default: none, coordinators send them"});
+    visit("allow_private_origins", c.allow_private_origins, Rule{"the same, of any address: private networks and this machine itself, too"});
+    visit("server_origin", c.server_origin, Rule{"the allowed one that is sent the token of server_token_file: https, or this machine"});
+    visit("server_token_file", c.server_token_file, Rule{"file with the token of that server, which only its owner may read; no token of the environment is sent"});
     visit("metrics", c.metrics, Rule{"page for Prometheus and health checks: NUMBER:PORT, such as 127.0.0.1:9187; default: none"});
     visit("metrics_names", c.metrics_names,
           Rule{"host names by which that page is asked for, separated by blanks, beside localhost, "
@@ -71,11 +80,11 @@ public:
             if (whole != nullptr) set_number(static_cast<double>(**whole), std::to_string(**whole), field);
             else if (number != nullptr) set_number(**number, text_of(**number), field);
             else refuse("a value of another kind", range<Field>());
-        } else if constexpr (std::is_same_v<Field, Addresses>) {
+        } else if constexpr (kIsList<Field>) {
             const toml::array* list = node.as_array();
             if (list == nullptr) refuse("a value of another kind", "a list of texts");
             field.clear();
-            for (const toml::node& item : *list) field.push_back(address(text_in(item)));
+            for (const toml::node& item : *list) add(text_in(item), field);
         } else set_text(text_in(node), field);
     }
     /// A text more for a list; the text of anything else.
@@ -86,7 +95,7 @@ public:
             const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
             if (failed != std::errc() || end != text.data() + text.size() || (std::is_same_v<Field, int> && value != std::floor(value))) refuse("'" + text + "'", range<Field>());
             set_number(value, text, field);
-        } else if constexpr (std::is_same_v<Field, Addresses>) field.push_back(address(text));
+        } else if constexpr (kIsList<Field>) add(text, field);
         else set_text(text, field);
     }
 
@@ -99,13 +108,21 @@ private:
         if (!node.is_string()) refuse("a value of another kind", "a text");
         return **node.as_string();
     }
-    [[nodiscard]] net::Address address(const std::string& text) const {
+    template <class Parse> auto parsed(const Parse& parse) const {
         try {
-            return net::Address::parse(text, m_rule.port);
+            return parse();
         } catch (const UsageError& e) {
             throw UsageError(m_attempt + ": " + m_name + ": " + e.what());
         }
     }
+    [[nodiscard]] net::Address address(const std::string& text) const {
+        return parsed([&] { return net::Address::parse(text, m_rule.port); });
+    }
+    [[nodiscard]] HttpOrigin origin(const std::string& text) const {
+        return parsed([&] { return HttpOrigin::parse(text); });
+    }
+    void add(const std::string& text, Addresses& field) const { field.push_back(address(text)); }
+    void add(const std::string& text, Origins& field) const { field.push_back(origin(text)); }
     template <class Field> void set_number(double value, const std::string& text, Field& field) const {
         if (!(value >= m_rule.min && value <= m_rule.max)) refuse(text, range<Field>());
         field = static_cast<Field>(value);
@@ -113,6 +130,10 @@ private:
     void set_text(const std::string& text, OptionalAddress& field) const {
         field.reset();
         if (!text.empty()) field = address(text);
+    }
+    void set_text(const std::string& text, std::optional<HttpOrigin>& field) const {
+        field.reset();
+        if (!text.empty()) field = origin(text);
     }
     void set_text(const std::string& text, std::filesystem::path& field) const { field = text.empty() ? std::filesystem::path() : m_folder / text; }
     void set_text(const std::string& text, std::string& field) const {
@@ -157,11 +178,26 @@ void apply_flags(const WorkerArguments& arguments, WorkerConfig& out) {
         visit_fields(out, [&](const char* of, auto& field, const Rule& rule) {
             if (name != of) return;
             // The first of several replaces what the file says.
-            if constexpr (std::is_same_v<std::decay_t<decltype(field)>, Addresses>)
+            if constexpr (kIsList<std::decay_t<decltype(field)>>)
                 if (std::find(given.begin(), given.end(), name) == given.end()) field.clear();
             given.push_back(name);
             Setter("read the command line", name, rule, {}).from_text(text, field);
         });
+}
+
+HttpAccess http_limits_of(const WorkerConfig& c) { return {std::nullopt, HttpAccess::Limits{c.allow_origins, c.allow_private_origins}}; }
+
+void check_servers(const WorkerConfig& c) {
+    const auto fail = [](const std::string& what) { throw UsageError("start the worker: " + what); };
+    // A name is judged by where it leads when it is asked for; a number leads nowhere else.
+    for (const HttpOrigin& o : c.allow_origins)
+        if (const auto range = range_of_number(o); range && *range != AddressRange::kPublic)
+            fail("allow_origins = '" + o.text() + "', no public address; allowed: there public ones, in allow_private_origins others");
+    for (const HttpOrigin& o : c.allow_private_origins)
+        if (range_of_number(o) == AddressRange::kNoMachine) fail("allow_private_origins = '" + o.text() + "'; allowed: addresses of single machines");
+    if (c.server_origin.has_value() == c.server_token_file.empty()) fail("only one of server_origin and server_token_file; allowed: both, or neither");
+    if (c.server_origin && http_limits_of(c).ranges(*c.server_origin).empty())
+        fail("server_origin = '" + c.server_origin->text() + "'; allowed: one of allow_origins or allow_private_origins");
 }
 
 void check(const WorkerConfig& c) {
@@ -173,6 +209,7 @@ void check(const WorkerConfig& c) {
     const int files = !c.tls_ca.empty() + !c.tls_cert.empty() + !c.tls_key.empty();
     if (files != 0 && files != 3) fail("only " + std::to_string(files) + " of tls_ca, tls_cert, tls_key; allowed: all three, or none");
     if (files == 3 && !c.token_file.empty()) fail("token_file and tls_ca; allowed: one of them");
+    check_servers(c);
 }
 
 bool same(const net::Address& a, const net::Address& b) { return a.host == b.host && a.port == b.port; }
@@ -201,7 +238,7 @@ void add_worker_options(CLI::App& app, WorkerArguments& arguments) {
         std::replace(flag.begin(), flag.end(), '_', '-');
         const auto keep = [&arguments, of = std::string(name)](const std::string& text) { arguments.fields.emplace_back(of, text); };
         if constexpr (std::is_same_v<Field, bool>) app.add_flag_callback(flag, [keep] { keep("yes"); }, rule.help);
-        else if constexpr (std::is_same_v<Field, Addresses>)
+        else if constexpr (kIsList<Field>)
             app.add_option_function<std::vector<std::string>>(flag, [keep](const std::vector<std::string>& texts) { for (const auto& t : texts) keep(t); }, rule.help)
                 ->expected(1)
                 ->take_all()
@@ -227,6 +264,12 @@ net::Credentials credentials_of(const WorkerConfig& config) {
     if (out.tls()) return out;
     out.token = net::find_token(config.token_file);
     if (out.token.empty()) throw UsageError("start the worker: neither token nor certificates; allowed: token_file, TERRAVOX_FARM_TOKEN, or tls_ca with tls_cert and tls_key");
+    return out;
+}
+
+HttpAccess http_access_of(const WorkerConfig& config) {
+    HttpAccess out = http_limits_of(config);
+    if (config.server_origin) out.token.emplace(*config.server_origin, util::find_server_token(config.server_token_file));
     return out;
 }
 

@@ -100,6 +100,7 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
         if (m_ending) return End::kDrained;
         options.threads = m_options.threads;
         options.memory_bytes = m_options.memory_bytes / static_cast<std::size_t>(std::max(m_options.sessions, 1));
+        options.http = m_options.http;
     }
     OwnHello own;
     own.role = farm::WORKER, own.threads = options.threads, own.memory_bytes = options.memory_bytes, own.name = m_options.name;

@@ -36,7 +36,7 @@ std::string fault_of(const RenderTile& t) {
 }  // namespace
 
 WorkerSession::WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator, SessionOptions options, WorkerShared& shared)
-    : m_link(std::move(link)), m_coordinator(std::move(coordinator)), m_options(options), m_shared(shared), m_heard_ns(now_ns()) {}
+    : m_link(std::move(link)), m_coordinator(std::move(coordinator)), m_options(std::move(options)), m_shared(shared), m_heard_ns(now_ns()) {}
 
 WorkerSession::~WorkerSession() { m_link->abort(); }
 
@@ -154,6 +154,7 @@ std::string WorkerSession::begin_stage_if_complete() {
         if (m_ground) m_ground->stop();
         m_ground = std::make_shared<WorkerGround>();
         m_ground->world_id = picture.world_id(), m_ground->world = parcel.world, m_ground->server = picture.server(), m_ground->generated = picture.generated();
+        m_ground->http = m_options.http;
         m_ground->far = std::make_unique<FarWorld>(std::move(info), picture.world_id(), [this](farm::Frame frame) {
             ++m_shared.box_requests;
             return m_link->send(std::move(frame));

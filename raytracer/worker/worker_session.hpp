@@ -30,6 +30,7 @@ struct WorkerShared {
 struct SessionOptions {
     int threads = 1;
     std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes
+    HttpAccess http = access_to_nobody();                ///< servers that it may ask itself
 };
 
 /// A worker's end of a link to a coordinator, from the hellos on: renders what it is asked for until the link ends.

@@ -31,8 +31,10 @@ inline PoolSettings pool_settings(Job& job) {
 /// A coordinator in this process, with workers at the other ends of links in memory.
 class FarmBench {
 public:
-    explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt, int check_every = 200)
-        : m_job(job), m_farm(FarmOptions{}, job.blocks, BoxSource{}) {
+    /// @param source where workers are told that they may have boxes from
+    explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt, int check_every = 200,
+                       BoxSource source = {})
+        : m_job(job), m_farm(FarmOptions{}, job.blocks, std::move(source)) {
         PoolSettings settings = pool_settings(job);
         settings.give_up = give_up, settings.check_every = check_every;
         settings.gone = [this](ProcessorPool::MemberId id, const std::string& why, bool expelled) {
@@ -59,10 +61,11 @@ public:
         m_threads.emplace_back([this, link = std::shared_ptr<net::Link>(std::move(mine))]() mutable { (void)m_farm.serve(std::make_unique<Shared>(std::move(link)), ""); });
         return std::move(theirs);
     }
-    /// A worker of this many threads. @return its number
-    std::size_t add_worker(int threads = 1) {
+    /// A worker of this many threads. @param http servers that it may ask itself @return its number
+    std::size_t add_worker(int threads = 1, HttpAccess http = access_to_nobody()) {
         WorkerDaemonOptions options;
         options.threads = threads;
+        options.http = std::move(http);
         options.name = "worker " + std::to_string(m_daemons.size());
         options.memory_bytes = std::size_t{64} << 20;
         m_daemons.push_back(std::make_unique<WorkerDaemon>(options));

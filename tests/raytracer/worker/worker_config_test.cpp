@@ -71,6 +71,10 @@ sessions = 64
 tls_ca = "ca.pem"
 tls_cert = "/etc/cert.pem"
 tls_key = "keys/key.pem"
+allow_origins = ["https://Voxels.example", "http://8.8.8.8:8080"]
+allow_private_origins = ["http://127.0.0.1:8888"]
+server_origin = "https://voxels.example:443"
+server_token_file = "server-token"
 metrics = "127.0.0.1:9187"
 metrics_names = "render1.lan render1.example.org"
 drain_s = 0.5
@@ -92,6 +96,13 @@ log_json = true
     CHECK(c.tls_ca == f.folder.path() / "ca.pem");
     CHECK(c.tls_cert == "/etc/cert.pem");
     CHECK(c.tls_key == f.folder.path() / "keys/key.pem");
+    REQUIRE(c.allow_origins.size() == 2);
+    CHECK(c.allow_origins[0].text() == "https://voxels.example:443");
+    CHECK(c.allow_origins[1].text() == "http://8.8.8.8:8080");
+    REQUIRE(c.allow_private_origins.size() == 1);
+    CHECK(c.allow_private_origins[0].text() == "http://127.0.0.1:8888");
+    CHECK(c.server_origin == c.allow_origins[0]);
+    CHECK(c.server_token_file == f.folder.path() / "server-token");
     REQUIRE(c.metrics);
     CHECK(c.metrics->text() == "127.0.0.1:9187");
     CHECK(c.metrics_names == "render1.lan render1.example.org");
@@ -106,7 +117,10 @@ log_json = true
 TEST_CASE("flags override the file", "[raytracer][worker][config]") {
     const Folder f;
     const std::string text = "version = 1\nlisten = \":1000\"\njoin = [\"one:1\", \"two:2\"]\nthreads = 3\nlog = \"warn\"\ntoken_file = \"token\"\n";
-    const WorkerConfig c = f.load(text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json", "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5"});
+    const WorkerConfig c = f.load(text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json", "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5",
+                                     "--allow-origins", "https://one.example", "--allow-origins", "https://two.example"});
+    REQUIRE(c.allow_origins.size() == 2);
+    CHECK(c.allow_origins[1].text() == "https://two.example:443");
     CHECK(c.threads == 5);
     CHECK(c.memory_mib == 4096);
     CHECK(c.idle_s == 1.5);
@@ -152,6 +166,16 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
         {"version = 1\njoin = [\"one\"]\nannounce = true", "announce without listen"},
         {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"", "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
         {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = \"c\"\ntoken_file = \"d\"", "token_file and tls_ca; allowed: one of them"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = \"https://a\"", "allow_origins = a value of another kind; allowed: a list of texts"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"a.example\"]", "allow_origins: read the origin 'a.example': not an address; allowed: http(s)://host[:port]"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"https://a/b\"]", "allow_origins: read the origin 'https://a/b': an address with a path in it"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://10.0.0.1:80\"]", "allow_origins = 'http://10.0.0.1:80', no public address; allowed: there public ones"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://127.1\"]", "allow_origins = 'http://127.0.0.1:80', no public address"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://[::ffff:127.0.0.1]\"]", "no public address"},
+        {"version = 1\nlisten = \":1\"\nallow_private_origins = [\"http://0.0.0.0:80\"]", "allow_private_origins = 'http://0.0.0.0:80'; allowed: addresses of single machines"},
+        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"", "only one of server_origin and server_token_file; allowed: both, or neither"},
+        {"version = 1\nlisten = \":1\"\nserver_token_file = \"t\"", "only one of server_origin and server_token_file"},
+        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"\nserver_token_file = \"t\"", "server_origin = 'https://a:443'; allowed: one of allow_origins"},
         {"version = 1\nlisten =", "(line 2)"},
     }));
     INFO(c.text);
@@ -199,6 +223,10 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
         {"tls_ca", [](WorkerConfig& w) { w.tls_ca = "t"; }, false},
         {"tls_cert", [](WorkerConfig& w) { w.tls_cert = "t"; }, false},
         {"tls_key", [](WorkerConfig& w) { w.tls_key = "t"; }, false},
+        {"allow_origins", [](WorkerConfig& w) { w.allow_origins.push_back(HttpOrigin::parse("https://a")); }, false},
+        {"allow_private_origins", [](WorkerConfig& w) { w.allow_private_origins.push_back(HttpOrigin::parse("https://a")); }, false},
+        {"server_origin", [](WorkerConfig& w) { w.server_origin = HttpOrigin::parse("https://a"); }, false},
+        {"server_token_file", [](WorkerConfig& w) { w.server_token_file = "t"; }, false},
         {"metrics", [](WorkerConfig& w) { w.metrics = net::Address{"127.0.0.1", 1}; }, false},
         {"metrics_names", [](WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
         {"drain_s", [](WorkerConfig& w) { w.drain_s = 1; }, true},
@@ -248,4 +276,32 @@ TEST_CASE("credentials are a token, read anew each time, or certificates", "[ray
     CHECK(credentials_of(c).key == "c");
     CHECK(credentials_of(listening()).token == "a-token-of-the-environment");
     unsetenv("TERRAVOX_FARM_TOKEN");
+}
+
+TEST_CASE("a worker may ask the servers of its configuration alone, and sends no token of the environment", "[raytracer][worker][config]") {
+    const Folder f;
+    const auto token = f.folder.path() / "server-token";
+    std::ofstream(token) << "a-token-of-a-server\n";
+    chmod(token.c_str(), 0600);
+    setenv("TERRAVOX_SERVER_TOKEN", "a-token-of-the-environment", 1);
+    setenv("TERRAVOX_SERVER_ORIGIN", "https://voxels.example", 1);
+    const HttpOrigin voxels = HttpOrigin::parse("https://voxels.example"), other = HttpOrigin::parse("http://10.0.0.1:8080");
+    const HttpAccess nobody = http_access_of(listening());
+    CHECK_FALSE(nobody.token);
+    CHECK(nobody.ranges(voxels).empty());
+    const HttpAccess some = http_access_of(f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
+                                                  "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
+    REQUIRE(some.token);
+    CHECK(some.token->text() == "a-token-of-a-server");
+    CHECK(some.token->origin() == voxels);
+    CHECK(some.ranges(voxels) == AddressRanges{AddressRange::kPublic});
+    CHECK(some.ranges(other) == AddressRanges{AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback});
+    CHECK(some.ranges(HttpOrigin::parse("http://voxels.example")).empty());
+    const WorkerConfig clear = f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin = \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
+    CHECK_THROWS_AS(http_access_of(clear), UsageError);
+    CHECK_THROWS_WITH(http_access_of(clear), contains("clear text"));
+    chmod(token.c_str(), 0644);
+    CHECK_THROWS_WITH(http_access_of(f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = \"https://a\"\nserver_token_file = \"server-token\"\n")), contains("chmod 600"));
+    unsetenv("TERRAVOX_SERVER_TOKEN");
+    unsetenv("TERRAVOX_SERVER_ORIGIN");
 }

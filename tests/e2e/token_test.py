@@ -1,0 +1,145 @@
+"""Where tokens go: two web servers write down what they are asked, and with what."""
+
+import http.server
+import threading
+import unittest
+
+from support import Program, Run, Server, binary, render, survey, temporary_folder
+
+FARM = "the-secret-of-the-farm-1"
+SERVER = "the-secret-of-the-server"
+# What a test does not set is not set by the person at this machine either.
+NOTHING = {"TERRAVOX_FARM_TEST": "1", **dict.fromkeys(("TERRAVOX_FARM_TOKEN", "TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN", "TERRAVOX_TOKEN", "http_proxy", "all_proxy"), "")}
+SCENE = ["--size", "32x18", "--samples", "1", "--quiet"]
+
+
+class Recorder:
+    """A web server of one file, which keeps the path, the client's port and the Authorization of each request."""
+
+    def __init__(self, name, content):
+        recorder = self
+        self.asked = []
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                recorder.asked.append((self.path, self.headers.get("Authorization")))
+                if self.path != "/" + name:
+                    return self.answer(404, b"")
+                first, last = (int(n) for n in self.headers["Range"].removeprefix("bytes=").split("-"))
+                self.answer(206, content[first:last + 1])
+
+            def answer(self, status, body):
+                self.send_response(status)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+
+            def log_message(self, *_):
+                pass
+
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.origin = f"http://127.0.0.1:{self.server.server_port}"
+        self.url = f"{self.origin}/{name}"
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+    def stop(self):
+        self.server.shutdown()
+        self.server.server_close()
+
+    def shown(self):
+        return {authorization for _, authorization in self.asked}
+
+
+class Tokens(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.out = temporary_folder()
+        place = cls.out / "place.tvx"
+        made = Run([binary("RAYTRACER"), "convert", survey(), place])
+        assert made.code == 0, made
+        cls.content = place.read_bytes()
+
+    def recorder(self):
+        recorder = Recorder("place.tvx", self.content)
+        self.addCleanup(recorder.stop)
+        return recorder
+
+    def render(self, world, environment, *arguments):
+        return render(world, *SCENE, *arguments, "-o", self.out / "picture.png", environment={**NOTHING, **environment})
+
+    def test_the_farm_s_token_goes_to_no_web_server(self):
+        web = self.recorder()
+        environment = {**NOTHING, "TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER}
+        daemon = Program("worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=environment)
+        self.addCleanup(daemon.process.stdout.close)
+        self.addCleanup(daemon.kill)
+        address = "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
+        run = self.render(web.url, environment, "--worker", address, "--threads", "0")
+        self.assertEqual(run.code, 0, run)
+        self.assertEqual(web.shown(), {None})
+
+    def test_a_server_s_token_goes_to_the_origin_that_it_is_bound_to_alone(self):
+        bound, other = self.recorder(), self.recorder()
+        for origin in (bound.origin, bound.origin + "/"):
+            for web, shown in ((bound, "Bearer " + SERVER), (other, None)):
+                with self.subTest(f"{origin} {web.url}"):
+                    web.asked.clear()
+                    run = self.render(web.url, {"TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER, "TERRAVOX_SERVER_ORIGIN": origin})
+                    self.assertEqual(run.code, 0, run)
+                    self.assertEqual(web.shown(), {shown})
+
+    def test_a_voxel_server_that_wants_a_token_gets_it_from_who_has_bound_it(self):
+        file = self.out / "token"
+        file.write_text(SERVER + "\n")
+        file.chmod(0o600)
+        server = Server(survey(), "--cache", "none", "--token-file", file)
+        self.addCleanup(server.stop)
+        refused = self.render(server.url, {"TERRAVOX_SERVER_TOKEN": SERVER})
+        self.assertEqual(refused.code, 1, refused)
+        self.assertRegex(refused.err, "401.*no token was sent.*TERRAVOX_SERVER_ORIGIN")
+        run = self.render(server.url, {"TERRAVOX_SERVER_TOKEN": SERVER, "TERRAVOX_SERVER_ORIGIN": server.url})
+        self.assertEqual(run.code, 0, run)
+
+    def test_what_would_tell_a_secret_is_refused_before_anything_is_asked(self):
+        web = self.recorder()
+        secret = {"TERRAVOX_SERVER_TOKEN": SERVER}
+        cases = (
+            ("clear text", web.url, {**secret, "TERRAVOX_SERVER_ORIGIN": "http://voxels.example"}, "TERRAVOX_SERVER_ORIGIN.*http://voxels.example:80.*https"),
+            ("a path", web.url, {**secret, "TERRAVOX_SERVER_ORIGIN": web.url}, r"TERRAVOX_SERVER_ORIGIN.*allowed: http\(s\)://host\[:port\]"),
+            ("no token", web.url, {"TERRAVOX_SERVER_ORIGIN": web.origin}, "TERRAVOX_SERVER_TOKEN is not set"),
+            ("the old name", web.url, {"TERRAVOX_TOKEN": SERVER}, "TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN"),
+            ("a query", web.url + "?key=hush", {}, r"place\.tvx'.*query"),
+            ("a fragment", web.url + "#hush", {}, r"place\.tvx'.*fragment"),
+            ("a user", web.url.replace("://", "://somebody:hush@"), {}, r"place\.tvx'.*user"),
+        )
+        for name, url, environment, says in cases:
+            with self.subTest(name):
+                run = self.render(url, environment)
+                self.assertEqual(run.code, 2, run)
+                self.assertRegex(run.err, says)
+                for hushed in (SERVER, "hush"):
+                    self.assertNotIn(hushed, run.out + run.err)
+                self.assertEqual(len([line for line in run.err.splitlines() if line.startswith("terravox: ")]), 1, run)
+        self.assertEqual(web.asked, [])
+
+    def test_the_old_name_of_both_tokens_is_refused_by_all_that_knew_it(self):
+        environment = {**NOTHING, "TERRAVOX_TOKEN": "a-token-that-was-for-all"}
+        commands = (
+            ("VOXELSERVER", survey(), "--port", "0"),
+            ("RAYTRACER", "worker", "--listen", "127.0.0.1:0"),
+            ("RAYTRACER", "worker", "--join", "127.0.0.1:1"),
+            ("RAYTRACER", "farm", "status", "127.0.0.1:1"),
+            ("RAYTRACER", "render", survey(), "--worker", "127.0.0.1:1", "-o", self.out / "never.png"),
+            ("RAYTRACER", "render", "http://127.0.0.1:1", "-o", self.out / "never.png"),
+            ("RAYTRACER", "world", "info", "http://127.0.0.1:1/place.tvx"),
+        )
+        for program, *arguments in commands:
+            with self.subTest(arguments):
+                run = Run([binary(program), *arguments], environment=environment, timeout_s=30)
+                self.assertEqual(run.code, 2, run)
+                self.assertRegex(run.err, "TERRAVOX_TOKEN.*TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN")
+                self.assertNotIn("a-token-that-was-for-all", run.err)
+
+
+if __name__ == "__main__":
+    unittest.main()
