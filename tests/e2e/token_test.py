@@ -14,7 +14,7 @@ SCENE = ["--size", "32x18", "--samples", "1", "--quiet"]
 
 
 class Recorder:
-    """A web server of one file, which keeps the path, the client's port and the Authorization of each request."""
+    """A web server of one file, which keeps the path, the Authorization and the range of each request."""
 
     def __init__(self, name, content):
         recorder = self
@@ -22,7 +22,7 @@ class Recorder:
 
         class Handler(http.server.BaseHTTPRequestHandler):
             def do_GET(self):
-                recorder.asked.append((self.path, self.headers.get("Authorization")))
+                recorder.asked.append((self.path, self.headers.get("Authorization"), self.headers.get("Range")))
                 if self.path != "/" + name:
                     return self.answer(404, b"")
                 first, last = (int(n) for n in self.headers["Range"].removeprefix("bytes=").split("-"))
@@ -47,7 +47,11 @@ class Recorder:
         self.server.server_close()
 
     def shown(self):
-        return {authorization for _, authorization in self.asked}
+        return {authorization for _, authorization, _ in self.asked}
+
+    def opened(self):
+        """How often a client began to read the file."""
+        return sum(shown_range.startswith("bytes=0-") for _, _, shown_range in self.asked)
 
 
 class Tokens(unittest.TestCase):
@@ -67,16 +71,32 @@ class Tokens(unittest.TestCase):
     def render(self, world, environment, *arguments):
         return render(world, *SCENE, *arguments, "-o", self.out / "picture.png", environment={**NOTHING, **environment})
 
-    def test_the_farm_s_token_goes_to_no_web_server(self):
-        web = self.recorder()
-        environment = {**NOTHING, "TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER}
-        daemon = Program("worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=environment)
+    def worker(self, environment, *arguments):
+        """A daemon that listens. Returns its address."""
+        daemon = Program("worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments, environment={**NOTHING, **environment})
         self.addCleanup(daemon.process.stdout.close)
         self.addCleanup(daemon.kill)
-        address = "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
-        run = self.render(web.url, environment, "--worker", address, "--threads", "0")
+        return "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
+
+    def test_the_farm_s_token_goes_to_no_web_server(self):
+        web = self.recorder()
+        environment = {"TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER}
+        run = self.render(web.url, environment, "--worker", self.worker(environment), "--threads", "0")
         self.assertEqual(run.code, 0, run)
         self.assertEqual(web.shown(), {None})
+
+    def test_a_coordinator_passes_the_boxes_of_a_server_on_its_own_machine_itself(self):
+        web = self.recorder()
+        port = web.url.split(":")[2]
+        environment = {"TERRAVOX_FARM_TOKEN": FARM}
+        # The worker would ask if it were told: each of these is allowed there.
+        worker = self.worker(environment, "--allow-private-origins", web.origin, "--allow-private-origins", f"http://localhost:{web.server.server_port}")
+        for host in ("127.0.0.1", "2130706433", "0x7f.1", "LOCALHOST"):
+            with self.subTest(host):
+                web.asked.clear()
+                run = self.render(f"http://{host}:{port}", environment, "--worker", worker, "--threads", "0")
+                self.assertEqual(run.code, 0, run)
+                self.assertEqual(web.opened(), 1, web.asked)
 
     def test_a_server_s_token_goes_to_the_origin_that_it_is_bound_to_alone(self):
         bound, other = self.recorder(), self.recorder()

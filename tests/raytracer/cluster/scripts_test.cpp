@@ -204,6 +204,9 @@ TEST_CASE("pods get arguments that Kubernetes does not change", "[cluster][kuber
     const auto pool = nlohmann::json::parse(kubernetes_pool("film", {"p", "render", "$(HOME)"}, 2, 1000, place));
     CHECK(pool["items"][1]["spec"]["template"]["spec"]["containers"][0]["command"][2] == "$$(HOME)");
     CHECK(pool["items"][2]["spec"]["parallelism"] == 3);
+    for (const std::size_t item : {1U, 2U})
+        CHECK(pool["items"][item]["spec"]["template"]["spec"]["containers"][0]["env"]
+                  .back()["name"] == "TERRAVOX_FARM_TOKEN");
     CHECK(pool.dump().find("secretKeyRef") != std::string::npos);
     for (const char* name : {"", "Film", "-a", "a_b", "a.b"}) CHECK_THROWS_AS(place.check(name), UsageError);
     CHECK_THROWS_AS((PodPlace{"", "worlds"}.check("a")), UsageError);
