@@ -26,10 +26,11 @@ std::string find_token(const std::filesystem::path& file) {
     const auto [token, attempt] = util::find_secret(file, util::kFarmTokenVariable);
     if (token.empty() && file.empty()) return {};
     if (token.size() < kLeastToken)
-        throw Error(attempt + ": the token has " + std::to_string(token.size()) + " characters; allowed: at least " +
-                    std::to_string(kLeastToken));
+        throw Error(attempt + ": the token has " + std::to_string(token.size()) +
+                    " characters; allowed: at least " + std::to_string(kLeastToken));
     for (const char c : token)
-        if (c < ' ' || c == 0x7f) throw Error(attempt + ": the token has a control character; allowed: one line of text");
+        if (c < ' ' || c == 0x7f)
+            throw Error(attempt + ": the token has a control character; allowed: one line of text");
     return token;
 }
 

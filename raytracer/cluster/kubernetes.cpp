@@ -54,7 +54,9 @@ Json pod(const std::string& name, const std::string& part, const Json& command, 
 }
 
 void give_token(Json& pod_template, const std::string& name) {
-    pod_template["spec"]["containers"][0]["env"].push_back({{"name", util::kFarmTokenVariable}, {"valueFrom", {{"secretKeyRef", {{"name", name + "-token"}, {"key", "token"}}}}}});
+    pod_template["spec"]["containers"][0]["env"].push_back(
+        {{"name", util::kFarmTokenVariable},
+         {"valueFrom", {{"secretKeyRef", {{"name", name + "-token"}, {"key", "token"}}}}}});
 }
 
 std::string list_of(const Json& items) {

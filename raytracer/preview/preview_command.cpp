@@ -45,7 +45,8 @@ CrewOptions preview_crew(const Arguments& args, const Scene& scene) {
     out.green = out.changes = true;
     if (!scene.processing.threads) out.threads = std::max(thread::thread_count(0) - 1, 0);
     // None are needed before a worker is added; then it is told.
-    if (!out.farm.any()) out.farm.credentials = args.crew.credentials.find().value_or(net::Credentials());
+    if (!out.farm.any())
+        out.farm.credentials = args.crew.credentials.find().value_or(net::Credentials());
     return out;
 }
 

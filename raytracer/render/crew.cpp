@@ -105,7 +105,10 @@ void Crew::set_green(bool on) {
 
 void Crew::dial(const net::Address& worker) {
     const net::Credentials& own = m_options.farm.credentials;
-    if (own.token.empty() && !own.tls()) throw UsageError("dial " + worker.text() + ": no token; start with --token-file FILE, TERRAVOX_FARM_TOKEN in the environment, or certificates");
+    if (own.token.empty() && !own.tls())
+        throw UsageError(
+            "dial " + worker.text() +
+            ": no token; start with --token-file FILE, TERRAVOX_FARM_TOKEN in the environment, or certificates");
     if (m_farm) return m_farm->dial(worker);
     m_options.farm.dial = {worker};
     open_farm();

@@ -26,7 +26,9 @@ std::optional<net::Credentials> CredentialArguments::find() const {
 
 net::Credentials CredentialArguments::credentials(bool listens, const std::string& how) const {
     if (auto found = find()) return *std::move(found);
-    if (!listens) throw UsageError("join a farm: no token; give --token-file FILE, or TERRAVOX_FARM_TOKEN in the environment, or certificates (terravox farm certs)");
+    if (!listens)
+        throw UsageError(
+            "join a farm: no token; give --token-file FILE, or TERRAVOX_FARM_TOKEN in the environment, or certificates (terravox farm certs)");
     net::Credentials out;
     out.token = net::new_token();
     std::fprintf(stderr, "token: %s\n%s\n", out.token.c_str(), how.c_str());
@@ -34,7 +36,11 @@ net::Credentials CredentialArguments::credentials(bool listens, const std::strin
 }
 
 void add_credential_arguments(CLI::App& command, CredentialArguments& args) {
-    command.add_option("--token-file", args.token_file, "file with the farm's token, which only its owner may read; default: TERRAVOX_FARM_TOKEN in the environment")->group("Farm");
+    command
+        .add_option(
+            "--token-file", args.token_file,
+            "file with the farm's token, which only its owner may read; default: TERRAVOX_FARM_TOKEN in the environment")
+        ->group("Farm");
     command.add_option("--tls-ca", args.ca, "certificates instead of a token: the CA's (PEM; terravox farm certs makes all)")->group("Farm");
     command.add_option("--tls-cert", args.certificate, "this program's certificate (PEM)")->group("Farm");
     command.add_option("--tls-key", args.key, "this program's private key (PEM)")->group("Farm");
@@ -62,8 +68,10 @@ CrewOptions CrewArguments::options(const Scene& scene) const {
     if (!give_up.empty()) out.give_up = parse_time("--give-up", give_up);
     out.threads = scene.processing.threads ? *scene.processing.threads : green ? 0 : thread::thread_count(0);
     if (out.farm.any())
-        out.farm.credentials = credentials.credentials(!listen.empty() && workers.empty() && !discover, "workers join with: TERRAVOX_FARM_TOKEN=TOKEN terravox worker --join HOST:" +
-                                                                                                            (out.farm.listen ? std::to_string(out.farm.listen->port) : std::string("PORT")));
+        out.farm.credentials = credentials.credentials(
+            !listen.empty() && workers.empty() && !discover,
+            "workers join with: TERRAVOX_FARM_TOKEN=TOKEN terravox worker --join HOST:" +
+                (out.farm.listen ? std::to_string(out.farm.listen->port) : std::string("PORT")));
     return out;
 }
 

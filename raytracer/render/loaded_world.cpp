@@ -19,7 +19,8 @@ BoxSource box_source(const WorldArguments& world, const Scene& base) {
         case Origin::kFarArchive: {
             // By where it leads, not by how it is written: workers elsewhere would ask themselves.
             const AddressRanges ranges = ranges_of_host(HttpOrigin::of(input));
-            if (!ranges.holds(AddressRange::kLoopback) && !ranges.holds(AddressRange::kNoMachine)) out.server = input;
+            if (!ranges.holds(AddressRange::kLoopback) && !ranges.holds(AddressRange::kNoMachine))
+                out.server = input;
             break;
         }
         default: break;

@@ -21,8 +21,9 @@ void add_world_arguments(CLI::App& command, WorldArguments& args) {
 void add_opening_arguments(CLI::App& command, WorldArguments& args, const std::vector<std::string>& sections) {
     command.add_option("--ortho", args.orthophotos, "orthophoto, or a folder of them; may be given several times")->expected(1)->take_all()->allow_extra_args(false);
     command.add_option("--cache", args.cache, "folder that keeps prepared LiDAR squares for the next run; none: nothing on disk (default: ~/.cache/terravox)");
-    command.footer("A voxel server or web server that wants a token gets TERRAVOX_SERVER_TOKEN of the environment if TERRAVOX_SERVER_ORIGIN names it:\n"
-                   "http(s)://host[:port], over http this machine alone. No other server is sent it.");
+    command.footer(
+        "A voxel server or web server that wants a token gets TERRAVOX_SERVER_TOKEN of the environment if TERRAVOX_SERVER_ORIGIN names it:\n"
+        "http(s)://host[:port], over http this machine alone. No other server is sent it.");
     command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
     command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
     for (const SceneFlag& flag : scene_flags()) {

@@ -15,12 +15,18 @@ namespace {
 
 constexpr int kThreadsPerCollector = 8;
 
-/// @return nullptr, said in the log, where this worker's configuration does not allow the server that the coordinator names
-std::unique_ptr<voxel::World> open_server(const WorkerGround& ground, const Scene& scene, util::StageTimes& times) {
+/// @return nullptr, said in the log, where this worker's configuration does not allow the server
+/// that the coordinator names
+std::unique_ptr<voxel::World> open_server(const WorkerGround& ground, const Scene& scene,
+                                          util::StageTimes& times) {
     const HttpOrigin origin = HttpOrigin::of(ground.server);
     if (!ground.http.ranges(origin).empty())
-        return open_address(ground.server, ground.http, times, std::chrono::seconds(scene.processing.box_patience_s), ground.ending.get_token());
-    spdlog::info("{} is not among the origins that this worker may ask; boxes are asked of the coordinator", origin.text());
+        return open_address(ground.server, ground.http, times,
+                            std::chrono::seconds(scene.processing.box_patience_s),
+                            ground.ending.get_token());
+    spdlog::info(
+        "{} is not among the origins that this worker may ask; boxes are asked of the coordinator",
+        origin.text());
     return nullptr;
 }
 
@@ -34,10 +40,13 @@ std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::st
         std::unique_ptr<voxel::World> own;
         if (!ground.server.empty()) own = open_server(ground, scene, times);
         // What a coordinator names is looked at as a seed, never as a path.
-        else if (ground.generated.starts_with("generated:")) own = open_world({ground.generated}, {}, scene, times, {}, ground.ending.get_token());
+        else if (ground.generated.starts_with("generated:"))
+            own = open_world({ground.generated}, {}, scene, times, {}, ground.ending.get_token());
         else throw Error("open the world: the coordinator names no generated:SEED");
         if (!own || pack_world(own->info()) == ground.world) return own;
-        spdlog::warn("{} is another world here than the coordinator's; its boxes are asked of the coordinator", ground.server.empty() ? ground.generated : ground.server);
+        spdlog::warn(
+            "{} is another world here than the coordinator's; its boxes are asked of the coordinator",
+            ground.server.empty() ? ground.generated : ground.server);
     } catch (const Error& e) {
         if (!ground.ending.stop_requested()) spdlog::warn("{}; boxes are asked of the coordinator", e.what());
     }

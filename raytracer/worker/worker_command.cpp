@@ -34,7 +34,10 @@ net::Credentials credentials_or_new(const WorkerConfig& config) {
     if (!config.tls_ca.empty() || !config.join.empty() || !net::find_token(config.token_file).empty()) return credentials_of(config);
     net::Credentials out;
     out.token = net::new_token();
-    std::fprintf(stderr, "token: %s\ncoordinators render here with: TERRAVOX_FARM_TOKEN=TOKEN terravox render --worker HOST:%u ...\n", out.token.c_str(), static_cast<unsigned>(config.listen->port));
+    std::fprintf(
+        stderr,
+        "token: %s\ncoordinators render here with: TERRAVOX_FARM_TOKEN=TOKEN terravox render --worker HOST:%u ...\n",
+        out.token.c_str(), static_cast<unsigned>(config.listen->port));
     return out;
 }
 

@@ -18,7 +18,8 @@ using Addresses = std::vector<net::Address>;
 using OptionalAddress = std::optional<net::Address>;
 using Origins = std::vector<HttpOrigin>;
 
-template <class Field> constexpr bool kIsList = std::is_same_v<Field, Addresses> || std::is_same_v<Field, Origins>;
+template <class Field>
+constexpr bool kIsList = std::is_same_v<Field, Addresses> || std::is_same_v<Field, Origins>;
 
 struct Rule {
     const char* help;
@@ -37,15 +38,27 @@ template <class Config, class Visit> void visit_fields(Config& c, const Visit& v
     visit("threads", c.threads, Rule{"threads of a session; 0: one for each core", kLive, 0, 1024});
     visit("memory_mib", c.memory_mib, Rule{"limit for boxes in memory, of all sessions, MiB", kLive, 16, 1 << 20});
     visit("sessions", c.sessions, Rule{"coordinators that it works for at a time", kLive, 1, 64});
-    visit("token_file", c.token_file, Rule{"file with the token that both ends must know; default: TERRAVOX_FARM_TOKEN of the environment"});
+    visit(
+        "token_file", c.token_file,
+        Rule{
+            "file with the token that both ends must know; default: TERRAVOX_FARM_TOKEN of the environment"});
     visit("tls_ca", c.tls_ca, Rule{"certificate of the farm's authority (PEM); with tls_cert and tls_key instead of a token"});
     visit("tls_cert", c.tls_cert, Rule{"certificate of this machine (PEM)"});
     visit("tls_key", c.tls_key, Rule{"its private key (PEM)"});
-    visit("allow_origins", c.allow_origins,
-          Rule{"voxel server or web server that coordinators may send it to for boxes: http(s)://host[:port], of a public address; may be given several times; default: none, coordinators send them"});
-    visit("allow_private_origins", c.allow_private_origins, Rule{"the same, of any address: private networks and this machine itself, too"});
-    visit("server_origin", c.server_origin, Rule{"the allowed one that is sent the token of server_token_file: https, or this machine"});
-    visit("server_token_file", c.server_token_file, Rule{"file with the token of that server, which only its owner may read; no token of the environment is sent"});
+    visit(
+        "allow_origins", c.allow_origins,
+        Rule{
+            "voxel server or web server that coordinators may send it to for boxes: http(s)://host[:port], of a public address; may be given several times; default: none, coordinators send them"});
+    visit("allow_private_origins", c.allow_private_origins,
+          Rule{"the same, of any address: private networks and this machine itself, too"});
+    visit(
+        "server_origin", c.server_origin,
+        Rule{
+            "the allowed one that is sent the token of server_token_file: https, or this machine"});
+    visit(
+        "server_token_file", c.server_token_file,
+        Rule{
+            "file with the token of that server, which only its owner may read; no token of the environment is sent"});
     visit("metrics", c.metrics, Rule{"page for Prometheus and health checks: NUMBER:PORT, such as 127.0.0.1:9187; default: none"});
     visit("metrics_names", c.metrics_names,
           Rule{"host names by which that page is asked for, separated by blanks, beside localhost, "
@@ -185,19 +198,29 @@ void apply_flags(const WorkerArguments& arguments, WorkerConfig& out) {
         });
 }
 
-HttpAccess http_limits_of(const WorkerConfig& c) { return {std::nullopt, HttpAccess::Limits{c.allow_origins, c.allow_private_origins}}; }
+HttpAccess http_limits_of(const WorkerConfig& c) {
+    return {std::nullopt, HttpAccess::Limits{c.allow_origins, c.allow_private_origins}};
+}
 
 void check_servers(const WorkerConfig& c) {
-    const auto fail = [](const std::string& what) { throw UsageError("start the worker: " + what); };
+    const auto fail = [](const std::string& what) {
+        throw UsageError("start the worker: " + what);
+    };
     // A name is judged by where it leads when it is asked for; a number leads nowhere else.
     for (const HttpOrigin& o : c.allow_origins)
         if (const auto range = range_of_number(o); range && *range != AddressRange::kPublic)
-            fail("allow_origins = '" + o.text() + "', no public address; allowed: there public ones, in allow_private_origins others");
+            fail(
+                "allow_origins = '" + o.text() +
+                "', no public address; allowed: there public ones, in allow_private_origins others");
     for (const HttpOrigin& o : c.allow_private_origins)
-        if (range_of_number(o) == AddressRange::kNoMachine) fail("allow_private_origins = '" + o.text() + "'; allowed: addresses of single machines");
-    if (c.server_origin.has_value() == c.server_token_file.empty()) fail("only one of server_origin and server_token_file; allowed: both, or neither");
+        if (range_of_number(o) == AddressRange::kNoMachine)
+            fail("allow_private_origins = '" + o.text() +
+                 "'; allowed: addresses of single machines");
+    if (c.server_origin.has_value() == c.server_token_file.empty())
+        fail("only one of server_origin and server_token_file; allowed: both, or neither");
     if (c.server_origin && http_limits_of(c).ranges(*c.server_origin).empty())
-        fail("server_origin = '" + c.server_origin->text() + "'; allowed: one of allow_origins or allow_private_origins");
+        fail("server_origin = '" + c.server_origin->text() +
+             "'; allowed: one of allow_origins or allow_private_origins");
 }
 
 void check(const WorkerConfig& c) {
@@ -263,13 +286,16 @@ net::Credentials credentials_of(const WorkerConfig& config) {
     out.ca = config.tls_ca, out.certificate = config.tls_cert, out.key = config.tls_key;
     if (out.tls()) return out;
     out.token = net::find_token(config.token_file);
-    if (out.token.empty()) throw UsageError("start the worker: neither token nor certificates; allowed: token_file, TERRAVOX_FARM_TOKEN, or tls_ca with tls_cert and tls_key");
+    if (out.token.empty())
+        throw UsageError(
+            "start the worker: neither token nor certificates; allowed: token_file, TERRAVOX_FARM_TOKEN, or tls_ca with tls_cert and tls_key");
     return out;
 }
 
 HttpAccess http_access_of(const WorkerConfig& config) {
     HttpAccess out = http_limits_of(config);
-    if (config.server_origin) out.token.emplace(*config.server_origin, util::find_server_token(config.server_token_file));
+    if (config.server_origin)
+        out.token.emplace(*config.server_origin, util::find_server_token(config.server_token_file));
     return out;
 }
 

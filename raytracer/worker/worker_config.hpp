@@ -26,8 +26,10 @@ struct WorkerConfig {
     int sessions = 1;                    ///< coordinators at once
     std::filesystem::path token_file;    ///< empty: TERRAVOX_FARM_TOKEN of the environment
     std::filesystem::path tls_ca, tls_cert, tls_key;  ///< PEM; all three, or none
-    std::vector<HttpOrigin> allow_origins;          ///< that coordinators may send it to for boxes, where they lead to public addresses
-    std::vector<HttpOrigin> allow_private_origins;  ///< and where they may lead to private and loopback ones
+    std::vector<HttpOrigin> allow_origins;  ///< that coordinators may send it to for boxes, where
+                                            ///< they lead to public addresses
+    std::vector<HttpOrigin>
+        allow_private_origins;  ///< and where they may lead to private and loopback ones
     std::optional<HttpOrigin> server_origin;        ///< the one that gets the server's token
     std::filesystem::path server_token_file;        ///< set with server_origin alone
     std::optional<net::Address> metrics; ///< of the page of metrics; its host is a number
@@ -55,7 +57,8 @@ void add_worker_options(CLI::App& app, WorkerArguments& arguments);
 /// The token, read anew each time, or where the certificates are. @throws Error for a token that cannot be had; UsageError where there is neither, or both
 [[nodiscard]] net::Credentials credentials_of(const WorkerConfig& config);
 
-/// The servers that it may ask, and the token of one of them. The environment has no say. @throws Error for a token that cannot be had
+/// The servers that it may ask, and the token of one of them. The environment has no say. @throws
+/// Error for a token that cannot be had
 [[nodiscard]] HttpAccess http_access_of(const WorkerConfig& config);
 
 /// How a reload differs from what runs, by names of fields in the order of WorkerConfig.

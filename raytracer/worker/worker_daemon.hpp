@@ -24,7 +24,8 @@ struct WorkerDaemonOptions {
     int threads = 1;            ///< of each session
     std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes, of all sessions
     int sessions = 1;           ///< coordinators at once; others are told to come again
-    HttpAccess http = access_to_nobody();  ///< servers that it may ask itself; it has all other boxes from coordinators
+    HttpAccess http = access_to_nobody();  ///< servers that it may ask itself; it has all other
+                                           ///< boxes from coordinators
     std::chrono::milliseconds patience{10'000};  ///< for tiles under way when it ends
     bool once = false;          ///< it ends when the first coordinator has finished
     std::optional<std::chrono::milliseconds> idle;  ///< it ends when no coordinator has come for so long
@@ -43,7 +44,8 @@ public:
     void run();
     /// Gives back what is not begun, finishes the rest and ends run(). Safe in a signal handler.
     void stop() noexcept { m_stop = true; }
-    /// What may change while it works: all but listen, name, credentials, http and once; sessions under way keep what they have.
+    /// What may change while it works: all but listen, name, credentials, http and once; sessions
+    /// under way keep what they have.
     void reload(const WorkerDaemonOptions& options);
     [[nodiscard]] std::uint16_t port() const noexcept { return m_listener ? m_listener->port() : 0; }
 

@@ -35,8 +35,13 @@ std::string fault_of(const RenderTile& t) {
 
 }  // namespace
 
-WorkerSession::WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator, SessionOptions options, WorkerShared& shared)
-    : m_link(std::move(link)), m_coordinator(std::move(coordinator)), m_options(std::move(options)), m_shared(shared), m_heard_ns(now_ns()) {}
+WorkerSession::WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator,
+                             SessionOptions options, WorkerShared& shared)
+    : m_link(std::move(link)),
+      m_coordinator(std::move(coordinator)),
+      m_options(std::move(options)),
+      m_shared(shared),
+      m_heard_ns(now_ns()) {}
 
 WorkerSession::~WorkerSession() { m_link->abort(); }
 

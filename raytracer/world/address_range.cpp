@@ -16,7 +16,8 @@ struct Block {
     AddressRange range;
 };
 
-// Ref: IANA, "IPv4 Special-Purpose Address Registry", "IPv6 Special-Purpose Address Registry". The first block that fits counts.
+// Ref: IANA, "IPv4 Special-Purpose Address Registry", "IPv6 Special-Purpose Address Registry". The
+// first block that fits counts.
 constexpr std::array kBlocks4 = {
     Block{{127}, 8, AddressRange::kLoopback},
     Block{{10}, 8, AddressRange::kPrivate},
@@ -34,7 +35,8 @@ constexpr std::array kBlocks4 = {
     Block{{224}, 3, AddressRange::kNoMachine},  // multicast, reserved, broadcast
     Block{{}, 0, AddressRange::kPublic},
 };
-// Only 2000::/3 is given to machines. IPv4 within IPv6 (mapped, NAT64, Teredo, 6to4) could lead where IPv4 itself must not.
+// Only 2000::/3 is given to machines. IPv4 within IPv6 (mapped, NAT64, Teredo, 6to4) could lead
+// where IPv4 itself must not.
 constexpr std::array kBlocks6 = {
     Block{{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, 128, AddressRange::kLoopback},
     Block{{0xfc}, 7, AddressRange::kPrivate},
@@ -61,8 +63,11 @@ AddressRange range_in(std::span<const Block> blocks, const std::uint8_t* address
 }
 
 const std::uint8_t* number_of(const sockaddr& address) noexcept {
-    if (address.sa_family == AF_INET) return reinterpret_cast<const std::uint8_t*>(&reinterpret_cast<const sockaddr_in&>(address).sin_addr);
-    if (address.sa_family == AF_INET6) return reinterpret_cast<const sockaddr_in6&>(address).sin6_addr.s6_addr;
+    if (address.sa_family == AF_INET)
+        return reinterpret_cast<const std::uint8_t*>(
+            &reinterpret_cast<const sockaddr_in&>(address).sin_addr);
+    if (address.sa_family == AF_INET6)
+        return reinterpret_cast<const sockaddr_in6&>(address).sin6_addr.s6_addr;
     return nullptr;
 }
 
@@ -77,7 +82,9 @@ AddressRange range_of(const sockaddr& address) noexcept {
 std::string text_of(const sockaddr& address) {
     std::array<char, INET6_ADDRSTRLEN> text{};
     const std::uint8_t* number = number_of(address);
-    if (number == nullptr || inet_ntop(address.sa_family, number, text.data(), text.size()) == nullptr) return "no number of a machine";
+    if (number == nullptr ||
+        inet_ntop(address.sa_family, number, text.data(), text.size()) == nullptr)
+        return "no number of a machine";
     return text.data();
 }
 

@@ -27,7 +27,8 @@ std::string problem_of(const HttpReply& reply) {
     // Nobody is shown a token because an address was named: what to do then is said here.
     constexpr long kUnauthorized = 401;
     if (reply.status == kUnauthorized && !reply.showed_token)
-        reason += "; no token was sent: allowed: one that is bound to this origin (TERRAVOX_SERVER_ORIGIN; of a worker: server_origin)";
+        reason +=
+            "; no token was sent: allowed: one that is bound to this origin (TERRAVOX_SERVER_ORIGIN; of a worker: server_origin)";
     return "HTTP status " + std::to_string(reply.status) + ", " + reason;
 }
 

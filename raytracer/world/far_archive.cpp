@@ -15,8 +15,11 @@ constexpr std::size_t kAhead_bytes = 16 << 10;
 
 class FarArchive final : public voxel::archive::ByteSource {
 public:
-    FarArchive(std::string url, std::chrono::milliseconds patience, const std::stop_token& stop, const HttpAccess& access)
-        : m_url(std::move(url)), m_client(patience, access), m_ending(stop, [this] { m_client.stop(); }) {
+    FarArchive(std::string url, std::chrono::milliseconds patience, const std::stop_token& stop,
+               const HttpAccess& access)
+        : m_url(std::move(url)),
+          m_client(patience, access),
+          m_ending(stop, [this] { m_client.stop(); }) {
         (void)HttpOrigin::of(m_url);
         m_head = fetch(0, kAhead_bytes);
     }
@@ -56,8 +59,10 @@ private:
 
 }  // namespace
 
-std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url, std::chrono::milliseconds patience, const std::stop_token& stop,
-                                                         const HttpAccess& access) {
+std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url,
+                                                        std::chrono::milliseconds patience,
+                                                        const std::stop_token& stop,
+                                                        const HttpAccess& access) {
     return std::make_unique<FarArchive>(url, patience, stop, access);
 }
 

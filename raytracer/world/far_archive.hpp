@@ -15,8 +15,9 @@ namespace terravox {
 /// @param stop as ByteSource::stop, from opening on
 /// @param access whom it may ask, and what it shows there
 /// @throws UsageError for a malformed address
-[[nodiscard]] std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url, std::chrono::milliseconds patience, const std::stop_token& stop = {},
-                                                                       const HttpAccess& access = {});
+[[nodiscard]] std::unique_ptr<voxel::archive::ByteSource> far_archive(
+    const std::string& url, std::chrono::milliseconds patience, const std::stop_token& stop = {},
+    const HttpAccess& access = {});
 
 /// Whether the path of an address ends like a box archive's.
 [[nodiscard]] bool names_archive(const std::string& url);

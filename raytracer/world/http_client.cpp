@@ -88,7 +88,8 @@ std::size_t count_header(char*, std::size_t size, std::size_t count, void* into)
 curl_socket_t open_socket(void* from, curlsocktype, curl_sockaddr* address) noexcept {
     auto& transfer = *static_cast<Transfer*>(from);
     if (!transfer.ranges.holds(range_of(address->addr))) {
-        std::memcpy(&transfer.refused, &address->addr, std::min<std::size_t>(address->addrlen, sizeof transfer.refused));
+        std::memcpy(&transfer.refused, &address->addr,
+                    std::min<std::size_t>(address->addrlen, sizeof transfer.refused));
         return CURL_SOCKET_BAD;
     }
     return ::socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
@@ -124,7 +125,7 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETDATA, &transfer);
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETFUNCTION, &open_socket);
     // A proxy would be all that is connected to, and looks names up by itself.
-    if (!(transfer.ranges == kAnyRange)) curl_easy_setopt(handle, CURLOPT_PROXY, "");
+    if (transfer.ranges != kAnyRange) curl_easy_setopt(handle, CURLOPT_PROXY, "");
 }
 
 bool worth_another_try(CURLcode failed) noexcept {
@@ -166,7 +167,8 @@ HttpClient::HttpClient(HttpAccess access) : m_access(std::move(access)) {
     static std::once_flag once;
     std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
     // Unpacked here: libcurl may have been built without zstd.
-    for (curl_slist** list : {&m_headers, &m_post_headers}) *list = longer(*list, "Accept-Encoding: zstd");
+    for (curl_slist** list : {&m_headers, &m_post_headers})
+        *list = longer(*list, "Accept-Encoding: zstd");
     m_post_headers = longer(m_post_headers, "Content-Type: application/json");
 }
 
@@ -192,7 +194,9 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     const HttpOrigin origin = HttpOrigin::of(url);
     Transfer transfer;
     transfer.ranges = m_access.ranges(origin);
-    if (transfer.ranges.empty()) throw Error("fetch " + url + ": " + origin.text() + " may not be asked from here; allowed: " + m_access.allowed());
+    if (transfer.ranges.empty())
+        throw Error("fetch " + url + ": " + origin.text() +
+                    " may not be asked from here; allowed: " + m_access.allowed());
     const Handle handle(*this);
     transfer.handle = handle.get(), transfer.most_bytes = limits.bytes, transfer.stopped = &m_stopped;
     transfer.take = question.take, transfer.type = question.type;
@@ -215,8 +219,9 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
         throw Error("fetch " + url + ": the server gives out whole files only; allowed: one that knows range requests, such as nginx");
     if (transfer.too_long) throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) + " bytes, or a head of more than 256 KiB");
     if (failed == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
-        throw Error("fetch " + url + ": it leads to " + text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) + ", which may not be asked from here; allowed: " +
-                    m_access.allowed());
+        throw Error("fetch " + url + ": it leads to " +
+                    text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
+                    ", which may not be asked from here; allowed: " + m_access.allowed());
     if (failed != CURLE_OK) {
         const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);
         if (worth_another_try(failed)) throw LostError(what);

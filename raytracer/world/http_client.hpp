@@ -54,8 +54,10 @@ public:
     HttpClient(const HttpClient&) = delete;
     HttpClient& operator=(const HttpClient&) = delete;
 
-    /// @param range of bytes, "FIRST-LAST"; empty: all. A server that knows no ranges sends all, with status 200
-    /// @throws LostError when no whole reply came within the limits; Error after stop(), and for what no other try will mend: a certificate,
+    /// @param range of bytes, "FIRST-LAST"; empty: all. A server that knows no ranges sends all,
+    /// with status 200
+    /// @throws LostError when no whole reply came within the limits; Error after stop(), and for
+    /// what no other try will mend: a certificate,
     ///         an address that it may not ask; UsageError as HttpOrigin::of()
     [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits, const std::string& range = {});
     /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part, and the reply comes back without it.

@@ -44,12 +44,16 @@ std::string fault_of(const std::string& text, HttpOrigin& origin, std::string& p
     if (text.find('#') != std::string::npos) return "an address with a fragment in it";
     const Url url(curl_url());
     if (!url) throw std::bad_alloc();
-    if (curl_url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK) return "not an address";
+    if (curl_url_set(url.get(), CURLUPART_URL, text.c_str(), CURLU_NON_SUPPORT_SCHEME) != CURLUE_OK)
+        return "not an address";
     origin.tls = part_of(url, CURLUPART_SCHEME) == "https";
     origin.host = part_of(url, CURLUPART_HOST);
-    std::transform(origin.host.begin(), origin.host.end(), origin.host.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    std::transform(origin.host.begin(), origin.host.end(), origin.host.begin(), [](char c) {
+        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    });
     // Of a link-local number: which network it is on is a part of where it leads.
-    if (const std::string zone = part_of(url, CURLUPART_ZONEID); !zone.empty()) origin.host.insert(origin.host.size() - 1, "%25" + zone);
+    if (const std::string zone = part_of(url, CURLUPART_ZONEID); !zone.empty())
+        origin.host.insert(origin.host.size() - 1, "%25" + zone);
     const std::string port = part_of(url, CURLUPART_PORT, CURLU_DEFAULT_PORT);
     if (origin.host.empty() || port.empty()) return "not an address";
     origin.port = static_cast<std::uint16_t>(std::stoul(port));  // libcurl takes none beyond 65535
@@ -69,7 +73,8 @@ std::vector<AddressRange> resolve(const HttpOrigin& origin, int flags) {
     if (::getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return {};
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> held(found, &::freeaddrinfo);
     std::vector<AddressRange> out;
-    for (const addrinfo* one = found; one != nullptr; one = one->ai_next) out.push_back(range_of(*one->ai_addr));
+    for (const addrinfo* one = found; one != nullptr; one = one->ai_next)
+        out.push_back(range_of(*one->ai_addr));
     return out;
 }
 
@@ -79,7 +84,8 @@ HttpOrigin HttpOrigin::of(const std::string& url) {
     HttpOrigin out;
     std::string path;
     if (const std::string fault = fault_of(url, out, path); !fault.empty())
-        throw UsageError("open the world '" + shown_url(url) + "': " + fault + "; allowed: http(s)://host[:port][/path], up to 2048 bytes");
+        throw UsageError("open the world '" + shown_url(url) + "': " + fault +
+                         "; allowed: http(s)://host[:port][/path], up to 2048 bytes");
     return out;
 }
 
@@ -88,11 +94,15 @@ HttpOrigin HttpOrigin::parse(const std::string& text) {
     std::string path;
     std::string fault = fault_of(text, out, path);
     if (fault.empty() && path != "/") fault = "an address with a path in it";
-    if (!fault.empty()) throw UsageError("read the origin '" + shown_url(text) + "': " + fault + "; allowed: http(s)://host[:port]");
+    if (!fault.empty())
+        throw UsageError("read the origin '" + shown_url(text) + "': " + fault +
+                         "; allowed: http(s)://host[:port]");
     return out;
 }
 
-std::string HttpOrigin::text() const { return (tls ? "https://" : "http://") + host + ":" + std::to_string(port); }
+std::string HttpOrigin::text() const {
+    return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
+}
 
 std::string shown_url(const std::string& url) {
     std::string out = url.substr(0, std::min(url.find_first_of("?#"), kMost_bytes));

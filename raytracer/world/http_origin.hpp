@@ -8,8 +8,8 @@
 
 namespace terravox {
 
-/// Scheme, host and port of an address: what a secret or a permission is bound to. Two addresses that differ in nothing but path have one.
-/// Ref: Barth, "The Web Origin Concept", RFC 6454, 2011.
+/// Scheme, host and port of an address: what a secret or a permission is bound to. Two addresses
+/// that differ in nothing but path have one. Ref: Barth, "The Web Origin Concept", RFC 6454, 2011.
 struct HttpOrigin {
     bool tls = false;
     std::string host;  ///< in lower case; an IPv6 number in brackets
@@ -17,7 +17,8 @@ struct HttpOrigin {
 
     /// Of the address of a world, as libcurl reads it.
     /// @param url http(s)://host[:port][/path], up to 2048 bytes
-    /// @throws UsageError for anything else, such as a user, a query or a fragment: those may be secret, and would take what is appended
+    /// @throws UsageError for anything else, such as a user, a query or a fragment: those may be
+    /// secret, and would take what is appended
     [[nodiscard]] static HttpOrigin of(const std::string& url);
     /// @param text http(s)://host[:port] @throws UsageError for anything else
     [[nodiscard]] static HttpOrigin parse(const std::string& text);
@@ -32,8 +33,8 @@ struct HttpOrigin {
 /// Where the host leads when it is a number; nullopt: it is a name.
 [[nodiscard]] std::optional<AddressRange> range_of_number(const HttpOrigin& origin);
 
-/// Where the host leads: all that the name service knows of it, now; none for a name that it does not know. May block for as long as that
-/// service does.
+/// Where the host leads: all that the name service knows of it, now; none for a name that it does
+/// not know. May block for as long as that service does.
 [[nodiscard]] AddressRanges ranges_of_host(const HttpOrigin& origin);
 
 }  // namespace terravox

@@ -121,7 +121,9 @@ std::unique_ptr<voxel::World> open_generated(const Opening& o) {
 std::unique_ptr<voxel::World> open_as(Origin origin, const Opening& o) {
     switch (origin) {
         case Origin::kServer:
-        case Origin::kFarArchive: return open_address(o.inputs.front(), access_of_environment(), o.times, o.patience(), o.stop);
+        case Origin::kFarArchive:
+            return open_address(o.inputs.front(), access_of_environment(), o.times, o.patience(),
+                                o.stop);
         case Origin::kArchive: return voxel::open_archive(voxel::archive::file_source(o.inputs.front()));
         case Origin::kGenerated: return open_generated(o);
         case Origin::kMinecraft: return open_minecraft(o);
@@ -134,7 +136,9 @@ std::unique_ptr<voxel::World> open_as(Origin origin, const Opening& o) {
 
 }  // namespace
 
-std::unique_ptr<voxel::World> open_address(const std::string& url, const HttpAccess& access, util::StageTimes& times, std::chrono::milliseconds patience,
+std::unique_ptr<voxel::World> open_address(const std::string& url, const HttpAccess& access,
+                                           util::StageTimes& times,
+                                           std::chrono::milliseconds patience,
                                            const std::stop_token& stop) {
     if (names_archive(url)) return voxel::open_archive(far_archive(url, patience, stop, access));
     return open_remote_world(url, times, patience, stop, access);

@@ -27,7 +27,10 @@ namespace terravox {
 /// Opens the address of a voxel server or of a box archive.
 /// @param access whom it may ask, and what it shows there @param patience for each request
 /// @throws UsageError for what is no such address; Error when it cannot be opened
-[[nodiscard]] std::unique_ptr<voxel::World> open_address(const std::string& url, const HttpAccess& access, util::StageTimes& times, std::chrono::milliseconds patience,
+[[nodiscard]] std::unique_ptr<voxel::World> open_address(const std::string& url,
+                                                         const HttpAccess& access,
+                                                         util::StageTimes& times,
+                                                         std::chrono::milliseconds patience,
                                                          const std::stop_token& stop = {});
 
 }  // namespace terravox

@@ -17,7 +17,8 @@ namespace terravox {
 class PatientClient {
 public:
     using Milliseconds = std::chrono::milliseconds;
-    explicit PatientClient(Milliseconds patience, HttpAccess access = {}) : m_patience(std::max(patience, Milliseconds{1})), m_client(std::move(access)) {}
+    explicit PatientClient(Milliseconds patience, HttpAccess access = {})
+        : m_patience(std::max(patience, Milliseconds{1})), m_client(std::move(access)) {}
 
     [[nodiscard]] HttpClient& http() noexcept { return m_client; }
     [[nodiscard]] Milliseconds patience() const noexcept { return m_patience; }

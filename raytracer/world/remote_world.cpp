@@ -27,8 +27,13 @@ std::string_view text_of(const HttpReply& reply) noexcept { return {reinterpret_
 
 class RemoteWorld final : public voxel::World {
 public:
-    RemoteWorld(std::string url, util::StageTimes& times, milliseconds box_patience, const std::stop_token& stop, const HttpAccess& access)
-        : m_url(checked(std::move(url))), m_times(times), m_client(box_patience, access), m_batches(m_client.http(), times, m_url, m_client.patience()), m_ending(stop, [this] { m_client.stop(); }) {
+    RemoteWorld(std::string url, util::StageTimes& times, milliseconds box_patience,
+                const std::stop_token& stop, const HttpAccess& access)
+        : m_url(checked(std::move(url))),
+          m_times(times),
+          m_client(box_patience, access),
+          m_batches(m_client.http(), times, m_url, m_client.patience()),
+          m_ending(stop, [this] { m_client.stop(); }) {
         const auto text = m_client.ask(m_url + "/v2/world", kMostText_bytes, {}, std::min(m_client.patience(), kOpeningPatience),
                               [](const std::string&, const HttpReply& reply) { return std::string(text_of(reply)); });
         m_info = voxel::world_from_json(text, m_url);  // another version is no damage that a second try would mend
@@ -103,7 +108,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::StageTimes& times, milliseconds box_patience, const std::stop_token& stop,
+std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::StageTimes& times,
+                                                milliseconds box_patience,
+                                                const std::stop_token& stop,
                                                 const HttpAccess& access) {
     return std::make_unique<RemoteWorld>(url, times, box_patience, stop, access);
 }

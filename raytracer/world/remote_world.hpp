@@ -21,8 +21,9 @@ namespace terravox {
 /// @param box_patience at least 1 ms; opening waits that long too, but no longer than a minute
 /// @param access whom it may ask, and what it shows there
 /// @throws UsageError for a malformed address; Error when the server cannot be reached or speaks another version
-[[nodiscard]] std::unique_ptr<voxel::World> open_remote_world(const std::string& url, util::StageTimes& times,
-                                                              std::chrono::milliseconds box_patience = std::chrono::seconds(300), const std::stop_token& stop = {},
-                                                              const HttpAccess& access = {});
+[[nodiscard]] std::unique_ptr<voxel::World> open_remote_world(
+    const std::string& url, util::StageTimes& times,
+    std::chrono::milliseconds box_patience = std::chrono::seconds(300),
+    const std::stop_token& stop = {}, const HttpAccess& access = {});
 
 }  // namespace terravox

@@ -32,8 +32,8 @@ inline PoolSettings pool_settings(Job& job) {
 class FarmBench {
 public:
     /// @param source where workers are told that they may have boxes from
-    explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt, int check_every = 200,
-                       BoxSource source = {})
+    explicit FarmBench(Job& job, std::optional<std::chrono::milliseconds> give_up = std::nullopt,
+                       int check_every = 200, BoxSource source = {})
         : m_job(job), m_farm(FarmOptions{}, job.blocks, std::move(source)) {
         PoolSettings settings = pool_settings(job);
         settings.give_up = give_up, settings.check_every = check_every;

@@ -62,7 +62,9 @@ void add_server_options(CLI::App& app, Options& o) {
                    "with --bind beyond loopback, this machine's name")
         ->expected(1)
         ->take_all();
-    app.add_option("--token-file", o.token_file, "file with the token that requests must bring, which only its owner may read; default: TERRAVOX_SERVER_TOKEN, or none");
+    app.add_option(
+        "--token-file", o.token_file,
+        "file with the token that requests must bring, which only its owner may read; default: TERRAVOX_SERVER_TOKEN, or none");
     app.add_option("--tls-cert", o.server.tls_certificate, "PEM file with certificate and private key: serve https");
     app.add_option("--request-threads", o.request_threads, "connections served at the same time; 0: --threads + --queue + 32")
         ->capture_default_str()

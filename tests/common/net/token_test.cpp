@@ -17,7 +17,10 @@ namespace {
 /// The variable for as long as this lives.
 class Variable {
 public:
-    explicit Variable(const char* value) { value != nullptr ? ::setenv("TERRAVOX_FARM_TOKEN", value, 1) : ::unsetenv("TERRAVOX_FARM_TOKEN"); }
+    explicit Variable(const char* value) {
+        value != nullptr ? ::setenv("TERRAVOX_FARM_TOKEN", value, 1)
+                         : ::unsetenv("TERRAVOX_FARM_TOKEN");
+    }
     ~Variable() { ::unsetenv("TERRAVOX_FARM_TOKEN"); }
 };
 
@@ -84,5 +87,6 @@ TEST_CASE("a token that will not do is told with its place", "[common][net][toke
     CHECK_THROWS_WITH(net::find_token(folder.path() / "absent"), contains("absent: No such file"));
     CHECK_THROWS_WITH(net::find_token(folder.path()), contains("folder"));
     const Variable variable("too short");
-    CHECK_THROWS_WITH(net::find_token({}), contains("TERRAVOX_FARM_TOKEN") && contains("9 characters"));
+    CHECK_THROWS_WITH(net::find_token({}),
+                      contains("TERRAVOX_FARM_TOKEN") && contains("9 characters"));
 }

@@ -9,9 +9,10 @@ namespace {
 
 /// A voxel server that knows what the job's world is, and holds no box.
 BadServer server_of(const Job& job) {
-    return BadServer([json = voxel::world_to_json(job.world->info())](const std::string& path, int) {
-        return path == "/v2/world" ? Deed{.body = json} : problem(404);
-    });
+    return BadServer(
+        [json = voxel::world_to_json(job.world->info())](const std::string& path, int) {
+            return path == "/v2/world" ? Deed{.body = json} : problem(404);
+        });
 }
 
 }  // namespace
@@ -40,7 +41,9 @@ TEST_CASE("a worker asks no server that a coordinator names alone", "[raytracer]
     }
 }
 
-TEST_CASE("a worker asks the servers that its own configuration allows, with the token of that one, and the coordinator for the rest", "[raytracer][farm][worker]") {
+TEST_CASE(
+    "a worker asks the servers that its own configuration allows, with the token of that one, and the coordinator for the rest",
+    "[raytracer][farm][worker]") {
     Job wanted(farm_scene());
     const std::string picture = bytes_of(render(wanted, 1));
     struct Case {
@@ -58,7 +61,8 @@ TEST_CASE("a worker asks the servers that its own configuration allows, with the
         BadServer server = server_of(job);
         const HttpOrigin origin = HttpOrigin::parse(server.url());
         HttpAccess http = access_to_nobody();
-        if (c.allowed) (c.in_private ? http.limits->private_origins : http.limits->origins).push_back(origin);
+        if (c.allowed)
+            (c.in_private ? http.limits->private_origins : http.limits->origins).push_back(origin);
         if (c.with_token) http.token.emplace(origin, "a-token-of-a-server");
         FarmBench bench(job, std::nullopt, 200, {server.url(), ""});
         bench.add_worker(1, http);
@@ -67,12 +71,16 @@ TEST_CASE("a worker asks the servers that its own configuration allows, with the
         CHECK((bytes_of(film) == picture));
         const auto heads = server.heads();
         CHECK(heads.empty() == !c.in_private);
-        for (const std::string& head : heads) CHECK((head.find("Authorization: Bearer a-token-of-a-server\r\n") != std::string::npos) == c.with_token);
+        for (const std::string& head : heads)
+            CHECK((head.find("Authorization: Bearer a-token-of-a-server\r\n") !=
+                   std::string::npos) == c.with_token);
     }
 }
 
-TEST_CASE("what would take the path that is appended is refused of an allowed origin, too", "[raytracer][farm][worker]") {
-    const std::string rest = GENERATE(as<std::string>(), "/admin?x=", "/admin#", "/place.tvx?x=.tvx");
+TEST_CASE("what would take the path that is appended is refused of an allowed origin, too",
+          "[raytracer][farm][worker]") {
+    const std::string rest =
+        GENERATE(as<std::string>(), "/admin?x=", "/admin#", "/place.tvx?x=.tvx");
     INFO(rest);
     Job job(farm_scene());
     BadServer server = server_of(job);

@@ -117,8 +117,10 @@ log_json = true
 TEST_CASE("flags override the file", "[raytracer][worker][config]") {
     const Folder f;
     const std::string text = "version = 1\nlisten = \":1000\"\njoin = [\"one:1\", \"two:2\"]\nthreads = 3\nlog = \"warn\"\ntoken_file = \"token\"\n";
-    const WorkerConfig c = f.load(text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json", "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5",
-                                     "--allow-origins", "https://one.example", "--allow-origins", "https://two.example"});
+    const WorkerConfig c = f.load(
+        text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json",
+               "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5",
+               "--allow-origins", "https://one.example", "--allow-origins", "https://two.example"});
     REQUIRE(c.allow_origins.size() == 2);
     CHECK(c.allow_origins[1].text() == "https://two.example:443");
     CHECK(c.threads == 5);
@@ -144,38 +146,61 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
     const auto c = GENERATE(values<Case>({
         {"listen = \":1\"", "version is missing; allowed: 1"},
         {"version = 2\nlisten = \":1\"", "version = another one; allowed: 1"},
-        {"version = 1\nlisten = \":1\"\nthread = 4", "unknown field 'thread'; allowed: version, listen, join, announce,"},
+        {"version = 1\nlisten = \":1\"\nthread = 4",
+         "unknown field 'thread'; allowed: version, listen, join, announce,"},
         {"version = 1\nlisten = \":1\"\n[tls]\nca = \"x\"", "unknown field 'tls'"},
         {"version = 1\nlisten = 7878", "listen = a value of another kind; allowed: a text"},
         {"version = 1\nlisten = \":70000\"", "listen: read the address ':70000'"},
-        {"version = 1\njoin = \"one:1\"", "join = a value of another kind; allowed: a list of texts"},
+        {"version = 1\njoin = \"one:1\"",
+         "join = a value of another kind; allowed: a list of texts"},
         {"version = 1\njoin = [1]", "join = a value of another kind; allowed: a text"},
         {"version = 1\njoin = [\":7879\"]", "join = ':7879'; allowed: HOST:PORT"},
         {"version = 1\njoin = [\"one:0\"]", "join = 'one:0'; allowed: HOST:PORT, port 1 to 65535"},
-        {"version = 1\nlisten = \":1\"\nthreads = -1", "threads = -1; allowed: whole numbers, 0 to 1024"},
-        {"version = 1\nlisten = \":1\"\nthreads = 1.5", "threads = a value of another kind; allowed: whole numbers, 0 to 1024"},
-        {"version = 1\nlisten = \":1\"\nmemory_mib = 9223372036854775807", "memory_mib = 9223372036854775807; allowed: whole numbers, 16 to 1048576"},
-        {"version = 1\nlisten = \":1\"\nsessions = 0", "sessions = 0; allowed: whole numbers, 1 to 64"},
+        {"version = 1\nlisten = \":1\"\nthreads = -1",
+         "threads = -1; allowed: whole numbers, 0 to 1024"},
+        {"version = 1\nlisten = \":1\"\nthreads = 1.5",
+         "threads = a value of another kind; allowed: whole numbers, 0 to 1024"},
+        {"version = 1\nlisten = \":1\"\nmemory_mib = 9223372036854775807",
+         "memory_mib = 9223372036854775807; allowed: whole numbers, 16 to 1048576"},
+        {"version = 1\nlisten = \":1\"\nsessions = 0",
+         "sessions = 0; allowed: whole numbers, 1 to 64"},
         {"version = 1\nlisten = \":1\"\ndrain_s = nan", "drain_s = nan; allowed: 0 to 3600"},
-        {"version = 1\nlisten = \":1\"\nidle_s = \"long\"", "idle_s = a value of another kind; allowed: 0 to 1000000"},
-        {"version = 1\nlisten = \":1\"\nonce = 1", "once = a value of another kind; allowed: true, false"},
-        {"version = 1\nlisten = \":1\"\nlog = \"loud\"", "log = 'loud'; allowed: trace, debug, info, warn, error, off"},
-        {"version = 1\nlisten = \":1\"\nname = \"a\\nb\"", "name = a text with a control character; allowed: one line"},
-        {"version = 1\nlisten = \":1\"\nmetrics = \"127.0.0.1\"", "metrics: read the address '127.0.0.1'"},
+        {"version = 1\nlisten = \":1\"\nidle_s = \"long\"",
+         "idle_s = a value of another kind; allowed: 0 to 1000000"},
+        {"version = 1\nlisten = \":1\"\nonce = 1",
+         "once = a value of another kind; allowed: true, false"},
+        {"version = 1\nlisten = \":1\"\nlog = \"loud\"",
+         "log = 'loud'; allowed: trace, debug, info, warn, error, off"},
+        {"version = 1\nlisten = \":1\"\nname = \"a\\nb\"",
+         "name = a text with a control character; allowed: one line"},
+        {"version = 1\nlisten = \":1\"\nmetrics = \"127.0.0.1\"",
+         "metrics: read the address '127.0.0.1'"},
         {"version = 1", "nobody to work for; allowed: listen"},
         {"version = 1\njoin = [\"one\"]\nannounce = true", "announce without listen"},
-        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"", "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
-        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = \"c\"\ntoken_file = \"d\"", "token_file and tls_ca; allowed: one of them"},
-        {"version = 1\nlisten = \":1\"\nallow_origins = \"https://a\"", "allow_origins = a value of another kind; allowed: a list of texts"},
-        {"version = 1\nlisten = \":1\"\nallow_origins = [\"a.example\"]", "allow_origins: read the origin 'a.example': not an address; allowed: http(s)://host[:port]"},
-        {"version = 1\nlisten = \":1\"\nallow_origins = [\"https://a/b\"]", "allow_origins: read the origin 'https://a/b': an address with a path in it"},
-        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://10.0.0.1:80\"]", "allow_origins = 'http://10.0.0.1:80', no public address; allowed: there public ones"},
-        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://127.1\"]", "allow_origins = 'http://127.0.0.1:80', no public address"},
-        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://[::ffff:127.0.0.1]\"]", "no public address"},
-        {"version = 1\nlisten = \":1\"\nallow_private_origins = [\"http://0.0.0.0:80\"]", "allow_private_origins = 'http://0.0.0.0:80'; allowed: addresses of single machines"},
-        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"", "only one of server_origin and server_token_file; allowed: both, or neither"},
-        {"version = 1\nlisten = \":1\"\nserver_token_file = \"t\"", "only one of server_origin and server_token_file"},
-        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"\nserver_token_file = \"t\"", "server_origin = 'https://a:443'; allowed: one of allow_origins"},
+        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"",
+         "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
+        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = \"c\"\ntoken_file = \"d\"",
+         "token_file and tls_ca; allowed: one of them"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = \"https://a\"",
+         "allow_origins = a value of another kind; allowed: a list of texts"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"a.example\"]",
+         "allow_origins: read the origin 'a.example': not an address; allowed: http(s)://host[:port]"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"https://a/b\"]",
+         "allow_origins: read the origin 'https://a/b': an address with a path in it"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://10.0.0.1:80\"]",
+         "allow_origins = 'http://10.0.0.1:80', no public address; allowed: there public ones"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://127.1\"]",
+         "allow_origins = 'http://127.0.0.1:80', no public address"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://[::ffff:127.0.0.1]\"]",
+         "no public address"},
+        {"version = 1\nlisten = \":1\"\nallow_private_origins = [\"http://0.0.0.0:80\"]",
+         "allow_private_origins = 'http://0.0.0.0:80'; allowed: addresses of single machines"},
+        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"",
+         "only one of server_origin and server_token_file; allowed: both, or neither"},
+        {"version = 1\nlisten = \":1\"\nserver_token_file = \"t\"",
+         "only one of server_origin and server_token_file"},
+        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"\nserver_token_file = \"t\"",
+         "server_origin = 'https://a:443'; allowed: one of allow_origins"},
         {"version = 1\nlisten =", "(line 2)"},
     }));
     INFO(c.text);
@@ -213,7 +238,11 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
     const auto c = GENERATE(values<Case>({
         {"listen", [](WorkerConfig& w) { w.listen->port = 1; }, false},
         {"listen", [](WorkerConfig& w) { w.listen.reset(); }, false},
-        {"join", [](WorkerConfig& w) { w.join.push_back({"one", 1}); }, true},
+        {"join",
+         [](WorkerConfig& w) {
+             w.join.push_back({"one", 1});
+         },
+         true},
         {"announce", [](WorkerConfig& w) { w.announce = true; }, false},
         {"name", [](WorkerConfig& w) { w.name = "other"; }, false},
         {"threads", [](WorkerConfig& w) { w.threads = 7; }, true},
@@ -223,11 +252,19 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
         {"tls_ca", [](WorkerConfig& w) { w.tls_ca = "t"; }, false},
         {"tls_cert", [](WorkerConfig& w) { w.tls_cert = "t"; }, false},
         {"tls_key", [](WorkerConfig& w) { w.tls_key = "t"; }, false},
-        {"allow_origins", [](WorkerConfig& w) { w.allow_origins.push_back(HttpOrigin::parse("https://a")); }, false},
-        {"allow_private_origins", [](WorkerConfig& w) { w.allow_private_origins.push_back(HttpOrigin::parse("https://a")); }, false},
-        {"server_origin", [](WorkerConfig& w) { w.server_origin = HttpOrigin::parse("https://a"); }, false},
+        {"allow_origins",
+         [](WorkerConfig& w) { w.allow_origins.push_back(HttpOrigin::parse("https://a")); }, false},
+        {"allow_private_origins",
+         [](WorkerConfig& w) { w.allow_private_origins.push_back(HttpOrigin::parse("https://a")); },
+         false},
+        {"server_origin", [](WorkerConfig& w) { w.server_origin = HttpOrigin::parse("https://a"); },
+         false},
         {"server_token_file", [](WorkerConfig& w) { w.server_token_file = "t"; }, false},
-        {"metrics", [](WorkerConfig& w) { w.metrics = net::Address{"127.0.0.1", 1}; }, false},
+        {"metrics",
+         [](WorkerConfig& w) {
+             w.metrics = net::Address{"127.0.0.1", 1};
+         },
+         false},
         {"metrics_names", [](WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
         {"drain_s", [](WorkerConfig& w) { w.drain_s = 1; }, true},
         {"idle_s", [](WorkerConfig& w) { w.idle_s = 1; }, true},
@@ -278,30 +315,39 @@ TEST_CASE("credentials are a token, read anew each time, or certificates", "[ray
     unsetenv("TERRAVOX_FARM_TOKEN");
 }
 
-TEST_CASE("a worker may ask the servers of its configuration alone, and sends no token of the environment", "[raytracer][worker][config]") {
+TEST_CASE(
+    "a worker may ask the servers of its configuration alone, and sends no token of the environment",
+    "[raytracer][worker][config]") {
     const Folder f;
     const auto token = f.folder.path() / "server-token";
     std::ofstream(token) << "a-token-of-a-server\n";
     chmod(token.c_str(), 0600);
     setenv("TERRAVOX_SERVER_TOKEN", "a-token-of-the-environment", 1);
     setenv("TERRAVOX_SERVER_ORIGIN", "https://voxels.example", 1);
-    const HttpOrigin voxels = HttpOrigin::parse("https://voxels.example"), other = HttpOrigin::parse("http://10.0.0.1:8080");
+    const HttpOrigin voxels = HttpOrigin::parse("https://voxels.example"),
+                     other = HttpOrigin::parse("http://10.0.0.1:8080");
     const HttpAccess nobody = http_access_of(listening());
     CHECK_FALSE(nobody.token);
     CHECK(nobody.ranges(voxels).empty());
-    const HttpAccess some = http_access_of(f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
-                                                  "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
+    const HttpAccess some = http_access_of(f.load(
+        "version = 1\nlisten = \":1\"\nallow_origins = [\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
+        "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
     REQUIRE(some.token);
     CHECK(some.token->text() == "a-token-of-a-server");
     CHECK(some.token->origin() == voxels);
     CHECK(some.ranges(voxels) == AddressRanges{AddressRange::kPublic});
-    CHECK(some.ranges(other) == AddressRanges{AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback});
+    CHECK(some.ranges(other) ==
+          AddressRanges{AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback});
     CHECK(some.ranges(HttpOrigin::parse("http://voxels.example")).empty());
-    const WorkerConfig clear = f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin = \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
+    const WorkerConfig clear = f.load(
+        "version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin = \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
     CHECK_THROWS_AS(http_access_of(clear), UsageError);
     CHECK_THROWS_WITH(http_access_of(clear), contains("clear text"));
     chmod(token.c_str(), 0644);
-    CHECK_THROWS_WITH(http_access_of(f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = \"https://a\"\nserver_token_file = \"server-token\"\n")), contains("chmod 600"));
+    CHECK_THROWS_WITH(
+        http_access_of(f.load(
+            "version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = \"https://a\"\nserver_token_file = \"server-token\"\n")),
+        contains("chmod 600"));
     unsetenv("TERRAVOX_SERVER_TOKEN");
     unsetenv("TERRAVOX_SERVER_ORIGIN");
 }

@@ -106,12 +106,16 @@ TEST_CASE("an address names an archive by the ending of its path", "[raytracer][
     CHECK_FALSE(names_archive("https://example.org"));
 }
 
-TEST_CASE("an archive's address holds no secret that messages would tell", "[raytracer][world][far_archive]") {
-    BadServer server([](const std::string&, int, const std::string& range) { return part_of_archive(range); });
+TEST_CASE("an archive's address holds no secret that messages would tell",
+          "[raytracer][world][far_archive]") {
+    BadServer server(
+        [](const std::string&, int, const std::string& range) { return part_of_archive(range); });
     const std::string url = server.url() + "/a.tvx";
-    for (const std::string& signed_url : {url + "?signature=hush", url + "#hush", "http://me:hush@" + url.substr(7)}) {
+    for (const std::string& signed_url :
+         {url + "?signature=hush", url + "#hush", "http://me:hush@" + url.substr(7)}) {
         CHECK_THROWS_AS(far_archive(signed_url, std::chrono::seconds(1)), UsageError);
-        CHECK_THROWS_WITH(far_archive(signed_url, std::chrono::seconds(1)), contains("a.tvx'") && !contains("hush"));
+        CHECK_THROWS_WITH(far_archive(signed_url, std::chrono::seconds(1)),
+                          contains("a.tvx'") && !contains("hush"));
     }
     CHECK(server.heads().empty());
 }

@@ -6,7 +6,8 @@
 using namespace terravox;
 using terravox::test::contains;
 
-TEST_CASE("an origin is scheme, host and port of an address, however that is written", "[raytracer][world][http]") {
+TEST_CASE("an origin is scheme, host and port of an address, however that is written",
+          "[raytracer][world][http]") {
     struct Case {
         const char *url, *origin;
     };
@@ -28,7 +29,8 @@ TEST_CASE("an origin is scheme, host and port of an address, however that is wri
     CHECK(HttpOrigin::parse(c.origin) == HttpOrigin::of(c.url));
 }
 
-TEST_CASE("an address that may hide something is refused, and what it hides is not told", "[raytracer][world][http]") {
+TEST_CASE("an address that may hide something is refused, and what it hides is not told",
+          "[raytracer][world][http]") {
     struct Case {
         const char *url, *fault, *shown;
     };
@@ -53,27 +55,34 @@ TEST_CASE("an address that may hide something is refused, and what it hides is n
     }));
     INFO(c.url);
     CHECK_THROWS_AS(HttpOrigin::of(c.url), UsageError);
-    CHECK_THROWS_WITH(HttpOrigin::of(c.url), contains(c.fault) && contains(c.shown) && contains("allowed: http(s)://host[:port]"));
-    if (std::string(c.shown).find("hush") == std::string::npos) CHECK_THROWS_WITH(HttpOrigin::of(c.url), !contains("hush"));
+    CHECK_THROWS_WITH(HttpOrigin::of(c.url), contains(c.fault) && contains(c.shown) &&
+                                                 contains("allowed: http(s)://host[:port]"));
+    if (std::string(c.shown).find("hush") == std::string::npos)
+        CHECK_THROWS_WITH(HttpOrigin::of(c.url), !contains("hush"));
     CHECK_THROWS_AS(HttpOrigin::parse(c.url), UsageError);
 }
 
 TEST_CASE("an origin has no path, and an address an end", "[raytracer][world][http]") {
     CHECK_NOTHROW(HttpOrigin::parse("http://host/"));
-    CHECK_THROWS_WITH(HttpOrigin::parse("http://host/a"), contains("a path in it") && contains("allowed: http(s)://host[:port]"));
+    CHECK_THROWS_WITH(HttpOrigin::parse("http://host/a"),
+                      contains("a path in it") && contains("allowed: http(s)://host[:port]"));
     CHECK_NOTHROW(HttpOrigin::of("http://host/" + std::string(2000, 'a')));
-    CHECK_THROWS_WITH(HttpOrigin::of("http://host/" + std::string(3000, 'a')), contains("3012 bytes") && !contains(std::string(2100, 'a')));
+    CHECK_THROWS_WITH(HttpOrigin::of("http://host/" + std::string(3000, 'a')),
+                      contains("3012 bytes") && !contains(std::string(2100, 'a')));
 }
 
-TEST_CASE("a host leads where its name service says, and a number where it says itself", "[raytracer][world][http]") {
+TEST_CASE("a host leads where its name service says, and a number where it says itself",
+          "[raytracer][world][http]") {
     // What is this machine alone, in any writing: workers elsewhere would ask themselves.
-    for (const char* url : {"http://localhost:1", "http://LOCALHOST", "http://127.0.0.1", "http://127.1", "http://2130706433", "http://0.0.0.0:8888", "http://[::1]",
-                            "http://[::]", "http://[::ffff:127.0.0.1]"}) {
+    for (const char* url : {"http://localhost:1", "http://LOCALHOST", "http://127.0.0.1",
+                            "http://127.1", "http://2130706433", "http://0.0.0.0:8888",
+                            "http://[::1]", "http://[::]", "http://[::ffff:127.0.0.1]"}) {
         INFO(url);
         const AddressRanges ranges = ranges_of_host(HttpOrigin::of(url));
         CHECK((ranges.holds(AddressRange::kLoopback) || ranges.holds(AddressRange::kNoMachine)));
     }
-    for (const char* url : {"http://10.1.2.3", "http://8.8.8.8", "http://[fe80::1%25lo]", "http://[2600::1]"}) {
+    for (const char* url :
+         {"http://10.1.2.3", "http://8.8.8.8", "http://[fe80::1%25lo]", "http://[2600::1]"}) {
         INFO(url);
         const AddressRanges ranges = ranges_of_host(HttpOrigin::of(url));
         CHECK((ranges.holds(AddressRange::kPublic) || ranges.holds(AddressRange::kPrivate)));
