@@ -170,20 +170,24 @@ LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
     Unit& unit = m_units.at(id);
     if (unit.is_check) {
         // Settled before: whose band it is was found out otherwise.
-        out.answer = unit.done ? Answer::kLate : hash_of_pixels(result) == unit.hash || !result.holes.empty() ? Answer::kChecked : Answer::kFalse;
+        if (unit.done) out.answer = Answer::kLate;
+        else if (hash_of_pixels(result) == unit.hash) out.answer = Answer::kChecked;
+        else out.answer = is_comparable(unit.holes, result.holes) ? Answer::kFalse : Answer::kUndecided;
         out.other = unit.by;
         if (!std::exchange(unit.done, true)) --m_open_checks;
         end_lease(member, static_cast<std::size_t>(lease - own->second.begin()));
         return out;
     }
     if (unit.done) {
-        out.answer = unit.disowned || unit.holes || !result.holes.empty() || hash_of_pixels(result) == unit.hash ? Answer::kLate : Answer::kUnequal;
-        out.other = unit.by, out.other_hash = unit.hash;
+        out.hash = hash_of_pixels(result);
+        out.answer = unit.disowned || out.hash == unit.hash ? Answer::kLate : Answer::kUnequal;
+        out.holes = std::move(result.holes);
+        out.other = unit.by, out.other_hash = unit.hash, out.other_holes = unit.holes;
         end_lease(member, static_cast<std::size_t>(lease - own->second.begin()));
         return out;
     }
     out.answer = Answer::kFirst;
-    unit.done = true, unit.by = member, unit.hash = hash_of_pixels(result), unit.holes = !result.holes.empty();
+    unit.done = true, unit.by = member, unit.hash = hash_of_pixels(result), unit.holes = result.holes;
     m_leased_pixels -= out.pixels;
     if (unit.copies > 1)
         for (const auto& [other, leases] : m_leases)
@@ -193,10 +197,14 @@ LeaseBook::Taken LeaseBook::take(Member member, TileResult&& result) {
     return out;
 }
 
-void LeaseBook::check(Member member, const RenderTile& band, std::uint64_t hash) {
+bool LeaseBook::is_comparable(const Holes& of_member, const Holes& trusted) {
+    return std::includes(of_member.begin(), of_member.end(), trusted.begin(), trusted.end());
+}
+
+void LeaseBook::check(Member member, const RenderTile& band, std::uint64_t hash, Holes holes) {
     const UnitId id = m_next_unit++;
     Unit& unit = m_units[id];
-    unit.band = band, unit.is_check = true, unit.by = member, unit.hash = hash;
+    unit.band = band, unit.is_check = true, unit.by = member, unit.hash = hash, unit.holes = std::move(holes);
     m_checks.push_back(id);
     ++m_open_checks;
 }

@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -22,6 +23,7 @@ class LeaseBook {
 public:
     using Time = std::chrono::steady_clock::time_point;
     using Member = std::uint32_t;
+    using Holes = std::set<voxel::BoxKey>;
 
     /// A tile to do. Tiles of one pass have different indices; the next pass may begin when all are handed out.
     void add(const RenderTile& tile);
@@ -42,18 +44,26 @@ public:
         kUnasked,   ///< the member had no such lease
         kChecked,   ///< equal to what was to be checked
         kFalse,     ///< unequal to what was to be checked
+        kUndecided, ///< unequal, but the check met a hole that the band's member did not: that one may have had the box
     };
     struct Taken {
         Answer answer = Answer::kUnasked;
         std::optional<TileResult> whole;   ///< a tile that is whole by this
         std::size_t pixels = 0;            ///< of the band
-        Member other = 0;                  ///< kUnequal: who answered first; kFalse: whose band it was
-        std::uint64_t other_hash = 0;      ///< kUnequal: of what that one answered
+        Member other = 0;                  ///< kUnequal: who answered first; of checks: whose band it was
+        std::uint64_t hash = 0, other_hash = 0;  ///< kUnequal: of this answer, and of the other's
+        Holes holes, other_holes;                ///< kUnequal: of this answer, and of the other's
         std::vector<Member> withdraw;      ///< kFirst: who else works on it
     };
     Taken take(Member member, TileResult&& result);
-    /// A band that has come, or some rows of it, shall be made again by somebody else. @param hash hash_of_pixels of those rows
-    void check(Member member, const RenderTile& band, std::uint64_t hash);
+    /// A band that has come, or some rows of it, shall be made again by somebody else.
+    /// @param hash hash_of_pixels of those rows
+    /// @param holes that the member met in the band
+    void check(Member member, const RenderTile& band, std::uint64_t hash, Holes holes);
+    /// Whether an answer is wrong where it differs from one to be trusted. Holes are the coordinator's, and once a box is one it stays
+    /// so: who is to be trusted meets every hole that the member met before it, so equal holes make equal pixels. The member may have
+    /// had a box earlier, or from a server of its own, that is a hole by now.
+    [[nodiscard]] static bool is_comparable(const Holes& of_member, const Holes& trusted);
 
     /// What the member has goes to others. @return bands
     std::size_t give_back(Member member);
@@ -104,7 +114,7 @@ private:
     /// A band that is or was leased.
     struct Unit {
         RenderTile band;
-        bool holes = false;  ///< in the answer: whoever could have the boxes is no liar
+        Holes holes;            ///< in the answer
         bool disowned = false;  ///< by who answered first: nothing is compared with it
         bool done = false, is_check = false, waits = false;  ///< waits: in m_pending, beside those who have it
         int copies = 0;

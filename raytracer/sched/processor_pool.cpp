@@ -198,9 +198,9 @@ void ProcessorPool::run_green(Clock::time_point until) {
         }
 }
 
-bool ProcessorPool::to_check(const State& member) {
+bool ProcessorPool::to_check(State& member) {
     if (member.is.trusted || m_settings.check_every <= 0) return false;
-    if (member.answers == 0) return true;
+    if (member.answers == 0 || std::exchange(member.check_next, false)) return true;
     return next_random() % static_cast<std::uint64_t>(m_settings.check_every) == 0;
 }
 
@@ -229,10 +229,10 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         if (found == m_members.end()) return false;
         State& member = *found->second;
         const RenderTile band = result.tile;
-        // Of holes others may have the boxes: that is no lie.
-        const bool checks = result.holes.empty() && to_check(member);
+        const bool checks = to_check(member);
         const RenderTile checked = checks ? rows_to_check(band) : band;
         const std::uint64_t hash = checks ? hash_of_pixels(result, checked) : 0;
+        LeaseBook::Holes holes = checks ? result.holes : LeaseBook::Holes();
         const auto now = Clock::now();
         count_time(member, now);
         LeaseBook::Taken taken = m_book.take(id, std::move(result));
@@ -249,7 +249,7 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
         switch (taken.answer) {
             case Answer::kFirst:
                 ++member.bands, ++member.answers, member.pixels += taken.pixels;
-                if (checks) m_book.check(id, checked, hash);
+                if (checks) m_book.check(id, checked, hash, std::move(holes));
                 for (const MemberId other : taken.withdraw)
                     if (const auto at = m_members.find(other); at != m_members.end()) withdrawals.push_back({at->second->is.processor, band});
                 if (taken.whole) {
@@ -264,13 +264,21 @@ bool ProcessorPool::accept(MemberId id, TileResult&& result) {
                 // One of two that are not both to be trusted is wrong: who is, a third one says.
                 const auto other = m_members.find(taken.other);
                 const bool other_trusted = other != m_members.end() && other->second->is.trusted;
-                if (member.is.trusted) doubted = taken.other;
-                else if (other_trusted) doubted = id;
-                else m_book.check(taken.other, band, taken.other_hash), m_book.check(id, band, hash);
+                if (member.is.trusted) {
+                    if (LeaseBook::is_comparable(taken.other_holes, taken.holes)) doubted = taken.other;
+                } else if (other_trusted) {
+                    if (LeaseBook::is_comparable(taken.holes, taken.other_holes)) doubted = id;
+                } else {
+                    m_book.check(taken.other, band, taken.other_hash, std::move(taken.other_holes));
+                    m_book.check(id, band, taken.hash, std::move(taken.holes));
+                }
                 doubt = "it disagrees with another about rows " + std::to_string(band.y0) + " to " + std::to_string(band.y1) + " of tile " + std::to_string(band.index);
                 break;
             }
             case Answer::kChecked: ++m_counts.checked; break;
+            case Answer::kUndecided:
+                if (const auto other = m_members.find(taken.other); other != m_members.end()) other->second->check_next = true;
+                break;
             case Answer::kFalse:
                 ++m_counts.checked;
                 doubted = taken.other;

@@ -123,6 +123,7 @@ private:
         Member is;
         std::thread pump;
         bool draining = false, paused = false, late = false, gone = false, checks_only = false;
+        bool check_next = false;  ///< its next band: the last check of one decided nothing
         bool doubtful = false;  ///< it was late, and has not answered since: one band at a time
         std::uint64_t bands = 0, pixels = 0, answers = 0;
         double recent_pixels = 0, recent_s = 0, busy_s = 0;
@@ -156,7 +157,7 @@ private:
     [[nodiscard]] bool can_hand_out() const noexcept;
     [[nodiscard]] bool has_answer() const noexcept;
     [[nodiscard]] double all_speeds() const noexcept;
-    [[nodiscard]] bool to_check(const State& member);
+    [[nodiscard]] bool to_check(State& member);
     [[nodiscard]] RenderTile rows_to_check(RenderTile band);
     [[nodiscard]] std::uint64_t next_random() noexcept;
 

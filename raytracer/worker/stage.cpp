@@ -125,7 +125,10 @@ Stage::Load Stage::load() const {
 // False: it was stopped.
 bool Stage::open_ground() {
     const std::lock_guard lock(m_ground->opening);
-    if (m_ground->blocks) return true;
+    if (m_ground->blocks) {
+        m_ground->blocks->forget_holes();  // those of an earlier picture: the coordinator says what is one now
+        return true;
+    }
     voxel::World* world = m_ground->far.get();
     if (auto own = open_own(*m_ground, m_parcel.scene)) {
         m_ground->own = std::make_unique<HelpedWorld>(std::move(own), *m_ground->far);

@@ -171,6 +171,11 @@ BlockStats BlockManager::stats() const {
     return out;
 }
 
+bool BlockManager::is_hole(const voxel::BoxKey& key) const {
+    const std::lock_guard lock(m_mutex);
+    return m_holes.contains(key);
+}
+
 std::size_t BlockManager::hole_count() const {
     const std::lock_guard lock(m_mutex);
     return m_holes.size();

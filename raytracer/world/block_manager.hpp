@@ -90,6 +90,8 @@ public:
     [[nodiscard]] BlockStats stats() const;
     /// Boxes that could not be made or fetched so far.
     [[nodiscard]] std::size_t hole_count() const;
+    /// Whether this box could not be made or fetched. Once it is so, it stays so until forget_holes().
+    [[nodiscard]] bool is_hole(const voxel::BoxKey& key) const;
 
 private:
     struct Wait {

@@ -13,6 +13,9 @@ constexpr int kMostServing = 2;  // threads for one asker: one that takes nothin
 constexpr std::uint64_t kMostQueued_bytes = std::uint64_t{8} << 20;  // far below what makes a sender wait
 constexpr std::chrono::milliseconds kLookAgain{50};  // at links that are slow
 
+/// Ends the making of a packed box, so that the cache does not keep what it is not.
+struct IsHole {};
+
 }  // namespace
 
 BoxSupplier::BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads) : m_blocks(blocks), m_world_id(world_id), m_packed(memory_bytes) {
@@ -62,12 +65,16 @@ std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxK
     const auto make = [&] {
         auto out = std::make_shared<Packed>();
         const BlockPin block = m_blocks.get(key);
-        out->hole = block->hole;
-        out->air = !block->hole && !block->box;
+        if (block->hole) throw IsHole();
+        out->air = !block->box;
         if (block->box) out->frame = voxel::compress(*block->box);
         return std::shared_ptr<const Packed>(std::move(out));
     };
-    return m_packed.get(key, make, [](const std::shared_ptr<const Packed>& p) { return p->frame.size(); });
+    try {
+        return m_packed.get(key, make, [](const std::shared_ptr<const Packed>& p) { return p->frame.size(); });
+    } catch (const IsHole&) {
+        return nullptr;  // for this picture: the block manager knows for how long
+    }
 }
 
 // Who is to be served, once there is one; none when it stops.
@@ -105,7 +112,7 @@ void BoxSupplier::serve() {
             reply.set_air(true);  // beyond the world
         } else {
             const auto box = packed(key);
-            if (box->hole) reply.set_hole("the coordinator cannot have it");
+            if (!box) reply.set_hole("the coordinator cannot have it");
             else if (box->air) reply.set_air(true);
             else reply.set_frame(box->frame.data(), box->frame.size());
         }

@@ -37,13 +37,14 @@ public:
     /// Nothing is sent to it any more once this returns.
     void forget(std::uint64_t asker);
     [[nodiscard]] std::uint64_t world_id() const noexcept { return m_world_id; }
+    [[nodiscard]] const BlockManager& blocks() const noexcept { return m_blocks; }
     static constexpr std::size_t kMostWaiting = 65'536;  ///< keys of one asker
 
 private:
     void stop();
     struct Packed {
         std::vector<std::byte> frame;
-        bool air = false, hole = false;
+        bool air = false;
     };
     struct Asker {
         std::uint64_t id;
@@ -54,6 +55,7 @@ private:
     using Askers = std::deque<std::shared_ptr<Asker>>;
     void serve();
     [[nodiscard]] Askers::iterator next(std::unique_lock<std::mutex>& lock);
+    /// @return nullptr: the box is a hole
     [[nodiscard]] std::shared_ptr<const Packed> packed(const voxel::BoxKey& key);
 
     BlockManager& m_blocks;

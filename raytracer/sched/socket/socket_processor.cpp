@@ -15,8 +15,10 @@ constexpr std::size_t kMostStrays = 10'000;
 
 }  // namespace
 
-SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture, bool layers, int capacity)
-    : m_link(std::move(link)), m_name(std::move(name)), m_picture(picture), m_layers(layers), m_capacity(std::max(capacity, 1)) {}
+SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture, bool layers, int capacity,
+                                 const BlockManager& blocks)
+    : m_link(std::move(link)), m_name(std::move(name)), m_picture(picture), m_layers(layers), m_capacity(std::max(capacity, 1)),
+      m_blocks(blocks) {}
 
 void SocketProcessor::submit(RenderTile tile) {
     farm::Frame frame;
@@ -103,6 +105,24 @@ void SocketProcessor::misbehaved(const std::string& what) {
     fail(std::make_exception_ptr(FalseProcessor(m_name + ": " + what)));
 }
 
+TileResult SocketProcessor::decoded(const std::string& bytes, const RenderTile& tile) const {
+    const std::string name = "tile " + std::to_string(tile.index);
+    const auto data = std::as_bytes(std::span(bytes));
+    // Before any memory is taken for pixels or holes.
+    const TileHead head = read_tile_head(data, name);
+    if (!(head.tile == tile)) throw Error("it sent another tile than " + std::to_string(tile.index));
+    if (head.with_layers != m_layers) throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
+    if (const std::size_t known = m_blocks.hole_count(); head.holes > known)
+        throw Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " + std::to_string(known) +
+                    " boxes that the coordinator could not have either");
+    TileResult result = decode_tile(data, name);
+    for (const voxel::BoxKey& key : result.holes)
+        if (!m_blocks.is_hole(key))
+            throw Error(name + " has a hole at box " + voxel::to_string(key) +
+                        "; allowed: boxes that the coordinator could not have either");
+    return result;
+}
+
 void SocketProcessor::done(const farm::Done& done) {
     RenderTile tile;
     {
@@ -121,13 +141,7 @@ void SocketProcessor::done(const farm::Done& done) {
     }
     TileResult result;
     try {
-        // Before any memory is taken for pixels.
-        const auto bytes = std::as_bytes(std::span(done.result()));
-        const std::string name = "tile " + std::to_string(tile.index);
-        const TileHead head = read_tile_head(bytes, name);
-        if (!(head.tile == tile)) throw Error("it sent another tile than " + std::to_string(tile.index));
-        if (head.with_layers != m_layers) throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
-        result = decode_tile(bytes, name);
+        result = decoded(done.result(), tile);
     } catch (const Error& e) {
         misbehaved(e.what());
         return;

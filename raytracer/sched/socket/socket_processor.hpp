@@ -12,6 +12,7 @@
 
 #include "common/net/link.hpp"
 #include "raytracer/sched/processor.hpp"
+#include "raytracer/world/block_manager.hpp"
 
 namespace terravox {
 
@@ -21,8 +22,11 @@ namespace terravox {
 /// when the worker sent what it should not, FailingProcessor when it cannot trace a tile.
 class SocketProcessor final : public TileProcessor {
 public:
-    /// @param picture its id on the wire @param layers whether tiles must come with layers
-    SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture, bool layers, int capacity);
+    /// @param picture its id on the wire
+    /// @param layers whether tiles must come with layers
+    /// @param blocks this machine's, which outlive the processor: a box is a hole only when they could not have it either
+    SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture, bool layers, int capacity,
+                    const BlockManager& blocks);
     [[nodiscard]] int capacity() const noexcept override { return m_capacity; }
     void submit(RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
@@ -43,12 +47,15 @@ public:
 private:
     [[nodiscard]] bool has_answer() const noexcept { return !m_results.empty() || m_failure || m_cancelled || (m_closed && m_leases.empty()); }
     void fail(std::exception_ptr failure);
+    /// @throws Error for what the worker ought not to have sent
+    [[nodiscard]] TileResult decoded(const std::string& bytes, const RenderTile& tile) const;
 
     const std::shared_ptr<net::Link> m_link;
     const std::string m_name;
     const std::uint64_t m_picture;
     const bool m_layers;
     const int m_capacity;
+    const BlockManager& m_blocks;
     std::mutex m_mutex;
     std::condition_variable m_done;
     std::unordered_map<std::uint64_t, RenderTile> m_leases;

@@ -1,6 +1,8 @@
 #include "raytracer/sched/farm.hpp"
 
+#include <atomic>
 #include <random>
+#include <set>
 
 #include "raytracer/sched/socket/parcel.hpp"
 #include "tests/catch.hpp"
@@ -60,6 +62,41 @@ TEST_CASE("several pictures through the same links are right: the worker keeps w
         (void)render_film({view, pool, true, nullptr}, again);
         CHECK(bytes_of(again) == right);
         first.farm().end();
+    }
+}
+
+TEST_CASE("workers meet the coordinator's holes, are checked there as elsewhere, and forget what has come back", "[raytracer][farm]") {
+    const voxel::BoxKey hole{0, 0, 0, 0};
+    const auto damaged = [&] {
+        auto world = landscape();
+        world->make_hole(hole);
+        return world;
+    };
+    constexpr std::size_t kMemory_bytes = std::size_t{256} << 20;
+    Job alone(farm_scene(), kMemory_bytes, damaged()), job(farm_scene(), kMemory_bytes, damaged());
+    FarmBench bench(job, std::nullopt, 1);  // each band is checked
+    bench.add_worker();
+    Film film = empty_film(job);
+    const RenderCounts counts = bench.render(film);
+    CHECK((bytes_of(film) == bytes_of(render(alone, 2))));
+    CHECK(counts.holes == std::set<voxel::BoxKey>{hole});
+    CHECK(bench.pool().counts().checked >= 28);
+    CHECK(bench.expelled().empty());
+    bench.farm().end();
+    job.world->mend_hole(hole);
+    job.blocks.forget_holes();
+    {
+        std::atomic<bool> expelled{false};
+        PoolSettings settings = pool_settings(job);
+        settings.check_every = 1;
+        settings.gone = [&](ProcessorPool::MemberId, const std::string&, bool is_expelled) { expelled = expelled || is_expelled; };
+        ProcessorPool pool(std::move(settings));
+        bench.farm().begin(pool, job.view.scene, job.view);
+        Film whole = empty_film(job);
+        CHECK(render_film({job.view, pool, true, nullptr}, whole).holes.empty());
+        CHECK((bytes_of(whole) == local_picture(false)));
+        CHECK_FALSE(expelled);
+        bench.farm().end();
     }
 }
 

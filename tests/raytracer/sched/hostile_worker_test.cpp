@@ -1,3 +1,4 @@
+#include <atomic>
 #include <functional>
 #include <limits>
 
@@ -14,7 +15,8 @@ namespace {
 class FakeWorker {
 public:
     using OnTile = std::function<void(FakeWorker&, std::uint64_t picture, std::uint64_t id, const RenderTile&)>;
-    FakeWorker(Job& job, std::unique_ptr<net::Link> link, OnTile on_tile) : m_job(job), m_link(std::move(link)), m_on_tile(std::move(on_tile)), m_thread([this] { run(); }) {}
+    FakeWorker(Job& job, std::unique_ptr<net::Link> link, OnTile on_tile, std::string name = "fake")
+        : m_job(job), m_link(std::move(link)), m_on_tile(std::move(on_tile)), m_name(std::move(name)), m_thread([this] { run(); }) {}
     ~FakeWorker() {
         m_link->abort();
         m_thread.join();
@@ -42,7 +44,7 @@ public:
 private:
     void run() {
         OwnHello own;
-        own.role = farm::WORKER, own.threads = 1, own.capacity = 4, own.name = "fake";
+        own.role = farm::WORKER, own.threads = 1, own.capacity = 4, own.name = m_name;
         try {
             (void)meet(*m_link, make_hello(own), {farm::COORDINATOR});
         } catch (const HelloError&) {
@@ -62,6 +64,7 @@ private:
     Job& m_job;
     std::unique_ptr<net::Link> m_link;
     OnTile m_on_tile;
+    const std::string m_name;
     std::thread m_thread;
 };
 
@@ -109,6 +112,15 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
                              for (PixelSample& sample : r.samples) sample.colour.g += 0.001f;
                          }));
          }, "wrong"},
+        {"a hole where the coordinator has a box, with each tile", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
+             w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) {
+                             for (PixelSample& sample : r.samples) sample.colour.g += 0.001f;
+                             r.holes.insert({0, 0, 0, 0});
+                         }));
+         }, "hole"},
+        {"a hole beyond the world", [](FakeWorker& w, auto picture, auto id, const RenderTile& t) {
+             w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) { r.holes.insert({0, 1000, 0, 1000}); }));
+         }, "hole"},
         {"a frame of the coordinator's", [](FakeWorker& w, auto, auto, const RenderTile&) {
              farm::Frame frame;
              frame.mutable_task()->set_picture(1);
@@ -139,11 +151,13 @@ TEST_CASE("whatever a hostile worker sends, the picture is right, and the worker
         {
             FakeWorker fake(job, bench.plug(), c.act);
             // Alone until it is found out: then somebody else comes.
+            std::atomic<bool> over{false};
             std::thread help([&] {
-                while (bench.expelled().empty()) std::this_thread::yield();
+                while (bench.expelled().empty() && !over) std::this_thread::yield();
                 bench.add_threads(1);
             });
             CHECK(bench.render(film).missing == 0);
+            over = true;
             help.join();
         }
         CHECK(bytes_of(film) == right);
@@ -224,4 +238,69 @@ TEST_CASE("a worker that cannot render is left out, and what nobody can render i
     };
     FakeWorker a(job, bench.plug(), failing), b(job, bench.plug(), failing), c(job, bench.plug(), failing);
     CHECK_THROWS_WITH(bench.render(film), contains("3 workers failed"));
+}
+
+TEST_CASE("a hole that the coordinator has as well hides no lie", "[raytracer][farm]") {
+    const voxel::BoxKey hole{0, 0, 0, 0};
+    const auto damaged = [&] {
+        auto world = landscape();
+        world->make_hole(hole);
+        return world;
+    };
+    constexpr std::size_t kMemory_bytes = std::size_t{256} << 20;
+    Job alone(farm_scene(), kMemory_bytes, damaged()), job(farm_scene(), kMemory_bytes, damaged());
+    const std::string right = bytes_of(render(alone, 2));
+    FarmBench bench(job);
+    Film film = empty_film(job);
+    {
+        FakeWorker fake(job, bench.plug(), [&](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile& t) {
+            TileResult result = w.right(t);
+            (void)job.blocks.get(hole);  // as if it had asked for it
+            for (PixelSample& sample : result.samples) sample.colour.g += 0.001f;
+            result.holes.insert(hole);
+            w.send_tile(picture, id, result);
+        });
+        std::atomic<bool> over{false};
+        std::thread help([&] {
+            while (bench.expelled().empty() && !over) std::this_thread::yield();
+            bench.add_threads(1);
+        });
+        CHECK(bench.render(film).missing == 0);
+        over = true;
+        help.join();
+    }
+    CHECK(bytes_of(film) == right);
+    REQUIRE(bench.expelled().size() == 1);
+    CHECK_THAT(bench.expelled().front(), contains("wrong"));
+}
+
+TEST_CASE("of two workers that disagree the liar alone is expelled", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job, std::nullopt, 0);  // nothing is checked but what they disagree about
+    std::atomic<bool> honest_has_it{false};
+    const auto answered = [&](const char* name) {
+        for (const auto& member : bench.pool().status())
+            if (member.name == name && member.bands > 0) return true;
+        return false;
+    };
+    const RenderTile tile = plan_tiles(97, 53, 1, 16, "rows").front().front();
+    bench.pool().submit(tile);
+    FakeWorker liar(job, bench.plug(), [&](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile& t) {
+        while (!honest_has_it) std::this_thread::yield();
+        w.send_tile(picture, id, changed(w.right(t), [](TileResult& r) { r.samples.front().colour.r = 7; }));
+    }, "liar");
+    while (bench.pool().status().empty() || bench.pool().status().front().leases == 0) (void)bench.pool().wait(std::chrono::milliseconds(1));
+    FakeWorker honest(job, bench.plug(), [&](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile& t) {
+        const TileResult result = w.right(t);
+        if (!honest_has_it.exchange(true))
+            while (!answered("liar")) std::this_thread::yield();
+        w.send_tile(picture, id, result);
+    }, "honest");
+    // The second answer, and what comes of it.
+    while (bench.pool().counts().checked < 2 || bench.expelled().empty()) (void)bench.pool().wait(std::chrono::milliseconds(1));
+    REQUIRE(bench.pool().status().front().name == "honest");
+    const auto result = bench.pool().take();
+    REQUIRE(result);
+    CHECK(hash_of_pixels(*result) == hash_of_pixels(honest.right(tile)));
+    CHECK(bench.expelled().size() == 1);
 }

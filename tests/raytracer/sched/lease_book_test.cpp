@@ -157,7 +157,7 @@ TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][s
         REQUIRE(band);
         TileResult result = made(*band, lie);
         CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
-        book.check(1, *band, hash_of_pixels(made(*band, lie)));
+        book.check(1, *band, hash_of_pixels(made(*band, lie)), {});
         CHECK(book.open_checks() == 1);
         const auto check = book.lease_check(2, Time{});
         REQUIRE(check);
@@ -168,13 +168,63 @@ TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][s
     }
 }
 
+TEST_CASE("holes excuse what a check of them could not see, and nothing else", "[raytracer][sched]") {
+    const voxel::BoxKey a{0, 0, 0, 0}, b{0, 1, 0, 0};
+    struct Case {
+        const char* name;
+        LeaseBook::Holes reported, met;
+        float lie;
+        Answer answer;
+    };
+    for (const Case& c : {Case{"no hole", {}, {}, 1, Answer::kFalse}, Case{"the same hole", {a}, {a}, 1, Answer::kFalse},
+                          Case{"a hole that is beside the checked rows", {a, b}, {b}, 1, Answer::kFalse},
+                          Case{"a reported hole, and none met", {a}, {}, 1, Answer::kFalse},
+                          Case{"a hole that the member had the box of", {}, {a}, 1, Answer::kUndecided},
+                          Case{"one of two", {a}, {a, b}, 1, Answer::kUndecided}, Case{"equal all the same", {}, {a}, 0, Answer::kChecked},
+                          Case{"equal with the same hole", {a}, {a}, 0, Answer::kChecked}}) {
+        INFO(c.name);
+        LeaseBook book;
+        book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+        const auto band = book.lease(1, 100'000, Time{});
+        REQUIRE(band);
+        TileResult result = made(*band, c.lie);
+        result.holes = c.reported;
+        const std::uint64_t hash = hash_of_pixels(result);
+        CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
+        book.check(1, *band, hash, c.reported);
+        const auto check = book.lease_check(2, Time{});
+        REQUIRE(check);
+        TileResult again = made(*check);
+        again.holes = c.met;
+        CHECK(book.take(2, std::move(again)).answer == c.answer);
+        CHECK(book.open_checks() == 0);
+    }
+}
+
+TEST_CASE("two answers that differ are unequal whatever holes they report", "[raytracer][sched]") {
+    const voxel::BoxKey hole{0, 0, 0, 0};
+    LeaseBook book;
+    book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+    const auto band = book.lease(1, 100'000, Time{});
+    REQUIRE(band);
+    (void)book.lease_again(2, *band, Time{});
+    TileResult first = made(*band, 1), second = made(*band);
+    first.holes = {hole};
+    const std::uint64_t first_hash = hash_of_pixels(first), second_hash = hash_of_pixels(second);
+    CHECK(book.take(1, std::move(first)).answer == Answer::kFirst);
+    const auto taken = book.take(2, std::move(second));
+    CHECK(taken.answer == Answer::kUnequal);
+    CHECK((taken.other == 1 && taken.other_hash == first_hash && taken.hash == second_hash));
+    CHECK((taken.other_holes == LeaseBook::Holes{hole} && taken.holes.empty()));
+}
+
 TEST_CASE("a check of who is disowned meanwhile settles nothing any more", "[raytracer][sched]") {
     LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});
     REQUIRE(band);
     (void)book.take(1, made(*band, 1));
-    book.check(1, *band, 77);
+    book.check(1, *band, 77, {});
     const auto check = book.lease_check(2, Time{});
     REQUIRE(check);
     (void)book.disown(1);
