@@ -256,6 +256,8 @@ std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_
 
 }  // namespace
 
+std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept { return plane_bytes(pixels_of(tile), with_layers); }
+
 std::vector<std::byte> encode_tile(const TileResult& result) {
     const RenderTile& t = result.tile;
     const auto fail = [&](const std::string& what) { throw Error("encode the tile " + std::to_string(t.index) + ": " + what); };

@@ -12,6 +12,9 @@ namespace terravox {
 
 inline constexpr std::size_t kMostTile_bytes = std::size_t{1} << 30;  ///< of samples and layers, not compressed
 
+/// Bytes of a tile's samples and layers, not compressed. @param tile of a rectangle that is none upside down, step from 1
+[[nodiscard]] std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept;
+
 /// A finished tile as bytes, for the wire and for checkpoints: its rectangle, counts, holes, samples and layers; compressed (zstd) and
 /// checksummed (XXH3). The same tile gives the same bytes on every machine, but for counts.seconds. Thread-safe, as all here.
 /// @throws Error for a tile of more than kMostTile_bytes, or whose samples or layers are not as many as its rectangle asks for

@@ -8,12 +8,14 @@
 #include "common/util/stage_times.hpp"
 #include "raytracer/render/render.hpp"
 #include "raytracer/scene/scene_io.hpp"
+#include "raytracer/tiles/tile_codec.hpp"
 #include "raytracer/world/open_world.hpp"
 
 namespace terravox {
 namespace {
 
 constexpr int kThreadsPerCollector = 8;
+constexpr std::uint64_t kCopies = 3;  // of a tile's pixels: as they were traced, as the codec orders them, and compressed
 
 /// @return nullptr, said in the log, where this worker's configuration does not allow the server
 /// that the coordinator names
@@ -35,7 +37,11 @@ std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::st
     static util::StageTimes times;
     if (ground.server.empty() && ground.generated.empty()) return nullptr;
     try {
-        Scene scene = unpack_scene(scene_text);
+        // Of a coordinator's scene no more is used than what a world may need: none of it names a file.
+        const Scene asked = unpack_scene(scene_text);
+        Scene scene;
+        scene.generated = asked.generated;
+        scene.processing.box_patience_s = asked.processing.box_patience_s;
         scene.world.voxel_m = ground.far->info().voxel_m;
         std::unique_ptr<voxel::World> own;
         if (!ground.server.empty()) own = open_server(ground, scene, times);
@@ -82,6 +88,7 @@ void Stage::drop(const std::vector<std::uint64_t>& ids) {
         for (const auto& lease : m_begun)
             if (is_dropped(lease)) m_processor->withdraw(lease.second);
     std::erase_if(m_begun, is_dropped);
+    m_work.notify_all();
     m_idle.notify_all();
 }
 
@@ -97,6 +104,7 @@ std::vector<std::uint64_t> Stage::drop_all() {
             ids.push_back(begun->first);
             m_begun.erase(begun);
         }
+    m_work.notify_all();
     m_idle.notify_all();
     return ids;
 }
@@ -154,22 +162,38 @@ void Stage::run() {
         }
         std::vector<std::thread> collectors;
         for (int i = 0; i <= m_threads / kThreadsPerCollector; ++i) collectors.emplace_back([&] { collect(processor); });
-        feed(processor);
+        feed(processor, view.wants_layers());
         processor.cancel();
         for (std::thread& t : collectors) t.join();
         const std::lock_guard lock(m_mutex);
         m_processor = nullptr;
     } catch (const std::exception& e) {
-        m_answers.failed(e.what());
+        m_answers.failed(0, e.what());
     }
     m_over = true;
 }
 
-void Stage::feed(TileProcessor& processor) {
+// With the lock held.
+bool Stage::has_room(const RenderTile& tile, bool with_layers) const {
+    std::uint64_t bytes = pixel_bytes(tile, with_layers);
+    for (const auto& [id, begun] : m_begun) bytes += pixel_bytes(begun, with_layers);
+    return m_begun.empty() || kCopies * bytes <= m_memory_bytes;
+}
+
+void Stage::feed(TileProcessor& processor, bool with_layers) {
     std::unique_lock lock(m_mutex);
     while (true) {
-        m_work.wait(lock, [&] { return m_cancelled || !m_waiting.empty(); });
+        m_work.wait(lock, [&] { return m_cancelled || (!m_waiting.empty() && has_room(m_waiting.front().second, with_layers)); });
         if (m_cancelled) return;
+        if (const auto [id, tile] = m_waiting.front(); pixel_bytes(tile, with_layers) > kMostLease_bytes) {
+            m_waiting.pop_front();
+            m_idle.notify_all();
+            lock.unlock();
+            m_answers.failed(id, "a tile of " + std::to_string(pixel_bytes(tile, with_layers)) + " bytes of pixels; allowed: up to " +
+                                     std::to_string(kMostLease_bytes) + ", so make quality.tile smaller");
+            lock.lock();
+            continue;
+        }
         m_begun.push_back(m_waiting.front());
         m_waiting.pop_front();
         const RenderTile tile = m_begun.back().second;
@@ -193,10 +217,11 @@ void Stage::collect(TileProcessor& processor) {
             // Only now: who waits for what is begun must know it sent.
             const std::lock_guard lock(m_mutex);
             std::erase_if(m_begun, [&](const auto& b) { return b.first == id; });
+            m_work.notify_all();
             m_idle.notify_all();
         }
     } catch (const std::exception& e) {
-        m_answers.failed(e.what());
+        m_answers.failed(0, e.what());
         cancel();
     }
 }

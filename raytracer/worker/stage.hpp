@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/net/link.hpp"
 #include "raytracer/sched/socket/parcel.hpp"
 #include "raytracer/sched/thread_processor.hpp"
 #include "raytracer/worker/far_world.hpp"
@@ -42,13 +43,15 @@ struct WorkerGround {
 /// One picture on a worker: what has to be made before the first tile, then tiles through threads.
 ///
 /// A thread of its own opens the world and makes the view, then feeds tiles to the threads; others take results and hand them on. One mutex
-/// guards the tiles that wait and those that are begun. Ends, cancelled, when it is told to; the threads' end is waited for by the destructor.
+/// guards the tiles that wait and those that are begun, of which no more are begun than fit the memory: together they may take as much as the
+/// boxes, and one may always be begun. A tile whose pixels no frame could hold is refused. Ends, cancelled, when it is told to; the threads' end is waited for by the destructor.
 class Stage {
 public:
     /// What came of a tile. Called on threads of the stage.
     struct Answers {
         std::function<void(std::uint64_t id, TileResult)> done;
-        std::function<void(const std::string& why)> failed;  ///< the picture as a whole
+        /// @param id of the lease that cannot be rendered here; 0: the picture as a whole
+        std::function<void(std::uint64_t id, const std::string& why)> failed;
     };
     Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, Answers answers);
     ~Stage();
@@ -73,11 +76,15 @@ public:
     };
     [[nodiscard]] Load load() const;
     static constexpr std::size_t kMostWaiting = 1 << 16;
+    /// Of a lease's pixels, not compressed: what compresses to a frame's size (net::kMostFrame_bytes) has not more than twice that.
+    static constexpr std::uint64_t kMostLease_bytes = 2 * net::kMostFrame_bytes;
+    [[nodiscard]] const WorkerGround& ground() const noexcept { return *m_ground; }
 
 private:
     void run();
     [[nodiscard]] bool open_ground();
-    void feed(TileProcessor& processor);
+    void feed(TileProcessor& processor, bool with_layers);
+    [[nodiscard]] bool has_room(const RenderTile& tile, bool with_layers) const;
     void collect(TileProcessor& processor);
 
     const std::uint64_t m_picture;

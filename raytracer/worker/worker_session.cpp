@@ -17,8 +17,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kMostStates_bytes = std::size_t{16} << 20;
+constexpr std::size_t kMostText_bytes = std::size_t{1} << 20;  // of a scene, its materials or its world: some kilobytes in fact
 constexpr std::size_t kMostOld = 16;  // pictures that have ended, and whose threads have not
-constexpr int kMostEdge_px = 65'536, kMostTile_px = 4096 * 4096;
+constexpr int kMostOldWorlds = 1;     // of those, which each keep boxes in memory
+constexpr int kMostEdge_px = 65'536;
 
 std::int64_t now_ns() noexcept { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
@@ -27,7 +29,6 @@ std::int64_t now_ns() noexcept { return std::chrono::steady_clock::now().time_si
 std::string fault_of(const RenderTile& t) {
     const auto within = [](int a, int b) { return a >= 0 && a < b && b <= kMostEdge_px; };
     if (!within(t.x0, t.x1) || !within(t.y0, t.y1)) return "a tile beyond any picture";
-    if (static_cast<std::int64_t>(t.x1 - t.x0) * (t.y1 - t.y0) > kMostTile_px) return "a tile of more than 4096 x 4096 pixels";
     if (t.step < 1 || t.step > 64 || !std::has_single_bit(static_cast<unsigned>(t.step))) return "a tile with step " + std::to_string(t.step);
     if (t.samples > 65'536 || t.first_sample > (1U << 24)) return "a tile of " + std::to_string(t.samples) + " samples from " + std::to_string(t.first_sample);
     return {};
@@ -92,15 +93,20 @@ std::string WorkerSession::take(const farm::Frame& frame) {
             return {};
         case farm::Frame::kPicture: return begin_picture(frame.picture());
         case farm::Frame::kState: {
-            if (state_hash(frame.state().content()) != frame.state().hash()) return "a text that is not what its hash says";
+            const std::string &text = frame.state().content(), &hash = frame.state().hash();
+            if (text.size() > kMostText_bytes)
+                return "a text of " + std::to_string(text.size()) + " bytes; allowed: up to " + std::to_string(kMostText_bytes);
+            if (state_hash(text) != hash) return "a text that is not what its hash says";
+            // Of a picture that has ended meanwhile.
+            if (!m_awaited || (hash != m_awaited->scene() && hash != m_awaited->materials() && hash != m_awaited->world())) return {};
             {
                 const std::lock_guard lock(m_shared.mutex);
-                std::size_t bytes = frame.state().content().size();
-                for (const auto& [hash, text] : m_shared.states) bytes += text.size();
+                std::size_t bytes = text.size();
+                for (const auto& [known, content] : m_shared.states) bytes += content.size();
                 if (bytes > kMostStates_bytes) m_shared.states.clear();
-                m_shared.states[frame.state().hash()] = frame.state().content();
+                m_shared.states[hash] = text;
             }
-            if (m_awaited) m_texts[frame.state().hash()] = frame.state().content();
+            m_texts[hash] = text;
             return begin_stage_if_complete();
         }
         case farm::Frame::kTask: return add_task(frame.task());
@@ -157,6 +163,8 @@ std::string WorkerSession::begin_stage_if_complete() {
             return std::string("a world that is none: ") + e.what();
         }
         if (m_ground) m_ground->stop();
+        const auto is_elsewhere = [&](const auto& old) { return &old->ground() != m_ground.get() && !old->is_over(); };
+        if (std::count_if(m_old.begin(), m_old.end(), is_elsewhere) > kMostOldWorlds) return "worlds faster than any can end";
         m_ground = std::make_shared<WorkerGround>();
         m_ground->world_id = picture.world_id(), m_ground->world = parcel.world, m_ground->server = picture.server(), m_ground->generated = picture.generated();
         m_ground->http = m_options.http;
@@ -180,11 +188,12 @@ std::string WorkerSession::begin_stage_if_complete() {
         frame.mutable_done()->set_result(bytes.data(), bytes.size());
         (void)m_link->send(std::move(frame));
     };
-    answers.failed = [this, id = picture.id()](const std::string& reason) {
+    answers.failed = [this, id = picture.id()](std::uint64_t lease, const std::string& reason) {
         ++m_shared.failed;
-        spdlog::error("a picture of {} cannot be rendered here: {}", m_coordinator, reason);
+        spdlog::error("a {} of {} cannot be rendered here: {}", lease == 0 ? "picture" : "tile", m_coordinator, reason);
         farm::Frame frame;
         frame.mutable_failed()->set_picture(id);
+        frame.mutable_failed()->set_id(lease);
         frame.mutable_failed()->set_reason(reason);
         (void)m_link->send(std::move(frame));
     };

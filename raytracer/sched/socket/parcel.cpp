@@ -64,6 +64,10 @@ voxel::WorldInfo unpack_world(const std::string& text) {
 Scene unpack_scene(const std::string& text) {
     Scene scene;
     parse_scene(text, "of the coordinator", scene);
+    const Scene plain;
+    if (!(scene.world == plain.world) || !(scene.processing == plain.processing) || !scene.camera.look.empty() || !scene.sun.zone.empty() ||
+        !scene.quality.materials.empty())
+        throw UsageError("read the scene of the coordinator: it names files or limits of this machine; allowed: what shows in the picture");
     return scene;
 }
 

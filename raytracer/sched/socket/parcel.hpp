@@ -25,7 +25,7 @@ struct Parcel {
 
 /// The view that the coordinator has, bit by bit, but for names and paths. @throws Error, UsageError for texts from anywhere
 [[nodiscard]] View unpack(const Parcel& parcel, const voxel::WorldInfo& world);
-/// The scene of a parcel. @throws UsageError
+/// The scene of a parcel. @throws UsageError, also for one that names a file of this machine or one of its limits
 [[nodiscard]] Scene unpack_scene(const std::string& text);
 
 /// A text's name: 16 bytes.
