@@ -4,6 +4,8 @@
 
 #include <mutex>
 
+#include "common/util/printable.hpp"
+
 #ifdef TERRAVOX_AVAHI
 #include <avahi-client/client.h>
 #include <avahi-client/lookup.h>
@@ -35,12 +37,6 @@ struct FreeTexts {
     void operator()(AvahiStringList* list) const noexcept { avahi_string_list_free(list); }
 };
 using TextList = std::unique_ptr<AvahiStringList, FreeTexts>;
-
-std::string printable(std::string text) {
-    for (char& c : text)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-    return text;
-}
 
 /// A connection to Avahi's daemon with a thread of its own, made anew when the daemon has come back. All that derived classes do happens
 /// on that thread, with the poll's lock held, or before it has begun or after it has ended: that needs no lock of one's own.
@@ -293,7 +289,7 @@ private:
         // It stays: what changes later is told by it as well.
         instance.resolver = avahi_service_resolver_new(client, interface, protocol, name.c_str(), type, domain, protocol, AvahiLookupFlags(0), on_resolver, &instance);
         if (instance.resolver == nullptr) {
-            spdlog::warn("look up the service '{}': {}", printable(name), avahi_strerror(avahi_client_errno(client)));
+            spdlog::warn("look up the service '{}': {}", util::printable(name), avahi_strerror(avahi_client_errno(client)));
             note_answer(instance);
         }
     }
@@ -314,7 +310,7 @@ private:
         try {
             if (event == AVAHI_RESOLVER_FOUND) self.set_found(instance, interface, *address, port, text);
             else {
-                spdlog::debug("look up the service '{}': no answer", printable(name));
+                spdlog::debug("look up the service '{}': no answer", util::printable(name));
                 instance.found.reset();
             }
             self.tell(instance.name);
@@ -326,7 +322,7 @@ private:
 
     static void set_found(Instance& instance, AvahiIfIndex interface, const AvahiAddress& address, std::uint16_t port, AvahiStringList* text) {
         FoundService service;
-        service.name = printable(instance.name);
+        service.name = util::printable(instance.name);
         service.port = port;
         std::array<char, AVAHI_ADDRESS_STR_MAX> number{};
         avahi_address_snprint(number.data(), number.size(), &address);
@@ -343,7 +339,7 @@ private:
             char *key = nullptr, *value = nullptr;
             std::size_t size = 0;
             if (avahi_string_list_get_pair(entry, &key, &value, &size) != 0) continue;
-            service.text[printable(key)] = printable(value != nullptr ? std::string(value, size) : std::string());
+            service.text[util::printable(key)] = util::printable(value != nullptr ? std::string(value, size) : std::string());
             avahi_free(key);
             avahi_free(value);
         }

@@ -19,7 +19,7 @@ inline constexpr const char* kServiceType = "_terravox._tcp";
 inline constexpr std::size_t kMostServiceText_bytes = 200;  ///< of a key and its value
 
 /// A program of the farm that was found by multicast DNS. Anybody on the network may claim anything there: who dials the address still
-/// asks for token or certificate. Control characters in texts are replaced by `?`.
+/// asks for token or certificate. Texts are printable (common/util/printable.hpp).
 struct FoundService {
     std::string name;     ///< unique on the network; for people
     std::string address;  ///< a number, the best one known: IPv4, else IPv6; "fe80::1%eth0" where it holds on one link alone

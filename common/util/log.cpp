@@ -1,5 +1,6 @@
 #include "common/util/log.hpp"
 
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "common/util/printable.hpp"
 
 namespace terravox::util {
 namespace {
@@ -36,6 +38,29 @@ public:
     [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonLines>(); }
 };
 
+/// Cleans what messages say, of which parts come from strangers, before another formatter makes lines of them.
+class Cleaning final : public spdlog::formatter {
+public:
+    explicit Cleaning(std::unique_ptr<spdlog::formatter> inner) : m_inner(std::move(inner)) {}
+    void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) override {
+        const std::string text = printable({message.payload.data(), message.payload.size()});
+        spdlog::details::log_msg clean = message;
+        clean.payload = text;
+        m_inner->format(clean, out);
+        message.color_range_start = clean.color_range_start;
+        message.color_range_end = clean.color_range_end;
+    }
+    [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<Cleaning>(m_inner->clone()); }
+
+private:
+    std::unique_ptr<spdlog::formatter> m_inner;
+};
+
+std::unique_ptr<spdlog::formatter> log_formatter(LogFormat format) {
+    if (format == LogFormat::kJson) return std::make_unique<Cleaning>(std::make_unique<JsonLines>());
+    return std::make_unique<Cleaning>(std::make_unique<spdlog::pattern_formatter>("[%^%l%$] %v"));
+}
+
 }  // namespace
 
 void set_up_log(const std::string& level, LogFormat format) {
@@ -44,10 +69,7 @@ void set_up_log(const std::string& level, LogFormat format) {
     for (const char* name : kLevels) known = known || level == name;
     if (!known) throw UsageError("set the log level: '" + level + "'; allowed: trace, debug, info, warn, error, off");
     auto logger = std::make_shared<spdlog::logger>("terravox", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-    if (format == LogFormat::kJson)
-        logger->set_formatter(std::make_unique<JsonLines>());
-    else
-        logger->set_pattern("[%^%l%$] %v");
+    logger->set_formatter(log_formatter(format));
     logger->set_level(spdlog::level::from_str(level == "warn" ? "warning" : level));
     spdlog::set_default_logger(std::move(logger));
 }

@@ -9,6 +9,7 @@
 
 #include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
+#include "common/util/printable.hpp"
 
 namespace terravox::util {
 
@@ -35,9 +36,9 @@ template <class Body> [[nodiscard]] int run_program(const Body& body) noexcept {
         return body();
     } catch (const Error& e) {
         code = e.exit_code();
-        std::cerr << "terravox: " << e.what() << "\n";
+        std::cerr << "terravox: " << printable(e.what()) << "\n";
     } catch (...) {
-        std::cerr << "terravox: " << message_of(std::current_exception()) << "\n";
+        std::cerr << "terravox: " << printable(message_of(std::current_exception())) << "\n";
     }
     return static_cast<int>(code);
 }

@@ -6,6 +6,7 @@
 
 #include "common/util/error.hpp"
 #include "common/util/open_files.hpp"
+#include "common/util/printable.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/sched/green_processor.hpp"
@@ -151,7 +152,7 @@ std::vector<std::string> Crew::table() const {
     };
     line("  %-26s %-9s %7s %9s %10s %8s %8s %6s", "processor", "state", "threads", "tiles", "kpixel/s", "latency", "memory", "busy");
     for (const Hand& h : hands()) {
-        const std::string name = (h.status.name + (h.status.kind == std::string_view("socket") ? "" : std::string(" (") + h.status.kind + ")")).substr(0, 26);
+        const std::string name = util::printable((h.status.name + (h.status.kind == std::string_view("socket") ? "" : std::string(" (") + h.status.kind + ")")).substr(0, 26));
         line("  %-26s %-9s %7d %9llu %10.1f %5.1f ms %4llu MiB %4.0f %%", name.c_str(), h.status.state, h.status.threads, static_cast<unsigned long long>(h.status.bands),
              h.status.pixels_per_s / 1e3, h.status.latency_s * 1e3, static_cast<unsigned long long>(h.memory_bytes >> 20), 100 * h.status.busy_share);
     }

@@ -8,6 +8,7 @@
 
 #include "common/net/certs.hpp"
 #include "common/util/log.hpp"
+#include "common/util/printable.hpp"
 #include "raytracer/render/crew_arguments.hpp"
 #include "raytracer/sched/socket/hello.hpp"
 
@@ -55,14 +56,16 @@ nlohmann::json to_json(const std::string& address, const farm::Status& s) {
 
 void print(const std::string& address, const farm::Status& s) {
     const bool coordinator = s.role() == farm::COORDINATOR;
-    std::printf("%s: %s %s, %s, up %.0f s, %llu MiB, %llu", address.c_str(), coordinator ? "coordinator" : "worker", s.name().c_str(), s.software().c_str(), s.uptime_s(),
+    std::printf("%s: %s %s, %s, up %.0f s, %llu MiB, %llu", address.c_str(), coordinator ? "coordinator" : "worker", util::printable(s.name()).c_str(),
+                util::printable(s.software()).c_str(), s.uptime_s(),
                 static_cast<unsigned long long>(s.memory_bytes() >> 20), static_cast<unsigned long long>(s.tiles_done()));
     if (coordinator) std::printf(" of %llu", static_cast<unsigned long long>(s.tiles_total()));
     std::printf(" tiles done\n");
     if (s.members().empty()) return;
     std::printf("  %-28s %-11s %-9s %7s %9s %10s %8s %6s %6s\n", coordinator ? "processor" : "works for", "kind", "state", "threads", "tiles", "kpixel/s", "latency", "leases", "busy");
     for (const auto& m : s.members())
-        std::printf("  %-28.28s %-11s %-9s %7u %9llu %10.1f %5.1f ms %6u %4.0f %%\n", m.name().c_str(), m.kind().c_str(), m.state().c_str(), m.threads(), static_cast<unsigned long long>(m.tiles()),
+        std::printf("  %-28.28s %-11s %-9s %7u %9llu %10.1f %5.1f ms %6u %4.0f %%\n", util::printable(m.name()).c_str(), util::printable(m.kind()).c_str(),
+                    util::printable(m.state()).c_str(), m.threads(), static_cast<unsigned long long>(m.tiles()),
                     m.pixels_per_s() / 1e3, m.latency_s() * 1e3, m.leases(), 100 * m.busy_share());
 }
 
@@ -76,7 +79,7 @@ ExitCode ask_all(const Arguments& args, const farm::Frame& question) {
         if (args.json) all.push_back(to_json(address.text(), status));
         else print(address.text(), status);
     }
-    if (args.json) std::printf("%s\n", all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    if (args.json) std::printf("%s\n", all.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
     return ExitCode::kDone;
 }
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "common/util/build_id.hpp"
+#include "common/util/printable.hpp"
 #include "common/util/version.hpp"
 
 namespace terravox {
@@ -68,9 +69,7 @@ std::string name_of(farm::Role role) {
 
 /// A peer's text in one line of ours.
 std::string shown(const std::string& text) {
-    std::string out = text.substr(0, 200);
-    std::replace_if(out.begin(), out.end(), [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; }, '?');
-    return out;
+    return util::printable(text.substr(0, 200));
 }
 
 std::string misfit(const farm::Hello& own, const farm::Hello& other, std::initializer_list<farm::Role> wanted) {

@@ -1,9 +1,63 @@
 #include "common/util/log.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <iterator>
+
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
 
 using terravox::test::contains;
+
+namespace {
+
+/// All that is written to standard error meanwhile.
+std::string written_by(const std::function<void()>& body) {
+    const terravox::test::TemporaryFolder folder;
+    const auto path = folder.path() / "stderr";
+    const int before = ::dup(STDERR_FILENO), file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    REQUIRE((before >= 0 && file >= 0));
+    std::fflush(stderr);
+    ::dup2(file, STDERR_FILENO);
+    body();
+    std::fflush(stderr);
+    ::dup2(before, STDERR_FILENO);
+    ::close(before);
+    ::close(file);
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+TEST_CASE("a message with words of a stranger is one line, and steers no terminal", "[common][util][log]") {
+    using terravox::util::LogFormat;
+    const auto logger = spdlog::default_logger();
+    struct Case {
+        const char* name;
+        LogFormat format;
+        const char* shown;
+    };
+    for (const Case c : {Case{"text", LogFormat::kText, R"(worker \x1b[2Jx\n[error] forged\u009b Köln is lost)"},
+                         Case{"JSON", LogFormat::kJson, R"(worker \\x1b[2Jx\\n[error] forged\\u009b Köln is lost)"}}) {
+        INFO(c.name);
+        const std::string written = written_by([&] {
+            terravox::util::set_up_log("info", c.format);
+            spdlog::error("worker {} is lost", "\x1b[2Jx\n[error] forged\xc2\x9b K\xc3\xb6ln");
+        });
+        CHECK_THAT(written, contains(c.shown));
+        CHECK(std::count(written.begin(), written.end(), '\n') == 1);
+        CHECK(written.find('\x1b') == std::string::npos);
+        CHECK(written.find("\xc2\x9b") == std::string::npos);
+    }
+    spdlog::set_default_logger(logger);
+}
 
 TEST_CASE("the log takes six levels and names a wrong one", "[common][util][log]") {
     const auto before = spdlog::default_logger();
