@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/net/credentials.hpp"
+#include "common/net/token_strength.hpp"
 #include "common/util/error.hpp"
 #include "common/util/secret.hpp"
 
@@ -25,12 +26,11 @@ std::string new_token() {
 std::string find_token(const std::filesystem::path& file) {
     const auto [token, attempt] = util::find_secret(file, util::kFarmTokenVariable);
     if (token.empty() && file.empty()) return {};
-    if (token.size() < kLeastToken)
-        throw Error(attempt + ": the token has " + std::to_string(token.size()) +
-                    " characters; allowed: at least " + std::to_string(kLeastToken));
     for (const char c : token)
         if (c < ' ' || c == 0x7f)
             throw Error(attempt + ": the token has a control character; allowed: one line of text");
+    const std::string weakness = weakness_of(token);
+    if (!weakness.empty()) throw UsageError(attempt + ": " + weakness);
     return token;
 }
 

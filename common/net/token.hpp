@@ -10,8 +10,8 @@ namespace terravox::net {
 
 /// The farm's token: of a file, else of the environment variable TERRAVOX_FARM_TOKEN, else none.
 /// @param file empty: none named
-/// @throws as util::find_secret(); Error for a token that is shorter than 16 characters or longer
-/// than a line
+/// @throws as util::find_secret(); Error for a token with a control character; UsageError for one
+/// that can be guessed (token_strength.hpp)
 [[nodiscard]] std::string find_token(const std::filesystem::path& file);
 
 }  // namespace terravox::net

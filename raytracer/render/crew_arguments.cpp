@@ -50,7 +50,7 @@ void add_crew_arguments(CLI::App& command, CrewArguments& args) {
     command.add_option("--worker", args.workers, "HOST[:PORT] of a worker daemon to render on, too; may be given several times (port 7878)")
         ->expected(1)->take_all()->allow_extra_args(false)->group("Farm");
     command.add_option("--listen", args.listen, "[HOST]:PORT to wait at for workers that join (terravox worker --join)")->group("Farm");
-    command.add_flag("--discover", args.discover, "render on worker daemons that announce themselves on this network, too (Avahi)")->group("Farm");
+    command.add_flag("--discover", args.discover, "render on worker daemons that announce themselves on this network, too (Avahi); wants certificates")->group("Farm");
     command.add_flag("--green", args.green, "trace on the coordinating thread, too, in slices")->group("Farm");
     command.add_option("--give-up", args.give_up, "when no worker is left for so long (60s, 5m), end with what there is; default: wait")->group("Farm");
     add_credential_arguments(command, args.credentials);
@@ -65,6 +65,10 @@ CrewOptions CrewArguments::options(const Scene& scene) const {
     }
     if (!listen.empty()) out.farm.listen = net::Address::parse(listen, net::kCoordinatorPort);
     out.farm.discover = discover;
+    // Whoever dials proves first that it knows the token, and what announces itself may be anybody's.
+    if (discover && credentials.ca.empty())
+        throw UsageError("render --discover: it dials whatever announces itself on this network; allowed: with certificates (--tls-ca, --tls-cert, "
+                         "--tls-key; terravox farm certs makes them), or --worker HOST with a token");
     if (!give_up.empty()) out.give_up = parse_time("--give-up", give_up);
     out.threads = scene.processing.threads ? *scene.processing.threads : green ? 0 : thread::thread_count(0);
     if (out.farm.any())

@@ -13,7 +13,7 @@ import unittest
 
 from support import HANGS_S, Program, Run, Server, binary, render, survey, temporary_folder, wait_until
 
-TOKEN = "a-token-of-the-tests-1234"
+TOKEN = "kv7r2mx9q4tz8wpd5hcn"
 ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 # Some seconds on one thread: long enough to be killed in the middle of.
 SCENE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--samples", "40", "--bounces", "4"]
@@ -151,7 +151,7 @@ class Farm(unittest.TestCase):
     def test_the_unwelcome_are_refused_and_harm_nothing(self):
         daemon, a = self.worker()
         port = int(a.rsplit(":", 1)[1])
-        wrong = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": "another-token-of-nobody"})
+        wrong = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"})
         self.assertEqual(wrong.code, 1, wrong)
         self.assertIn("token", wrong.err)
         none = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": ""})
@@ -166,7 +166,7 @@ class Farm(unittest.TestCase):
             stranger.close()
         self.assertIsNone(daemon.process.poll(), daemon.log())
         # A worker that nobody wants says so, and a render that its only worker refuses goes on by itself.
-        coordinator = self.coordinator("alone.png", "--worker", a, "--threads", "2", environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "another-token-of-nobody"})
+        coordinator = self.coordinator("alone.png", "--worker", a, "--threads", "2", environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"})
         self.check(coordinator, "alone.png")
 
     def test_a_busy_worker_works_for_one_after_the_other(self):
@@ -248,7 +248,13 @@ class Farm(unittest.TestCase):
                                          "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n")
         (folder / "avahi.conf").write_text("[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
                                            "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n")
-        environment = {**ENVIRONMENT, "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus"}
+        environment = {"TERRAVOX_TOKEN": "", "TERRAVOX_FARM_TEST": "1", "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus"}
+        made = Run([binary("RAYTRACER"), "farm", "certs", "-o", folder / "certs"])
+        self.assertEqual(made.code, 0, made)
+
+        def flags(name):
+            return ["--tls-ca", folder / "certs" / "ca.pem", "--tls-cert", folder / "certs" / f"{name}.pem", "--tls-key", folder / "certs" / f"{name}.key"]
+
 
         def background(*command):
             process = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, **environment, "PATH": path})
@@ -263,19 +269,28 @@ class Farm(unittest.TestCase):
         end = time.monotonic() + HANGS_S
         while time.monotonic() < end and subprocess.run([*within, "ip", "-o", "link", "show", "lo", "up"], capture_output=True, check=False, env={**os.environ, "PATH": path}).stdout == b"":
             time.sleep(0.1)
-        workers = [self.program("worker", "--listen", "0.0.0.0:0", "--announce", "--threads", "1", environment=environment, within=within) for _ in range(2)]
+        workers = [self.program("worker", "--listen", "0.0.0.0:0", "--announce", "--threads", "1", *flags("worker"), environment=environment, within=within) for _ in range(2)]
         for worker in workers:
             worker.saw(r"on port (\d+)")
-        coordinator = self.coordinator("found.png", "--discover", "--threads", "0", environment=environment, within=within)
+        coordinator = self.coordinator("found.png", "--discover", "--threads", "0", *flags("coordinator"), environment=environment, within=within)
         for worker in workers:
             worker.saw("works for")
         self.check(coordinator, "found.png")
+
+    def test_a_token_that_can_be_guessed_is_refused(self):
+        weak = {**ENVIRONMENT, "TERRAVOX_TOKEN": "terravox-farm-2024"}
+        for arguments in (["worker", "--join", "127.0.0.1:1"], ["farm", "status", "127.0.0.1:1"]):
+            with self.subTest(arguments):
+                run = Run([binary("RAYTRACER"), *arguments], environment=weak)
+                self.assertEqual(run.code, 2, run)
+                self.assertIn("can be guessed", run.err)
 
     def test_what_cannot_be_is_said(self):
         for arguments, code, says in (
                 (["--threads", "0"], 2, "nobody else is there"), (["--worker", "nowhere:0"], 2, "port"), (["--worker", "127.0.0.1:1", "--give-up", "soon"], 2, "--give-up"),
                 (["--listen", "300.1.2.3:1"], 1, "300.1.2.3"), (["--part", "3/2"], 2, "--part"), (["--resume", "--time", "5"], 2, "time_s"),
-                (["--worker", "127.0.0.1:1", "--tls-ca", "x"], 2, "--tls-cert")):
+                (["--worker", "127.0.0.1:1", "--tls-ca", "x"], 2, "--tls-cert"),
+                (["--discover"], 2, "certificates")):
             with self.subTest(arguments):
                 run = render(survey(), *SCENE, *arguments, "-o", self.out / "never.png", environment=ENVIRONMENT)
                 self.assertEqual(run.code, code, run)

@@ -12,7 +12,7 @@ import unittest
 from desktop import MISSING, Desktop, changed, colours
 from support import HANGS_S, Case, Program, Run, Server, binary, render, survey, temporary_folder, wait_until
 
-TOKEN = {"TERRAVOX_FARM_TOKEN": "a-token-of-the-tests-1234", "TERRAVOX_FARM_TEST": "1"}
+TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn", "TERRAVOX_FARM_TEST": "1"}
 WIDTH, HEIGHT = 1000, 640
 # Right of the panel, away from status line and map, in a picture of 16 to 9.
 PICTURE = (440, 160, 740, 370)

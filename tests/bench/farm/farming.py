@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
 from observe import Watch  # noqa: E402
 from support import binary, temporary_folder  # noqa: E402
 
-TOKEN = "a-token-of-the-benches-12"
+TOKEN = "n6cq9wx3tz7kf4vm2rjb"
 RAYTRACER = binary("RAYTRACER")
 FOLDER = temporary_folder()
 ENVIRONMENT = {**os.environ, "TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1", "XDG_CACHE_HOME": str(FOLDER / "cache")}

@@ -100,7 +100,7 @@ def unwelcome(args):
         papers[name] = ["--tls-ca", FOLDER / name / "ca.pem", "--tls-cert", FOLDER / name / "worker.pem", "--tls-key", FOLDER / name / "worker.key"]
     # A copy stands elsewhere, and would not find its configuration.
     config = {**ENVIRONMENT, "TERRAVOX_CONFIG": str(pathlib.Path(__file__).resolve().parents[3] / "config")}
-    other_token = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "another-token-of-nobody"}
+    other_token = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"}
     # (case, of who dials: options and flags; of who listens; what both say)
     cases = (("version", {"program": other_version, "environment": config}, (), {}, (), "version terravox", "version terravox"),
              ("build", {"program": other_build, "environment": config}, (), {}, (), "build [0-9a-f]{16}", "build [0-9a-f]{16}"),

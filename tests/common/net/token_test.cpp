@@ -45,7 +45,7 @@ TEST_CASE("new tokens are long, of plain letters, and differ", "[common][net][to
 
 TEST_CASE("a token comes from the file, else from the environment, else from nowhere", "[common][net][token]") {
     const test::TemporaryFolder folder;
-    const std::string in_file = "the token of the file", in_environment = "the token of the environment";
+    const std::string in_file = "kv7r2mx9q4tz8wpd5hcn", in_environment = "y3bw6fj8nq2xs5gm9tzk";
     const auto file = write(folder.path() / "token", in_file + "\r\n");
     {
         const Variable variable(in_environment.c_str());
@@ -64,7 +64,7 @@ TEST_CASE("a token comes from the file, else from the environment, else from now
 
 TEST_CASE("a token that will not do is told with its place", "[common][net][token]") {
     const test::TemporaryFolder folder;
-    const auto good = std::string("long enough for all\n");
+    const auto good = std::string("p4zq9vd2xk7wm5tr8gjn\n");
     using fs::perms;
     constexpr auto kOwner = perms::owner_read | perms::owner_write;
     struct Case {
@@ -89,4 +89,13 @@ TEST_CASE("a token that will not do is told with its place", "[common][net][toke
     const Variable variable("too short");
     CHECK_THROWS_WITH(net::find_token({}),
                       contains("TERRAVOX_FARM_TOKEN") && contains("9 characters"));
+}
+
+TEST_CASE("a token that can be guessed is refused wherever it is from", "[common][net][token]") {
+    const test::TemporaryFolder folder;
+    const auto file = write(folder.path() / "weak", "terravox-farm-2024\n");
+    CHECK_THROWS_AS(net::find_token(file), UsageError);
+    CHECK_THROWS_WITH(net::find_token(file), contains("weak: the token can be guessed"));
+    const Variable variable("passwordpassword");
+    CHECK_THROWS_AS(net::find_token({}), UsageError);
 }

@@ -294,24 +294,24 @@ TEST_CASE("a reload of everything keeps the order of the fields", "[raytracer][w
 TEST_CASE("credentials are a token, read anew each time, or certificates", "[raytracer][worker][config]") {
     const Folder f;
     const auto token = f.folder.path() / "token";
-    std::ofstream(token) << "first-token-of-the-farm\n";
+    std::ofstream(token) << "h3kx8tq5vz2mw9rj6ncp\n";
     chmod(token.c_str(), 0600);
     unsetenv("TERRAVOX_FARM_TOKEN");
     WorkerConfig c = listening();
     CHECK_THROWS_AS(credentials_of(c), UsageError);
     CHECK_THROWS_WITH(credentials_of(c), contains("neither token nor certificates"));
     c.token_file = token;
-    CHECK(credentials_of(c).token == "first-token-of-the-farm");
-    std::ofstream(token) << "second-token-of-the-farm\n";
-    CHECK(credentials_of(c).token == "second-token-of-the-farm");
+    CHECK(credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncp");
+    std::ofstream(token) << "b7gd4sy2pk9xq6tm3wzv\n";
+    CHECK(credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzv");
     CHECK_FALSE(credentials_of(c).tls());
     c = listening();
     c.tls_ca = "a", c.tls_cert = "b", c.tls_key = "c";
-    setenv("TERRAVOX_FARM_TOKEN", "a-token-of-the-environment", 1);
+    setenv("TERRAVOX_FARM_TOKEN", "y3bw6fj8nq2xs5gm9tzk", 1);
     CHECK(credentials_of(c).token.empty());
     CHECK(credentials_of(c).tls());
     CHECK(credentials_of(c).key == "c");
-    CHECK(credentials_of(listening()).token == "a-token-of-the-environment");
+    CHECK(credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzk");
     unsetenv("TERRAVOX_FARM_TOKEN");
 }
 
