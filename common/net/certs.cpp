@@ -8,14 +8,14 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <system_error>
 
 #include "common/net/credentials.hpp"
 #include "common/net/openssl.hpp"
+#include "common/net/peer_certificate.hpp"
 #include "common/net/socket.hpp"
+#include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::net {
@@ -77,12 +77,6 @@ std::string pem_of(EVP_PKEY* key) {
     return pem_text([&](BIO* out) { return PEM_write_bio_PKCS8PrivateKey(out, key, nullptr, nullptr, 0, nullptr, nullptr); });
 }
 
-std::string read_file(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) throw Error("read " + path.string() + ": it cannot be read");
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 struct Pair {
     CertificatePtr certificate;
     KeyPtr key;
@@ -97,7 +91,7 @@ void add(X509* certificate, X509* issuer, int kind, const std::string& value) {
 }
 
 /// @param ca nothing: of itself
-Pair make_pair(const std::string& name, int days, const Pair* ca) {
+Pair make_pair(const std::string& name, const std::string& role, int days, const Pair* ca) {
     Pair out{CertificatePtr(X509_new()), KeyPtr(EVP_EC_gen("P-256"))};
     need(out.certificate && out.key, "make a key");
     X509* certificate = out.certificate.get();
@@ -127,7 +121,8 @@ Pair make_pair(const std::string& name, int days, const Pair* ca) {
         add(certificate, issuer, NID_basic_constraints, "critical,CA:FALSE");
         add(certificate, issuer, NID_key_usage, "critical,digitalSignature");
         add(certificate, issuer, NID_ext_key_usage, "serverAuth,clientAuth");
-        add(certificate, issuer, NID_subject_alt_name, "DNS:" + std::string(kFarmName) + (name == kFarmName ? "" : ",DNS:" + name));
+        add(certificate, issuer, NID_subject_alt_name, "DNS:" + std::string(kFarmName) + (name == kFarmName ? "" : ",DNS:" + name) + ",URI:" +
+                                                   std::string(kRoleUri) + role);
     }
     need(X509_sign(certificate, ca != nullptr ? ca->key.get() : out.key.get(), EVP_sha256()) > 0, "sign it");
     return out;
@@ -142,9 +137,68 @@ void check_name(const std::string& name) {
                          "': no such name; allowed: 1 to 63 small letters, digits, '-' and '.', not \"ca\"");
 }
 
+Pair read_ca(const fs::path& folder) {
+    auto known = certificates_of(text_of_pem(folder / "ca.pem", "CA certificate"));
+    Pair out;
+    out.key = key_of(text_of_pem(folder / "ca.key", "key of the CA"));
+    if (known.empty() || !out.key || X509_check_private_key(known.front().get(), out.key.get()) != 1) {
+        ERR_clear_error();
+        throw Error("read the CA in " + folder.string() + ": ca.pem and ca.key do not belong together");
+    }
+    out.certificate = std::move(known.front());
+    return out;
+}
+
+void add_revoked(X509_CRL* list, X509* certificate, const std::string& file) {
+    X509_REVOKED* known = nullptr;
+    if (X509_CRL_get0_by_cert(list, &known, certificate) == 1) throw Error("revoke " + file + ": it is revoked already");
+    std::unique_ptr<X509_REVOKED, FreeBy<X509_REVOKED_free>> entry(X509_REVOKED_new());
+    const std::unique_ptr<ASN1_TIME, FreeBy<ASN1_TIME_free>> now(X509_gmtime_adj(nullptr, 0));
+    need(entry && now && X509_REVOKED_set_serialNumber(entry.get(), X509_get_serialNumber(certificate)) == 1 &&
+             X509_REVOKED_set_revocationDate(entry.get(), now.get()) == 1 && X509_CRL_add0_revoked(list, entry.get()) == 1,
+         "add it to the list of revoked ones");
+    (void)entry.release();  // the list's now
+}
+
 }  // namespace
 
-void make_certs(const fs::path& folder, const std::vector<std::string>& names, int days) {
+void revoke_certs(const fs::path& folder, const std::vector<std::string>& names) {
+    for (const auto& name : names) check_name(name);
+    const Pair ca = read_ca(folder);
+    const fs::path path = revocation_list_of(folder / "ca.pem");
+    CrlPtr list;
+    if (fs::exists(path)) {
+        list = crl_of(text_of_pem(path, "list of revoked certificates"));
+        if (!list || X509_CRL_verify(list.get(), ca.key.get()) != 1) {
+            ERR_clear_error();
+            throw Error("read the revoked certificates " + path.string() + ": this CA has not signed them");
+        }
+    } else {
+        list.reset(X509_CRL_new());
+        need(list && X509_CRL_set_version(list.get(), 1) == 1 &&
+                 X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(ca.certificate.get())) == 1,
+             "begin a list of revoked ones");
+    }
+    for (const auto& name : names) {
+        const fs::path file = folder / (name + ".pem");
+        const auto chain = certificates_of(text_of_pem(file, "certificate"));
+        if (chain.empty() || X509_verify(chain.front().get(), ca.key.get()) != 1) {
+            ERR_clear_error();
+            throw Error("revoke " + file.string() + ": the CA in this folder has not signed it");
+        }
+        add_revoked(list.get(), chain.front().get(), file.string());
+    }
+    const std::unique_ptr<ASN1_TIME, FreeBy<ASN1_TIME_free>> now(X509_gmtime_adj(nullptr, 0));
+    const std::unique_ptr<ASN1_TIME, FreeBy<ASN1_TIME_free>> until(X509_gmtime_adj(nullptr, kMostCertificate_days * kDay_s));
+    need(now && until && X509_CRL_set1_lastUpdate(list.get(), now.get()) == 1 && X509_CRL_set1_nextUpdate(list.get(), until.get()) == 1 &&
+             X509_CRL_sort(list.get()) == 1 && X509_CRL_sign(list.get(), ca.key.get(), EVP_sha256()) > 0,
+         "sign the list of revoked ones");
+    util::write_file_atomically(path, pem_text([&](BIO* out) { return PEM_write_bio_X509_CRL(out, list.get()); }));
+}
+
+void make_certs(const fs::path& folder, const std::vector<std::string>& names, int days, const std::string& role) {
+    if (!role.empty() && role != kWorkerRole && role != kCoordinatorRole)
+        throw UsageError("make certificates of role '" + role + "'; allowed: " + std::string(kWorkerRole) + ", " + std::string(kCoordinatorRole));
     const std::vector<std::string> wanted = names.empty() ? std::vector<std::string>{"coordinator", "worker"} : names;
     for (const auto& name : wanted) check_name(name);
     for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -174,22 +228,16 @@ void make_certs(const fs::path& folder, const std::vector<std::string>& names, i
     NewFiles files;
     Pair ca;
     if (has_pem) {
-        auto known = certificates_of(read_file(ca_pem));
-        ca.key = key_of(read_file(ca_key));
-        if (known.empty() || !ca.key || X509_check_private_key(known.front().get(), ca.key.get()) != 1) {
-            ERR_clear_error();
-            throw Error("read the CA in " + folder.string() + ": ca.pem and ca.key do not belong together");
-        }
-        ca.certificate = std::move(known.front());
+        ca = read_ca(folder);
         if (X509_cmp_current_time(X509_get0_notAfter(ca.certificate.get())) < 0)
             throw Error("read the CA in " + folder.string() + ": ca.pem has expired");
     } else {
-        ca = make_pair("Terravox farm CA", kMostCertificate_days, nullptr);
+        ca = make_pair("Terravox farm CA", {}, kMostCertificate_days, nullptr);
         files.write(ca_key, pem_of(ca.key.get()), kPrivate);
         files.write(ca_pem, pem_of(ca.certificate.get()), kPublic);
     }
     for (const auto& name : wanted) {
-        const Pair one = make_pair(name, days, &ca);
+        const Pair one = make_pair(name, !role.empty() ? role : std::string(name == kCoordinatorRole ? kCoordinatorRole : kWorkerRole), days, &ca);
         files.write(folder / (name + ".key"), pem_of(one.key.get()), kPrivate);
         files.write(folder / (name + ".pem"), pem_of(one.certificate.get()), kPublic);
     }

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "common/net/openssl.hpp"
+#include "common/net/peer_certificate.hpp"
 
 namespace terravox::net {
 namespace {
@@ -11,17 +12,6 @@ namespace {
 void free_stack(STACK_OF(X509) * stack) noexcept { sk_X509_free(stack); }
 
 constexpr std::streamsize kMostPem_bytes = 1 << 20;
-
-std::string read_file(const std::filesystem::path& path, const char* what) {
-    std::ifstream in(path, std::ios::binary);
-    std::string text(static_cast<std::size_t>(kMostPem_bytes) + 1, '\0');
-    if (in) in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    if (!in.is_open() || in.bad() || (in.gcount() == 0 && !in.eof()))
-        throw Error(std::string("read the ") + what + " " + path.string() + ": it cannot be read");
-    if (in.gcount() > kMostPem_bytes) throw Error(std::string("read the ") + what + " " + path.string() + ": it is larger than 1 MiB");
-    text.resize(static_cast<std::size_t>(in.gcount()));
-    return text;
-}
 
 /// As the peer will do it: signed by this CA, of today, for both ends, with the farm's name.
 /// @param chain the certificate, and those between it and the CA
@@ -45,9 +35,21 @@ void check_chain(const std::vector<CertificatePtr>& ca, const std::vector<Certif
     }
     if (X509_check_host(chain.front().get(), kFarmName.data(), kFarmName.size(), X509_CHECK_FLAG_NEVER_CHECK_SUBJECT, nullptr) != 1)
         throw refuse("it does not carry the name " + std::string(kFarmName) + "; terravox farm certs makes such");
+    if (role_of(chain.front().get()).empty()) throw refuse("it names no role; terravox farm certs makes such that do");
 }
 
 }  // namespace
+
+std::string text_of_pem(const std::filesystem::path& path, const char* what) {
+    std::ifstream in(path, std::ios::binary);
+    std::string text(static_cast<std::size_t>(kMostPem_bytes) + 1, '\0');
+    if (in) in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (!in.is_open() || in.bad() || (in.gcount() == 0 && !in.eof()))
+        throw Error(std::string("read the ") + what + " " + path.string() + ": it cannot be read");
+    if (in.gcount() > kMostPem_bytes) throw Error(std::string("read the ") + what + " " + path.string() + ": it is larger than 1 MiB");
+    text.resize(static_cast<std::size_t>(in.gcount()));
+    return text;
+}
 
 void check(const Credentials& credentials) {
     const bool any = !credentials.ca.empty() || !credentials.certificate.empty() || !credentials.key.empty();
@@ -64,8 +66,8 @@ void check(const Credentials& credentials) {
 }
 
 Pem read_pem(const Credentials& credentials) {
-    Pem out{read_file(credentials.ca, "CA certificate"), read_file(credentials.certificate, "certificate"),
-            read_file(credentials.key, "key")};
+    Pem out{text_of_pem(credentials.ca, "CA certificate"), text_of_pem(credentials.certificate, "certificate"),
+            text_of_pem(credentials.key, "key")};
     const auto no_pem = [](const std::filesystem::path& path, const char* what) {
         ERR_clear_error();
         return Error("read " + path.string() + ": it holds no " + what + "; allowed: PEM" +

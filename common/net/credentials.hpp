@@ -23,10 +23,13 @@ struct Pem {
 /// @throws UsageError for both kinds, or neither, or only some of the three files; Error for a short token
 void check(const Credentials& credentials);
 
+/// A file of PEM. @param what it is, for messages @throws Error for one that cannot be read, or is larger than 1 MiB
+[[nodiscard]] std::string text_of_pem(const std::filesystem::path& path, const char* what);
+
 /// Reads the files and sees whether a peer with the same CA would take them.
 /// @throws Error for a file that cannot be read or is no PEM, a key of another certificate; RefusedError for a certificate that has
 /// expired,
-///         is of another CA or does not carry kFarmName
+///         is of another CA, does not carry kFarmName or names no role
 [[nodiscard]] Pem read_pem(const Credentials& credentials);
 
 [[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> to_dial(const Pem& pem);

@@ -7,6 +7,7 @@
 #include "common/net/credentials.hpp"
 #include "common/net/grpc_settings.hpp"
 #include "common/net/handshake.hpp"
+#include "common/net/peer_certificate.hpp"
 #include "common/net/socket.hpp"
 #include "common/net/stream.hpp"
 
@@ -26,7 +27,9 @@ std::string text_of(const grpc::Status& status) {
 /// them. So gRPC holds no part in it: whoever made it waits for the end of the call, and touches it as the last.
 class DialledStream final : public Stream, private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
-    DialledStream(std::shared_ptr<grpc::Channel> channel, std::string peer) : Stream(std::move(peer)), m_channel(std::move(channel)) {}
+    /// @param ca file of the CA's certificate; empty: with a token
+    DialledStream(std::shared_ptr<grpc::Channel> channel, std::string peer, std::filesystem::path ca)
+        : Stream(std::move(peer)), m_channel(std::move(channel)), m_ca(std::move(ca)) {}
 
     void start() {
         grpc::TemplatedGenericStub<grpc::ByteBuffer, grpc::ByteBuffer> stub(m_channel);
@@ -54,6 +57,13 @@ private:
     void OnReadInitialMetadataDone(bool ok) override {
         if (!ok || !m_context.GetServerInitialMetadata().contains(kAcceptedKey)) return;
         const std::lock_guard lock(m_taken_mutex);
+        try {
+            if (!m_ca.empty()) m_certified_role = role_of_peer(*m_context.auth_context(), m_ca);
+        } catch (const Error& e) {
+            m_status = grpc::Status(grpc::StatusCode::PERMISSION_DENIED, e.what());
+            m_taken_changed.notify_all();
+            return;
+        }
         if (m_peer.empty()) m_peer = readable_peer(m_context.peer());
         m_taken = true;
         m_taken_changed.notify_all();
@@ -64,13 +74,14 @@ private:
         ended(text_of(status));
         {
             const std::lock_guard lock(m_taken_mutex);
-            m_status = status;
+            if (!m_status) m_status = status;
             m_taken_changed.notify_all();
         }
         done();
     }
 
     std::shared_ptr<grpc::Channel> m_channel;
+    const std::filesystem::path m_ca;
     grpc::ClientContext m_context;
     std::mutex m_taken_mutex;
     std::condition_variable m_taken_changed;
@@ -83,8 +94,8 @@ struct Attempt {
     std::unique_ptr<Link> link;
     grpc::Status status;  ///< OK: no answer in time
 };
-Attempt join(std::shared_ptr<grpc::Channel> channel, const std::string& peer, Clock::time_point deadline) {
-    const auto stream = std::make_shared<DialledStream>(std::move(channel), peer);
+Attempt join(std::shared_ptr<grpc::Channel> channel, const std::string& peer, const std::filesystem::path& ca, Clock::time_point deadline) {
+    const auto stream = std::make_shared<DialledStream>(std::move(channel), peer, ca);
     auto link = std::make_unique<StreamLink>(stream);
     stream->start();
     if (auto status = stream->wait_until_taken(deadline)) return {nullptr, *status};
@@ -112,7 +123,7 @@ std::unique_ptr<Link> dial_with_token(const Endpoint& endpoint, const std::strin
     }
     tune(socket.fd(), keepalive.silence + keepalive.answer);
     auto [link, status] = join(grpc::CreateCustomInsecureChannelFromFd("terravox-farm", socket.release(), channel_arguments(keepalive)),
-                               endpoint.text(), deadline);
+                               endpoint.text(), {}, deadline);
     if (!link) throw Error(attempt + (status.ok() ? "no answer in time after the handshake" : text_of(status)));
     return std::move(link);
 }
@@ -132,14 +143,15 @@ std::pair<std::string, bool> refusal_of(const grpc::Status& status, const std::s
     return {why, false};
 }
 
-std::unique_ptr<Link> dial_with_certificate(const Endpoint& endpoint, const Pem& pem, Clock::time_point deadline) {
+std::unique_ptr<Link> dial_with_certificate(const Endpoint& endpoint, const Pem& pem, const std::filesystem::path& ca,
+                                            Clock::time_point deadline) {
     auto arguments = channel_arguments(Keepalive::of_environment());
     arguments.SetSslTargetNameOverride(std::string(kFarmName));
     const auto left_ms = std::max<long long>(1, std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count());
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS,
                      static_cast<int>(std::min<long long>(left_ms, 3'600'000)));  // the time limit of an attempt, too
     const std::string target = (endpoint.storage.ss_family == AF_INET6 ? "ipv6:" : "ipv4:") + endpoint.text();
-    auto [link, status] = join(grpc::CreateCustomChannel(target, to_dial(pem), arguments), "", deadline);
+    auto [link, status] = join(grpc::CreateCustomChannel(target, to_dial(pem), arguments), "", ca, deadline);
     if (link) return std::move(link);
     const std::string attempt = "connect to " + endpoint.text() + ": ";
     if (status.ok()) throw Error(attempt + "no answer in time");
@@ -162,7 +174,7 @@ std::unique_ptr<Link> dial(const Address& address, const Credentials& credential
         const auto now = Clock::now();
         const auto until = now + (deadline - now) / static_cast<long>(endpoints.size() - i);
         try {
-            return pem ? dial_with_certificate(endpoints[i], *pem, until) : dial_with_token(endpoints[i], credentials.token, until);
+            return pem ? dial_with_certificate(endpoints[i], *pem, credentials.ca, until) : dial_with_token(endpoints[i], credentials.token, until);
         } catch (const RefusedError&) {
             throw;
         } catch (const Error& e) {

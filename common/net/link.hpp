@@ -35,6 +35,8 @@ public:
     /// Ends it at once: receive() returns. Idempotent.
     virtual void abort() noexcept = 0;
     [[nodiscard]] virtual const std::string& peer() const noexcept = 0;  ///< its address, for messages
+    /// What the peer's certificate lets it be ("worker", "coordinator": common/net/peer_certificate.hpp); empty with a token.
+    [[nodiscard]] virtual std::string certified_role() const { return {}; }
     /// Why it ended, for messages; empty before that, and after a close() of our own.
     [[nodiscard]] virtual std::string why_ended() const = 0;
     /// Bytes on the wire so far, near enough: serialized frames. They grow while a large frame is on its way.

@@ -10,6 +10,7 @@
 #include "common/net/doorkeeper.hpp"
 #include "common/net/farm.grpc.pb.h"
 #include "common/net/grpc_settings.hpp"
+#include "common/net/peer_certificate.hpp"
 #include "common/net/stream.hpp"
 
 namespace terravox::net {
@@ -21,8 +22,10 @@ class AcceptedStream final : public Stream,
                              public std::enable_shared_from_this<AcceptedStream>,
                              public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
-    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, std::function<void()> when_done)
-        : Stream(std::move(peer)), m_context(context), m_when_done(std::move(when_done)) {}
+    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, std::string certified_role, std::function<void()> when_done)
+        : Stream(std::move(peer)), m_context(context), m_when_done(std::move(when_done)) {
+        m_certified_role = std::move(certified_role);
+    }
 
     void start() {
         m_self = shared_from_this();
@@ -67,12 +70,6 @@ public:
     void OnDone() override { delete this; }
 };
 
-bool carries_farm_name(const grpc::CallbackServerContext& context) {
-    for (const auto& name : context.auth_context()->FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME))
-        if (std::string_view(name.data(), name.size()) == kFarmName) return true;
-    return false;
-}
-
 }  // namespace
 
 /// Three kinds of threads: the doorkeeper's, gRPC's own few, and one for each call of on_link.
@@ -82,7 +79,7 @@ bool carries_farm_name(const grpc::CallbackServerContext& context) {
 class Listener::Impl final : private farm::Farm::WithRawCallbackMethod_Join<farm::Farm::Service> {
 public:
     Impl(const Address& address, const Credentials& credentials, OnLink on_link, const ListenerLimits& limits)
-        : m_on_link(std::move(on_link)), m_tls(credentials.tls()) {
+        : m_on_link(std::move(on_link)), m_tls(credentials.tls()), m_ca(credentials.ca) {
         begin_grpc();
         check(credentials);
         grpc::ServerBuilder builder;
@@ -141,8 +138,13 @@ private:
         const std::string peer = readable_peer(context->peer());
         const auto number = m_door->joined(peer);
         if (!number) return new RefusedCall("this connection has carried a call before");
-        if (m_tls && !carries_farm_name(*context)) {
-            const std::string why = "its certificate does not carry the name " + std::string(kFarmName);
+        std::string role, why;
+        try {
+            if (m_tls) role = role_of_peer(*context->auth_context(), m_ca);
+        } catch (const Error& e) {
+            why = e.what();
+        }
+        if (!why.empty()) {
             m_door->tell_refusal(peer, why);
             m_door->left(peer, *number);
             return new RefusedCall(why);
@@ -159,7 +161,7 @@ private:
             host = next;
         }
         for (auto& host : ended) host.thread.join();  // it has nothing left to do but to end
-        const auto stream = std::make_shared<AcceptedStream>(context, peer, [this, peer, number = *number] { stream_done(peer, number); });
+        const auto stream = std::make_shared<AcceptedStream>(context, peer, std::move(role), [this, peer, number = *number] { stream_done(peer, number); });
         auto& host = m_hosts.emplace_back();
         host.stream = stream;
         try {
@@ -194,6 +196,7 @@ private:
 
     const OnLink m_on_link;
     const bool m_tls;
+    const std::filesystem::path m_ca;
     std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> m_acceptor;
     std::unique_ptr<grpc::Server> m_server;
     std::optional<Doorkeeper> m_door;

@@ -21,6 +21,7 @@ struct FreeBy {
 };
 using BioPtr = std::unique_ptr<BIO, FreeBy<BIO_free_all>>;
 using CertificatePtr = std::unique_ptr<X509, FreeBy<X509_free>>;
+using CrlPtr = std::unique_ptr<X509_CRL, FreeBy<X509_CRL_free>>;
 using KeyPtr = std::unique_ptr<EVP_PKEY, FreeBy<EVP_PKEY_free>>;
 
 /// What OpenSSL says of the last failure on this thread; forgets it.
@@ -45,6 +46,14 @@ inline std::vector<CertificatePtr> certificates_of(const std::string& pem) {
         out.push_back(std::move(one));
     }
     ERR_clear_error();  // the end of the file is one
+    return out;
+}
+
+/// @return the list of revoked certificates, or nothing
+inline CrlPtr crl_of(const std::string& pem) {
+    const BioPtr in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
+    CrlPtr out(in ? PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr) : nullptr);
+    ERR_clear_error();
     return out;
 }
 

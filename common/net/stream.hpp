@@ -40,6 +40,7 @@ public:
     void abort() noexcept;
     void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
     [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
+    [[nodiscard]] const std::string& certified_role() const noexcept { return m_certified_role; }
     [[nodiscard]] std::string why_ended() const;
     [[nodiscard]] Link::Traffic traffic() const noexcept;
 
@@ -61,7 +62,9 @@ protected:
     void ended(const std::string& why);  ///< done() comes
     void done() noexcept;                ///< the last
 
-    std::string m_peer;  ///< not changed once a Link exists
+    // Not changed once a Link exists.
+    std::string m_peer;
+    std::string m_certified_role;  ///< Link::certified_role
 
 private:
     [[nodiscard]] std::optional<grpc::ByteBuffer> next_message();
@@ -104,6 +107,7 @@ public:
     void close(std::chrono::milliseconds patience) noexcept override { m_stream->close(patience); }
     void abort() noexcept override { m_stream->abort(); }
     const std::string& peer() const noexcept override { return m_stream->peer(); }
+    std::string certified_role() const override { return m_stream->certified_role(); }
     std::string why_ended() const override { return m_stream->why_ended(); }
     Traffic traffic() const noexcept override { return m_stream->traffic(); }
 

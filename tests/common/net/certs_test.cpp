@@ -8,6 +8,7 @@
 
 #include "common/net/credentials.hpp"
 #include "common/net/openssl.hpp"
+#include "common/net/peer_certificate.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 std::map<std::string, std::string> files_in(const fs::path& folder) {
     std::map<std::string, std::string> out;
     for (const auto& one : fs::directory_iterator(folder)) {
+        if (!one.is_regular_file()) continue;
         std::ifstream in(one.path(), std::ios::binary);
         out[one.path().filename().string()] = {std::istreambuf_iterator<char>(in), {}};
     }
@@ -140,4 +142,33 @@ TEST_CASE("certificates that will not do are told with their file", "[common][ne
         some.key = ours / "ca.key";
         CHECK_THROWS_AS(net::read_pem(some), net::RefusedError);
     }
+}
+
+TEST_CASE("certificates name their role, and lists of revoked ones grow", "[common][net][certs]") {
+    const test::TemporaryFolder folder;
+    const auto& place = folder.path();
+    net::make_certs(place, {}, 30);
+    net::make_certs(place, {"office"}, 30, "coordinator");
+    net::make_certs(place, {"node-7"}, 30);
+    const auto files = files_in(place);
+    const auto role = [&](const std::string& name) { return net::role_of(net::certificates_of(files.at(name + ".pem")).front().get()); };
+    CHECK(role("coordinator") == "coordinator");
+    CHECK(role("worker") == "worker");
+    CHECK(role("office") == "coordinator");
+    CHECK(role("node-7") == "worker");
+    CHECK(role("ca").empty());
+    CHECK_THROWS_WITH(net::make_certs(place, {"other"}, 30, "king"), contains("allowed: worker, coordinator"));
+    net::revoke_certs(place, {"worker"});
+    net::revoke_certs(place, {"office", "node-7"});
+    const auto list = net::crl_of(files_in(place).at("ca.crl"));
+    REQUIRE(list);
+    CHECK(sk_X509_REVOKED_num(X509_CRL_get_REVOKED(list.get())) == 3);
+    const auto before = files_in(place);
+    CHECK_THROWS_WITH(net::revoke_certs(place, {"worker"}), contains("revoked already"));
+    CHECK_THROWS_WITH(net::revoke_certs(place, {"nobody"}), contains("nobody.pem"));
+    CHECK_THROWS_AS(net::revoke_certs(place, {"ca"}), UsageError);
+    net::make_certs(place / "another", {}, 30);
+    std::filesystem::copy_file(place / "another" / "worker.pem", place / "foreign.pem");
+    CHECK_THROWS_WITH(net::revoke_certs(place, {"foreign"}), contains("has not signed it"));
+    CHECK(files_in(place).at("ca.crl") == before.at("ca.crl"));
 }

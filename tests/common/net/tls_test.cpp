@@ -192,6 +192,56 @@ TEST_CASE("a dialler refuses a listener whose certificate will not do", "[common
     }
 }
 
+TEST_CASE("each end knows what the other's certificate lets it be, and takes none without a role", "[common][net][tls]") {
+    const Said said;
+    const Certs certs;
+    Farm farm(credentials(certs.ours, "coordinator"));
+    const auto dialled = net::dial(farm.address(), credentials(certs.ours, "worker"), kLong);
+    const auto accepted = farm.arrivals().next();
+    REQUIRE(accepted);
+    CHECK(dialled->certified_role() == "coordinator");
+    CHECK(accepted->certified_role() == "worker");
+    const auto [certificate, key] = made_by(certs.ours, "terravox-farm", 30);
+    const std::string ca = read(certs.ours / "ca.pem");
+    const auto status = join_with(farm.address(), {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
+    CHECK(status.error_code() == grpc::StatusCode::PERMISSION_DENIED);
+    CHECK(said.hears("its certificate names no role"));
+    std::ofstream(certs.ours / "old.pem") << certificate;
+    std::ofstream(certs.ours / "old.key") << key;
+    CHECK_THROWS_WITH(net::dial(farm.address(), credentials(certs.ours, "old"), kLong), contains("old.pem: it names no role"));
+    Farm plain;
+    CHECK(plain.pair().accepted->certified_role().empty());
+}
+
+TEST_CASE("a certificate that is revoked is refused from then on, at both ends", "[common][net][tls]") {
+    const Said said;
+    const Certs certs;
+    Farm farm(credentials(certs.ours, "coordinator"));
+    net::make_certs(certs.ours, {"second"}, 30);
+    const auto dial = [&](const char* name) { return net::dial(farm.address(), credentials(certs.ours, name), kLong); };
+    CHECK(dial("worker"));
+    net::revoke_certs(certs.ours, {"worker"});
+    CHECK_THROWS_AS(dial("worker"), net::RefusedError);
+    CHECK_THROWS_WITH(dial("worker"), contains("its certificate is revoked"));
+    CHECK(said.hears("its certificate is revoked"));
+    CHECK(dial("second"));
+    SECTION("a listener's") {
+        net::revoke_certs(certs.ours, {"coordinator"});
+        CHECK_THROWS_AS(dial("second"), net::RefusedError);
+        CHECK_THROWS_WITH(dial("second"), contains("its certificate is revoked"));
+        CHECK_THROWS_WITH(dial("worker"), contains("its certificate is revoked"));  // the list has both
+    }
+    SECTION("a list that cannot be read lets nobody in") {
+        std::ofstream(certs.ours / "ca.crl") << "nonsense";
+        CHECK_THROWS_WITH(dial("second"), contains("no PEM of an X.509 CRL"));
+    }
+    SECTION("a list of another CA lets nobody in") {
+        net::revoke_certs(certs.theirs, {"worker"});
+        fs::copy_file(certs.theirs / "ca.crl", certs.ours / "ca.crl", fs::copy_options::overwrite_existing);
+        CHECK_THROWS_WITH(dial("second"), contains("has not signed it"));
+    }
+}
+
 TEST_CASE("a token and certificates do not meet, and both sides say so", "[common][net][tls]") {
     const Said said;
     const Certs certs;

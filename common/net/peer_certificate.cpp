@@ -1,0 +1,63 @@
+#include "common/net/peer_certificate.hpp"
+
+#include <grpc/grpc_security_constants.h>
+#include <system_error>
+
+#include "common/net/credentials.hpp"
+#include "common/net/openssl.hpp"
+
+namespace terravox::net {
+namespace {
+
+void free_names(GENERAL_NAMES* names) noexcept { GENERAL_NAMES_free(names); }
+
+/// @return false: there is no such list, so nothing is revoked
+bool is_revoked(X509* certificate, const std::filesystem::path& ca) {
+    const std::filesystem::path path = revocation_list_of(ca);
+    std::error_code unknown;
+    if (!std::filesystem::exists(path, unknown) && !unknown) return false;
+    const auto failed = [&](const std::string& why) { return Error("read the revoked certificates " + path.string() + ": " + why); };
+    const auto authority = certificates_of(text_of_pem(ca, "CA certificate"));
+    const CrlPtr list = crl_of(text_of_pem(path, "list of revoked certificates"));
+    if (!list) throw failed("it is no PEM of an X.509 CRL");
+    if (authority.empty() || X509_CRL_verify(list.get(), X509_get0_pubkey(authority.front().get())) != 1) {
+        ERR_clear_error();
+        throw failed("the CA " + ca.string() + " has not signed it");
+    }
+    X509_REVOKED* entry = nullptr;
+    return X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1;
+}
+
+}  // namespace
+
+std::string role_of(X509* certificate) {
+    const std::unique_ptr<GENERAL_NAMES, FreeBy<free_names>> names(
+        static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr)));
+    if (!names) return {};
+    for (int i = 0; i < sk_GENERAL_NAME_num(names.get()); ++i) {
+        const GENERAL_NAME* name = sk_GENERAL_NAME_value(names.get(), i);
+        if (name->type != GEN_URI) continue;
+        const ASN1_STRING* uri = name->d.uniformResourceIdentifier;
+        const std::string_view text(reinterpret_cast<const char*>(ASN1_STRING_get0_data(uri)), static_cast<std::size_t>(ASN1_STRING_length(uri)));
+        for (const std::string_view role : {kWorkerRole, kCoordinatorRole})
+            if (text.starts_with(kRoleUri) && text.substr(kRoleUri.size()) == role) return std::string(role);
+    }
+    return {};
+}
+
+std::filesystem::path revocation_list_of(const std::filesystem::path& ca) { return std::filesystem::path(ca).replace_extension(".crl"); }
+
+std::string role_of_peer(const grpc::AuthContext& context, const std::filesystem::path& ca) {
+    const auto shown = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
+    const auto chain = shown.empty() ? std::vector<CertificatePtr>() : certificates_of({shown.front().data(), shown.front().size()});
+    if (chain.empty()) throw RefusedError("it showed no certificate");
+    X509* certificate = chain.front().get();
+    if (X509_check_host(certificate, kFarmName.data(), kFarmName.size(), X509_CHECK_FLAG_NEVER_CHECK_SUBJECT, nullptr) != 1)
+        throw RefusedError("its certificate does not carry the name " + std::string(kFarmName));
+    if (is_revoked(certificate, ca)) throw RefusedError("its certificate is revoked");
+    std::string role = role_of(certificate);
+    if (role.empty()) throw RefusedError("its certificate names no role; terravox farm certs makes such that do");
+    return role;
+}
+
+}  // namespace terravox::net
