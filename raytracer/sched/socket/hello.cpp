@@ -72,6 +72,12 @@ std::string shown(const std::string& text) {
     return util::printable(text.substr(0, 200));
 }
 
+/// Whether the role of a certificate allows for that of a hello. Who asks for states and pauses may do what a coordinator may.
+bool is_certified_as(const std::string& certified, farm::Role role) {
+    if (certified.empty()) return true;  // with a token, which all have
+    return (certified == "worker") == (role == farm::WORKER);
+}
+
 std::string misfit(const farm::Hello& own, const farm::Hello& other, std::initializer_list<farm::Role> wanted) {
     const auto differ = [](const char* what, const std::string& theirs, const std::string& ours) { return std::string(what) + " " + shown(theirs) + "; here: " + ours; };
     if (other.protocol() != own.protocol()) return differ("protocol", std::to_string(other.protocol()), std::to_string(own.protocol()));
@@ -121,7 +127,10 @@ farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<
         throw HelloError(attempt + "its first frame was no hello", false);
     }
     farm::Hello other = std::move(*frame->mutable_hello());
-    if (const std::string why = misfit(own, other, wanted); !why.empty()) {
+    std::string why = misfit(own, other, wanted);
+    if (why.empty() && !is_certified_as(link.certified_role(), other.role()))
+        why = name_of(other.role()) + " with the certificate of a " + link.certified_role();
+    if (!why.empty()) {
         refuse(link, "refused by " + own.name() + ": " + why);
         throw HelloError(attempt + why, false);
     }

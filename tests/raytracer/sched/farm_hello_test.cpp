@@ -66,6 +66,52 @@ TEST_CASE("a peer that does not fit is refused, and both ends say why", "[raytra
     }
 }
 
+TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytracer][farm]") {
+    /// A link whose peer has shown a certificate.
+    class Certified final : public net::Link {
+    public:
+        Certified(std::unique_ptr<net::Link> link, std::string role) : m_link(std::move(link)), m_role(std::move(role)) {}
+        bool send(farm::Frame frame) override { return m_link->send(std::move(frame)); }
+        std::optional<farm::Frame> receive() override { return m_link->receive(); }
+        void close(std::chrono::milliseconds patience) noexcept override { m_link->close(patience); }
+        void abort() noexcept override { m_link->abort(); }
+        const std::string& peer() const noexcept override { return m_link->peer(); }
+        std::string certified_role() const override { return m_role; }
+        std::string why_ended() const override { return m_link->why_ended(); }
+        Traffic traffic() const noexcept override { return m_link->traffic(); }
+
+    private:
+        std::unique_ptr<net::Link> m_link;
+        std::string m_role;
+    };
+    struct Case {
+        const char* certified;
+        farm::Role says;
+        const char* refused;  ///< nullptr: it is let in
+    };
+    for (const Case& c : {Case{"worker", farm::WORKER, nullptr}, Case{"coordinator", farm::OBSERVER, nullptr}, Case{"", farm::WORKER, nullptr},
+                          Case{"", farm::OBSERVER, nullptr}, Case{"worker", farm::OBSERVER, "an observer with the certificate of a worker"},
+                          Case{"coordinator", farm::WORKER, "a worker with the certificate of a coordinator"}}) {
+        INFO(c.certified << ", " << c.says);
+        auto [mine, theirs] = net::link_pair();
+        Certified link(std::move(mine), c.certified);
+        farm::Frame first;
+        *first.mutable_hello() = worker_hello();
+        first.mutable_hello()->set_role(c.says);
+        theirs->send(first);
+        const auto meeting = [&] { return meet(link, make_hello({}), {farm::WORKER, farm::OBSERVER}, std::chrono::milliseconds(2000)); };
+        if (c.refused != nullptr) CHECK_THROWS_WITH(meeting(), contains(c.refused));
+        else CHECK_NOTHROW(meeting());
+    }
+    // A worker that a worker's certificate would give orders to.
+    auto [mine, theirs] = net::link_pair();
+    Certified link(std::move(mine), "worker");
+    farm::Frame first;
+    *first.mutable_hello() = make_hello({});
+    theirs->send(first);
+    CHECK_THROWS_WITH(meet(link, worker_hello(), {farm::COORDINATOR}), contains("a coordinator with the certificate of a worker"));
+}
+
 TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an end", "[raytracer][farm]") {
     farm::Frame other;
     other.mutable_ping()->set_stamp(1);
