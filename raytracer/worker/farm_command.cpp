@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/net/certs.hpp"
+#include "common/net/peer_certificate.hpp"
 #include "common/util/log.hpp"
 #include "common/util/printable.hpp"
 #include "raytracer/render/crew_arguments.hpp"
@@ -17,7 +18,8 @@ namespace {
 
 struct Arguments {
     std::string folder = "farm-certs";
-    std::vector<std::string> names;
+    std::vector<std::string> names, revoked;
+    std::string role;
     int days = 365;
     std::vector<std::string> addresses;
     bool json = false;
@@ -26,7 +28,13 @@ struct Arguments {
 };
 
 ExitCode make_certificates(const Arguments& args) {
-    net::make_certs(args.folder, args.names, args.days);
+    if (!args.revoked.empty()) {
+        net::revoke_certs(args.folder, args.revoked);
+        std::printf("wrote %s: copy it beside ca.pem on each machine; connections from then on are refused to what it names\n",
+                    net::revocation_list_of(std::filesystem::path(args.folder) / "ca.pem").c_str());
+        return ExitCode::kDone;
+    }
+    net::make_certs(args.folder, args.names, args.days, args.role);
     std::printf("wrote %s: give each machine ca.pem, and one certificate with its key; keep ca.key away from all of them\n", args.folder.c_str());
     return ExitCode::kDone;
 }
@@ -90,7 +98,10 @@ std::function<ExitCode()> add_farm_command(CLI::App& app) {
     CLI::App* farm = app.add_subcommand("farm", "Certificates for a farm, what its members are at, and pausing them");
     farm->require_subcommand(1);
     CLI::App* certs = farm->add_subcommand("certs", "Make a small CA, and certificates of it for coordinators and workers");
-    certs->add_option("names", args->names, "one certificate for each; default: coordinator, worker");
+    CLI::Option* names = certs->add_option("names", args->names, "one certificate for each; default: coordinator, worker");
+    certs->add_option("--role", args->role, "what they may be: worker, or coordinator (also: status, pause); default: by the name coordinator, else worker");
+    certs->add_option("--revoke", args->revoked, "instead: certificates of the folder that are valid no more; writes ca.crl there")
+        ->expected(1)->take_all()->allow_extra_args(false)->excludes(names);
     certs->add_option("-o,--output", args->folder, "folder; where it has a CA, that one makes the certificates")->capture_default_str();
     certs->add_option("--days", args->days, "how long they are valid")->capture_default_str();
     CLI::App* status = farm->add_subcommand("status", "What worker daemons and coordinators (render --listen) are at");

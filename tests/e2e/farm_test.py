@@ -147,6 +147,16 @@ class Farm(unittest.TestCase):
         self.check(self.coordinator("tls.png", "--worker", a, "--threads", "0", *flags(folder, "coordinator"), environment=bare), "tls.png")
         stranger = Run([binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")])
         self.assertEqual(stranger.code, 1, stranger)
+        # A worker's certificate gives no orders, and one that is revoked opens nothing.
+        refused = Run([binary("RAYTRACER"), "farm", "pause", a, *flags(folder, "worker")], environment=bare)
+        self.assertEqual(refused.code, 1, refused)
+        self.assertIn("an observer with the certificate of a worker", refused.err)
+        self.assertEqual(Run([binary("RAYTRACER"), "farm", "status", a, *flags(folder, "coordinator")], environment=bare).code, 0)
+        revoked = Run([binary("RAYTRACER"), "farm", "certs", "-o", folder, "--revoke", "coordinator"])
+        self.assertEqual(revoked.code, 0, revoked)
+        late = Run([binary("RAYTRACER"), "farm", "status", a, *flags(folder, "coordinator")], environment=bare)
+        self.assertEqual(late.code, 1, late)
+        self.assertIn("its certificate is revoked", late.err)
 
     def test_the_unwelcome_are_refused_and_harm_nothing(self):
         daemon, a = self.worker()
