@@ -258,7 +258,7 @@ class Farm(unittest.TestCase):
                                          "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n")
         (folder / "avahi.conf").write_text("[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
                                            "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n")
-        environment = {"TERRAVOX_TOKEN": "", "TERRAVOX_FARM_TEST": "1", "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus"}
+        environment = {"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1", "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus"}
         made = Run([binary("RAYTRACER"), "farm", "certs", "-o", folder / "certs"])
         self.assertEqual(made.code, 0, made)
 
@@ -288,7 +288,7 @@ class Farm(unittest.TestCase):
         self.check(coordinator, "found.png")
 
     def test_a_token_that_can_be_guessed_is_refused(self):
-        weak = {**ENVIRONMENT, "TERRAVOX_TOKEN": "terravox-farm-2024"}
+        weak = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "terravox-farm-2024"}
         for arguments in (["worker", "--join", "127.0.0.1:1"], ["farm", "status", "127.0.0.1:1"]):
             with self.subTest(arguments):
                 run = Run([binary("RAYTRACER"), *arguments], environment=weak)

@@ -1,0 +1,241 @@
+#!/usr/bin/env python3
+"""The machine lets the programs down: full disk, no descriptors, no memory, interrupted calls, a clock that jumps.
+
+Whatever happens, a program ends with an exit code of its own and a line that says why, never by a signal; nothing appears
+half-written under the name that was asked for; and what is complete has the same bytes as on a good day.
+With --long the sweeps have more steps. docs/reliability.md lists what is covered where.
+"""
+
+import contextlib
+import itertools
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+from support import Case, Program, Server, binary, compare, survey, temporary_folder
+
+LONG = "--long" in sys.argv
+FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
+LIMITS = {"descriptors": resource.RLIMIT_NOFILE, "address space": resource.RLIMIT_AS, "file size": resource.RLIMIT_FSIZE}
+
+# What writes files, with what it writes, and what it may leave behind to go on with.
+WRITERS = {
+    "render to PNG": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png"], "a.png", []),
+    "render to EXR": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.exr"], "a.exr", []),
+    "render to TIFF": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.tif"], "a.tif", []),
+    "render with a checkpoint": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png", "--resume"], "a.png", ["a.png.tiles"]),
+    "animate": ("RAYTRACER", ["animate", "TURN", "DATA", "-o", "OUT/%02d.png"], "00.png", [".frames.png.done"]),
+    "archive": ("RAYTRACER", ["convert", "DATA", "OUT/a.tvx"], "a.tvx", ["a.tvx.journal", "a.tvx.part"]),
+    "Minecraft world": ("RAYTRACER", ["convert", "DATA", "OUT/mc"], "mc/level.dat", ["mc", "mc/conversion.journal", "mc/region"]),
+    "MagicaVoxel": ("RAYTRACER", ["convert", "DATA", "OUT/a.vox"], "a.vox", []),
+    "OpenVDB": ("RAYTRACER", ["convert", "DATA", "OUT/a.vdb"], "a.vdb", []),
+    "glTF": ("RAYTRACER", ["convert", "DATA", "OUT/a.glb"], "a.glb", []),
+    "PLY": ("RAYTRACER", ["convert", "DATA", "OUT/a.ply"], "a.ply", []),
+    "synthetic survey": ("SURVEY", ["--squares", "1x1", "--square-m", "64", "--density", "4", "-o", "OUT/sv"],
+                         "sv/TM_462464_101456.laz", ["sv", "sv/truth", "sv/ortho"]),
+}
+OF_A_PICTURE = ["--size", "160x90", "--threads", "2", "--cache", "none"]
+
+
+class Ended:
+    def __init__(self, arguments, limit=None, value=0, timeout_s=600, environment=None):
+        """@param limit a name of LIMITS that `value` is set for"""
+        def confine():
+            if limit:
+                resource.setrlimit(LIMITS[limit], (value, value))
+
+        # Python ignores SIGXFSZ, and so does the child: writes fail with EFBIG, as on a full disk.
+        done = subprocess.run([str(a) for a in arguments], capture_output=True, text=True, errors="replace", timeout=timeout_s,
+                              preexec_fn=confine, restore_signals=False, check=False, env={**os.environ, **(environment or {})})
+        self.code, self.err = done.returncode, done.stderr
+        self.last = (self.err.strip().splitlines() or [""])[-1]
+
+    def __str__(self):
+        return f"exit code {self.code}\n{self.err}"
+
+
+def least_address_space(program, among):
+    """The least of the values that the program's libraries let it start with: what fails before main() is not ours to tell."""
+    for value in among:
+        if all(Ended([program, "--version"], "address space", value).code == 0 for _ in range(3)):
+            return value
+    raise AssertionError(f"{program} does not start with {among[-1]} bytes")
+
+
+class Faults(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = temporary_folder()
+        cls.data = cls.folder / "data"  # without its orthophotos and truth: fewer files, the same writers
+        cls.data.mkdir()
+        for file in survey().glob("*.laz"):
+            shutil.copy(file, cls.data)
+        cls.turn = cls.folder / "turn.toml"
+        cls.turn.write_text("fps = 2\n\n[turntable]\nseconds = 1\n")
+        cls.count = itertools.count()
+        cls.good = {}
+
+    def writer(self, name):
+        """A run of a writer into a folder of its own. @return arguments, folder"""
+        program, words, _, _ = WRITERS[name]
+        out = self.folder / f"out{next(self.count)}"
+        out.mkdir()
+        arguments = [word.replace("OUT", str(out)) for word in words]
+        arguments = [{"DATA": self.data, "TURN": self.turn}.get(word, word) for word in arguments]
+        if program == "RAYTRACER":
+            arguments += OF_A_PICTURE if words[0] in ("render", "animate") else ["--cache", "none"]
+        return [binary(program), *arguments], out
+
+    def whole(self, name):
+        """What a writer makes on a good day."""
+        if name not in self.good:
+            arguments, out = self.writer(name)
+            run = Ended(arguments)
+            self.assertEqual(run.code, 0, f"{name}: {run}")
+            self.good[name] = out / WRITERS[name][2]
+        return self.good[name]
+
+    def whole_bytes(self, name):
+        return self.whole(name).stat().st_size
+
+    def assert_as_on_a_good_day(self, name, out):
+        made, whole = out / WRITERS[name][2], self.whole(name)
+        if whole.suffix in (".exr", ".tif"):  # these say when they were made, and how long that took
+            self.assertAlike(made, whole, exact=True)
+        else:
+            self.assertEqual(made.read_bytes(), whole.read_bytes(), f"{name}: other bytes than on a good day")
+
+    def assert_told(self, run, what):
+        """It ended by itself: with a code, and with a line where it failed."""
+        self.assertIn(run.code, (0, 1, 3), f"{what}: {run}")
+        if run.code == 1:
+            self.assertTrue(run.last.startswith("terravox: "), f"{what}: {run}")
+
+    def assert_nothing_half_written(self, name, run, out):
+        result, kept = WRITERS[name][2:]
+        if run.code == 0:
+            self.assert_as_on_a_good_day(name, out)
+        elif run.code == 1:
+            self.assertFalse((out / result).exists(), f"{name}: {result} is there, and {run}")
+            for path in out.rglob("*"):
+                inside = str(path.relative_to(out))
+                temporary = ".part-" in path.name
+                self.assertTrue(temporary or any(inside.startswith(k) for k in kept), f"{name} left {inside}: {run}")
+
+    def test_a_full_disk_is_told_and_leaves_nothing_half_written(self):
+        for name in WRITERS:
+            whole = self.whole_bytes(name)
+            for size in (0, whole // 2, whole * 99 // 100):
+                with self.subTest(name, file_bytes=size):
+                    arguments, out = self.writer(name)
+                    run = Ended(arguments, "file size", size)
+                    self.assertEqual(run.code, 1, str(run))
+                    self.assert_told(run, name)
+                    self.assertIn(str(out), run.last)
+                    self.assert_nothing_half_written(name, run, out)
+
+    def test_what_can_go_on_does_so_once_the_disk_has_room(self):
+        for name in ("archive", "Minecraft world", "render with a checkpoint", "animate"):
+            with self.subTest(name):
+                arguments, out = self.writer(name)
+                self.assertEqual(Ended(arguments, "file size", self.whole_bytes(name) // 2).code, 1)
+                again = Ended(arguments)
+                self.assertEqual(again.code, 0, str(again))
+                self.assert_as_on_a_good_day(name, out)
+
+    def test_too_few_descriptors_are_told(self):
+        for name in WRITERS if LONG else ("render to EXR", "archive", "glTF", "synthetic survey"):
+            for value in range(3, 40) if LONG else (3, 5, 6, 8, 11, 16, 24):
+                with self.subTest(name, descriptors=value):
+                    arguments, out = self.writer(name)
+                    run = Ended(arguments, "descriptors", value)
+                    if run.code == 127:
+                        continue  # the loader found no descriptor for a library
+                    self.assert_told(run, name)
+                    self.assert_nothing_half_written(name, run, out)
+
+    def test_too_little_memory_is_told(self):
+        mib = 1 << 20
+        least = {}
+        for name in WRITERS if LONG else ("render to EXR", "archive", "OpenVDB", "synthetic survey"):
+            program = binary(WRITERS[name][0])
+            if program not in least:
+                least[program] = least_address_space(program, range(100 * mib, 3000 * mib, 8 * mib))
+            for more in range(0, 400, 4) if LONG else (0, 16, 40, 80, 140):
+                with self.subTest(name, more_mib=more):
+                    arguments, out = self.writer(name)
+                    run = Ended(arguments, "address space", least[program] + more * mib)
+                    self.assert_told(run, name)
+                    self.assert_nothing_half_written(name, run, out)
+
+    def test_calls_that_are_interrupted_go_on(self):
+        # A process that is halted and let go again gets EINTR from most calls that wait, although it has no handler.
+        for name in ("render to PNG", "archive"):
+            with self.subTest(name):
+                self.whole(name)
+                arguments, out = self.writer(name)
+                process = subprocess.Popen([str(a) for a in arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                while process.poll() is None:
+                    process.send_signal(signal.SIGSTOP)
+                    process.send_signal(signal.SIGCONT)
+                    time.sleep(0.002)
+                self.assertEqual(process.returncode, 0, process.stderr.read())
+                process.stderr.close()
+                self.assert_as_on_a_good_day(name, out)
+
+    def test_a_server_with_a_full_cache_disk_still_serves(self):
+        # Its cache is a database: that of the whole process may not grow beyond what starting takes.
+        program = ("prlimit", f"--fsize={64 << 10}")
+        server = Server(self.data, "--cache", temporary_folder(), program=program)
+        with contextlib.ExitStack() as stack:
+            stack.callback(server.kill)
+            paths = server.box_paths()
+            statuses = {server.get(path)[0] for path in paths}
+            stack.pop_all()
+            code = server.stop()
+        self.assertLessEqual(statuses, {200, 204})
+        self.assertIn(200, statuses)
+        self.assertEqual(code, 0, server.err)
+
+    @unittest.skipUnless(FAKETIME, "libfaketime (Debian package faketime) is missing")
+    def test_a_clock_that_jumps_changes_no_picture(self):
+        name = "render to PNG"
+        self.whole(name)
+        stamp = self.folder / "clock"
+        stamp.write_text("+0")
+        clock = {"LD_PRELOAD": str(FAKETIME), "FAKETIME_TIMESTAMP_FILE": str(stamp), "FAKETIME_NO_CACHE": "1", "DONT_FAKE_MONOTONIC": "1"}
+        over = threading.Event()
+
+        def jump():
+            for offset in itertools.cycle(("+1d", "-1d", "+400d", "+0", "-1h")):
+                part = stamp.with_suffix(".new")
+                part.write_text(offset)
+                part.rename(stamp)
+                if over.wait(0.05):
+                    return
+
+        jumping = threading.Thread(target=jump)
+        with contextlib.ExitStack() as stack:
+            jumping.start()
+            stack.callback(jumping.join)
+            stack.callback(over.set)
+            token = "kv7r2mx9q4tz8wpd5hcn"
+            environment = {**clock, "TERRAVOX_FARM_TOKEN": token}
+            worker = Program("worker", "--listen", "127.0.0.1:0", environment=environment)
+            stack.callback(worker.kill)
+            port = worker.saw(r"on port (\d+)")[1]
+            arguments, out = self.writer(name)
+            run = Ended([*arguments, "--threads", "0", "--worker", f"127.0.0.1:{port}"], environment=environment)
+        self.assertEqual(run.code, 0, f"{run}\nworker:\n{worker.log()}")
+        self.assert_as_on_a_good_day(name, out)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[a for a in sys.argv if a != "--long"])
