@@ -15,6 +15,7 @@
 
 #include "common/geo/crs_text.hpp"
 #include "common/geo/gdal.hpp"
+#include "common/geo/proj_check.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
@@ -109,6 +110,12 @@ std::string attempt_to_read(const std::string& text) {
     return "read the coordinate reference system '" + shown + "': ";
 }
 
+// The fault of a text that PROJ refuses. @throws ProjUnusableError when it is not the text's
+std::string not_understood(const std::string& text) {
+    check_proj_is_usable(attempt_to_read(text) + "not possible");
+    return "not understood";
+}
+
 // One line; empty when the format cannot express the system.
 std::string exported(const OGRSpatialReference& ogr, const char* format) {
     char* text = nullptr;
@@ -126,7 +133,7 @@ Crs Crs::from_text(const std::string& text) {
     auto ogr = empty_reference();
     std::string fault = fault_of_crs_text(text);
     if (fault.empty() && ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
-        fault = "not understood";
+        fault = not_understood(text);
     if (!fault.empty()) throw UsageError(attempt_to_read(text) + fault + "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
     return Crs(std::move(ogr));
 }
@@ -135,7 +142,7 @@ Crs Crs::from_wkt(const std::string& wkt) {
     const QuietGdal quiet;
     auto ogr = empty_reference();
     std::string fault = notation_of(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
-    if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE) fault = "not understood";
+    if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE) fault = not_understood(wkt);
     if (!fault.empty()) throw Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
     return Crs(std::move(ogr));
 }
@@ -176,6 +183,7 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
             crs = from_ogr(read, "GeoTIFF keys");
         }
     }
+    if (!crs) check_proj_is_usable("read the GeoTIFF keys of a coordinate reference system");
     return crs;
 }
 

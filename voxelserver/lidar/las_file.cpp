@@ -7,6 +7,7 @@
 #include <cstring>
 #include <string>
 
+#include "common/geo/proj_check.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
 #include "voxelserver/lidar/chunk_table.hpp"
@@ -44,6 +45,8 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header, const std::fi
     if (!wkt.empty()) {
         try {
             return geo::Crs::from_wkt(wkt);
+        } catch (const geo::ProjUnusableError&) {
+            throw;
         } catch (const Error& e) {
             // Some writers leave text that is no WKT beside good keys: the keys decide then, or the person does.
             spdlog::info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
@@ -51,6 +54,8 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header, const std::fi
     }
     try {
         return geo::Crs::from_geokeys(directory, doubles, ascii);
+    } catch (const geo::ProjUnusableError&) {
+        throw;
     } catch (const Error& e) {
         spdlog::info("{}: {}; --crs sets one", path.string(), e.what());
     }
