@@ -94,8 +94,6 @@ void check_side_files(const fs::path& raster) {
 }
 
 void check_before(GDALDriver& driver, const fs::path& raster) {
-    std::error_code failed;
-    if (!fs::is_regular_file(raster, failed)) throw Error("no file");
     check_side_files(raster);
     if (!EQUAL(driver.GetDescription(), "VRT")) return;
     if (!EQUAL(raster.extension().c_str(), ".vrt")) throw Error("a virtual raster that is not named .vrt");
@@ -114,6 +112,9 @@ GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept 
         // GDAL's own: parts of a file that it has open (JPEG in TIFF), and what we keep in memory. No text of a stranger gets here by them.
         const bool is_virtual = std::string_view(info->pszFilename).starts_with("/vsi");
         if (is_virtual && EQUAL(driver->GetDescription(), "VRT")) throw Error("a virtual raster that is no file");
+        std::error_code failed;
+        // GDAL also asks for what it is about to write: a file that is not there is no fault.
+        if (!is_virtual && !fs::is_regular_file(info->pszFilename, failed)) return nullptr;
         if (!is_virtual) check_before(*driver, info->pszFilename);
         std::unique_ptr<GDALDataset> data(original_of(driver)(info));
         if (data && !is_virtual) check_opened(*data);

@@ -27,6 +27,14 @@ const char* tag_of(const std::string& name) noexcept {
         : nullptr;
 }
 
+geo::Crs crs_of(const std::string& wkt, const GdalWatch& watch) {
+    try {
+        return geo::Crs::from_wkt(wkt);
+    } catch (const Error& e) {
+        throw Error(watch.attempt() + ": " + e.what());
+    }
+}
+
 }  // namespace
 
 GdalWatch::GdalWatch(std::string attempt) : m_attempt(std::move(attempt)) {
@@ -70,7 +78,7 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
         std::array<double, 6> transform = info.geo->transform;
         watch.check(GDALSetGeoTransform(dataset, transform.data()) == CE_None);
         if (!info.geo->crs_wkt.empty()) {
-            const geo::Crs crs = geo::Crs::from_wkt(info.geo->crs_wkt);
+            const geo::Crs crs = crs_of(info.geo->crs_wkt, watch);
             watch.check(GDALSetSpatialRef(dataset, OGRSpatialReference::ToHandle(const_cast<OGRSpatialReference*>(&crs.ogr()))) == CE_None);
         }
     }

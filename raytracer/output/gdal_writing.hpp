@@ -23,6 +23,7 @@ public:
     void check(bool done) const;
     /// After the last dataset of a TIFF file was closed. @throws Error as check(), and when the end of the file is missing
     void check_closed_tiff(const std::filesystem::path& file) const;
+    [[nodiscard]] const std::string& attempt() const noexcept { return m_attempt; }
 
 private:
     std::string m_attempt, m_failure;

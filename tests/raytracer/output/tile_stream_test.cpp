@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/output/image_writer.hpp"
@@ -92,7 +93,7 @@ TEST_CASE("a streamed TIFF is a BigTIFF with the film's pixels, and lies on Eart
         const StreamShape s{500, 300, 48, false};
         PictureInfo info = some_info();
         info.tiff_samples = c.samples;
-        if (c.geo) info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, "EPSG:3794"};
+        if (c.geo) info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, geo::Crs::from_text("EPSG:3794").wkt()};
         TileStream stream(file, s, info);
         for (const RenderTile& tile : shuffled_tiles(s, 4)) stream.add(invented(tile, false));
         stream.finish(7);

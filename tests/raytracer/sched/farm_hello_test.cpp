@@ -158,7 +158,7 @@ TEST_CASE("a worker gets no definition of a coordinate reference system, and tak
     Parcel bad = parcel;
     bad.scene = "[camera]\nspace = 'latlon'\nposition = [46.05, 14.5, 400]\ntarget = [46.06, 14.5, 300]\n";
     CHECK_NOTHROW(unpack(bad, world));
-    CHECK_THROWS_WITH(unpack(bad, told), contains("no well-known text"));
+    CHECK_THROWS_WITH(unpack(bad, told), contains("is no place that EPSG:4326 can tell"));
 }
 
 TEST_CASE("texts from anywhere are no view without an error", "[raytracer][farm]") {

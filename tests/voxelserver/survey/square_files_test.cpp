@@ -111,7 +111,7 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
         CHECK(wrong_returns == 0);
     }
     SECTION("ground points lie on the true ground") {
-        geo::start_gdal();
+        terravox::geo::start_gdal();
         GDALDatasetUniquePtr image{
             GDALDataset::Open((folder.path() / "truth" / ("ground_" + report.name + ".tif")).c_str(), GDAL_OF_RASTER)};
         REQUIRE(image);
