@@ -8,7 +8,7 @@ import unittest
 from support import ROOT, Case, Run, temporary_folder
 
 TARGETS = ROOT / "tests" / "fuzz"
-SHARED = {"entry", "fuzz", "file_corpora", "picture_corpora"}
+SHARED = {"entry", "fuzz", "file_corpora", "picture_corpora", "toml_parser"}
 
 # The targets are scripts here, so that the test needs no clang.
 WITH_OWN_TARGETS = """
