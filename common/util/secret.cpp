@@ -31,6 +31,13 @@ void refuse_old_name() {
         " for a voxel server and its clients");
 }
 
+// What systemd hands to a service (LoadCredential=): a folder that nobody else can enter. Newer versions let the group read the
+// files, and name the service's user in an access control list.
+bool is_credential_of_service(const std::filesystem::path& path) {
+    const std::string folder = variable_of("CREDENTIALS_DIRECTORY");
+    return !folder.empty() && path.lexically_normal().parent_path() == std::filesystem::path(folder).lexically_normal();
+}
+
 std::string read_private_file(const std::filesystem::path& path, const std::string& attempt) {
     const auto failed = [&](const std::string& why) { return Error(attempt + ": " + why); };
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
@@ -39,7 +46,8 @@ std::string read_private_file(const std::filesystem::path& path, const std::stri
     struct stat facts {};
     if (::fstat(::fileno(file.get()), &facts) != 0) throw failed(std::strerror(errno));
     if (S_ISDIR(facts.st_mode)) throw failed("it is a folder");
-    if (S_ISREG(facts.st_mode) && (facts.st_mode & 077) != 0)
+    const mode_t of_others = is_credential_of_service(path) ? 037 : 077;
+    if (S_ISREG(facts.st_mode) && (facts.st_mode & of_others) != 0)
         throw failed("others may read or change it; allowed: only its owner (chmod 600)");
     std::string text(kMostFile_bytes + 1, '\0');
     text.resize(std::fread(text.data(), 1, text.size(), file.get()));

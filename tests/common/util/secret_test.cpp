@@ -29,7 +29,7 @@ public:
 private:
     static void clear() {
         for (const char* name :
-             {"TERRAVOX_TOKEN", util::kFarmTokenVariable, util::kServerTokenVariable})
+             {"TERRAVOX_TOKEN", util::kFarmTokenVariable, util::kServerTokenVariable, "CREDENTIALS_DIRECTORY"})
             ::unsetenv(name);
     }
 };
@@ -108,4 +108,22 @@ TEST_CASE("a voxel server's token fits a header, or is refused without being tol
     const auto shown = write(folder.path() / "shown", "eight.or-more",
                              fs::perms::owner_read | fs::perms::others_read);
     CHECK_THROWS_WITH(util::find_server_token(shown), contains("chmod 600"));
+}
+
+TEST_CASE("a group may read what systemd hands to a service, and nothing else", "[common][util][secret]") {
+    const test::TemporaryFolder folder;
+    const test::TemporaryFolder elsewhere;
+    const auto group_reads = fs::perms::owner_read | fs::perms::group_read;
+    const auto credential = write(folder.path() / "token", "of-the-credential", group_reads);
+    const auto other = write(elsewhere.path() / "token", "of-another-folder", group_reads);
+    const auto shown = write(folder.path() / "shown", "of-the-credential", group_reads | fs::perms::others_read);
+    const auto below = folder.path() / ".." / elsewhere.path().filename() / "token";
+    const auto read = [](const fs::path& file) { return util::find_secret(file, util::kFarmTokenVariable).text; };
+    CHECK_THROWS_WITH(read(credential), contains("chmod 600"));
+    const Variables variables{{"CREDENTIALS_DIRECTORY", folder.path().string()}};
+    CHECK(read(credential) == "of-the-credential");
+    for (const fs::path& file : {other, shown, below}) {
+        INFO(file);
+        CHECK_THROWS_WITH(read(file), contains("chmod 600"));
+    }
 }
