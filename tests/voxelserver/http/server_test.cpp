@@ -218,7 +218,7 @@ TEST_CASE("500 random requests and path tricks neither stop the server nor make 
 }
 
 TEST_CASE("a stranger's body is not waited for", "[voxelserver][http][server]") {
-    http::ServerOptions options = quick();
+    http::ServerOptions options = local();
     options.request_timeout = std::chrono::hours(1);
     Fixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
@@ -248,7 +248,7 @@ TEST_CASE("every reply says that no other origin may use it", "[voxelserver][htt
 
 TEST_CASE("clients that do not finish their requests give their threads to others",
           "[voxelserver][http][server]") {
-    http::ServerOptions options = quick();
+    http::ServerOptions options = local();
     options.request_threads = 4;
     options.request_timeout = std::chrono::hours(1);
     options.keep_alive_timeout = std::chrono::hours(1);
