@@ -16,18 +16,11 @@
 #include "common/geo/crs_text.hpp"
 #include "common/geo/gdal.hpp"
 #include "common/geo/proj_check.hpp"
+#include "common/geo/quiet_gdal.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
 namespace {
-
-// GDAL prints its errors to standard error unless told otherwise; ours are thrown with the context that a person needs.
-struct QuietGdal {
-    QuietGdal() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-    ~QuietGdal() { CPLPopErrorHandler(); }
-    QuietGdal(const QuietGdal&) = delete;
-    QuietGdal& operator=(const QuietGdal&) = delete;
-};
 
 std::shared_ptr<OGRSpatialReference> empty_reference() {
     // Grids that PROJ lacks would be fetched where a person's PROJ_NETWORK or proj.ini says so: places must not depend on that.

@@ -90,7 +90,9 @@ bool shut_down(const Connection& connection, int port) noexcept {
     return client && client->text() == connection.name && ::shutdown(same.fd(), SHUT_RDWR) == 0;
 }
 
-std::string name_of(const std::string& address, int port) {
+// As Endpoint::text() has it: without the zone of a link-local address, which CivetWeb adds.
+std::string name_of(const std::string& given, int port) {
+    const std::string address = given.substr(0, given.find('%'));
     const bool brackets = address.find(':') != std::string::npos;
     return (brackets ? "[" + address + "]:" : address + ":") + std::to_string(port);
 }

@@ -32,10 +32,13 @@ const char* plain_message_of(const std::exception_ptr& error, const char* text) 
     }
 }
 
+// Plain ASCII alone, a character at a time: the text may be a stranger's, and printable() needs memory.
 void say(const char* text) noexcept {
-    const std::size_t length = std::char_traits<char>::length(text);
-    // Standard error may be closed: there is nobody left to tell.
-    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, length);
+    for (; *text != '\0'; ++text) {
+        const char shown = *text >= ' ' && *text < '\x7f' ? *text : '?';
+        // Standard error may be closed: nothing is left to be done then.
+        [[maybe_unused]] const auto written = ::write(STDERR_FILENO, &shown, 1);
+    }
 }
 
 [[noreturn]] void end_program() noexcept {
@@ -51,7 +54,7 @@ void say(const char* text) noexcept {
     }
     say(kName);
     say(message);
-    say("\n");
+    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, "\n", 1);
     std::_Exit(static_cast<int>(ExitCode::kFailed));
 }
 

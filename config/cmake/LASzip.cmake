@@ -54,8 +54,10 @@ target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interpositio
 if(TERRAVOX_SANITIZE)
   # What a damaged file does to memory within LASzip counts, too. Its arithmetic relies on what the standard leaves undefined
   # (shifts of negative numbers, unaligned loads), so that sanitizer is left out.
-  string(REGEX REPLACE ",?undefined" "" laszip_sanitizers "${TERRAVOX_SANITIZE}")
-  target_compile_options(terravox_laszip PRIVATE -fsanitize=${laszip_sanitizers} -fno-omit-frame-pointer)
+  string(REPLACE "," ";" laszip_sanitizers "${TERRAVOX_SANITIZE}")
+  list(REMOVE_ITEM laszip_sanitizers undefined)
+  list(TRANSFORM laszip_sanitizers PREPEND "-fsanitize=")
+  target_compile_options(terravox_laszip PRIVATE ${laszip_sanitizers} -fno-omit-frame-pointer)
 endif()
 target_compile_definitions(terravox_laszip PRIVATE _GLIBCXX_ASSERTIONS)
 # The one source that holds the file stream; others say std::getc, which a macro would break.

@@ -14,7 +14,7 @@ namespace {
 }
 
 std::FILE* open(const std::filesystem::path& path, const std::string& attempt) {
-    std::FILE* file = std::fopen(path.c_str(), "wb");
+    std::FILE* file = std::fopen(path.c_str(), "wbe");
     if (file == nullptr) fail(attempt, errno);
     return file;
 }

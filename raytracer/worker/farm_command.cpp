@@ -100,7 +100,7 @@ std::function<ExitCode()> add_farm_command(CLI::App& app) {
     CLI::App* certs = farm->add_subcommand("certs", "Make a small CA, and certificates of it for coordinators and workers");
     CLI::Option* names = certs->add_option("names", args->names, "one certificate for each; default: coordinator, worker");
     certs->add_option("--role", args->role, "role of all that are made: worker, or coordinator (renders, asks for status, pauses); default: coordinator for that name, else worker");
-    certs->add_option("--revoke", args->revoked, "revoke NAME.pem of the folder instead of making certificates: adds it to ca.crl there; may be given several times")
+    certs->add_option("--revoke", args->revoked, "revoke NAME.pem of the folder instead of making certificates: adds it to ca.crl there; may be given several times. Revoke first, then make another of that name")
         ->expected(1)->take_all()->allow_extra_args(false)->excludes(names);
     certs->add_option("-o,--output", args->folder, "folder; where it has a CA, that one makes the certificates")->capture_default_str();
     certs->add_option("--days", args->days, "how long they are valid")->capture_default_str();

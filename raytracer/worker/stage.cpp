@@ -37,11 +37,9 @@ std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::st
     static util::StageTimes times;
     if (ground.server.empty() && ground.generated.empty()) return nullptr;
     try {
-        // Of a coordinator's scene no more is used than what a world may need: none of it names a file.
-        const Scene asked = unpack_scene(scene_text);
+        // Of a coordinator's scene no more is used than what a made-up world needs; how long a server is tried for is this worker's default.
         Scene scene;
-        scene.generated = asked.generated;
-        scene.processing.box_patience_s = asked.processing.box_patience_s;
+        scene.generated = unpack_scene(scene_text).generated;
         scene.world.voxel_m = ground.far->info().voxel_m;
         std::unique_ptr<voxel::World> own;
         if (!ground.server.empty()) own = open_server(ground, scene, times);

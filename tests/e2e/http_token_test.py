@@ -45,6 +45,7 @@ class Token(Case):
     def test_a_body_is_not_read_before_the_token(self):
         file = temporary_folder() / "token"
         file.write_text(self.TOKEN + "\n")
+        file.chmod(0o600)
         server = Server(survey(), "--cache", "none", "--token-file", file,
                         "--header-timeout-s", "3600", "--drain-s", "0")
         try:

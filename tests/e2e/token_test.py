@@ -6,7 +6,7 @@ import unittest
 
 from support import Program, Run, Server, binary, render, survey, temporary_folder
 
-FARM = "the-secret-of-the-farm-1"
+FARM = "w8nq3vz6tk2mx9rj5hcp"
 SERVER = "the-secret-of-the-server"
 # What a test does not set is not set by the person at this machine either.
 NOTHING = {"TERRAVOX_FARM_TEST": "1", **dict.fromkeys(("TERRAVOX_FARM_TOKEN", "TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN", "TERRAVOX_TOKEN", "http_proxy", "all_proxy"), "")}

@@ -64,6 +64,7 @@ std::optional<Response> Router::refusal(const Request& request) {
     std::optional<Response> out = refuse_head(route, request);
     if (!out) return out;
     if (body_claim(request).kind != BodyClaim::Kind::kNone) out->close = true;
+    out->head_only = request.method == "HEAD";
     m_counts.add(route.route, out->status, 0);
     return out;
 }

@@ -299,7 +299,11 @@ TEST_CASE("what a head alone makes wrong is told before the body is read",
         REQUIRE(refused);
         CHECK(refused->status == c.status);
         CHECK(refused->close);
+        CHECK_FALSE(refused->head_only);
     }
+    const auto head = router.refusal(Request{"HEAD", "/v2/world", {{"Content-Length", "5"}}});
+    REQUIRE(head);
+    CHECK(head->head_only);
 }
 
 TEST_CASE("health is a word for everybody, and a reason for who has the token",
