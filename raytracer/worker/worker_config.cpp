@@ -175,7 +175,9 @@ void read_file(const std::filesystem::path& file, WorkerConfig& out) {
         if (key.str() == "version") continue;
         bool known = false;
         std::string allowed = "version";
-        visit_fields(out, [&](const char* name, auto& field, const Rule& rule) {
+        // Captured by name: clang before 16 captures no structured bindings by itself.
+        visit_fields(out, [&, &key = key, &node = node](const char* name, auto& field,
+                                                        const Rule& rule) {
             allowed += std::string(", ") + name;
             if (key.str() != name) return;
             known = true;
@@ -188,7 +190,8 @@ void read_file(const std::filesystem::path& file, WorkerConfig& out) {
 void apply_flags(const WorkerArguments& arguments, WorkerConfig& out) {
     std::vector<std::string_view> given;
     for (const auto& [name, text] : arguments.fields)
-        visit_fields(out, [&](const char* of, auto& field, const Rule& rule) {
+        visit_fields(out, [&, &name = name, &text = text](const char* of, auto& field,
+                                                          const Rule& rule) {
             if (name != of) return;
             // The first of several replaces what the file says.
             if constexpr (kIsList<std::decay_t<decltype(field)>>)

@@ -121,7 +121,7 @@ void texts(const fs::path& folder) {
     Corpus(folder, "worker_config").add_file(config / "worker.toml");
     Corpus(folder, "worker_config")
         .add("listen.toml",
-             "listen = \"127.0.0.1:7413\"\nthreads = 2\nname = \"w\"\nonce = true\n");
+             "version = 1\nlisten = \"127.0.0.1:7413\"\nthreads = 2\nname = \"w\"\nonce = true\n");
     for (const char* name : {"materials.toml", "materials-clay.toml"}) {
         Corpus(folder, "materials").add_file(config / name);
         Corpus(folder, "toml").add_file(config / name);
