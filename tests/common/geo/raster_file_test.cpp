@@ -266,14 +266,19 @@ TEST_CASE("side files are files beside the raster, and name no others", "[common
     const Place place;
     const fs::path raster = place.here / "a.tif";
     const std::string pam = "<PAMDataset>TEXT</PAMDataset>";
-    struct Case { const char* name; std::function<void()> make; const char* said; };
-    const auto text = [&](const char* file, const std::string& content) { return [=, &place] { write(place.here / file, place.filled(content)); }; };
-    const auto link = [&](const char* file) { return [=, &place] { fs::create_symlink(place.secret, place.here / file); }; };
-    const auto c = GENERATE_REF(values<Case>({
+    // The cases outlive the run that made them, and so its place: each is given that of its own run.
+    struct Case { const char* name; std::function<void(const Place&)> make; const char* said; };
+    const auto text = [](const char* file, const std::string& content) {
+        return [=](const Place& at) { write(at.here / file, at.filled(content)); };
+    };
+    const auto link = [](const char* file) {
+        return [=](const Place& at) { fs::create_symlink(at.secret, at.here / file); };
+    };
+    const auto c = GENERATE_COPY(values<Case>({
         {"overviews elsewhere", link("a.tif.ovr"), "a.tif.ovr is no file beside"},
         {"a mask elsewhere", link("a.tif.msk"), "a.tif.msk is no file beside"},
-        {"a world file that is a pipe", [&] { ::mkfifo((place.here / "a.tfw").c_str(), 0600); }, "a.tfw is no file beside"},
-        {"a link to nowhere", [&] { fs::create_symlink("/nowhere/at/all", place.here / "a.prj"); }, "a.prj is no file beside"},
+        {"a world file that is a pipe", [](const Place& at) { ::mkfifo((at.here / "a.tfw").c_str(), 0600); }, "a.tfw is no file beside"},
+        {"a link to nowhere", [](const Place& at) { fs::create_symlink("/nowhere/at/all", at.here / "a.prj"); }, "a.prj is no file beside"},
         {"a system with a grid", text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")), "nadgrids"},
         {"a system from a file", text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
         {"a system of places", text("a.tif.aux.xml", replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")), "init"},
@@ -283,11 +288,11 @@ TEST_CASE("side files are files beside the raster, and name no others", "[common
          "for its places"},
         {"a grid in a .prj", text("a.prj", "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"z\",6378137,298],EXTENSION[\"PROJ4_GRIDS\",\"SECRET\"]],PRIMEM[\"g\",0],"
                                            "UNIT[\"degree\",0.0174532925199433]]"), "a.prj names files"},
-        {"overviews by name in a tag", [&] { write_tiff(raster, kPublic, [&](GDALDataset& out) {
-             out.SetMetadataItem("OVERVIEW_FILE", place.secret.c_str(), "OVERVIEWS"); }); }, "for its overviews"},
+        {"overviews by name in a tag", [](const Place& at) { write_tiff(at.here / "a.tif", kPublic, [&](GDALDataset& out) {
+             out.SetMetadataItem("OVERVIEW_FILE", at.secret.c_str(), "OVERVIEWS"); }); }, "for its overviews"},
     }));
     DYNAMIC_SECTION(c.name) {
-        c.make();
+        c.make(place);
         const OpenWatch watch(place.secret);
         CHECK_THAT(shown(raster), contains(c.said) && contains(raster.string()));
         CHECK_FALSE(watch.was_opened());
@@ -298,15 +303,16 @@ TEST_CASE("no raster asks the network", "[common][geo][raster][hostile]") {
     const Place place;
     const Listener listener;
     const std::string url = "/vsicurl/" + listener.url();
+    // ADDRESS stands for that of the listener of each run: the cases are made in the first.
     struct Case { const char* name; const char* file; std::string text; };
-    const auto c = GENERATE_REF(values<Case>({
-        {"a source", "all.vrt", band(source(url, false))},
-        {"a source said to be relative", "all.vrt", band(source(url))},
-        {"an address", "all.vrt", band(source(listener.url()))},
-        {"overviews", "a.tif.aux.xml", "<PAMDataset><Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">" + url + "</MDI></Metadata></PAMDataset>"},
+    const auto c = GENERATE(values<Case>({
+        {"a source", "all.vrt", band(source("/vsicurl/ADDRESS", false))},
+        {"a source said to be relative", "all.vrt", band(source("/vsicurl/ADDRESS"))},
+        {"an address", "all.vrt", band(source("ADDRESS"))},
+        {"overviews", "a.tif.aux.xml", "<PAMDataset><Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">/vsicurl/ADDRESS</MDI></Metadata></PAMDataset>"},
     }));
     DYNAMIC_SECTION(c.name) {
-        write(place.here / c.file, c.text);
+        write(place.here / c.file, replaced(c.text, "ADDRESS", listener.url()));
         CHECK(shown(fs::exists(place.here / "all.vrt") ? place.here / "all.vrt" : place.here / "a.tif").starts_with("read "));
         CHECK_FALSE(listener.was_asked());
     }
