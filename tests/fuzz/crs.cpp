@@ -2,13 +2,20 @@
 #include "common/geo/crs.hpp"
 
 #include "common/geo/quiet_gdal.hpp"
+#include "common/util/error.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace terravox::fuzz {
 namespace {
 
-/// What reads the texts of strangers.
-geo::Crs read(const std::string& text) { return geo::Crs::from_text(text); }
+/// As what a file or another program says, else as what a person types.
+geo::Crs read(const std::string& text) {
+    try {
+        return geo::Crs::from_wkt(text);
+    } catch (const Error&) {
+        return geo::Crs::from_text(text);
+    }
+}
 
 }  // namespace
 
