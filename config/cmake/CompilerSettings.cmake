@@ -48,11 +48,12 @@ add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
 # those cost more. What the module terravox-lidar.so holds asks for it by itself.
 target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
 target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
-# The standard library checks indexes, empty containers and iterators. Sources that trace rays leave it out
-# (terravox_without_assertions): they read only what this program itself has made and checked.
+# The standard library checks indexes, empty containers and iterators. Sources that trace rays or fill voxels leave it out
+# (terravox_without_assertions): they read only what this program itself has made and checked, and in loops that are small enough
+# the checks cost a fifth to twice the time.
 target_compile_definitions(terravox_settings INTERFACE _GLIBCXX_ASSERTIONS)
-function(terravox_without_assertions)
-  set_property(SOURCE ${ARGV} APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
+function(terravox_without_assertions target)
+  set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
 endfunction()
 
 if(TERRAVOX_SANITIZE)
