@@ -4,10 +4,10 @@
     ./terravox test --loaded 5 e2e_farm_test net_test     # five times each, beside four busy processes and two that write
     tests/loaded.py --times 20 'e2e_http.*'               # names are regular expressions; without any: all but those labelled long
     tests/loaded.py --times 2 --one-core                  # at the lowest priority, on one core
-    tests/loaded.py --no-load net_test                    # beside what runs on the machine anyway
+    tests/loaded.py --no-load --jobs 4 net_test e2e_farm_test   # four at a time, beside what runs on the machine anyway
 
-A test that waits on a clock, on luck or on another process's speed fails here sooner or later. The output of each failed run is kept in
-build/logs/loaded/. The exit code is 1 when a run failed.
+A test that waits on a clock, on luck or on another process's speed fails here sooner or later. The output of each round with
+a failed test is kept in build/logs/loaded/. The exit code is 1 when a run failed.
 """
 
 import argparse
@@ -25,6 +25,8 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LOGS = ROOT / "build" / "logs" / "loaded"
 BUSY, WRITING = 4, 2
+# A line of ctest: "  3/80 Test #12: net_test ........***Failed   1.23 sec".
+RESULT = re.compile(r"\s*\d+/\d+ Test +#\d+: (\S+) \.*\s*(.*?) +([\d.]+) sec")
 WRITER = "import os, tempfile\nwith tempfile.TemporaryFile() as f:\n while True:\n  f.write(bytes(1 << 20)); f.flush(); os.fsync(f.fileno()); f.seek(0)"
 
 
@@ -71,15 +73,26 @@ def names_of(folder, patterns):
     return out
 
 
-def run_once(folder, name, round_number, prefix):
-    """@return seconds, and whether it passed"""
-    began = time.monotonic()
-    done = subprocess.run([*prefix, *ctest(folder, "--output-on-failure", "--tests-regex", f"^{re.escape(name)}$")],
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
-    if done.returncode != 0:
+def run_round(folder, names, round_number, prefix, jobs):
+    """Runs each test once, `jobs` at a time, in an order of chance; yields name, seconds, and whether it passed."""
+    pattern = "^(" + "|".join(re.escape(name) for name in names) + ")$"
+    command = ctest(
+        folder, "--parallel", str(jobs), "--schedule-random", "--output-on-failure", "--tests-regex", pattern)
+    lines = []
+    all_passed = True
+    process = subprocess.Popen(
+        [*prefix, *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+    with process:
+        for line in process.stdout:
+            lines.append(line)
+            found = RESULT.match(line)
+            if found:
+                passed = found[2] == "Passed" or found[2].endswith("Skipped")
+                all_passed = all_passed and passed
+                yield found[1], float(found[3]), passed
+    if not all_passed or process.returncode != 0:
         LOGS.mkdir(parents=True, exist_ok=True)
-        (LOGS / f"{name}-{round_number}.log").write_text(done.stdout)
-    return time.monotonic() - began, done.returncode == 0
+        (LOGS / f"round-{round_number}.log").write_text("".join(lines))
 
 
 def table(runs):
@@ -94,6 +107,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="names of CTest entries, as regular expressions")
     parser.add_argument("--times", type=int, default=5, help="runs of each test (default: 5)")
+    parser.add_argument("--jobs", type=int, default=1, help="tests at a time (default: 1)")
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build" / "release", help="folder that was built (default: build/release)")
     parser.add_argument("--one-core", action="store_true", help="tests have one core and the lowest priority")
     parser.add_argument("--no-load", action="store_true", help="start no load: the machine has some")
@@ -106,8 +120,7 @@ def main():
         # Round by round: what fails seldom fails in some of them, whenever this is stopped.
         try:
             for round_number in range(1, args.times + 1):
-                for name in names:
-                    seconds, passed = run_once(args.build, name, round_number, prefix)
+                for name, seconds, passed in run_round(args.build, names, round_number, prefix, args.jobs):
                     runs.setdefault(name, []).append((seconds, passed))
                     print(f"{round_number}/{args.times} {name}: {'passed' if passed else 'FAILED'}, {seconds:.1f} s", flush=True)
         except KeyboardInterrupt:
