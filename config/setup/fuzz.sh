@@ -51,11 +51,12 @@ fuzz_help() {
 Runs the fuzz targets (tests/fuzz): readers of strangers' files and messages, on inputs that
 libFuzzer makes up.
 
-Usage: terravox fuzz [--seconds N] [-v] [NAME...]
+Usage: terravox fuzz [--seconds N] [--jobs N] [-v] [NAME...]
        terravox fuzz --list
 
   NAME         which; all when none is named
   --seconds N  how long each runs, 1 to 999999 [60]
+  --jobs N     how many run at a time, 1 to 64 [1]
   --list       lists the names with what they read
 
 Corpora are kept in build/fuzz/corpus and grow from run to run. Finds, inputs with which something
@@ -159,10 +160,10 @@ fuzz_run() {
     return 1
 }
 
-# fuzz_targets SECONDS NAME...: returns 1 when something was found.
+# fuzz_targets SECONDS JOBS NAME...: returns 1 when something was found.
 fuzz_targets() {
-    local seconds=$1 name failed=0 grabber=0 names=() makers
-    shift
+    local seconds=$1 jobs=$2 name failed=0 running=0 grabber=0 names=() makers
+    shift 2
     for name in "$@"; do
         if [[ $name == "$FUZZ_GRABBER" ]]; then grabber=1; else names+=("$name"); fi
     done
@@ -175,7 +176,15 @@ fuzz_targets() {
         fi
         fuzz_seeds "${makers[@]}"
         printf '%-14s %14s %10s %8s %6s\n' target executions edges corpus finds
-        for name in "${names[@]}"; do fuzz_run "$name" "$seconds" || failed=1; done
+        for name in "${names[@]}"; do
+            if ((running == jobs)); then
+                wait -n || failed=1
+                running=$((running - 1))
+            fi
+            fuzz_run "$name" "$seconds" &
+            running=$((running + 1))
+        done
+        for (( ; running > 0; --running)); do wait -n || failed=1; done
     fi
     if ((grabber == 1)); then
         use_node || die "fuzz: Node.js $NODE_OLDEST or newer is missing; run terravox deps"
@@ -185,7 +194,7 @@ fuzz_targets() {
 }
 
 fuzz() {
-    local seconds=60 names=() known
+    local seconds=60 jobs=1 names=() known
     mapfile -t known < <(fuzz_names)
     while (($# > 0)); do
         case $1 in
@@ -195,6 +204,11 @@ fuzz() {
             --seconds)
                 (($# > 1)) || usage_error "fuzz: --seconds lacks its value"
                 seconds=$2
+                shift
+                ;;
+            --jobs)
+                (($# > 1)) || usage_error "fuzz: --jobs lacks its value"
+                jobs=$2
                 shift
                 ;;
             -*) usage_error "fuzz: unknown option '$1'; terravox fuzz --help lists them" ;;
@@ -208,6 +222,8 @@ fuzz() {
     done
     [[ $seconds =~ ^[1-9][0-9]{0,5}$ ]] ||
         usage_error "fuzz: --seconds '$seconds'; allowed: 1 to 999999"
+    [[ $jobs =~ ^[1-9][0-9]?$ ]] && ((jobs <= 64)) ||
+        usage_error "fuzz: --jobs '$jobs'; allowed: 1 to 64"
     ((${#names[@]} > 0)) || names=("${known[@]}")
-    fuzz_targets "$seconds" "${names[@]}"
+    fuzz_targets "$seconds" "$jobs" "${names[@]}"
 }

@@ -44,9 +44,11 @@ def fuzz(*arguments):
     return Run([ROOT / "terravox", "fuzz", *arguments], environment={"TERRAVOX_NO_BUILD": "1"})
 
 
-def fuzz_with(folder, target, *arguments):
+def fuzz_with(folder, target, *arguments, **others):
+    """@param others  more targets: the text of each by its name"""
     (folder / "targets").mkdir(exist_ok=True)
-    for name, text in (("fuzz-file-corpora", CORPORA), ("fuzz-nbt", target)):
+    targets = {f"fuzz-{name}": text for name, text in others.items()}
+    for name, text in {"fuzz-file-corpora": CORPORA, "fuzz-nbt": target, **targets}.items():
         program = folder / "targets" / name
         program.write_text(text)
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
@@ -73,6 +75,8 @@ class Fuzz(Case):
             (["--nope"], "unknown option '--nope'"),
             (["--seconds"], "--seconds lacks its value"),
             (["--seconds", "0"], "--seconds '0'; allowed: 1 to 999999"),
+            (["--jobs", "0"], "--jobs '0'; allowed: 1 to 64"),
+            (["--jobs", "65"], "--jobs '65'; allowed: 1 to 64"),
             (["--seconds", "soon"], "--seconds 'soon'; allowed: 1 to 999999"),
         ):
             with self.subTest(arguments):
@@ -97,6 +101,17 @@ class Fuzz(Case):
         find = folder / "finds" / "nbt" / "crash-1"
         self.assertTrue(find.exists())
         self.assertTrue(run.err.rstrip().endswith(f"{folder}/targets/fuzz-nbt {find}"), run.err)
+
+    def test_targets_at_a_time_are_lines_each_and_a_find_of_one_is_told(self):
+        for good in ("box", "nbt", "zip"):
+            with self.subTest(good):
+                folder = temporary_folder()
+                texts = {name: GOOD if name == good else BAD for name in ("box", "nbt", "zip")}
+                run = fuzz_with(folder, texts.pop("nbt"), "--jobs", "2", "box", "nbt", "zip", **texts)
+                self.assertEqual(run.code, 1, run)
+                lines = sorted(line.split() for line in run.out.splitlines()[1:])
+                finds = [[name, finds] for name, *_, finds in lines]
+                self.assertEqual(finds, [[n, "0" if n == good else "1"] for n in ("box", "nbt", "zip")])
 
     def test_a_target_that_was_never_built_is_an_error(self):
         folder = temporary_folder()
