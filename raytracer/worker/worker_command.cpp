@@ -122,9 +122,11 @@ ExitCode run(const WorkerArguments& arguments) {
     options.credentials = credentials_or_new(config);
     WorkerDaemon daemon(std::move(options));
     std::unique_ptr<MetricsPage> page;
-    if (config.metrics)
+    if (config.metrics) {
         page = std::make_unique<MetricsPage>(metrics_address(config),
                                              [&daemon] { return metrics_of(daemon); });
+        spdlog::info("page of metrics at port {}", page->port());
+    }
     std::unique_ptr<net::Announcement> announcement;
     if (config.announce && daemon.port() != 0)
         announcement = std::make_unique<net::Announcement>("worker", daemon.port(), net::ServiceText{{"protocol", std::to_string(net::kProtocol)}, {"software", std::string("terravox ") + kVersion}, {"build", kBuild}});

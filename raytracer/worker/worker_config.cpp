@@ -59,7 +59,9 @@ template <class Config, class Visit> void visit_fields(Config& c, const Visit& v
         "server_token_file", c.server_token_file,
         Rule{
             "file with the token of that server, which only its owner may read; no token of the environment is sent"});
-    visit("metrics", c.metrics, Rule{"page for Prometheus and health checks: NUMBER:PORT, such as 127.0.0.1:9187; default: none"});
+    visit("metrics", c.metrics,
+          Rule{"page for Prometheus and health checks: NUMBER:PORT, such as 127.0.0.1:9187; port 0: any "
+               "free one, which the log names; default: none"});
     visit("metrics_names", c.metrics_names,
           Rule{"host names by which that page is asked for, separated by blanks, beside localhost, "
                "numbers and this machine's name"});

@@ -188,12 +188,10 @@ class Farm(unittest.TestCase):
 
     def test_metrics_and_configuration(self):
         config = self.out / "worker.toml"
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
-        text = f'version = 1\nlisten = "127.0.0.1:0"\nthreads = 1\nmetrics = "127.0.0.1:{port}"\n'
+        text = 'version = 1\nlisten = "127.0.0.1:0"\nthreads = 1\nmetrics = "127.0.0.1:0"\n'
         config.write_text(text)
         daemon = self.program("worker", "--config", config)
+        port = int(daemon.saw(r"page of metrics at port (\d+)").group(1))
         a = "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
         self.check(self.coordinator("metrics.png", "--worker", a, "--threads", "0"), "metrics.png")
         connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANGS_S)

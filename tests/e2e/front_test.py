@@ -5,7 +5,6 @@ import os
 import re
 import select
 import shutil
-import socket
 import ssl
 import subprocess
 import time
@@ -13,7 +12,7 @@ import unittest
 import urllib.request
 
 from crowd import Crowd, half_header, nothing, slow_body, slow_header
-from support import HANGS_S, ROOT, Case, Server, survey, temporary_folder
+from support import HANGS_S, ROOT, Case, Server, hold_port, survey, temporary_folder
 from wire import connect, get, talk
 
 NGINX = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin")
@@ -23,17 +22,11 @@ GOOD_REQUESTS = 200
 P99_LIMIT_S = 5
 
 
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 class Front:
     """nginx with config/nginx, its ports replaced, in a folder of its own."""
 
     def __init__(self, server_port):
-        self.port, self.folder = free_port(), temporary_folder()
+        self.port, self.folder = hold_port(), temporary_folder()
         self.folder.chmod(0o755)  # started by root, nginx works as another user
         for file in (ROOT / "config" / "nginx").glob("*.conf"):
             text = file.read_text()
@@ -100,7 +93,7 @@ class FrontTest(Case):
         if openssl is None:
             self.skipTest("openssl is not installed")
         front = Front(self.server.port)
-        port = free_port()
+        port = hold_port()
         subprocess.run([openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost", "-keyout", front.folder / "key.pem",
                         "-out", front.folder / "certificate.pem"], check=True, capture_output=True)
         text = (ROOT / "config" / "nginx" / "terravox-tls.conf.example").read_text()
@@ -167,7 +160,7 @@ class FrontTest(Case):
         self.assertEqual([r for r in refused if r.problem() or r.headers.get("retry-after") != "1"], [])
 
     def test_a_server_that_is_gone(self):
-        with Front(free_port()) as front:
+        with Front(hold_port()) as front:
             for path in ("/v2/world", "/healthz"):
                 said = talk(front.port, get(path))
                 self.assertEqual(said.statuses(), [502], str(said))

@@ -10,7 +10,7 @@ import time
 import unittest
 
 from desktop import MISSING, Desktop, changed, colours
-from support import HANGS_S, Case, Program, Run, Server, binary, render, survey, temporary_folder, wait_until
+from support import HANGS_S, Case, Program, Run, Server, binary, hold_port, render, survey, temporary_folder, wait_until
 
 TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn", "TERRAVOX_FARM_TEST": "1"}
 WIDTH, HEIGHT = 1000, 640
@@ -402,10 +402,10 @@ class Window(Case):
         self.assertEqual(program.end(), 1, program.log())
 
     def test_a_server_that_goes_and_comes_back(self):
-        server = Server(survey())
+        port = hold_port()
+        server = Server(survey(), port=port)
         self.addCleanup(lambda: server.process.poll() is None and server.kill())
         program = self.preview(server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1")
-        port = server.port
         server.kill()
         self.desktop.hold("w", 0.4)
         self.desktop.hold("Left", 1.5)

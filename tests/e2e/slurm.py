@@ -12,6 +12,8 @@ import socket
 import subprocess
 import time
 
+from support import hold_port
+
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "squeue", "scancel", "scontrol"]
 
 
@@ -22,17 +24,6 @@ def why_not():
     if missing:
         return f"not installed: {', '.join(missing)} (packages slurm-wlm, munge)"
     return "" if os.geteuid() == 0 else "a cluster of its own can be started by root alone"
-
-
-def free_ports(count):
-    sockets = [socket.socket() for _ in range(count)]
-    try:
-        for s in sockets:
-            s.bind(("127.0.0.1", 0))
-        return [s.getsockname()[1] for s in sockets]
-    finally:
-        for s in sockets:
-            s.close()
 
 
 def _die_with_parent():
@@ -54,7 +45,7 @@ class Cluster:
         self.folder = pathlib.Path(folder)
         self.names = [f"n{i + 1}" for i in range(nodes)]
         self._daemons = {}
-        ports = free_ports(nodes + 1)
+        ports = [hold_port() for _ in range(nodes + 1)]
         host = socket.gethostname().split(".")[0]
         self.folder.chmod(0o755)
         (self.folder / "munge.key").write_bytes(os.urandom(256))

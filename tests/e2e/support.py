@@ -9,6 +9,7 @@ import re
 import resource
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -47,6 +48,22 @@ def wait_until(condition, what):
         if time.monotonic() > end:
             raise AssertionError(f"waited in vain: {what}")
         time.sleep(0.005)
+
+
+_held_ports = []
+
+
+def hold_port():
+    """A port of 127.0.0.1 for a program that cannot take any free one and say which. Until this process ends nobody else gets it by chance.
+
+    A socket is bound to it that never listens: connections are refused, and the kernel gives the port to nobody who asks for a free one. A program that
+    names the port can listen there all the same, since servers set SO_REUSEADDR, as this socket does.
+    """
+    holder = socket.socket()
+    holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    holder.bind(("127.0.0.1", 0))
+    _held_ports.append(holder)
+    return holder.getsockname()[1]
 
 
 class Run:
@@ -105,11 +122,11 @@ def square():
 
 
 class Server:
-    """terravox-voxelserver on a port of its own; `program` is for tests that wrap it."""
+    """terravox-voxelserver on a port of its own, or on one of hold_port(); `program` is for tests that wrap it."""
 
-    def __init__(self, *arguments, program=()):
+    def __init__(self, *arguments, program=(), port=0):
         self._log = tempfile.TemporaryFile("w+", errors="replace")  # a pipe that nobody reads would stop the server when it is full
-        self.process = subprocess.Popen([*program, binary("VOXELSERVER"), *map(str, arguments), "--port", "0"], stdout=subprocess.PIPE, stderr=self._log, text=True)
+        self.process = subprocess.Popen([*program, binary("VOXELSERVER"), *map(str, arguments), "--port", str(port)], stdout=subprocess.PIPE, stderr=self._log, text=True)
         line = self.process.stdout.readline()
         if not line.startswith(("listening on http://", "listening on https://")):
             self.process.kill()

@@ -13,7 +13,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
 
 from observe import Watch  # noqa: E402
-from support import binary, temporary_folder  # noqa: E402
+from support import binary, hold_port, temporary_folder  # noqa: E402
 
 TOKEN = "n6cq9wx3tz7kf4vm2rjb"
 RAYTRACER = binary("RAYTRACER")
@@ -165,13 +165,15 @@ class Process:
 
 
 class Worker(Process):
-    """A daemon; without `join` it listens: at a port of its own, or at `port`."""
+    """A daemon; without `join` it listens: at a port of its own, or at `port`, that of one that has ended."""
 
     _next = 0
 
     def __init__(self, share=None, threads=1, arguments=(), join=None, host="127.0.0.1", port=0, **options):
         Worker._next += 1
         self.name = f"bench-{Worker._next}"
+        if not port and host == "127.0.0.1":
+            port = hold_port()  # one that is killed comes back at the port of before
         place = ["--join", join] if join else ["--listen", f"{host}:{port}"]
         super().__init__(["worker", *place, "--threads", threads, "--name", self.name, *arguments], share=share, **options)
         if not join:

@@ -6,12 +6,12 @@ import os
 import pathlib
 import re
 import shutil
-import socket
 import subprocess
 import threading
 import time
 
 from farming import ENVIRONMENT, die_with_parent
+from support import hold_port
 
 _VERSION = "v2.12.0"
 _PACKAGE = "github.com/Shopify/toxiproxy/v2/cmd/server"
@@ -39,8 +39,7 @@ class Proxy:
 
     def __init__(self, to_port):
         # It does not say which port it has chosen, so one is chosen for it.
-        with socket.create_server(("127.0.0.1", 0)) as probe:
-            self._api = probe.getsockname()[1]
+        self._api = hold_port()
         self._process = subprocess.Popen([_program(), "-port", str(self._api)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=ENVIRONMENT, preexec_fn=die_with_parent())
         try:
             self._wait()

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import time
 
-from serving import Server, benchmark_square, kept_folder, temporary_folder, tell
+from serving import Server, benchmark_square, hold_port, kept_folder, temporary_folder, tell
 from wire import get, talk
 
 BOXES = 16
@@ -58,8 +58,8 @@ class Nginx:
             file = self.folder / "root" / path.lstrip("/")
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(body)
-        from front_test import NGINX as program, free_port
-        self.port = free_port()
+        from front_test import NGINX as program
+        self.port = hold_port()
         (self.folder / "nginx.conf").write_text(NGINX.replace("PORT", str(self.port)))
         self.process = subprocess.Popen([program, "-p", self.folder, "-e", "error.log", "-c", self.folder / "nginx.conf", "-g", "daemon off;"])
         until = time.monotonic() + 10
