@@ -69,6 +69,12 @@ public:
         const auto found = m_asked.find(path);
         return found == m_asked.end() ? 0 : found->second;
     }
+    /// Of replies to requests for this path, heads as well.
+    [[nodiscard]] std::size_t sent_bytes(const std::string& path) const {
+        const std::lock_guard lock(m_mutex);
+        const auto found = m_sent_bytes.find(path);
+        return found == m_sent_bytes.end() ? 0 : found->second;
+    }
     /// Request lines and headers, as they came.
     [[nodiscard]] std::vector<std::string> heads() const {
         const std::lock_guard lock(m_mutex);
@@ -104,8 +110,11 @@ private:
             });
         }
     }
-    static bool send(int socket, const std::string& bytes) {
-        return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+    bool send_bytes(int socket, const std::string& path, const std::string& bytes) {
+        const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+        const std::lock_guard lock(m_mutex);
+        if (sent > 0) m_sent_bytes[path] += static_cast<std::size_t>(sent);
+        return sent == static_cast<ssize_t>(bytes.size());
     }
 
     void serve(int socket) {
@@ -133,6 +142,7 @@ private:
             const bool ranged = range_at < body_at;
             return m_script(path, m_asked[path]++, ranged ? request.substr(range_at + 13, request.find('\r', range_at) - range_at - 13) : request.substr(body_at));
         }();
+        const auto send = [&](int to, const std::string& bytes) { return send_bytes(to, path, bytes); };
         if (deed.silent) {
             (void)rest(socket, std::chrono::hours(1));
             return;
@@ -159,8 +169,9 @@ private:
     int m_listener;
     int m_port = 0;
     std::atomic<bool> m_stop{false};
-    mutable std::mutex m_mutex;  ///< guards m_asked, m_heads and the script
+    mutable std::mutex m_mutex;  ///< guards m_asked, m_sent_bytes, m_heads and the script
     std::map<std::string, int> m_asked;
+    std::map<std::string, std::size_t> m_sent_bytes;
     std::vector<std::string> m_heads;
     std::vector<std::thread> m_connections;  ///< touched by m_thread, then by the destructor
     std::thread m_thread;

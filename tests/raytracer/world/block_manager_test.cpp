@@ -106,6 +106,8 @@ TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][worl
     const auto keys = all_keys(*world);
     blocks.prefetch(keys);
     while (blocks.stats().bytes < kLittle / 4 * 3) std::this_thread::yield();
+    // For boxes that should not come: there is no event for what does not happen. A loader that goes on has all of them in less, and one that
+    // does not passes however long this takes.
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     CHECK(world->asked() < static_cast<int>(keys.size()));
     CHECK(blocks.stats().peak_bytes <= kLittle);
@@ -155,7 +157,9 @@ TEST_CASE("boxes that came for somebody who will not look hold up nobody else", 
     while (ear.count < 1) std::this_thread::yield();
     blocks.wait_for({0, -1, 0, 0}, ear, 4);
     if (will_look) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));  // for a second box that should not come
+        // For a second box that should not come: there is no event for what does not happen. Loaders that do not wait load it in less, and
+        // those that do wait until it is forgotten below, however long this takes.
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
         CHECK(ear.count == 1);
     } else {
         CHECK(test::eventually([&] { return ear.count == 2; }));

@@ -249,8 +249,8 @@ TEST_CASE("stop ends a batch at once, and all its boxes say so", "[raytracer][re
     DYNAMIC_SECTION(c.name) {
         Served served([&](const Keys&, int) { return c.bad; }, 1h, [](const std::string&, int) { return Deed{.silent = true}; });
         auto waiting = std::async(std::launch::async, [&] { return ask(*served.world); });
-        while (served.server.asked(kBatch) == 0) std::this_thread::sleep_for(5ms);
-        std::this_thread::sleep_for(50ms);
+        // In the middle: the request is out, and what is to come of it has begun to.
+        REQUIRE(test::eventually([&] { return c.bad.silent ? served.server.asked(kBatch) > 0 : served.server.sent_bytes(kBatch) > 0; }));
         served.world->stop();
         REQUIRE(waiting.wait_for(test::kHangs) == std::future_status::ready);
         const Outcomes got = waiting.get();

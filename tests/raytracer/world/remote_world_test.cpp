@@ -135,8 +135,8 @@ TEST_CASE("stop ends a request and a wait at once, and all later ones", "[raytra
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000, 1h);
         auto waiting = std::async(std::launch::async, [&] { return mended.world->box(kKey); });
-        while (mended.server.asked(kPath) == 0) std::this_thread::sleep_for(5ms);
-        std::this_thread::sleep_for(50ms);
+        // In the middle: the request is out, and what is to come of it has begun to.
+        REQUIRE(test::eventually([&] { return c.bad.silent ? mended.server.asked(kPath) > 0 : mended.server.sent_bytes(kPath) > 0; }));
         mended.world->stop();
         mended.world->stop();
         REQUIRE(waiting.wait_for(test::kHangs) == std::future_status::ready);
@@ -154,7 +154,7 @@ TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewh
     util::StageTimes times;
     auto world = std::async(std::launch::async, [&] { return open_remote_world(server.url(), times, 1h, source.get_token()); });
     auto archive = std::async(std::launch::async, [&] { return far_archive(server.url() + "/a.tvx", 1h, source.get_token()); });
-    while (server.asked("/v2/world") == 0 || server.asked("/a.tvx") == 0) std::this_thread::sleep_for(5ms);
+    REQUIRE(test::eventually([&] { return server.asked("/v2/world") > 0 && server.asked("/a.tvx") > 0; }));
     source.request_stop();
     REQUIRE(world.wait_for(test::kHangs) == std::future_status::ready);
     REQUIRE(archive.wait_for(test::kHangs) == std::future_status::ready);
@@ -166,7 +166,8 @@ TEST_CASE("stop ends all of many requests", "[raytracer][remote]") {
     Mended mended({.silent = true}, 1000, 1h);
     std::vector<std::future<bool>> waiting;
     for (int i = 0; i < 12; ++i) waiting.push_back(std::async(std::launch::async, [&mended, i] { return given_up(*mended.world, i); }));
-    std::this_thread::sleep_for(100ms);
+    const auto is_asked = [&](int i) { return mended.server.asked("/v2/boxes/0/" + std::to_string(i) + "/0/0") > 0; };
+    for (int i = 0; i < 12; ++i) REQUIRE(test::eventually([&] { return is_asked(i); }));
     mended.world->stop();
     for (auto& one : waiting) {
         CHECK(one.wait_for(test::kHangs) == std::future_status::ready);
