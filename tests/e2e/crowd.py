@@ -13,6 +13,7 @@ class Crowd:
     def __init__(self, port, count, behaviour):
         self._port, self._behaviour = port, behaviour
         self._stop = threading.Event()
+        self.steps = 0  #: times that all have behaved
         self.connections = [self._connect(i) for i in range(count)]
         self._thread = threading.Thread(target=self._work, daemon=True)
 
@@ -35,15 +36,14 @@ class Crowd:
             connection.close()
 
     def _work(self):
-        step = 0
         while not self._stop.wait(0.25):
             for i, connection in enumerate(self.connections):
                 try:
-                    self._behaviour(connection, step)
+                    self._behaviour(connection, self.steps)
                 except OSError:  # shed, as it should be: another one comes
                     connection.close()
                     self.connections[i] = self._connect(i)
-            step += 1
+            self.steps += 1
 
 
 def nothing(connection, step):

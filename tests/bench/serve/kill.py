@@ -1,15 +1,22 @@
 #!/usr/bin/env python3
-"""kill -9 while boxes are made and written, again and again: what is served afterwards is compared with the truth. One line of JSON."""
+"""kill -9 while boxes are made and written, again and again: what is served afterwards is compared with the truth. One line of JSON.
+
+A server is killed when something has happened, never after a time: it has just been started, it has begun its file, it listens, so many boxes have been
+served, or so many written. Where in its work that hits it is up to the machine, and every outcome is looked at.
+"""
 
 import argparse
+import contextlib
 import http.client
+import json
+import math
 import random
 import shutil
 import subprocess
 import threading
 import time
 
-from serving import Server, binary, invented_survey, temporary_folder, tell
+from serving import HANGS_S, Server, binary, invented_survey, temporary_folder, tell, wait_until
 
 
 def all_paths(server):
@@ -17,12 +24,10 @@ def all_paths(server):
 
 
 def truth_of(world):
-    """What an uninterrupted server serves, and how long it takes to make it all. @return {path: (status, bytes)}, seconds"""
+    """What an uninterrupted server serves. @return {path: (status, bytes)}"""
     server = Server(*world, "--cache", "none")
     try:
-        paths = all_paths(server)
-        start = time.monotonic()
-        return {p: server.get(p)[::2] for p in paths}, time.monotonic() - start
+        return {p: server.get(p)[::2] for p in all_paths(server)}
     finally:
         server.stop()
 
@@ -33,22 +38,23 @@ class Client(threading.Thread):
     def __init__(self, port, paths, truth):
         super().__init__(daemon=True)
         self._port, self._paths, self._truth = port, paths, truth
-        self.compared, self.corrupt = 0, []
+        self.replies, self.compared, self.corrupt = 0, 0, []
 
     def run(self):
-        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=30)
-        for path in self._paths:
-            try:
-                connection.request("GET", path)
-                reply = connection.getresponse()
-                body = reply.read()
-            except (OSError, http.client.HTTPException):
-                return
-            if reply.status == 503:
-                continue
-            self.compared += 1
-            if (reply.status, body) != self._truth[path]:
-                self.corrupt.append(path)
+        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", self._port, timeout=HANGS_S)) as connection:
+            for path in self._paths:
+                try:
+                    connection.request("GET", path)
+                    reply = connection.getresponse()
+                    body = reply.read()
+                except (OSError, http.client.HTTPException):
+                    return
+                self.replies += 1
+                if reply.status == 503:
+                    continue
+                self.compared += 1
+                if (reply.status, body) != self._truth[path]:
+                    self.corrupt.append(path)
 
 
 def clients(port, paths, truth, numbers, count):
@@ -61,22 +67,46 @@ def clients(port, paths, truth, numbers, count):
     return out
 
 
-def start_and_kill(command, truth, numbers, delay_s):
-    """Starts a server, asks it for everything, and kills it some time after its start. @return the clients, joined"""
-    start = time.monotonic()
+def written(port):
+    """Boxes that the server has put on the disk so far; endless for one that keeps none there."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANGS_S)
+    connection.request("GET", "/v2/stats")
+    disk = json.loads(connection.getresponse().read()).get("disk")
+    connection.close()
+    return disk["entries"] if disk else math.inf
+
+
+def start_and_kill(command, cache, truth, numbers):
+    """Starts a server, asks it for everything, and kills it when it has come to some point of its work. @return the clients, joined"""
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    killer = threading.Timer(delay_s, process.kill)
-    killer.start()
-    line = process.stdout.readline()
     asking = []
-    if line.startswith("listening on "):
-        asking = clients(int(line.rsplit(":", 1)[1]), list(truth), truth, numbers, 3)
-    killer.join()
-    process.wait()
-    process.stdout.close()
-    for client in asking:
-        client.join()
-    return asking, time.monotonic() - start
+    when = numbers.choices(("started", "begun its file", "listening", "served", "written"), (1, 2, 1, 4, 4))[0]
+    try:
+        if when == "started":
+            return asking
+        if when == "begun its file":
+            wait_until(lambda: any(file.is_file() for file in cache.rglob("*")) or process.poll() is not None, "a file of the cache")
+            return asking
+        line = process.stdout.readline()
+        if not line.startswith("listening on "):
+            raise RuntimeError(f"the server said '{line}'")
+        if when == "listening":
+            return asking
+        port = int(line.rsplit(":", 1)[1])
+        asking = clients(port, list(truth), truth, numbers, 3)
+        if when == "served":
+            most = numbers.randrange(3 * len(truth))
+            wait_until(lambda: sum(client.replies for client in asking) >= most or not any(client.is_alive() for client in asking), f"{most} replies")
+        else:
+            most = numbers.randint(1, len(truth) // 2)
+            wait_until(lambda: written(port) >= most or not any(client.is_alive() for client in asking), f"{most} boxes on the disk")
+        return asking
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        for client in asking:
+            client.join()
 
 
 def verify(world, cache, truth):
@@ -92,17 +122,15 @@ def verify(world, cache, truth):
 
 def kill_often(kills, seed, world):
     """@return the figures; `corrupt` is the number of replies that were not the truth"""
-    truth, making_s = truth_of(world)
+    truth = truth_of(world)
     numbers = random.Random(seed)
     begin = time.monotonic()
-    start_s = min(_start_s(world) for _ in range(3))
     figures = {"kills": 0, "compared": 0, "corrupt": 0, "from_disk": 0, "keeps_boxes": False, "boxes": len(truth), "paths": []}
     while figures["kills"] < kills:
         cache = temporary_folder()
         # From an empty folder; one in three is killed again while it recovers.
         for _ in range(1 if numbers.random() < 0.67 else 2):
-            asking, _ = start_and_kill([binary("VOXELSERVER"), *map(str, world), "--cache", str(cache), "--port", "0"], truth, numbers,
-                                       start_s + numbers.uniform(-0.3 * start_s, 1.3 * making_s))
+            asking = start_and_kill([binary("VOXELSERVER"), *map(str, world), "--cache", str(cache), "--port", "0"], cache, truth, numbers)
             figures["kills"] += 1
             figures["compared"] += sum(c.compared for c in asking)
             figures["paths"] += [p for c in asking for p in c.corrupt]
@@ -116,14 +144,6 @@ def kill_often(kills, seed, world):
     figures["paths"] = figures["paths"][:10]
     figures["wall_s"] = time.monotonic() - begin
     return figures
-
-
-def _start_s(world):
-    start = time.monotonic()
-    server = Server(*world, "--cache", "none")
-    took = time.monotonic() - start
-    server.kill()
-    return took
 
 
 def main():

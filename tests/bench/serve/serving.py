@@ -9,7 +9,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
 
-from support import Server, binary, hold_port, server_has, temporary_folder  # noqa: E402,F401
+from support import HANGS_S, Server, binary, hold_port, server_has, temporary_folder, wait_until  # noqa: E402,F401
 
 
 def invented_survey(squares="1x1", square_m=256, density=4):
