@@ -37,6 +37,8 @@ public:
     [[nodiscard]] virtual const std::string& peer() const noexcept = 0;  ///< its address, for messages
     /// What the peer's certificate lets it be ("worker", "coordinator": common/net/peer_certificate.hpp); empty with a token.
     [[nodiscard]] virtual std::string certified_role() const { return {}; }
+    /// The name that the CA has given the peer in its certificate; empty with a token. Several machines may share a certificate.
+    [[nodiscard]] virtual std::string certified_name() const { return {}; }
     /// Why it ended, for messages; empty before that, and after a close() of our own.
     [[nodiscard]] virtual std::string why_ended() const = 0;
     /// Bytes on the wire so far, near enough: serialized frames. They grow while a large frame is on its way.

@@ -22,9 +22,9 @@ class AcceptedStream final : public Stream,
                              public std::enable_shared_from_this<AcceptedStream>,
                              public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
-    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, std::string certified_role, std::function<void()> when_done)
+    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, Certified certified, std::function<void()> when_done)
         : Stream(std::move(peer)), m_context(context), m_when_done(std::move(when_done)) {
-        m_certified_role = std::move(certified_role);
+        m_certified = std::move(certified);
     }
 
     void start() {
@@ -138,9 +138,10 @@ private:
         const std::string peer = readable_peer(context->peer());
         const auto number = m_door->joined(peer);
         if (!number) return new RefusedCall("this connection has carried a call before");
-        std::string role, why;
+        Certified certified;
+        std::string why;
         try {
-            if (m_tls) role = role_of_peer(*context->auth_context(), m_ca);
+            if (m_tls) certified = certified_peer(*context->auth_context(), m_ca);
         } catch (const Error& e) {
             why = e.what();
         }
@@ -161,7 +162,7 @@ private:
             host = next;
         }
         for (auto& host : ended) host.thread.join();  // it has nothing left to do but to end
-        const auto stream = std::make_shared<AcceptedStream>(context, peer, std::move(role), [this, peer, number = *number] { stream_done(peer, number); });
+        const auto stream = std::make_shared<AcceptedStream>(context, peer, std::move(certified), [this, peer, number = *number] { stream_done(peer, number); });
         auto& host = m_hosts.emplace_back();
         host.stream = stream;
         try {

@@ -1,6 +1,8 @@
 #include "common/net/peer_certificate.hpp"
 
 #include <grpc/grpc_security_constants.h>
+
+#include <array>
 #include <system_error>
 
 #include "common/net/credentials.hpp"
@@ -28,6 +30,13 @@ bool is_revoked(X509* certificate, const std::filesystem::path& ca) {
     return X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1;
 }
 
+std::string common_name_of(X509* certificate) {
+    std::array<char, 256> text{};
+    const int size = X509_NAME_get_text_by_NID(X509_get_subject_name(certificate), NID_commonName,
+                                               text.data(), static_cast<int>(text.size()));
+    return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : std::string();
+}
+
 }  // namespace
 
 std::string role_of(X509* certificate) {
@@ -47,7 +56,7 @@ std::string role_of(X509* certificate) {
 
 std::filesystem::path revocation_list_of(const std::filesystem::path& ca) { return std::filesystem::path(ca).replace_extension(".crl"); }
 
-std::string role_of_peer(const grpc::AuthContext& context, const std::filesystem::path& ca) {
+Certified certified_peer(const grpc::AuthContext& context, const std::filesystem::path& ca) {
     const auto shown = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
     const auto chain = shown.empty() ? std::vector<CertificatePtr>() : certificates_of({shown.front().data(), shown.front().size()});
     if (chain.empty()) throw RefusedError("it showed no certificate");
@@ -55,9 +64,9 @@ std::string role_of_peer(const grpc::AuthContext& context, const std::filesystem
     if (X509_check_host(certificate, kFarmName.data(), kFarmName.size(), X509_CHECK_FLAG_NEVER_CHECK_SUBJECT, nullptr) != 1)
         throw RefusedError("its certificate does not carry the name " + std::string(kFarmName));
     if (is_revoked(certificate, ca)) throw RefusedError("its certificate is revoked");
-    std::string role = role_of(certificate);
-    if (role.empty()) throw RefusedError("its certificate names no role; terravox farm certs makes such that do");
-    return role;
+    Certified out{role_of(certificate), common_name_of(certificate)};
+    if (out.role.empty()) throw RefusedError("its certificate names no role; terravox farm certs makes such that do");
+    return out;
 }
 
 }  // namespace terravox::net

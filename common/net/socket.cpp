@@ -99,6 +99,18 @@ std::string Endpoint::neighbourhood() const {
     return host_text(AF_INET6, &upper) + "/64";
 }
 
+std::string neighbourhood_of(const std::string& peer) {
+    const std::string host = peer.substr(0, peer.rfind(':'));
+    Endpoint endpoint;
+    auto* address = reinterpret_cast<sockaddr_in6*>(&endpoint.storage);
+    const bool in_brackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
+    if (!in_brackets ||
+        ::inet_pton(AF_INET6, host.substr(1, host.size() - 2).c_str(), &address->sin6_addr) != 1)
+        return host;
+    endpoint.storage.ss_family = AF_INET6;
+    return endpoint.neighbourhood();
+}
+
 std::vector<Endpoint> resolve(const Address& address, bool to_listen) {
     addrinfo wanted{};
     wanted.ai_family = AF_UNSPEC;

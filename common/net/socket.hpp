@@ -47,6 +47,10 @@ struct Endpoint {
     [[nodiscard]] std::string neighbourhood() const;
 };
 
+/// Endpoint::neighbourhood of an address that is written as Endpoint::text does; of any other text
+/// what stands before its last colon.
+[[nodiscard]] std::string neighbourhood_of(const std::string& peer);
+
 using Deadline = std::chrono::steady_clock::time_point;
 
 /// All addresses of a name; to bind to those of this machine where `to_listen`. @throws Error for a name that is not known

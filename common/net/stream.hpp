@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/net/link.hpp"
+#include "common/net/peer_certificate.hpp"
 
 namespace terravox::net {
 
@@ -40,7 +41,7 @@ public:
     void abort() noexcept;
     void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
     [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
-    [[nodiscard]] const std::string& certified_role() const noexcept { return m_certified_role; }
+    [[nodiscard]] const Certified& certified() const noexcept { return m_certified; }
     [[nodiscard]] std::string why_ended() const;
     [[nodiscard]] Link::Traffic traffic() const noexcept;
 
@@ -64,7 +65,7 @@ protected:
 
     // Not changed once a Link exists.
     std::string m_peer;
-    std::string m_certified_role;  ///< Link::certified_role
+    Certified m_certified;  ///< what the peer's certificate says; nothing with a token
 
 private:
     [[nodiscard]] std::optional<grpc::ByteBuffer> next_message();
@@ -107,7 +108,8 @@ public:
     void close(std::chrono::milliseconds patience) noexcept override { m_stream->close(patience); }
     void abort() noexcept override { m_stream->abort(); }
     const std::string& peer() const noexcept override { return m_stream->peer(); }
-    std::string certified_role() const override { return m_stream->certified_role(); }
+    std::string certified_role() const override { return m_stream->certified().role; }
+    std::string certified_name() const override { return m_stream->certified().name; }
     std::string why_ended() const override { return m_stream->why_ended(); }
     Traffic traffic() const noexcept override { return m_stream->traffic(); }
 

@@ -6,6 +6,7 @@
 #include <random>
 #include <utility>
 
+#include "common/net/socket.hpp"
 #include "raytracer/sched/socket/hello.hpp"
 #include "raytracer/sched/socket/tile_frames.hpp"
 
@@ -16,6 +17,13 @@ constexpr int kSupplierThreads = 3;
 constexpr int kMostFalse = 3;  // workers of one host, under whatever names: after that none of it is let in
 
 std::string host_of(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
+
+/// What a worker cannot have many of; the name in its hello is whatever it likes. Machines that share a
+/// certificate count as one, which only makes the pool more patient.
+std::string who_is(const WorkerLink& worker) {
+    const std::string& name = worker.certified_name();
+    return name.empty() ? "host " + net::neighbourhood_of(worker.peer()) : "certificate " + name;
+}
 
 std::uint64_t random_number() {
     std::random_device device;
@@ -85,6 +93,7 @@ void Farm::attach(Place& place) {
     const farm::Hello& hello = place.link->hello();
     ProcessorPool::Member member{hello.name(), "socket", static_cast<int>(hello.threads()), false, false, place.link->begin(*m_call), [link = place.link] { return link->latency_s(); }};
     member.paused = place.takes_nothing();
+    member.who = who_is(*place.link);
     place.member = m_pool->add(std::move(member));
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "raytracer/tiles/tile_codec.hpp"
@@ -20,11 +21,15 @@ constexpr std::size_t kLeastBand = 1024;  // pixels: below, a band costs more on
 constexpr std::size_t kMostBand = 65'536;     // with layers some 13 MB, which a frame holds
 constexpr std::size_t kMostReady = 1024;  // tiles that nobody has taken yet
 constexpr std::size_t kFirstBand = 4096;  // of a thread of this process
-constexpr int kMostFailures = 3;          // a band that so many members cannot trace nobody can
+constexpr std::size_t kMostFailures = 3;  // a band that so many members cannot trace nobody can
 constexpr milliseconds kTick{100};
 constexpr milliseconds kSlice{10};
 
 double seconds(std::chrono::steady_clock::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
+
+bool share_rows(const RenderTile& a, const RenderTile& b) noexcept {
+    return a.index == b.index && a.y0 < b.y1 && b.y0 < a.y1;
+}
 
 }  // namespace
 
@@ -316,15 +321,60 @@ void ProcessorPool::need_checker(std::unique_lock<std::mutex>& lock) {
     m_members.emplace(id, std::move(state));
 }
 
+bool ProcessorPool::takes_work(const State& member) const noexcept {
+    const bool wanted = !member.checks_only || m_stands_in;
+    return wanted && !member.draining && !member.paused && !member.late && !member.gone;
+}
+
+// Whether somebody of this process tries all that others cannot trace.
+bool ProcessorPool::traces_here() const noexcept {
+    return std::any_of(m_members.begin(), m_members.end(),
+                       [this](const auto& m) { return m.second->is.trusted && takes_work(*m.second); });
+}
+
+// Bands are cut anew when they go to others, so it is rows that are compared.
+void ProcessorPool::note_failure(MemberId id, const State& member, const RenderTile& band,
+                                 const std::string& why) {
+    if (band.step == 0) return;  // the picture as a whole: others say more of each band
+    const std::string who = member.is.who.empty() ? "member " + std::to_string(id) : member.is.who;
+    const auto is_known = [&](const Failure& f) { return f.who == who && f.band == band; };
+    if (std::none_of(m_failures.begin(), m_failures.end(), is_known)) m_failures.push_back({band, who});
+    std::set<std::string> different;
+    for (const Failure& f : m_failures)
+        if (share_rows(f.band, band)) different.insert(f.who);
+    if (different.size() < kMostFailures || traces_here() || m_failure) return;
+    m_failure = std::make_exception_ptr(Error(
+        "render: " + std::to_string(different.size()) + " workers failed at rows " + std::to_string(band.y0) +
+        " to " + std::to_string(band.y1) + " of tile " + std::to_string(band.index) + "; the last said: " + why));
+}
+
+// All that were there have failed. Whether it is they or the picture, this process finds out.
+void ProcessorPool::stand_in(std::unique_lock<std::mutex>& lock, const std::string& why) {
+    if (m_failure || m_cancelled || m_stands_in) return;
+    if (!m_settings.make_checker) {
+        m_failure = std::make_exception_ptr(Error("render: all workers failed; the last said: " + why));
+        return;
+    }
+    m_stands_in = true;
+    spdlog::warn("every worker has failed; this machine goes on with one thread");
+    try {
+        need_checker(lock);
+    } catch (...) {
+        if (!lock.owns_lock()) lock.lock();
+        if (!m_failure) m_failure = std::current_exception();
+    }
+}
+
 void ProcessorPool::left(MemberId id, const std::string& why, bool expelled, const RenderTile* failed) {
     std::shared_ptr<TileProcessor> processor;
     {
-        const std::lock_guard lock(m_mutex);
+        std::unique_lock lock(m_mutex);
         const auto found = m_members.find(id);
         if (found == m_members.end() && !expelled) return;
         if (found != m_members.end()) {
             processor = found->second->is.processor;
             found->second->gone = true;
+            if (failed != nullptr) note_failure(id, *found->second, *failed, why);
             m_leaving.push_back(std::move(found->second));
             m_members.erase(found);
             ++(expelled ? m_counts.expelled : m_counts.lost);
@@ -342,9 +392,7 @@ void ProcessorPool::left(MemberId id, const std::string& why, bool expelled, con
         }
         m_alone = std::none_of(m_members.begin(), m_members.end(), [](const auto& m) { return !m.second->checks_only; });
         if (m_alone) m_alone_since = Clock::now(), m_told = {};
-        // One band that nobody can trace, or nobody left who could trace anything.
-        if (failed != nullptr && ((failed->step > 0 && ++m_failed_bands[{failed->index, failed->y0}] >= kMostFailures) || (++m_failing >= kMostFailures && m_alone)) && !m_failure)
-            m_failure = std::make_exception_ptr(Error("render: " + std::to_string(m_failing) + " workers failed; the last said: " + why));
+        if (failed != nullptr && m_alone) stand_in(lock, why);
         m_done.notify_all();
     }
     if (processor) processor->cancel();
@@ -355,7 +403,7 @@ void ProcessorPool::left(MemberId id, const std::string& why, bool expelled, con
 double ProcessorPool::all_speeds() const noexcept {
     double sum = 0;
     for (const auto& [id, member] : m_members)
-        if (member->takes_work()) sum += member->speed();
+        if (takes_work(*member)) sum += member->speed();
     return sum;
 }
 
@@ -413,7 +461,7 @@ void ProcessorPool::plan_member(MemberId id, State& member, Clock::time_point no
         while (m_book.checks_wait() && m_book.load_of(id).leases < most_leases)
             if (auto band = m_book.lease_check(id, now)) lease_to(id, member, *band, now, out);
     // Who takes tiles is slower than all who make them: they wait, and memory stays bounded.
-    if (!member.takes_work() || m_ready.size() > kMostReady) return;
+    if (!takes_work(member) || m_ready.size() > kMostReady) return;
     const auto threads = static_cast<std::size_t>(std::max(member.is.threads, 1));
     const std::size_t wanted = wanted_pixels(member);
     while (true) {
@@ -434,7 +482,7 @@ void ProcessorPool::hand_on(std::size_t bands, Clock::time_point now, std::vecto
         double best_s = 0;
         for (const auto& [id, member] : m_members) {
             // Threads of this process have no queue without end.
-            if (!member->takes_work() || member->doubtful || member->is.trusted || member->speed() <= 0) continue;
+            if (!takes_work(*member) || member->doubtful || member->is.trusted || member->speed() <= 0) continue;
             const double s = static_cast<double>(m_book.load_of(id).pixels) / member->speed();
             if (best == 0 || s < best_s) best = id, best_s = s;
         }
@@ -489,7 +537,9 @@ void ProcessorPool::tick(std::unique_lock<std::mutex>& lock) {
             m_failure = std::make_exception_ptr(GivenUp("render: no worker for " + std::to_string(static_cast<int>(seconds(alone))) + " s"));
         else if (alone > std::chrono::seconds(1) && now - m_told > std::chrono::seconds(10)) {
             m_told = now;
-            spdlog::warn("no worker: {} tiles wait for one", m_first_left + m_again_left);
+            const std::size_t tiles = m_first_left + m_again_left;
+            if (m_stands_in) spdlog::warn("no worker: {} tiles are left to this machine", tiles);
+            else spdlog::warn("no worker: {} tiles wait for one", tiles);
         }
     }
     lock.unlock();

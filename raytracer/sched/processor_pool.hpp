@@ -52,7 +52,8 @@ struct PoolSettings {
     std::optional<std::chrono::milliseconds> give_up;  ///< how long to wait without any member; none: for ever
     int check_every = 100;                             ///< of that many bands of a member that is not to be trusted some rows of one are made again, and some of its first
     std::uint64_t seed = 1;                            ///< of the choice of those; not to be foreseen by a member
-    /// A processor to be trusted, for checks where no member is; made once, when it is first needed.
+    /// A processor to be trusted, for checks where no member is, and for all the work where every member has failed; made once, when it is
+    /// first needed. None: nothing is checked then, and members that have all failed end the picture with an error.
     std::function<std::shared_ptr<TileProcessor>()> make_checker;
     /// A member is no more. Called without locks, on any thread. @param expelled it must not come back
     std::function<void(LeaseBook::Member, const std::string& why, bool expelled)> gone;
@@ -65,6 +66,12 @@ struct PoolSettings {
 /// Schmidt, Uma, Wein, "Load-sharing in heterogeneous systems via weighted factoring", SPAA 1996), with as much under way as hides a member's
 /// latency. A lost member's leases go back at once, late ones after a deadline; when nothing else is left, idle members get what others
 /// are at, and the first answer counts. Of members that are not trusted some bands are made again by one that is.
+///
+/// A member that cannot trace a band (FailingProcessor) is left out of the picture, and the band goes to others. Three different members
+/// (Member::who) that fail at the same rows end the picture with an error, unless this process traces, too; one that joins again and again
+/// counts once. Where the last member that was there has failed, this process goes on by itself, with the processor of make_checker, until
+/// the picture ends; whoever joins later takes part as well. So a picture that can be made here is made, whoever fails and under however
+/// many names of one host; and what nobody can trace ends with the error of this process.
 ///
 /// One mutex guards the book and the members. Each member has a thread that waits for its results. Tiles are handed to a processor, and
 /// callbacks made, without the lock.
@@ -80,6 +87,9 @@ public:
         std::shared_ptr<TileProcessor> processor;
         std::function<double()> latency_s;  ///< there and back; none: 0
         bool paused = false;
+        /// Who it is when failures are counted: what it cannot have many of, as the name in its certificate or its host. Empty: none of the
+        /// others.
+        std::string who;
     };
     explicit ProcessorPool(PoolSettings settings);
     ~ProcessorPool() override;
@@ -95,7 +105,7 @@ public:
     [[nodiscard]] int capacity() const noexcept override;
     void submit(RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
-    /// @throws what a trusted member threw; GivenUp, Spoiled; Error when a tile failed on three members
+    /// @throws what a trusted member or make_checker threw; GivenUp, Spoiled; Error when three different members failed at the same rows
     std::optional<TileResult> take() override;
     [[nodiscard]] std::vector<std::uint32_t> take_doubted() override;
     void close() noexcept override;
@@ -122,7 +132,8 @@ private:
     struct State {
         Member is;
         std::thread pump;
-        bool draining = false, paused = false, late = false, gone = false, checks_only = false;
+        bool draining = false, paused = false, late = false, gone = false;
+        bool checks_only = false;  ///< the processor of make_checker; where it stands in, it takes other work, too
         bool check_next = false;  ///< its next band: the last check of one decided nothing
         bool doubtful = false;  ///< it was late, and has not answered since: one band at a time
         std::uint64_t bands = 0, pixels = 0, answers = 0;
@@ -130,7 +141,11 @@ private:
         Clock::time_point since, mark;  ///< when it came; since when it has been busy, as far as counted
         bool busy = false, started = false;  ///< started: it has answered
         [[nodiscard]] double speed() const noexcept { return recent_s > 0 ? recent_pixels / recent_s : 0; }
-        [[nodiscard]] bool takes_work() const noexcept { return !draining && !paused && !late && !gone && !checks_only; }
+    };
+    /// Rows that a member could not trace.
+    struct Failure {
+        RenderTile band;
+        std::string who;
     };
     /// A band on its way to a processor.
     struct Handing {
@@ -154,6 +169,10 @@ private:
     void count_time(State& member, Clock::time_point now);
     void tick(std::unique_lock<std::mutex>& lock);
     void need_checker(std::unique_lock<std::mutex>& lock);
+    void note_failure(MemberId id, const State& member, const RenderTile& band, const std::string& why);
+    void stand_in(std::unique_lock<std::mutex>& lock, const std::string& why);
+    [[nodiscard]] bool takes_work(const State& member) const noexcept;
+    [[nodiscard]] bool traces_here() const noexcept;
     [[nodiscard]] bool can_hand_out() const noexcept;
     [[nodiscard]] bool has_answer() const noexcept;
     [[nodiscard]] double all_speeds() const noexcept;
@@ -173,15 +192,15 @@ private:
     std::uint64_t m_pass_key = 0;
     std::size_t m_first_left = 0, m_again_left = 0; ///< tiles not handed out, for the first time and again
     std::exception_ptr m_failure;
-    std::map<std::pair<std::uint32_t, int>, int> m_failed_bands;
+    std::vector<Failure> m_failures;  ///< none twice
     std::size_t m_given_back = 0;  ///< bands of who was lost just now
-    int m_failing = 0;  ///< members that could not trace something
     Clock::time_point m_alone_since, m_told;
     bool m_alone = true;
     std::uint64_t m_random;
     Counts m_counts;
     MemberId m_next_id = 1;
     bool m_closed = false, m_cancelled = false, m_has_checker = false;
+    bool m_stands_in = false;  ///< the processor of make_checker traces whatever is to do
 };
 
 }  // namespace terravox

@@ -17,7 +17,7 @@ std::uint64_t next_asker() {
 }  // namespace
 
 WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, Told told)
-    : m_link(std::move(link)), m_hello(std::move(worker)), m_boxes(boxes), m_asker(next_asker()), m_told(std::move(told)), m_heard_ns(now_ns()) {}
+    : m_link(std::move(link)), m_hello(std::move(worker)), m_certified_name(m_link->certified_name()), m_boxes(boxes), m_asker(next_asker()), m_told(std::move(told)), m_heard_ns(now_ns()) {}
 
 WorkerLink::~WorkerLink() {
     m_link->abort();

@@ -53,6 +53,8 @@ public:
 
     [[nodiscard]] const farm::Hello& hello() const noexcept { return m_hello; }
     [[nodiscard]] const std::string& peer() const noexcept { return m_link->peer(); }
+    /// The name in its certificate; empty with a token.
+    [[nodiscard]] const std::string& certified_name() const noexcept { return m_certified_name; }
     [[nodiscard]] double latency_s() const noexcept { return m_latency_s; }
     [[nodiscard]] farm::Heartbeat heartbeat() const;
     [[nodiscard]] net::Link::Traffic traffic() const noexcept { return m_link->traffic(); }
@@ -67,6 +69,7 @@ private:
 
     const std::shared_ptr<net::Link> m_link;
     const farm::Hello m_hello;
+    const std::string m_certified_name;
     BoxSupplier& m_boxes;
     const std::uint64_t m_asker;
     const Told m_told;

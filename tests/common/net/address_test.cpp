@@ -63,6 +63,10 @@ TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
     CHECK(only("::ffff:192.0.2.7").neighbourhood() == "192.0.2.7");
     CHECK(only("2001:db8:1:2:3:4:5:6").neighbourhood() == only("2001:db8:1:2::9").neighbourhood());
     CHECK(only("2001:db8:1:2::9").neighbourhood() != only("2001:db8:1:3::9").neighbourhood());
+    for (const char* host : {"192.0.2.7", "::ffff:192.0.2.7", "2001:db8:1:2:3:4:5:6"})
+        CHECK(net::neighbourhood_of(only(host).text()) == only(host).neighbourhood());
+    CHECK(net::neighbourhood_of("pair:1") == "pair");
+    CHECK(net::neighbourhood_of("[nonsense]:1") == "[nonsense]");
 }
 
 TEST_CASE("a name that nobody knows is an error of its own", "[common][net][address]") {

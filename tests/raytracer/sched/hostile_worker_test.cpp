@@ -4,6 +4,7 @@
 
 #include "raytracer/tiles/tile_codec.hpp"
 #include "tests/catch.hpp"
+#include "tests/eventually.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 
 using namespace terravox;
@@ -225,19 +226,50 @@ TEST_CASE("a worker that answers pings and nothing else loses its tiles to other
     CHECK(bench.expelled().empty());
 }
 
-TEST_CASE("a worker that cannot render is left out, and what nobody can render is an error", "[raytracer][farm]") {
+namespace {
+
+void fail(FakeWorker& w, std::uint64_t picture, std::uint64_t id) {
+    farm::Frame frame;
+    frame.mutable_failed()->set_picture(picture);
+    frame.mutable_failed()->set_id(id);
+    frame.mutable_failed()->set_reason("out of memory");
+    w.send(std::move(frame));
+}
+
+}  // namespace
+
+TEST_CASE("workers of one host that cannot render are left out, and the coordinator goes on", "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job);
     Film film = empty_film(job);
-    const auto failing = [](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile&) {
-        farm::Frame frame;
-        frame.mutable_failed()->set_picture(picture);
-        frame.mutable_failed()->set_id(id);
-        frame.mutable_failed()->set_reason("out of memory");
-        w.send(std::move(frame));
-    };
+    const auto failing = [](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile&) { fail(w, picture, id); };
     FakeWorker a(job, bench.plug(), failing), b(job, bench.plug(), failing), c(job, bench.plug(), failing);
-    CHECK_THROWS_WITH(bench.render(film), contains("3 workers failed"));
+    CHECK(bench.render(film).missing == 0);
+    CHECK(bytes_of(film) == wanted());
+    CHECK(bench.expelled().empty());
+}
+
+TEST_CASE("a worker that joins and fails again and again ends no picture", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    // Another that never answers, so that the coordinator has no reason to do the work itself.
+    FakeWorker silent(job, bench.plug(), [](FakeWorker&, std::uint64_t, std::uint64_t, const RenderTile&) {}, "silent");
+    REQUIRE(eventually([&] { return bench.pool().status().size() == 1; }));
+    std::atomic<bool> over{false};
+    std::thread again([&] {
+        for (std::uint64_t i = 0; i < 5; ++i) {
+            const auto failing = [](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile&) { fail(w, picture, id); };
+            FakeWorker fake(job, bench.plug(), failing);
+            while (bench.pool().counts().lost == i && !over) std::this_thread::yield();
+        }
+        bench.add_threads(1);
+    });
+    Film film = empty_film(job);
+    CHECK_NOTHROW(bench.render(film));
+    over = true;
+    again.join();
+    CHECK(bench.pool().counts().lost == 5);
+    CHECK(bytes_of(film) == wanted());
 }
 
 TEST_CASE("a hole that the coordinator has as well hides no lie", "[raytracer][farm]") {
