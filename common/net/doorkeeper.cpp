@@ -12,6 +12,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/thread/start_threads.hpp"
+
 namespace terravox::net {
 namespace {
 
@@ -63,7 +65,7 @@ Doorkeeper::Doorkeeper(const Address& address, const Credentials& credentials, c
 }
 
 void Doorkeeper::start() {
-    m_thread = std::thread([this] { run(); });
+    m_thread = thread::start_thread("connections that come in", [this] { run(); });
 }
 
 Doorkeeper::~Doorkeeper() { stop(); }

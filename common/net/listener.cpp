@@ -92,11 +92,11 @@ public:
         if (!m_server) throw Error("listen at " + address.text() + ": gRPC does not start");
         try {
             m_door.emplace(address, credentials, limits, [this](Socket socket, const std::string&) { hand_over(std::move(socket)); });
+            m_door->start();
         } catch (...) {
             m_server->Shutdown();
             throw;
         }
-        m_door->start();
     }
     ~Impl() override { stop(); }
 

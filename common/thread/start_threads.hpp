@@ -1,8 +1,15 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
+#include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
+
+#include "common/util/end_of_program.hpp"
+#include "common/util/error.hpp"
 
 namespace terravox::thread {
 
@@ -24,6 +31,26 @@ void start_threads(std::vector<std::thread>& threads, std::size_t count, const W
         threads.clear();
         throw;
     }
+}
+
+/// One thread more for a vector whose threads somebody joins. Where it fails the vector is as it was.
+/// @param what  what the thread is for, for the message: "a picture"
+/// @throws Error when the system refuses the thread; std::bad_alloc
+template <class Work>
+void add_thread(std::vector<std::thread>& threads, const char* what, Work&& work) {
+    try {
+        threads.emplace_back(std::forward<Work>(work));
+    } catch (const std::system_error&) {
+        throw Error(std::string("start a thread for ") + what + ": " + util::message_of(std::current_exception()));
+    }
+}
+
+/// @return a thread that runs `work` @throws as add_thread
+template <class Work>
+[[nodiscard]] std::thread start_thread(const char* what, Work&& work) {
+    std::vector<std::thread> one;
+    add_thread(one, what, std::forward<Work>(work));
+    return std::move(one.front());
 }
 
 }  // namespace terravox::thread

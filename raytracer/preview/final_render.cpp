@@ -4,6 +4,9 @@
 
 #include <utility>
 
+#include "common/thread/start_threads.hpp"
+#include "common/util/error.hpp"
+
 namespace terravox {
 namespace {
 
@@ -20,7 +23,13 @@ void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene, 
         m_status = {};
         m_status.state = State::kRunning;
     }
-    m_thread = std::thread([this, world = std::move(world), scene, files = std::move(files), crew] { run(world, scene, files, crew); });
+    try {
+        m_thread = thread::start_thread("the picture", [this, world = std::move(world), scene, files = std::move(files), crew] { run(world, scene, files, crew); });
+    } catch (const Error& e) {
+        const std::lock_guard lock(m_mutex);
+        m_status.state = State::kFailed;
+        m_status.message = e.what();
+    }
 }
 
 void FinalRender::stop() noexcept {

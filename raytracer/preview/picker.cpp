@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/tiles/square_grid.hpp"
 #include "raytracer/walk/walker.hpp"
@@ -57,7 +58,7 @@ std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& w
     return out;
 }
 
-Picker::Picker(BlockManager& blocks) : m_blocks(blocks), m_thread([this] { run(); }) {}
+Picker::Picker(BlockManager& blocks) : m_blocks(blocks), m_thread(thread::start_thread("what is pointed at", [this] { run(); })) {}
 
 Picker::~Picker() {
     {

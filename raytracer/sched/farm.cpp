@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/net/socket.hpp"
+#include "common/thread/start_threads.hpp"
 #include "raytracer/sched/socket/hello.hpp"
 #include "raytracer/sched/socket/tile_frames.hpp"
 
@@ -23,6 +24,20 @@ std::string host_of(const std::string& peer) { return peer.substr(0, peer.rfind(
 std::string who_is(const WorkerLink& worker) {
     const std::string& name = worker.certified_name();
     return name.empty() ? "host " + net::neighbourhood_of(worker.peer()) : "certificate " + name;
+}
+
+// At once, as each waits for its worker to read it; one after the other where there are no threads for that.
+void say_goodbye(const std::vector<std::shared_ptr<WorkerLink>>& links) noexcept {
+    constexpr const char* kWhy = "the coordinator has finished";
+    std::vector<std::thread> threads;
+    for (const auto& link : links) {
+        try {
+            thread::add_thread(threads, "a goodbye", [link] { link->bye(kWhy); });
+        } catch (const std::exception&) {
+            link->bye(kWhy);
+        }
+    }
+    for (std::thread& t : threads) t.join();
 }
 
 std::uint64_t random_number() {
@@ -44,13 +59,20 @@ Farm::Farm(FarmOptions options, BlockManager& blocks, BoxSource source)
             spdlog::info("found worker {} at {}", found.name, address.text());
             dial(address);
         });
-    // Nothing below throws: threads that have begun are joined by the destructor alone.
-    for (const net::Address& address : m_options.dial) dial(address);
-    const std::lock_guard lock(m_mutex);
-    m_threads.emplace_back([this] { watch(); });
+    // The destructor does not run when this throws.
+    try {
+        for (const net::Address& address : m_options.dial) dial(address);
+        const std::lock_guard lock(m_mutex);
+        thread::add_thread(m_threads, "the links of the farm", [this] { watch(); });
+    } catch (...) {
+        finish();
+        throw;
+    }
 }
 
-Farm::~Farm() {
+Farm::~Farm() { finish(); }
+
+void Farm::finish() noexcept {
     m_browser.reset();
     end();
     std::vector<std::shared_ptr<WorkerLink>> links;
@@ -60,9 +82,7 @@ Farm::~Farm() {
         for (const auto& [id, place] : m_places) links.push_back(place.link);
     }
     m_wake.notify_all();
-    std::vector<std::thread> goodbyes;  // at once: each waits for its worker to read it
-    for (const auto& link : links) goodbyes.emplace_back([link] { link->bye("the coordinator has finished"); });
-    for (std::thread& t : goodbyes) t.join();
+    say_goodbye(links);
     if (m_listener) m_listener->stop();
     for (const auto& link : links) link->abort();
     for (std::thread& t : m_threads) t.join();
@@ -94,7 +114,13 @@ void Farm::attach(Place& place) {
     ProcessorPool::Member member{hello.name(), "socket", static_cast<int>(hello.threads()), false, false, place.link->begin(*m_call), [link = place.link] { return link->latency_s(); }};
     member.paused = place.takes_nothing();
     member.who = who_is(*place.link);
-    place.member = m_pool->add(std::move(member));
+    const auto processor = member.processor;
+    try {
+        place.member = m_pool->add(std::move(member));
+    } catch (const std::exception& e) {  // out of threads or memory: the others go on
+        spdlog::error("worker {} is left out of the picture: {}", hello.name(), e.what());
+        processor->cancel();
+    }
 }
 
 void Farm::gone(ProcessorPool::MemberId member, const std::string& why, bool expelled) {
@@ -194,8 +220,10 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
     } catch (const HelloError& e) {
         spdlog::log(e.busy ? spdlog::level::info : spdlog::level::warn, "{}", e.what());
         return e.busy || dialled.empty();
-    } catch (const Error& e) {
+    } catch (const std::exception& e) {  // out of threads or memory, too: it may try again
         spdlog::warn("{}", e.what());
+        const std::lock_guard lock(m_mutex);
+        m_places.erase(id);
         return true;
     }
     std::string why;
@@ -225,13 +253,19 @@ bool Farm::serve(std::unique_ptr<net::Link> link, const std::string& dialled) {
 void Farm::dial(const net::Address& worker) {
     const std::lock_guard lock(m_mutex);
     if (m_stop || !m_dialled.try_emplace(worker.text(), m_next_turn).second) return;
-    m_threads.emplace_back([this, worker, turn = m_next_turn++] {
+    const auto run = [this, worker, turn = m_next_turn++] {
         dial_again_and_again(worker, turn);
         // Whoever does not want to be dialled any more may be asked once more, by hand.
         const std::lock_guard own(m_mutex);
         const auto found = m_dialled.find(worker.text());
         if (found != m_dialled.end() && found->second == turn) m_dialled.erase(found);
-    });
+    };
+    try {
+        thread::add_thread(m_threads, "a worker that is dialled", run);
+    } catch (...) {
+        m_dialled.erase(worker.text());
+        throw;
+    }
 }
 
 void Farm::hang_up(const std::string& worker) {
@@ -241,10 +275,15 @@ void Farm::hang_up(const std::string& worker) {
     for (const auto& [id, place] : m_places) {
         if (m_stop || place.dialled != worker) continue;
         // A goodbye waits for a worker that does not read.
-        m_threads.emplace_back([link = place.link] {
+        const auto leave = [link = place.link] {
             link->bye("it is not needed any more");
             link->abort();
-        });
+        };
+        try {
+            thread::add_thread(m_threads, "a goodbye", leave);
+        } catch (const std::exception&) {
+            place.link->abort();
+        }
     }
 }
 
@@ -274,7 +313,7 @@ void Farm::dial_again_and_again(const net::Address& address, std::uint64_t turn)
         } catch (const net::RefusedError& e) {
             spdlog::error("{}", e.what());
             return;
-        } catch (const Error& e) {
+        } catch (const std::exception& e) {
             if (!std::exchange(told, true)) spdlog::warn("{}; trying again", e.what());
         }
         if (stopped_after(pause)) return;

@@ -45,7 +45,7 @@ public:
     /// For PoolSettings::gone.
     void gone(ProcessorPool::MemberId member, const std::string& why, bool expelled);
 
-    /// A worker that listens there, from now on.
+    /// A worker that listens there, from now on. @throws Error when there is no thread for it
     void dial(const net::Address& worker);
     /// It is sent away, and not dialled any more. @param worker as Address::text
     void hang_up(const std::string& worker);
@@ -79,6 +79,7 @@ private:
         bool paused = false;  ///< by an observer of ours; the worker may be so for itself
         [[nodiscard]] bool takes_nothing() const { return paused || link->heartbeat().paused(); }
     };
+    void finish() noexcept;
     void observe(net::Link& link);
     /// @return whether there is such a worker
     bool pause(const std::string& worker, bool on);

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "common/thread/start_threads.hpp"
 #include "raytracer/tiles/tile_codec.hpp"
 
 namespace terravox {
@@ -54,16 +55,28 @@ ProcessorPool::MemberId ProcessorPool::add(Member member) {
     MemberId id = 0;
     {
         const std::lock_guard lock(m_mutex);
-        id = m_next_id++;
         auto state = std::make_unique<State>();
         state->is = std::move(member);
         state->paused = state->is.paused;
-        state->since = state->mark = Clock::now();
-        if (!state->is.on_caller) state->pump = std::thread([this, id, processor = state->is.processor] { pump(id, processor); });
-        m_members.emplace(id, std::move(state));
+        id = begin_member(std::move(state));
         m_alone = false;
     }
     feed();
+    return id;
+}
+
+// With the lock held, for which its thread waits before it touches anything.
+ProcessorPool::MemberId ProcessorPool::begin_member(std::unique_ptr<State> state) {
+    const MemberId id = m_next_id++;
+    state->since = state->mark = Clock::now();
+    State& member = *m_members.emplace(id, std::move(state)).first->second;
+    if (member.is.on_caller) return id;
+    try {
+        member.pump = thread::start_thread("the results of a processor", [this, id, processor = member.is.processor] { pump(id, processor); });
+    } catch (...) {
+        m_members.erase(id);
+        throw;
+    }
     return id;
 }
 
@@ -312,13 +325,10 @@ void ProcessorPool::need_checker(std::unique_lock<std::mutex>& lock) {
         checker.processor->cancel();
         return;
     }
-    const MemberId id = m_next_id++;
     auto state = std::make_unique<State>();
     state->is = std::move(checker);
     state->checks_only = true;
-    state->since = state->mark = Clock::now();
-    state->pump = std::thread([this, id, processor = state->is.processor] { pump(id, processor); });
-    m_members.emplace(id, std::move(state));
+    begin_member(std::move(state));
 }
 
 bool ProcessorPool::takes_work(const State& member) const noexcept {

@@ -94,6 +94,7 @@ public:
     explicit ProcessorPool(PoolSettings settings);
     ~ProcessorPool() override;
 
+    /// @throws Error when there is no thread for it: then it is no member
     MemberId add(Member member);
     /// What it has goes to others, and its processor is cancelled. Unknown ids are ignored.
     void remove(MemberId id, const std::string& why);
@@ -156,6 +157,7 @@ private:
         std::shared_ptr<TileProcessor> from;
         RenderTile band;
     };
+    MemberId begin_member(std::unique_ptr<State> state);
     void pump(MemberId id, std::shared_ptr<TileProcessor> processor);
     void run_green(Clock::time_point until);
     [[nodiscard]] bool accept(MemberId id, TileResult&& result);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/thread/start_threads.hpp"
+#include "common/util/end_of_program.hpp"
 #include "common/util/error.hpp"
 #include "common/util/stage_times.hpp"
 #include "raytracer/render/render.hpp"
@@ -61,7 +63,7 @@ std::unique_ptr<voxel::World> open_own(const WorkerGround& ground, const std::st
 
 Stage::Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, Answers answers)
     : m_picture(picture), m_parcel(std::move(parcel)), m_ground(std::move(ground)), m_threads(threads), m_memory_bytes(memory_bytes), m_answers(std::move(answers)) {
-    m_thread = std::thread([this] { run(); });
+    m_thread = thread::start_thread("a picture", [this] { run(); });
 }
 
 Stage::~Stage() { end(); }
@@ -147,28 +149,39 @@ bool Stage::open_ground() {
 
 void Stage::run() {
     try {
-        if (!open_ground()) {
-            m_over = true;
-            return;
-        }
-        const View view = unpack(m_parcel, m_ground->far->info());
-        ThreadProcessor processor(view, *m_ground->blocks, m_threads);
-        {
-            const std::lock_guard lock(m_mutex);
-            m_processor = &processor;
-            if (m_cancelled) processor.cancel();
-        }
-        std::vector<std::thread> collectors;
-        for (int i = 0; i <= m_threads / kThreadsPerCollector; ++i) collectors.emplace_back([&] { collect(processor); });
-        feed(processor, view.wants_layers());
-        processor.cancel();
-        for (std::thread& t : collectors) t.join();
-        const std::lock_guard lock(m_mutex);
-        m_processor = nullptr;
-    } catch (const std::exception& e) {
-        m_answers.failed(0, e.what());
+        if (open_ground()) trace();
+    } catch (const std::exception&) {
+        m_answers.failed(0, util::message_of(std::current_exception()));
+        cancel();
     }
     m_over = true;
+}
+
+void Stage::trace() {
+    const View view = unpack(m_parcel, m_ground->far->info());
+    ThreadProcessor processor(view, *m_ground->blocks, m_threads);
+    {
+        const std::lock_guard lock(m_mutex);
+        m_processor = &processor;
+        if (m_cancelled) processor.cancel();
+    }
+    // However this ends, nobody may reach the processor once it is gone.
+    std::vector<std::thread> collectors;
+    const auto count = static_cast<std::size_t>(m_threads / kThreadsPerCollector + 1);
+    std::exception_ptr failure;
+    try {
+        thread::start_threads(collectors, count, [&] { collect(processor); }, [&] { processor.cancel(); });
+        feed(processor, view.wants_layers());
+    } catch (...) {
+        failure = std::current_exception();
+    }
+    processor.cancel();
+    for (std::thread& t : collectors) t.join();
+    {
+        const std::lock_guard lock(m_mutex);
+        m_processor = nullptr;
+    }
+    if (failure) std::rethrow_exception(failure);
 }
 
 // With the lock held.

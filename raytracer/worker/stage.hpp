@@ -53,6 +53,7 @@ public:
         /// @param id of the lease that cannot be rendered here; 0: the picture as a whole
         std::function<void(std::uint64_t id, const std::string& why)> failed;
     };
+    /// @throws Error when there is no thread for it; what is refused later is an answer (failed)
     Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, Answers answers);
     ~Stage();
     Stage(const Stage&) = delete;
@@ -82,6 +83,7 @@ public:
 
 private:
     void run();
+    void trace();
     [[nodiscard]] bool open_ground();
     void feed(TileProcessor& processor, bool with_layers);
     [[nodiscard]] bool has_room(const RenderTile& tile, bool with_layers) const;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/thread/start_threads.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
 #include "raytracer/sched/socket/hello.hpp"
@@ -24,13 +25,26 @@ constexpr int kTilesOfThread = 256;  // small ones on a long way: the coordinato
 WorkerDaemon::WorkerDaemon(WorkerDaemonOptions options) : m_options(std::move(options)), m_shared(m_options.memory_bytes / 4, m_options.sessions) {
     if (m_options.listen)
         m_listener = std::make_unique<net::Listener>(*m_options.listen, m_options.credentials, [this](std::unique_ptr<net::Link> link) { (void)serve(std::move(link), false); });
-    begin_joining();
+    // The destructor does not run when this throws.
+    try {
+        begin_joining();
+    } catch (...) {
+        finish();
+        throw;
+    }
 }
 
 void WorkerDaemon::begin_joining() {
     const std::lock_guard lock(m_mutex);
-    for (const net::Address& address : m_options.join)
-        if (m_joining.insert(address.text()).second) m_threads.emplace_back([this, address] { join_again_and_again(address); });
+    for (const net::Address& address : m_options.join) {
+        if (!m_joining.insert(address.text()).second) continue;
+        try {
+            thread::add_thread(m_threads, "a coordinator to join", [this, address] { join_again_and_again(address); });
+        } catch (...) {
+            m_joining.erase(address.text());
+            throw;
+        }
+    }
 }
 
 bool WorkerDaemon::is_wanted(const net::Address& address) const {
@@ -38,7 +52,9 @@ bool WorkerDaemon::is_wanted(const net::Address& address) const {
     return !m_ending && std::any_of(m_options.join.begin(), m_options.join.end(), [&](const net::Address& a) { return a.text() == address.text(); });
 }
 
-WorkerDaemon::~WorkerDaemon() {
+WorkerDaemon::~WorkerDaemon() { finish(); }
+
+void WorkerDaemon::finish() noexcept {
     {
         const std::lock_guard lock(m_mutex);
         m_ending = true;
@@ -69,12 +85,24 @@ void WorkerDaemon::run() {
     }
     m_wake.notify_all();
     if (!sessions.empty()) spdlog::info("finishing what is begun");
-    std::vector<std::thread> drains;
-    for (const auto& session : sessions) drains.emplace_back([&, session] { session->drain(m_options.patience); });
-    for (std::thread& t : drains) t.join();
+    drain(sessions);
     // Links are flushed: the coordinator closes them once it has read the goodbye.
     std::unique_lock lock(m_mutex);
     m_wake.wait_for(lock, milliseconds(2000), [&] { return m_sessions.empty(); });
+}
+
+// All at once, as they share the time for it; those without a thread for that are ended.
+void WorkerDaemon::drain(const std::vector<std::shared_ptr<WorkerSession>>& sessions) {
+    std::vector<std::thread> threads;
+    for (const auto& session : sessions) {
+        try {
+            thread::add_thread(threads, "the end of a session", [&, session] { session->drain(m_options.patience); });
+        } catch (const std::exception& e) {
+            spdlog::warn("{}; its tiles under way are given up", e.what());
+            session->abort();
+        }
+    }
+    for (std::thread& t : threads) t.join();
 }
 
 bool WorkerDaemon::stopped_after(milliseconds time) {
@@ -198,7 +226,7 @@ void WorkerDaemon::join_again_and_again(const net::Address& address) {
         } catch (const net::RefusedError& e) {
             spdlog::error("{}", e.what());
             return leave();
-        } catch (const Error& e) {
+        } catch (const std::exception& e) {
             if (!std::exchange(told, true)) spdlog::info("{}; trying again", e.what());
         }
         if (stopped_after(pause)) break;

@@ -36,7 +36,7 @@ struct WorkerDaemonOptions {
 /// One mutex guards the list of sessions. Each link has its own thread (the listener's, or that of the address it joins).
 class WorkerDaemon {
 public:
-    /// @throws Error when it cannot listen
+    /// @throws Error when it cannot listen, or there is no thread for an address to join
     explicit WorkerDaemon(WorkerDaemonOptions options);
     ~WorkerDaemon();
 
@@ -64,6 +64,8 @@ public:
 
 private:
     void begin_joining();
+    void finish() noexcept;
+    void drain(const std::vector<std::shared_ptr<WorkerSession>>& sessions);
     void join_again_and_again(const net::Address& address);
     [[nodiscard]] bool is_wanted(const net::Address& address) const;
     [[nodiscard]] farm::Status status() const;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <utility>
 
+#include "common/thread/start_threads.hpp"
 #include "common/util/error.hpp"
 #include "common/util/resident_memory.hpp"
 #include "raytracer/sched/socket/tile_frames.hpp"
@@ -47,12 +48,17 @@ WorkerSession::WorkerSession(std::unique_ptr<net::Link> link, std::string coordi
 WorkerSession::~WorkerSession() { m_link->abort(); }
 
 WorkerSession::End WorkerSession::run(std::string& why) {
-    std::thread heart([this] { beat(); });
+    std::thread heart = thread::start_thread("heartbeats", [this] { beat(); });
     std::string wrong;
-    while (auto frame = m_link->receive()) {
-        m_heard_ns = now_ns();
-        wrong = take(*frame);
-        if (!wrong.empty() || m_end) break;
+    std::exception_ptr failure;
+    try {
+        while (auto frame = m_link->receive()) {
+            m_heard_ns = now_ns();
+            wrong = take(*frame);
+            if (!wrong.empty() || m_end) break;
+        }
+    } catch (...) {
+        failure = std::current_exception();
     }
     const std::string ended = m_link->why_ended();
     if (!wrong.empty()) why = "it sent " + wrong;
@@ -68,6 +74,7 @@ WorkerSession::End WorkerSession::run(std::string& why) {
     end_stage();
     for (const auto& old : m_old) old->end();
     m_old.clear();
+    if (failure) std::rethrow_exception(failure);
     if (m_draining && wrong.empty()) return End::kDrained;
     return m_end.value_or(End::kLost);
 }
@@ -197,9 +204,18 @@ std::string WorkerSession::begin_stage_if_complete() {
         frame.mutable_failed()->set_reason(reason);
         (void)m_link->send(std::move(frame));
     };
+    std::shared_ptr<Stage> stage;
+    const auto failed = answers.failed;
+    try {
+        stage = std::make_shared<Stage>(picture.id(), std::move(parcel), m_ground, m_options.threads, m_options.memory_bytes, std::move(answers));
+    } catch (const Error& e) {
+        m_early.clear();
+        failed(0, e.what());
+        return {};
+    }
     {
         const std::lock_guard lock(m_mutex);
-        m_stage = std::make_shared<Stage>(picture.id(), std::move(parcel), m_ground, m_options.threads, m_options.memory_bytes, std::move(answers));
+        m_stage = std::move(stage);
     }
     for (const farm::Task& task : std::exchange(m_early, {}))
         if (std::string wrong = add_task(task); !wrong.empty()) return wrong;

@@ -48,7 +48,7 @@ public:
         kRefused,  ///< it does not want us any more
         kDrained,  ///< we left
     };
-    /// @return how it ended; `why` says more
+    /// @return how it ended; `why` says more @throws Error, std::bad_alloc without threads or memory; the link has ended then, too
     End run(std::string& why);
 
     /// Gives back what is not begun, finishes the rest, and ends the link, no later than after this. From any thread.

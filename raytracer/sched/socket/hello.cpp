@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/thread/start_threads.hpp"
 #include "common/util/build_id.hpp"
 #include "common/util/printable.hpp"
 #include "common/util/version.hpp"
@@ -33,12 +34,12 @@ std::string features() {
 /// Ends a link that nothing comes from in time. receive() itself has no limit.
 class Alarm {
 public:
-    Alarm(net::Link& link, std::chrono::milliseconds patience) : m_thread([this, &link, patience] {
+    Alarm(net::Link& link, std::chrono::milliseconds patience) : m_thread(thread::start_thread("the limit of a hello", [this, &link, patience] {
         std::unique_lock lock(m_mutex);
         if (m_came.wait_for(lock, patience, [&] { return m_off; })) return;
         m_rang = true;
         link.abort();
-    }) {}
+    })) {}
     ~Alarm() { (void)off(); }
     /// @return whether it rang
     bool off() {

@@ -28,7 +28,7 @@ struct OwnHello {
 
 /// Sends our hello, waits for the other's, and compares: protocol, software, build, architecture, role. What does not fit is told to the peer.
 /// @param wanted the role that the peer must have @param patience after it the link is aborted
-/// @throws HelloError that names what does not fit, and both sides of it; or what the peer refused us for
+/// @throws HelloError that names what does not fit, and both sides of it; or what the peer refused us for; Error without a thread for the limit
 [[nodiscard]] farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<farm::Role> wanted, std::chrono::milliseconds patience = std::chrono::seconds(5));
 
 /// Tells the peer why nothing comes of it, and ends the link.

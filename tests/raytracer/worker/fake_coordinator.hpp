@@ -1,0 +1,79 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "common/net/link.hpp"
+#include "raytracer/worker/worker_daemon.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+namespace terravox::test {
+
+/// A coordinator that leases what it likes to a worker, and never sends a box: what the worker has begun does not end.
+class FakeCoordinator {
+public:
+    FakeCoordinator(int threads, std::size_t memory_bytes) : m_daemon(options(threads, memory_bytes)) {
+        auto [mine, theirs] = net::link_pair();
+        m_link = std::move(mine);
+        m_serving = std::thread([this, end = std::move(theirs)]() mutable { m_end = m_daemon.serve(std::move(end), false); });
+        OwnHello own;
+        own.role = farm::COORDINATOR;
+        (void)meet(*m_link, make_hello(own), {farm::WORKER});
+    }
+    ~FakeCoordinator() { (void)hang_up(); }
+
+    void begin(const Parcel& parcel) {
+        farm::Frame frame;
+        farm::Picture& picture = *frame.mutable_picture();
+        picture.set_id(1);
+        picture.set_scene(state_hash(parcel.scene));
+        picture.set_materials(state_hash(parcel.materials));
+        picture.set_world(state_hash(parcel.world));
+        picture.set_asked(true);
+        (void)m_link->send(std::move(frame));
+        for (const std::string* text : {&parcel.scene, &parcel.materials, &parcel.world}) tell(*text);
+    }
+    void tell(const std::string& text) {
+        farm::Frame frame;
+        frame.mutable_state()->set_hash(state_hash(text));
+        frame.mutable_state()->set_content(text);
+        (void)m_link->send(std::move(frame));
+    }
+    void lease(const RenderTile& tile, std::uint64_t id) {
+        farm::Frame frame;
+        frame.mutable_task()->set_picture(1);
+        *frame.mutable_task()->add_tiles() = to_frame(tile, id);
+        (void)m_link->send(std::move(frame));
+    }
+    /// The first frame that fits; nullopt: the worker has ended the link.
+    template <class Fits> std::optional<farm::Frame> next(const Fits& fits) {
+        while (auto frame = m_link->receive())
+            if (fits(*frame)) return frame;
+        return std::nullopt;
+    }
+    WorkerSession::End hang_up() {
+        m_link->abort();
+        if (m_serving.joinable()) m_serving.join();
+        return m_end;
+    }
+
+private:
+    static WorkerDaemonOptions options(int threads, std::size_t memory_bytes) {
+        WorkerDaemonOptions out;
+        out.threads = threads, out.memory_bytes = memory_bytes;
+        return out;
+    }
+    WorkerDaemon m_daemon;
+    std::unique_ptr<net::Link> m_link;
+    WorkerSession::End m_end = WorkerSession::End::kBye;
+    std::thread m_serving;
+};
+
+inline Parcel parcel_of(bool layers) {
+    const Job job(farm_scene(layers));
+    return pack(job.view.scene, job.blocks.world_info());
+}
+
+}  // namespace terravox::test
