@@ -20,7 +20,7 @@ inline constexpr int kMostCertificate_days = 3650;
 void make_certs(const std::filesystem::path& folder, const std::vector<std::string>& names, int days, const std::string& role = {});
 
 /// Adds the certificates NAME.pem of the folder to the CA's list of revoked ones, ca.crl beside ca.pem, which is made where there is none.
-/// The list is to be copied beside ca.pem on each machine: connections from then on are refused, those that are there go on until they end.
+/// The list is to be copied beside ca.pem on each machine: connections from then on are refused, and those that are there end within seconds.
 /// @throws UsageError for a name that is not allowed; Error for files that cannot be read or written, or that the CA has not signed
 void revoke_certs(const std::filesystem::path& folder, const std::vector<std::string>& names);
 

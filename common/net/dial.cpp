@@ -58,7 +58,7 @@ private:
         if (!ok || !m_context.GetServerInitialMetadata().contains(kAcceptedKey)) return;
         const std::lock_guard lock(m_taken_mutex);
         try {
-            if (!m_ca.empty()) m_certified = certified_peer(*m_context.auth_context(), m_ca);
+            if (!m_ca.empty()) set_certified(certified_peer(*m_context.auth_context(), m_ca), m_ca);
         } catch (const Error& e) {
             m_status = grpc::Status(grpc::StatusCode::PERMISSION_DENIED, e.what());
             m_taken_changed.notify_all();

@@ -39,6 +39,9 @@ public:
     [[nodiscard]] virtual std::string certified_role() const { return {}; }
     /// The name that the CA has given the peer in its certificate; empty with a token. Several machines may share a certificate.
     [[nodiscard]] virtual std::string certified_name() const { return {}; }
+    /// Whether the peer's certificate has been revoked since it was let in, by the list of this machine; false with a token. Asks the file
+    /// system: for now and then, as with each heartbeat. Whoever is told so ends the link.
+    [[nodiscard]] virtual bool is_revoked() { return false; }
     /// Why it ended, for messages; empty before that, and after a close() of our own.
     [[nodiscard]] virtual std::string why_ended() const = 0;
     /// Bytes on the wire so far, near enough: serialized frames. They grow while a large frame is on its way.

@@ -22,10 +22,9 @@ class AcceptedStream final : public Stream,
                              public std::enable_shared_from_this<AcceptedStream>,
                              public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
-    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, Certified certified, std::function<void()> when_done)
-        : Stream(std::move(peer)), m_context(context), m_when_done(std::move(when_done)) {
-        m_certified = std::move(certified);
-    }
+    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, std::function<void()> when_done)
+        : Stream(std::move(peer)), m_context(context), m_when_done(std::move(when_done)) {}
+    using Stream::set_certified;
 
     void start() {
         m_self = shared_from_this();
@@ -162,7 +161,8 @@ private:
             host = next;
         }
         for (auto& host : ended) host.thread.join();  // it has nothing left to do but to end
-        const auto stream = std::make_shared<AcceptedStream>(context, peer, std::move(certified), [this, peer, number = *number] { stream_done(peer, number); });
+        const auto stream = std::make_shared<AcceptedStream>(context, peer, [this, peer, number = *number] { stream_done(peer, number); });
+        if (m_tls) stream->set_certified(std::move(certified), m_ca);
         auto& host = m_hosts.emplace_back();
         host.stream = stream;
         try {

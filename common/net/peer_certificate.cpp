@@ -1,9 +1,12 @@
 #include "common/net/peer_certificate.hpp"
 
 #include <grpc/grpc_security_constants.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <system_error>
+#include <utility>
 
 #include "common/net/credentials.hpp"
 #include "common/net/openssl.hpp"
@@ -64,9 +67,36 @@ Certified certified_peer(const grpc::AuthContext& context, const std::filesystem
     if (X509_check_host(certificate, kFarmName.data(), kFarmName.size(), X509_CHECK_FLAG_NEVER_CHECK_SUBJECT, nullptr) != 1)
         throw RefusedError("its certificate does not carry the name " + std::string(kFarmName));
     if (is_revoked(certificate, ca)) throw RefusedError("its certificate is revoked");
-    Certified out{role_of(certificate), common_name_of(certificate)};
+    Certified out{role_of(certificate), common_name_of(certificate), {shown.front().data(), shown.front().size()}};
     if (out.role.empty()) throw RefusedError("its certificate names no role; terravox farm certs makes such that do");
     return out;
+}
+
+RevocationWatch::RevocationWatch(std::string certificate, std::filesystem::path ca)
+    : m_certificate(std::move(certificate)), m_ca(std::move(ca)), m_list(revocation_list_of(m_ca)) {}
+
+RevocationWatch::Stamp RevocationWatch::stamp_of(const std::filesystem::path& file) noexcept {
+    struct stat found {};
+    if (::stat(file.c_str(), &found) != 0) return std::nullopt;
+    const auto ns = [](const timespec& t) { return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec; };
+    return {{static_cast<std::int64_t>(found.st_dev), static_cast<std::int64_t>(found.st_ino),
+             static_cast<std::int64_t>(found.st_size), ns(found.st_mtim), ns(found.st_ctim)}};
+}
+
+bool RevocationWatch::is_revoked() {
+    const std::lock_guard lock(m_mutex);
+    // The stamp first: what changes while the list is read is seen with the next look.
+    const Stamp now = stamp_of(m_list);
+    if (m_revoked || !now || now == m_read) return m_revoked;
+    try {
+        const auto chain = certificates_of(m_certificate);
+        m_revoked = !chain.empty() && net::is_revoked(chain.front().get(), m_ca);
+        m_read = now;
+    } catch (const std::exception& e) {
+        if (m_told != now) spdlog::warn("{}; links that are there go on", e.what());
+        m_told = now;
+    }
+    return m_revoked;
 }
 
 }  // namespace terravox::net

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -42,6 +43,7 @@ public:
     void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
     [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
     [[nodiscard]] const Certified& certified() const noexcept { return m_certified; }
+    [[nodiscard]] bool is_revoked() { return m_revocations && m_revocations->is_revoked(); }
     [[nodiscard]] std::string why_ended() const;
     [[nodiscard]] Link::Traffic traffic() const noexcept;
 
@@ -52,6 +54,12 @@ protected:
     virtual void end_writes() = 0;  ///< all is written: the peer may know that this end has closed the link; once
     virtual void cancel() = 0;
     virtual void let_go() = 0;  ///< nothing more will be started; once
+
+    /// The peer has shown this certificate. @param ca file of the CA's
+    void set_certified(Certified certified, const std::filesystem::path& ca) {
+        m_certified = std::move(certified);
+        m_revocations = std::make_unique<RevocationWatch>(m_certified.pem, ca);
+    }
 
     /// With the mutex held: no read is begun any more; gRPC may be done before it would take one.
     void end_reads() noexcept { m_reads_ended = true; }
@@ -66,6 +74,7 @@ protected:
     // Not changed once a Link exists.
     std::string m_peer;
     Certified m_certified;  ///< what the peer's certificate says; nothing with a token
+    std::unique_ptr<RevocationWatch> m_revocations;  ///< nullptr with a token
 
 private:
     [[nodiscard]] std::optional<grpc::ByteBuffer> next_message();
@@ -110,6 +119,7 @@ public:
     const std::string& peer() const noexcept override { return m_stream->peer(); }
     std::string certified_role() const override { return m_stream->certified().role; }
     std::string certified_name() const override { return m_stream->certified().name; }
+    bool is_revoked() override { return m_stream->is_revoked(); }
     std::string why_ended() const override { return m_stream->why_ended(); }
     Traffic traffic() const noexcept override { return m_stream->traffic(); }
 

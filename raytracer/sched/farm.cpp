@@ -175,6 +175,7 @@ void Farm::set_status_source(std::function<farm::Status()> source) {
 
 void Farm::observe(net::Link& link) {
     while (auto frame = link.receive()) {
+        if (link.is_revoked()) return refuse(link, "its certificate is revoked");
         if (frame->has_pause() && !pause(frame->pause().worker(), frame->pause().on())) return refuse(link, "no such worker: '" + frame->pause().worker().substr(0, 200) + "'");
         if (!frame->has_pause() && !frame->has_status_request()) return;
         std::function<farm::Status()> source;
@@ -331,6 +332,9 @@ void Farm::watch() {
             // Its reader ends by that, and its leases go back.
             if (link->silent_for() > farm_times().silence) {
                 spdlog::warn("worker {} has been silent for too long", link->hello().name());
+                link->abort();
+            } else if (link->is_revoked()) {
+                spdlog::error("worker {} at {} is sent away: its certificate is revoked", link->hello().name(), link->peer());
                 link->abort();
             } else {
                 link->ping();

@@ -190,6 +190,7 @@ WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dia
 
 void WorkerDaemon::observed(net::Link& link) {
     while (auto frame = link.receive()) {
+        if (link.is_revoked()) return refuse(link, "its certificate is revoked");
         if (frame->has_pause()) pause(frame->pause().on());
         else if (!frame->has_status_request()) return;
         farm::Frame reply;

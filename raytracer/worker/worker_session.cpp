@@ -316,6 +316,10 @@ void WorkerSession::beat() {
             spdlog::warn("{} has been silent for too long", m_coordinator);
             m_link->abort();
         }
+        if (m_link->is_revoked()) {
+            spdlog::error("{} at {} is left: its certificate is revoked", m_coordinator, m_link->peer());
+            m_link->abort();
+        }
         if (traffic.queued_bytes <= net::kMostBeforePing_bytes) {
             farm::Frame frame;
             *frame.mutable_heartbeat() = heartbeat();

@@ -49,6 +49,7 @@ public:
     void bye(const std::string& reason) noexcept;
     void refuse_it(const std::string& why) noexcept;
     void abort() noexcept { m_link->abort(); }
+    [[nodiscard]] bool is_revoked() { return m_link->is_revoked(); }
     [[nodiscard]] std::chrono::steady_clock::duration silent_for() noexcept;
 
     [[nodiscard]] const farm::Hello& hello() const noexcept { return m_hello; }

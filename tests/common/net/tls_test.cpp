@@ -242,6 +242,56 @@ TEST_CASE("a certificate that is revoked is refused from then on, at both ends",
     }
 }
 
+TEST_CASE("each end of a link that is there sees that the other's certificate is revoked", "[common][net][tls]") {
+    const Said said;
+    const Certs certs;
+    Farm farm(credentials(certs.ours, "coordinator"));
+    net::make_certs(certs.ours, {"second"}, 30);
+    const fs::path list = certs.ours / "ca.crl";
+    const auto dial = [&](const char* name) {
+        Farm::Pair out;
+        out.dialled = net::dial(farm.address(), credentials(certs.ours, name), kLong);
+        out.accepted = farm.arrivals().next();
+        REQUIRE(out.accepted);
+        return out;
+    };
+    const auto first = dial("worker"), second = dial("second");
+    CHECK(first.accepted->certified_name() == "worker");
+    CHECK(first.dialled->certified_name() == "coordinator");
+    CHECK_FALSE((first.dialled->is_revoked() || first.accepted->is_revoked()));
+    SECTION("a dialler's") {
+        net::revoke_certs(certs.ours, {"worker"});
+        CHECK(first.accepted->is_revoked());
+        CHECK_FALSE((first.dialled->is_revoked() || second.accepted->is_revoked() || second.dialled->is_revoked()));
+        // The list is looked at again each time that it changes.
+        net::revoke_certs(certs.ours, {"second"});
+        CHECK((first.accepted->is_revoked() && second.accepted->is_revoked()));
+        CHECK_FALSE((first.dialled->is_revoked() || second.dialled->is_revoked()));
+    }
+    SECTION("a listener's") {
+        net::revoke_certs(certs.ours, {"coordinator"});
+        CHECK((first.dialled->is_revoked() && second.dialled->is_revoked()));
+        CHECK_FALSE((first.accepted->is_revoked() || second.accepted->is_revoked()));
+    }
+    SECTION("after a list that could not be read, as while it is copied") {
+        net::revoke_certs(certs.ours, {"worker"});
+        const std::string whole = read(list);
+        std::ofstream(list) << whole.substr(0, whole.size() / 2);
+        CHECK_FALSE(first.accepted->is_revoked());
+        CHECK_FALSE(first.accepted->is_revoked());
+        CHECK_THAT(said.all(), contains("no PEM of an X.509 CRL; links that are there go on"));
+        std::ofstream(list) << whole;
+        CHECK(first.accepted->is_revoked());
+        CHECK_FALSE(second.accepted->is_revoked());
+    }
+    SECTION("by no list of another CA") {
+        net::revoke_certs(certs.theirs, {"worker"});
+        fs::copy_file(certs.theirs / "ca.crl", list);
+        CHECK_FALSE(first.accepted->is_revoked());
+        CHECK_THAT(said.all(), contains("has not signed it; links that are there go on"));
+    }
+}
+
 TEST_CASE("a token and certificates do not meet, and both sides say so", "[common][net][tls]") {
     const Said said;
     const Certs certs;
