@@ -93,26 +93,33 @@ void BlockManager::load_boxes() {
         }
         ++m_busy, m_ahead += ahead ? 1 : 0, m_coming += keys.size();
         lock.unlock();
-        load(keys);
+        while (!keys.empty()) keys = load(keys);
         lock.lock();
         --m_busy, m_ahead -= ahead ? 1 : 0;
     }
 }
 
-void BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
-    std::vector<voxel::BoxKey> asked, holes;  // once a hole, always a hole: a picture has one answer
+// Returns those to be asked for once more: they are holes by what was so before holes were forgotten.
+std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
+    std::vector<voxel::BoxKey> asked, holes, again;  // once a hole, always a hole: a picture has one answer
+    std::uint64_t forgotten = 0;
     {
         const std::lock_guard lock(m_mutex);
+        forgotten = m_forgotten;
         for (const voxel::BoxKey& key : keys) (m_holes.contains(key) ? holes : asked).push_back(key);
     }
-    for (const voxel::BoxKey& key : holes) come(key, {nullptr, true});
+    const auto is_hole = [&](const voxel::BoxKey& key, const std::string* why) {
+        if (!come_as_hole(key, why, forgotten)) again.push_back(key);
+    };
+    for (const voxel::BoxKey& key : holes) is_hole(key, nullptr);
     std::vector<voxel::BoxKey> missing(asked);
     std::string reason = "the world gave no answer";
     const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         if (std::erase(missing, key) == 0) return;
         // One box less must not lose the picture; it stays visible, counted and in the exit code.
-        if (outcome.failure && !is_stopped(outcome.failure)) note_hole(key, reason_of(outcome.failure));
-        come(key, {outcome.failure ? nullptr : std::move(outcome.box), outcome.failure != nullptr});
+        if (!outcome.failure) return come(key, {std::move(outcome.box), false});
+        const std::string why = reason_of(outcome.failure);
+        is_hole(key, is_stopped(outcome.failure) ? nullptr : &why);
     };
     try {
         m_world.boxes(asked, take);
@@ -120,31 +127,37 @@ void BlockManager::load(const std::vector<voxel::BoxKey>& keys) {
         reason = reason_of(std::current_exception());
     }
     // Nobody must wait for ever for what a world has forgotten.
-    for (const voxel::BoxKey& key : missing) {
-        note_hole(key, reason);
-        come(key, {nullptr, true});
-    }
+    for (const voxel::BoxKey& key : missing) is_hole(key, &reason);
+    return again;
 }
 
-void BlockManager::come(const voxel::BoxKey& key, Block made) {
+// False: holes were forgotten since the world was asked. Under one lock with what keeps the hole, so that none is kept that is forgotten.
+bool BlockManager::come_as_hole(const voxel::BoxKey& key, const std::string* reason, std::uint64_t forgotten) {
+    std::unique_lock lock(m_mutex);
+    if (forgotten != m_forgotten && !m_stop) return false;
+    if (reason != nullptr) note_hole(key, *reason);
+    come(key, {nullptr, true}, std::move(lock));
+    return true;
+}
+
+void BlockManager::come(const voxel::BoxKey& key, Block made) { come(key, std::move(made), std::unique_lock(m_mutex)); }
+
+void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock) {
     auto block = std::make_shared<const Block>(std::move(made));
     std::vector<BlockPin> evicted;  // freed without the lock
-    bool much = false;
-    {
-        const std::lock_guard lock(m_mutex);
-        --m_coming;
-        keep(key, std::move(block), evicted);
-        m_came.notify_all();
-        for (const BlockPin& gone : evicted) m_freed_bytes += gone->memory_bytes();
-        much = m_freed_bytes > kMuchFreed_bytes;
-        if (much) m_freed_bytes = 0;
-    }
+    --m_coming;
+    keep(key, std::move(block), evicted);
+    m_came.notify_all();
+    for (const BlockPin& gone : evicted) m_freed_bytes += gone->memory_bytes();
+    const bool much = m_freed_bytes > kMuchFreed_bytes;
+    if (much) m_freed_bytes = 0;
+    lock.unlock();
     evicted.clear();
     if (much) util::give_back_free_memory();
 }
 
+// The lock is held.
 void BlockManager::note_hole(const voxel::BoxKey& key, const std::string& reason) {
-    const std::lock_guard lock(m_mutex);
     if (m_stop) return;
     // A damaged file fails in the same words for each of its boxes: said once, the boxes are counted at the end.
     if (m_holes.insert(key).second && m_hole_reasons.size() < kMostReasons && m_hole_reasons.insert(reason).second)

@@ -151,6 +151,7 @@ void BlockManager::evict(std::vector<BlockPin>& evicted) {
 
 void BlockManager::forget_holes() {
     const std::lock_guard lock(m_mutex);
+    ++m_forgotten;
     std::erase_if(m_holes, [this](const voxel::BoxKey& key) {
         const auto found = m_entries.find(key);
         if (found == m_entries.end() || !found->second.block) return true;

@@ -79,7 +79,8 @@ public:
     /// Boxes to load, the first first, while nobody waits for others, until three quarters of the memory are full. Replaces earlier ones.
     void prefetch(std::vector<voxel::BoxKey> keys);
 
-    /// Boxes that could not be had are asked for again from now on: between pictures, each of which has one answer.
+    /// Boxes that could not be had are asked for again from now on: between pictures, each of which has one answer. What the world was
+    /// asked before and says later that it cannot give is asked once more: somebody who no longer needs it may have asked long ago.
     void forget_holes();
 
     /// Nobody needs boxes any more: none is asked for, and requests under way end.
@@ -112,8 +113,10 @@ private:
     void take_foreseen(std::size_t most, std::vector<voxel::BoxKey>& keys);
     [[nodiscard]] std::size_t share_of(std::size_t queued) const noexcept;
     [[nodiscard]] std::size_t coming_bytes(std::size_t more) const noexcept;
-    void load(const std::vector<voxel::BoxKey>& keys);
+    [[nodiscard]] std::vector<voxel::BoxKey> load(const std::vector<voxel::BoxKey>& keys);
+    [[nodiscard]] bool come_as_hole(const voxel::BoxKey& key, const std::string* reason, std::uint64_t forgotten);
     void come(const voxel::BoxKey& key, Block made);
+    void come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock);
     void keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted);
     void evict(std::vector<BlockPin>& evicted);
     void touch(Entry& entry);
@@ -140,6 +143,7 @@ private:
     std::size_t m_coming = 0;  ///< boxes that they have asked for
     bool m_stop = false;
     std::set<voxel::BoxKey> m_holes;
+    std::uint64_t m_forgotten = 0;  ///< how often forget_holes() was called
     std::set<std::string> m_hole_reasons;
     std::vector<std::thread> m_loaders;
 };

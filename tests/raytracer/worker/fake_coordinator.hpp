@@ -24,10 +24,12 @@ public:
     }
     ~FakeCoordinator() { (void)hang_up(); }
 
-    void begin(const Parcel& parcel) {
+    /// @param id of the picture; later ones are of the same world
+    void begin(const Parcel& parcel, std::uint64_t id = 1) {
+        m_picture = id;
         farm::Frame frame;
         farm::Picture& picture = *frame.mutable_picture();
-        picture.set_id(1);
+        picture.set_id(id);
         picture.set_scene(state_hash(parcel.scene));
         picture.set_materials(state_hash(parcel.materials));
         picture.set_world(state_hash(parcel.world));
@@ -43,8 +45,29 @@ public:
     }
     void lease(const RenderTile& tile, std::uint64_t id) {
         farm::Frame frame;
-        frame.mutable_task()->set_picture(1);
+        frame.mutable_task()->set_picture(m_picture);
         *frame.mutable_task()->add_tiles() = to_frame(tile, id);
+        (void)m_link->send(std::move(frame));
+    }
+    /// The picture that was begun last has ended.
+    void stop() {
+        farm::Frame frame;
+        frame.mutable_stop()->set_picture(m_picture);
+        (void)m_link->send(std::move(frame));
+    }
+    /// Returns when the worker has read all that was sent before. What comes meanwhile is lost.
+    void settle() {
+        farm::Frame frame;
+        frame.mutable_ping()->set_stamp(++m_stamp);
+        (void)m_link->send(std::move(frame));
+        (void)next([&](const farm::Frame& f) { return f.has_pong() && f.pong().stamp() == m_stamp; });
+    }
+    /// @param hole why; empty: it is air
+    void reply(const farm::BoxKey& key, const std::string& hole) {
+        farm::Frame frame;
+        *frame.mutable_box()->mutable_key() = key;
+        if (hole.empty()) frame.mutable_box()->set_air(true);
+        else frame.mutable_box()->set_hole(hole);
         (void)m_link->send(std::move(frame));
     }
     /// The first frame that fits; nullopt: the worker has ended the link.
@@ -67,6 +90,7 @@ private:
     }
     WorkerDaemon m_daemon;
     std::unique_ptr<net::Link> m_link;
+    std::uint64_t m_picture = 0, m_stamp = 0;
     WorkerSession::End m_end = WorkerSession::End::kBye;
     std::thread m_serving;
 };

@@ -73,6 +73,28 @@ TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytr
     CHECK(blocks.get(broken)->box);
 }
 
+TEST_CASE("a box that was asked for before holes were forgotten, and is a hole by that, is asked for again", "[raytracer][world]") {
+    const voxel::BoxKey late{0, 0, 0, -1};
+    const auto world = landscape();
+    std::atomic<bool> is_asked{false}, may_answer{false};
+    world->make_hole(late, [&] {
+        if (is_asked.exchange(true)) return;  // by now it can be had
+        while (!may_answer) std::this_thread::yield();
+        throw std::runtime_error("the disk was gone");
+    });
+    BlockManager blocks(*world, kPlenty);
+    BlockPin got;
+    std::thread waiting([&] { got = blocks.get(late); });
+    CHECK(test::eventually([&] { return is_asked.load(); }));
+    blocks.forget_holes();
+    may_answer = true;
+    waiting.join();
+    CHECK_FALSE(got->hole);
+    CHECK(got->box);
+    CHECK(blocks.hole_count() == 0);
+    CHECK(world->asked() == 2);
+}
+
 TEST_CASE("holes are counted once, however often and by however many threads they are met", "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, 0});
