@@ -14,6 +14,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/voxel/box.hpp"
+#include "common/voxel/changed_error.hpp"
 
 namespace terravox::voxel {
 
@@ -68,7 +69,7 @@ public:
     [[nodiscard]] virtual const WorldInfo& info() const noexcept = 0;
 
     /// @return the box, or nullptr when it is known to be air throughout
-    /// @throws Error when the box cannot be made or fetched: a hole, never quiet air
+    /// @throws Error when the box cannot be made or fetched: a hole, never quiet air; ChangedError when boxes of another world would come
     [[nodiscard]] virtual std::shared_ptr<const Box> box(const BoxKey& key) = 0;
 
     /// Several boxes; take is called once for each of the keys, as soon as its box has come, in any order, on this thread.
@@ -95,6 +96,10 @@ public:
 
     /// What of the world's data was found damaged so far, one line each; boxes are made without it. To be told, and counted like a hole.
     [[nodiscard]] virtual std::vector<std::string> damage() const { return {}; }
+
+    /// Names the state of what the world was opened from, where its name and info() do not: one line, so that work that was cut off
+    /// does not go on with another state. Empty: files, which have names of their own, or not known.
+    [[nodiscard]] virtual std::string edition() const { return {}; }
 
     /// Requests under way and later ones end soon with an Error: for Ctrl-C.
     virtual void stop() noexcept {}

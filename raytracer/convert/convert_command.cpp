@@ -81,10 +81,10 @@ void add_files(std::string& facts, const fs::path& path) {
 }
 
 // Two conversions that are alike in what shapes their files have the same name: inputs and data files with size and time, part, options.
-std::string name_of_job(const Arguments& args, Scene scene, const convert::Part& part, const voxel::WorldInfo& world, Format format) {
+std::string name_of_job(const Arguments& args, Scene scene, const convert::Part& part, const voxel::World& world, Format format) {
     scene.processing = {};
     scene.world.memory_mib = Scene::World{}.memory_mib;
-    std::string facts = std::string(kVersion) + '\n' + to_toml(scene) + voxel::world_to_json(world) + args.colours;
+    std::string facts = std::string(kVersion) + '\n' + to_toml(scene) + voxel::world_to_json(world.info()) + world.edition() + args.colours;
     for (const auto* list : {&args.world.inputs, &args.world.orthophotos})
         for (const std::string& input : *list) add_files(facts, input);
     for (const char* folder : {"blocks", "classes", "palettes", "materials.toml", "voxelize.toml"}) add_files(facts, util::config_dir() / folder);
@@ -178,7 +178,7 @@ ExitCode run(Arguments& args) {
     const voxel::Palette palette = voxel::load_palette(material::find_materials(""));
     convert::Meter meter("convert", steps_of(format, part, world->info()), args.quiet);
     convert::Job job(*world, part, out, palette, meter);
-    job.name = name_of_job(args, scene, part, world->info(), format);
+    job.name = name_of_job(args, scene, part, *world, format);
     job.colours = args.colours == "material" ? convert::Colours::kMaterial : convert::Colours::kTrue;
     job.threads = scene.processing.threads.value_or(0);
     job.memory_bytes = static_cast<std::size_t>(args.memory_mib) << 20;

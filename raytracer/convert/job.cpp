@@ -13,6 +13,8 @@ voxel::BoxOutcome Job::outcome(std::int32_t bx, std::int32_t by, std::int32_t bz
     voxel::BoxOutcome got;
     try {
         got.box = m_world.box(key);
+    } catch (const voxel::ChangedError&) {
+        throw;
     } catch (const Error& e) {
         hole(key, e.what());
         got.failure = std::current_exception();
@@ -26,6 +28,8 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
     try {
         const voxel::ColumnExtent told = m_world.column(part.level, bx, bz);
         extent = {std::max(extent.by_begin, told.by_begin), std::min(extent.by_end, told.by_end)};
+    } catch (const voxel::ChangedError&) {
+        throw;
     } catch (const Error& e) {
         spdlog::debug("{}", e.what());  // its boxes say it again, and count
     }

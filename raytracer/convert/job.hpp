@@ -58,7 +58,7 @@ public:
     /// Edge of a voxel of the part, metres.
     [[nodiscard]] double voxel_m() const noexcept { return m_world.info().voxel_m * static_cast<double>(std::int64_t{1} << part.level); }
 
-    /// A box of the part's level. A hole is told and counted.
+    /// A box of the part's level. A hole is told and counted. @throws voxel::ChangedError, with which the conversion ends
     [[nodiscard]] voxel::BoxOutcome outcome(std::int32_t bx, std::int32_t by, std::int32_t bz);
     /// @return nullptr = air, or a hole
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(std::int32_t bx, std::int32_t by, std::int32_t bz) { return outcome(bx, by, bz).box; }

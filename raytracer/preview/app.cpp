@@ -117,6 +117,12 @@ void App::frame() {
 // What happens elsewhere, of which the person sees nothing else.
 void App::hear() {
     if (std::string line = m_log ? m_log->take() : ""; !line.empty()) m_desk.heard(std::move(line));
+    try {
+        if (!m_world_changed) m_desk.world->blocks.check_world();
+    } catch (const voxel::ChangedError& e) {
+        m_world_changed = true;
+        m_desk.say(e.what(), true);
+    }
     const FinalRender::Status final_render = m_final.status();
     const bool runs = final_render.state == FinalRender::State::kRunning;
     if (std::exchange(m_final_ran, runs) && !runs) m_desk.say("the final picture: " + final_render.message, final_render.state == FinalRender::State::kFailed && final_render.message != FinalRender::kGivenUp);

@@ -95,6 +95,7 @@ private:
     std::size_t m_probe_missing = 0;
     std::shared_ptr<LogTail> m_log;
     bool m_final_ran = false;
+    bool m_world_changed = false;  ///< and the person was told
     double m_drawing_s = 0.004;  ///< of a frame, beside tracing
     std::uint64_t m_pictures = 0;
     bool m_moving = false;

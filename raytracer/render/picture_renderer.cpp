@@ -123,7 +123,9 @@ void PictureRenderer::open_checkpoint(const Scene& scene, const std::vector<std:
     check_can_checkpoint(scene);
     const auto path = checkpoint_path(files.front(), keep.part);
     const auto existing = keep.resume || keep.part ? Checkpoint::Existing::kGoOn : Checkpoint::Existing::kRefuse;
-    m_checkpoint = std::make_unique<Checkpoint>(path, key_of(scene, m_loaded->world->info(), name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene)), existing);
+    auto inputs = name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene);
+    if (const std::string edition = m_loaded->world->edition(); !edition.empty()) inputs.push_back("state of the archive: " + edition);
+    m_checkpoint = std::make_unique<Checkpoint>(path, key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
     if (m_checkpoint->count() > 0 && !m_quiet) spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
 
@@ -152,6 +154,7 @@ RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clo
     RenderJob out{*m_view, processor, m_quiet, &m_stop};
     out.start = start;
     out.checkpoint = m_checkpoint.get(), out.part = m_part;
+    out.check_world = [this] { m_loaded->blocks.check_world(); };
     out.damage = [this] { return m_loaded->world->damage(); };
     out.on_progress = [this](std::uint64_t done, std::uint64_t of) {
         m_crew->set_progress(done, of);

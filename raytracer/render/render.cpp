@@ -31,6 +31,7 @@ bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int leve
     Surroundings surroundings(reader, cut);
     bool solid = false;
     while (!surroundings.look(at, level, solid)) (void)blocks.get(surroundings.missing());
+    blocks.check_world();  // a hole counts as solid
     return solid;
 }
 
@@ -129,8 +130,10 @@ public:
                 forget_doubted(tiles);
                 const auto result = m_job.processor.take();
                 if (!result) throw Error("render: the processor ended before the picture was finished");
+                check_world();  // a hole is known there before a tile can be finished that has it
                 add(*result, done.insert(result->tile.index).second);
             } catch (const GivenUp& e) {
+                check_world();
                 spdlog::error("{}", e.what());
                 m_counts.missing += tiles.size() - done.size() + m_doubted.size();  // those, too, are not as they should be
                 return false;
@@ -159,6 +162,14 @@ public:
     }
 
 private:
+    void check_world() const {
+        try {
+            if (m_job.check_world) m_job.check_world();
+        } catch (...) {
+            m_job.processor.cancel();
+            throw;
+        }
+    }
     // At once: who is killed now must not go on with them.
     void forget_doubted(const std::vector<RenderTile>& tiles) {
         for (const std::uint32_t index : m_job.processor.take_doubted())

@@ -36,12 +36,13 @@ struct RenderJob {
     std::function<std::vector<std::string>()> details = {};  ///< lines to show below the progress
     Checkpoint* checkpoint = nullptr;  ///< of a single pass: what is in it is not rendered again, what is finished goes into it
     std::optional<Part> part = {};     ///< only these tiles
+    std::function<void()> check_world = {};  ///< throws once tiles may no longer be taken (BlockManager::check_world)
     std::function<std::vector<std::string>()> damage = {};  ///< of the world's data, for the checkpoint
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
 };
 
 /// The passes of a picture through a processor into a film.
-/// @throws Error "interrupted" when asked to stop; Spoiled when a tile came again for which the film has no place; whatever a tile threw
+/// @throws Error "interrupted" when asked to stop, and as check_world; Spoiled when a tile came again for which the film has no place; whatever a tile threw
 [[nodiscard]] RenderCounts render_film(const RenderJob& job, Film& film);
 
 /// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory. The time to keep (quality.time_s) needs a film.

@@ -16,10 +16,10 @@ constexpr std::size_t kMostReasons = 100;
 constexpr std::size_t kMuchFreed_bytes = std::size_t{64} << 20;
 constexpr std::size_t kGuessed_bytes = std::size_t{64} << 10;  // of a box, before one is known
 
-bool is_stopped(const std::exception_ptr& failure) {
+template <class Kind> bool is(const std::exception_ptr& failure) {
     try {
         std::rethrow_exception(failure);
-    } catch (const StoppedError&) {
+    } catch (const Kind&) {
         return true;
     } catch (...) {
         return false;
@@ -108,34 +108,33 @@ std::vector<voxel::BoxKey> BlockManager::load(const std::vector<voxel::BoxKey>& 
         forgotten = m_forgotten;
         for (const voxel::BoxKey& key : keys) (m_holes.contains(key) ? holes : asked).push_back(key);
     }
-    const auto is_hole = [&](const voxel::BoxKey& key, const std::string* why) {
-        if (!come_as_hole(key, why, forgotten)) again.push_back(key);
+    const auto is_hole = [&](const voxel::BoxKey& key, const std::exception_ptr& failure) {
+        if (!come_as_hole(key, failure, forgotten)) again.push_back(key);
     };
     for (const voxel::BoxKey& key : holes) is_hole(key, nullptr);
     std::vector<voxel::BoxKey> missing(asked);
-    std::string reason = "the world gave no answer";
+    auto reason = std::make_exception_ptr(Error("the world gave no answer"));
     const auto take = [&](const voxel::BoxKey& key, voxel::BoxOutcome outcome) {
         if (std::erase(missing, key) == 0) return;
         // One box less must not lose the picture; it stays visible, counted and in the exit code.
         if (!outcome.failure) return come(key, {std::move(outcome.box), false});
-        const std::string why = reason_of(outcome.failure);
-        is_hole(key, is_stopped(outcome.failure) ? nullptr : &why);
+        is_hole(key, is<StoppedError>(outcome.failure) ? nullptr : outcome.failure);
     };
     try {
         m_world.boxes(asked, take);
     } catch (...) {
-        reason = reason_of(std::current_exception());
+        reason = std::current_exception();
     }
     // Nobody must wait for ever for what a world has forgotten.
-    for (const voxel::BoxKey& key : missing) is_hole(key, &reason);
+    for (const voxel::BoxKey& key : missing) is_hole(key, reason);
     return again;
 }
 
 // False: holes were forgotten since the world was asked. Under one lock with what keeps the hole, so that none is kept that is forgotten.
-bool BlockManager::come_as_hole(const voxel::BoxKey& key, const std::string* reason, std::uint64_t forgotten) {
+bool BlockManager::come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure, std::uint64_t forgotten) {
     std::unique_lock lock(m_mutex);
     if (forgotten != m_forgotten && !m_stop) return false;
-    if (reason != nullptr) note_hole(key, *reason);
+    if (failure) note_hole(key, failure);
     come(key, {nullptr, true}, std::move(lock));
     return true;
 }
@@ -157,8 +156,15 @@ void BlockManager::come(const voxel::BoxKey& key, Block made, std::unique_lock<s
 }
 
 // The lock is held.
-void BlockManager::note_hole(const voxel::BoxKey& key, const std::string& reason) {
+void BlockManager::note_hole(const voxel::BoxKey& key, const std::exception_ptr& failure) {
+    const bool changed = is<voxel::ChangedError>(failure);
+    const std::string reason = reason_of(failure);
     if (m_stop) return;
+    if (changed) {
+        m_holes.insert(key);
+        if (!m_changed) m_changed = failure;
+        return;
+    }
     // A damaged file fails in the same words for each of its boxes: said once, the boxes are counted at the end.
     if (m_holes.insert(key).second && m_hole_reasons.size() < kMostReasons && m_hole_reasons.insert(reason).second)
         spdlog::error("hole at box {}: {}", voxel::to_string(key), reason);

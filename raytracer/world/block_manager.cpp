@@ -172,6 +172,11 @@ BlockStats BlockManager::stats() const {
     return out;
 }
 
+void BlockManager::check_world() const {
+    const std::lock_guard lock(m_mutex);
+    if (m_changed) std::rethrow_exception(m_changed);
+}
+
 bool BlockManager::is_hole(const voxel::BoxKey& key) const {
     const std::lock_guard lock(m_mutex);
     return m_holes.contains(key);

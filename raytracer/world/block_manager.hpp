@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -83,6 +84,10 @@ public:
     /// asked before and says later that it cannot give is asked once more: somebody who no longer needs it may have asked long ago.
     void forget_holes();
 
+    /// @throws voxel::ChangedError once a box could not be had for that. Such boxes are holes that are not told one by one: who makes
+    /// something of the world asks here before it takes what has holes.
+    void check_world() const;
+
     /// Nobody needs boxes any more: none is asked for, and requests under way end.
     void stop();
 
@@ -114,13 +119,14 @@ private:
     [[nodiscard]] std::size_t share_of(std::size_t queued) const noexcept;
     [[nodiscard]] std::size_t coming_bytes(std::size_t more) const noexcept;
     [[nodiscard]] std::vector<voxel::BoxKey> load(const std::vector<voxel::BoxKey>& keys);
-    [[nodiscard]] bool come_as_hole(const voxel::BoxKey& key, const std::string* reason, std::uint64_t forgotten);
+    /// @param failure none: it was a hole before, or nobody needs boxes any more
+    [[nodiscard]] bool come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure, std::uint64_t forgotten);
     void come(const voxel::BoxKey& key, Block made);
     void come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock);
     void keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted);
     void evict(std::vector<BlockPin>& evicted);
     void touch(Entry& entry);
-    void note_hole(const voxel::BoxKey& key, const std::string& reason);
+    void note_hole(const voxel::BoxKey& key, const std::exception_ptr& failure);
 
     voxel::World& m_world;
     const std::size_t m_limit_bytes;
@@ -145,6 +151,7 @@ private:
     std::set<voxel::BoxKey> m_holes;
     std::uint64_t m_forgotten = 0;  ///< how often forget_holes() was called
     std::set<std::string> m_hole_reasons;
+    std::exception_ptr m_changed;  ///< the first ChangedError
     std::vector<std::thread> m_loaders;
 };
 

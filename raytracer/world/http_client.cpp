@@ -40,7 +40,13 @@ void read_head(CURL* handle, HttpReply& reply) {
     if (curl_easy_header(handle, "Retry-After", 0, CURLH_HEADER, -1, &header) == CURLHE_OK &&
         curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &retry_after) == CURLE_OK)
         reply.retry_after = std::chrono::seconds(retry_after);
-    if (curl_easy_header(handle, "Content-Encoding", 0, CURLH_HEADER, -1, &header) == CURLHE_OK) reply.content_encoding = header->value;
+    const auto read = [&](const char* name, std::string& into) {
+        if (curl_easy_header(handle, name, 0, CURLH_HEADER, -1, &header) == CURLHE_OK) into = header->value;
+    };
+    read("Content-Encoding", reply.content_encoding);
+    read("ETag", reply.etag);
+    read("Last-Modified", reply.last_modified);
+    read("Content-Range", reply.content_range);
     const char* type = nullptr;
     if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr) reply.content_type = type;
 }
@@ -102,6 +108,24 @@ curl_slist* longer(curl_slist* list, const std::string& line) {
     return out;
 }
 
+/// One more line before those of a list, which stays its owner's.
+class OneMoreLine {
+public:
+    OneMoreLine(curl_slist* rest, const std::string& line) : m_line(longer(nullptr, line)) {
+        m_line->next = rest;
+    }
+    ~OneMoreLine() {
+        m_line->next = nullptr;
+        curl_slist_free_all(m_line);
+    }
+    OneMoreLine(const OneMoreLine&) = delete;
+    OneMoreLine& operator=(const OneMoreLine&) = delete;
+    [[nodiscard]] curl_slist* get() const noexcept { return m_line; }
+
+private:
+    curl_slist* m_line;
+};
+
 void prepare(const std::string& url, const HttpLimits& limits, curl_slist* headers, Transfer& transfer) {
     CURL* handle = transfer.handle;
     static const std::string kAgent = std::string("terravox/") + kVersion;
@@ -146,7 +170,7 @@ struct HttpClient::Question {
     const std::string* json = nullptr;  ///< nullptr: GET
     const std::string* type = nullptr;
     const TakePart* take = nullptr;
-    const std::string* range = nullptr;
+    const FilePart* part = nullptr;
 };
 
 /// A handle on loan.
@@ -178,9 +202,9 @@ HttpClient::~HttpClient() {
     for (CURL* handle : m_free) curl_easy_cleanup(handle);
 }
 
-HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const std::string& range) {
+HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const FilePart& part) {
     Question question{url};
-    if (!range.empty()) question.range = &range;
+    question.part = &part;
     return ask(question, limits);
 }
 
@@ -200,12 +224,17 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     const Handle handle(*this);
     transfer.handle = handle.get(), transfer.most_bytes = limits.bytes, transfer.stopped = &m_stopped;
     transfer.take = question.take, transfer.type = question.type;
-    prepare(url, limits, question.json != nullptr ? m_post_headers : m_headers, transfer);
+    curl_slist* headers = question.json != nullptr ? m_post_headers : m_headers;
+    const bool part_only = question.part != nullptr && !question.part->range.empty();
+    std::optional<OneMoreLine> condition;
+    if (question.part != nullptr && !question.part->condition.empty())
+        headers = condition.emplace(headers, question.part->condition).get();
+    prepare(url, limits, headers, transfer);
     if (question.json != nullptr) {
         curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(question.json->size()));
         curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDS, question.json->data());
     }
-    if (question.range != nullptr) curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.range->c_str());
+    if (part_only) curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.part->range.c_str());
     transfer.reply.showed_token = m_access.token && m_access.token->origin() == origin;
     if (transfer.reply.showed_token) {
         curl_easy_setopt(handle.get(), CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
@@ -214,9 +243,12 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     const CURLcode failed = curl_easy_perform(handle.get());
     if (m_stopped) throw stopped(url);
     if (transfer.failure) std::rethrow_exception(transfer.failure);
-    long status = 0;
-    if (transfer.too_long && question.range != nullptr && curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &status) == CURLE_OK && status == 200)
-        throw Error("fetch " + url + ": the server gives out whole files only; allowed: one that knows range requests, such as nginx");
+    if (transfer.too_long && part_only) {
+        read_head(handle.get(), transfer.reply);
+        transfer.reply.body.clear();
+        if (transfer.reply.status == 200)
+            throw WholeFileError("fetch " + url + ": the server gives out whole files only; allowed: one that knows range requests, such as nginx", std::move(transfer.reply));
+    }
     if (transfer.too_long) throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) + " bytes, or a head of more than 256 KiB");
     if (failed == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
         throw Error("fetch " + url + ": it leads to " +

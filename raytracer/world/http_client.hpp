@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/util/error.hpp"
@@ -24,6 +25,7 @@ struct HttpReply {
     long status = 0;
     std::optional<std::chrono::seconds> retry_after;  ///< as the server said it
     std::string content_type, content_encoding;
+    std::string etag, last_modified, content_range;  ///< as the server said them: any text
     std::vector<std::byte> body;
     bool showed_token = false;  ///< whether the request brought one
 };
@@ -32,6 +34,23 @@ struct HttpReply {
 class LostError : public Error {
 public:
     using Error::Error;
+};
+
+/// Instead of a part of a file all of it came, or more of it than one request may take.
+class WholeFileError : public Error {
+public:
+    WholeFileError(const std::string& message, HttpReply with)
+        : Error(message), m_head(std::move(with)) {}
+    [[nodiscard]] const HttpReply& head() const noexcept { return m_head; }  ///< without a body
+
+private:
+    HttpReply m_head;
+};
+
+/// What of a file is asked for.
+struct FilePart {
+    std::string range;      ///< bytes "FIRST-LAST"; empty: all
+    std::string condition;  ///< a line of the head, as of FileState::condition(); empty: none
 };
 
 /// What one request may take.
@@ -54,12 +73,11 @@ public:
     HttpClient(const HttpClient&) = delete;
     HttpClient& operator=(const HttpClient&) = delete;
 
-    /// @param range of bytes, "FIRST-LAST"; empty: all. A server that knows no ranges sends all,
-    /// with status 200
-    /// @throws LostError when no whole reply came within the limits; Error after stop(), and for
-    /// what no other try will mend: a certificate,
-    ///         an address that it may not ask; UsageError as HttpOrigin::of()
-    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits, const std::string& range = {});
+    /// @param part a server that knows no ranges sends all, with status 200
+    /// @throws LostError when no whole reply came within the limits; WholeFileError when that was
+    /// since all of a file came instead of a part; Error after stop(), and for what no other try
+    /// will mend: a certificate, an address that it may not ask; UsageError as HttpOrigin::of()
+    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits, const FilePart& part = {});
     /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part, and the reply comes back without it.
     /// @throws as get(), and what `take` throws
     [[nodiscard]] HttpReply post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take);

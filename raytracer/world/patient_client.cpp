@@ -26,8 +26,9 @@ HttpLimits PatientClient::limits(const Question& question, std::size_t most_byte
     return {question.retry.time_left(Retry::Clock::now()), question.stalled, most_bytes};
 }
 
-void PatientClient::check(const std::string& url, const HttpReply& reply) {
+void PatientClient::check(const std::string& url, const HttpReply& reply, bool on_condition) {
     if (reply.status == 200 || reply.status == 204 || reply.status == 206) return;
+    if (on_condition && (reply.status == 412 || reply.status == 416)) return;
     const std::string what = "fetch " + url + ": " + problem_of(reply);
     if (const auto trouble = trouble_of(reply.status)) throw FailedTry(*trouble, what, reply.retry_after);
     something_came();

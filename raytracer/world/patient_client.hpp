@@ -28,16 +28,17 @@ public:
 
     /// What Read makes of a reply.
     template <class Read> using Made = std::invoke_result_t<Read, const std::string&, const HttpReply&>;
-    /// GET. @param most_bytes of the reply @param range of bytes "FIRST-LAST", empty: all
+    /// GET. @param most_bytes of the reply
+    /// @param part where it has a condition, 412 and 416 are replies that go to read, too
     /// @param read makes something of a reply with status 200, 204 or 206; what it throws as Error is a damaged reply, which is asked for again
-    /// @throws Error when it is given up, for an answer that is a refusal, and after stop()
-    template <class Read> Made<Read> ask(const std::string& url, std::size_t most_bytes, const std::string& range, Milliseconds patience, const Read& read) {
+    /// @throws WholeFileError as HttpClient::get(), at once; Error when it is given up, for an answer that is a refusal, and after stop()
+    template <class Read> Made<Read> ask(const std::string& url, std::size_t most_bytes, const FilePart& part, Milliseconds patience, const Read& read) {
         Question question = begin(patience);
         for (;;) {
             std::optional<FailedTry> failed;
             try {
-                const HttpReply reply = m_client.get(url, limits(question, most_bytes), range);
-                check(url, reply);
+                const HttpReply reply = m_client.get(url, limits(question, most_bytes), part);
+                check(url, reply, !part.condition.empty());
                 Made<Read> out = [&] {
                     try {
                         return read(url, reply);
@@ -65,7 +66,7 @@ private:
     [[nodiscard]] Question begin(Milliseconds patience) const;
     [[nodiscard]] static HttpLimits limits(const Question& question, std::size_t most_bytes);
     /// @throws FailedTry for what another try may mend, Error for what is an answer
-    void check(const std::string& url, const HttpReply& reply);
+    void check(const std::string& url, const HttpReply& reply, bool on_condition);
     void wait_or_give_up(const std::string& url, Question& question, const FailedTry& failed);
     [[noreturn]] void give_up(const FailedTry& failed, const Question& question);
 

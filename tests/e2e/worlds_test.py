@@ -29,20 +29,27 @@ def info(*arguments, **options):
 
 
 class RangeServer:
-    """A static web server that gives out parts of one file, and counts what it sent."""
+    """A static web server that gives out parts of one file, and counts what it sent.
 
-    def __init__(self, data):
+    With `after` it gives out `other`, another file with another entity tag, once it was asked so often."""
+
+    def __init__(self, data, other=None, after=0):
         outer = self
-        self.sent = 0
+        self.sent = self.asked = 0
+        self.after = after
 
         class Handler(BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
 
             def do_GET(self):
                 first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
-                body = data[first:last + 1]
+                changed = other is not None and outer.asked >= outer.after
+                outer.asked += 1
+                body = (other if changed else data)[first:last + 1]
                 outer.sent += len(body)
                 self.send_response(206)
+                if other is not None:
+                    self.send_header("ETag", '"two"' if changed else '"one"')
                 self.send_header("Content-Length", str(len(body)))
                 self.end_headers()
                 self.wfile.write(body)
@@ -92,6 +99,43 @@ class Worlds(Case):
         flags = [*SMALL, "--detail", "8"]
         self.same(self.picture("here.png", self.out / "place.tvx", *flags), self.picture("there.png", server.url, *flags))
         self.assertLess(server.sent, 1.2 * len(data) + 20000)
+
+    def test_an_archive_that_changes_while_it_is_read_ends_what_is_made_of_it(self):
+        data = self.archive().read_bytes()
+        reading = RangeServer(data, data, after=1 << 30)
+        self.picture("whole.png", reading.url, *SMALL, "--detail", "8")
+        self.assertGreater(reading.asked, 10)
+        (self.out / "whole.png").unlink()
+        for after in (1, 5, reading.asked - 2):
+            for name in ("place.png", "copy.tvx", "copy.vox", "town"):
+                with self.subTest(f"{name} after {after}"):
+                    server = RangeServer(data, data, after)
+                    if name.endswith(".png"):
+                        run = render(server.url, *SMALL, "--detail", "8", "-o", self.out / name)
+                    else:
+                        run = convert(server.url, self.out / name)
+                    self.assertRefused(run, 1, f"{server.url} has changed while it was read; start again")
+                    self.assertEqual(run.err.count("changed"), 1, str(run))
+                    self.assertNotIn("hole", run.err)
+                    self.assertFalse((self.out / name).is_file())
+
+    def test_a_conversion_does_not_go_on_with_another_state_of_an_archive(self):
+        area = ["--area", "-1024,-1024,1024,1024"]
+        self.done(convert("generated:3", self.out / "noise.tvx", *area))
+        data = (self.out / "noise.tvx").read_bytes()
+        server, never = RangeServer(data, data, after=1 << 30), 1 << 30
+        self.done(convert(server.url, self.out / "whole.tvx", "--threads", "1"))
+        most = server.asked
+        for goes_on in (True, False):
+            with self.subTest(goes_on=goes_on):
+                copy = self.out / f"copy-{goes_on}.tvx"
+                server.asked, server.after = 0, most - 2
+                self.assertRefused(convert(server.url, copy, "--threads", "1"), 1, "has changed")
+                self.assertIn(";", (self.out / f"{copy.name}.journal").read_text())
+                server.asked, server.after = 0, never if goes_on else 0
+                run = self.done(Run([binary("RAYTRACER"), "convert", server.url, copy, "--threads", "1"]))
+                self.assertEqual("going on" in run.out + run.err, goes_on, str(run))
+                self.assertTrue(copy.read_bytes() == (self.out / "whole.tvx").read_bytes(), "not the same bytes")
 
     def test_a_minecraft_world_of_a_place_is_that_place(self):
         world = self.out / "my town"

@@ -65,6 +65,7 @@ public:
         if (m_damage == 0) return {};
         return {m_source->name() + ": the data that it was made from were damaged in " + std::to_string(m_damage) + (m_damage == 1 ? " place" : " places")};
     }
+    [[nodiscard]] std::string edition() const override { return m_source->edition(); }
     [[nodiscard]] int worth_asking(int threads) const noexcept override { return m_source->worth_asking(threads); }
     void stop() noexcept override { m_source->stop(); }
 

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "common/util/error.hpp"
+#include "common/voxel/changed_error.hpp"
 
 namespace terravox::voxel::archive {
 namespace {
@@ -50,17 +51,18 @@ public:
             const ssize_t n = ::pread(m_file, room.data() + done, bytes - done, static_cast<off_t>(offset + done));
             if (n < 0 && errno == EINTR) continue;
             if (n < 0) throw fail(std::strerror(errno));
-            if (n == 0) throw fail("it was cut short while it was open");
+            if (n == 0) throw changed("it was cut short while it was open");
             done += static_cast<std::size_t>(n);
         }
         // After the bytes: a write is dated before its bytes can be read. Index and boxes of two archives must not mix, for
         // each of them may be sound.
-        if (state_now() != m_state) throw fail("it was changed while it was open; replace an archive by renaming another one to its name");
+        if (state_now() != m_state) throw changed("it was changed while it was open; replace an archive by renaming another one to its name");
         return room;
     }
 
 private:
     [[nodiscard]] Error fail(const std::string& what) const { return Error("read the box archive " + m_name + ": " + what); }
+    [[nodiscard]] ChangedError changed(const std::string& what) const { return ChangedError(fail(what).what()); }
     /// @return nullopt for what is not a plain file
     [[nodiscard]] std::optional<FileState> state_now() const {
         struct stat facts {};

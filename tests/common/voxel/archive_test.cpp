@@ -213,6 +213,7 @@ TEST_CASE("bytes of an archive that were read stay what they were, whatever beco
         fs::last_write_time(file, before + std::chrono::seconds(1));  // clocks of file systems may be coarse
         CHECK(std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{'a'}; }));
         CHECK_THROWS_WITH(source->read(0, 100, other), contains("a.tvx") && contains(c.said));
+        CHECK_THROWS_AS(source->read(0, 100, other), ChangedError);
     }
     SECTION("replaced by another file of its name") {
         write_bytes(folder.path() / "b.tvx", std::string(good.size(), 'b'));

@@ -50,6 +50,21 @@ TEST_CASE("a box that cannot be had is a hole, counted once; the others are ther
     CHECK(boxes > 30);
 }
 
+TEST_CASE("a world that has changed is told to whoever asks whether it has", "[raytracer][world]") {
+    const auto world = landscape();
+    world->make_hole({0, 0, 0, -1});
+    world->make_hole({0, 0, 0, 0}, [] { throw voxel::ChangedError("another one"); });
+    BlockManager blocks(*world, kPlenty);
+    CHECK_FALSE(blocks.get({0, 1, 0, 0})->hole);
+    CHECK(blocks.get({0, 0, 0, -1})->hole);
+    CHECK_NOTHROW(blocks.check_world());
+    CHECK(blocks.get({0, 0, 0, 0})->hole);
+    CHECK(blocks.is_hole({0, 0, 0, 0}));
+    CHECK_THROWS_WITH(blocks.check_world(), "another one");
+    blocks.forget_holes();
+    CHECK_THROWS_AS(blocks.check_world(), voxel::ChangedError);
+}
+
 TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytracer][world]") {
     const std::size_t memory_bytes = GENERATE(kPlenty, std::size_t{1});
     const voxel::BoxKey broken{0, 0, 0, -1}, other{0, 0, 0, 0};

@@ -5,41 +5,21 @@
 #include "common/util/error.hpp"
 #include "common/voxel/archive/archive_world.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
-#include "common/voxel/box_codec.hpp"
-#include "common/voxel/pyramid_world.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "tests/raytracer/world/served_boxes.hpp"
+#include "tests/raytracer/world/served_archive.hpp"
 
 using namespace terravox;
+using terravox::test::archive_bytes;
 using terravox::test::BadServer;
 using terravox::test::box_of;
 using terravox::test::contains;
 using terravox::test::Deed;
+using terravox::test::part_of_archive;
 
 namespace {
 
-constexpr int kBoxes = 300;
-
-const std::string& archive_bytes() {
-    static const std::string bytes = [] {
-        const test::TemporaryFolder folder;
-        voxel::WorldInfo info;
-        info.title = "far", info.bounds = {{0, 0, 0}, {64 * kBoxes, 512, 64}}, info.levels = voxel::levels_for(info.bounds);
-        voxel::ArchiveWriter writer(folder.path() / "a.tvx", info, 0);
-        for (int i = 0; i < kBoxes; ++i) writer.add({0, i, 0, 0}, voxel::archive::Kind::kBox, voxel::compress(*box_of({0, i, 0, 0})));
-        writer.finish();
-        std::ifstream in(folder.path() / "a.tvx", std::ios::binary);
-        return std::string(std::istreambuf_iterator<char>(in), {});
-    }();
-    return bytes;
-}
-
-Deed part_of_archive(const std::string& range) {
-    const auto dash = range.find('-');
-    const std::size_t first = std::stoull(range.substr(0, dash)), last = std::min<std::size_t>(std::stoull(range.substr(dash + 1)), archive_bytes().size() - 1);
-    return {.status = 206, .type = "application/octet-stream", .body = archive_bytes().substr(first, last - first + 1)};
-}
+constexpr int kBoxes = test::kArchiveBoxes;
 
 std::unique_ptr<voxel::World> open(const BadServer& server, int patience_s = 20) {
     return voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(patience_s)));
