@@ -18,7 +18,7 @@ int levels_for(const VoxelBounds& bounds) noexcept {
 std::shared_ptr<const Box> PyramidWorld::box(const BoxKey& key) {
     if (key.level < 0 || key.level >= info().levels)
         throw UsageError("make a box: level " + std::to_string(key.level) + "; allowed: 0 to " + std::to_string(info().levels - 1));
-    if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) || !may_hold(key.level, key.bx, key.bz)) return nullptr;
+    if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) || !may_hold_column(key.level, key.bx, key.bz)) return nullptr;
     return key.level == 0 ? fine_box(key) : coarse_box(key);
 }
 
@@ -49,8 +49,29 @@ std::shared_ptr<const Box> PyramidWorld::coarse_box(const BoxKey& key) {
 ColumnExtent PyramidWorld::column(int level, std::int32_t bx, std::int32_t bz) {
     if (info().bounds.empty()) return {};
     const BoxRange range = boxes_over(info().bounds, level);
-    if (!range.contains({level, bx, range.min.by, bz}) || !may_hold(level, bx, bz)) return {};
+    if (!range.contains({level, bx, range.min.by, bz}) || !may_hold_column(level, bx, bz)) return {};
     return {range.min.by, range.max.by};
+}
+
+bool PyramidWorld::may_hold(const BoxRange& boxes) {
+    if (info().bounds.empty()) return false;
+    // Of the level of which few columns cover them.
+    constexpr std::int32_t kMostAcross = 4;
+    BoxRange at = boxes;
+    const auto few = [&] { return at.max.bx - at.min.bx <= kMostAcross && at.max.bz - at.min.bz <= kMostAcross; };
+    while (!few() && at.min.level + 1 < info().levels) {
+        ++at.min.level;
+        for (const auto axis : {&BoxKey::bx, &BoxKey::bz}) {
+            at.min.*axis = floor_div(at.min.*axis, 2);
+            at.max.*axis = floor_div(at.max.*axis - 1, 2) + 1;
+        }
+    }
+    if (!few()) return true;
+    const BoxRange all = boxes_over(info().bounds, at.min.level);
+    for (std::int32_t bx = std::max(at.min.bx, all.min.bx); bx < std::min(at.max.bx, all.max.bx); ++bx)
+        for (std::int32_t bz = std::max(at.min.bz, all.min.bz); bz < std::min(at.max.bz, all.max.bz); ++bz)
+            if (may_hold_column(at.min.level, bx, bz)) return true;
+    return false;
 }
 
 }  // namespace terravox::voxel

@@ -25,6 +25,7 @@ public:
     /// @throws UsageError for a level that the world does not have; Error as make_column
     [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) final;
     [[nodiscard]] ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override;
+    [[nodiscard]] bool may_hold(const BoxRange& boxes) override;
 
 protected:
     /// @param limit_bytes of the boxes that are kept
@@ -33,7 +34,7 @@ protected:
     /// Makes the boxes of level 0 of a column. Called by several threads at once, for a column by one. @throws Error when they cannot be made
     [[nodiscard]] virtual FineColumn make_column(std::int32_t bx, std::int32_t bz) = 0;
     /// Whether anything may lie in a column of boxes of a level: a cheap answer that may say yes too often. Within the world's bounds only.
-    [[nodiscard]] virtual bool may_hold(int /*level*/, std::int32_t /*bx*/, std::int32_t /*bz*/) const { return true; }
+    [[nodiscard]] virtual bool may_hold_column(int /*level*/, std::int32_t /*bx*/, std::int32_t /*bz*/) const { return true; }
 
 private:
     [[nodiscard]] std::shared_ptr<const Box> fine_box(const BoxKey& key);

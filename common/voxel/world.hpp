@@ -49,6 +49,30 @@ struct ColumnExtent {
     friend bool operator==(const ColumnExtent&, const ColumnExtent&) = default;
 };
 
+[[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
+
+/// The boxes of a level that cover bounds: keys with min <= coordinate < max (level is set in both).
+struct BoxRange {
+    BoxKey min, max;
+    /// @param key of the same level
+    [[nodiscard]] bool contains(const BoxKey& key) const noexcept {
+        return key.bx >= min.bx && key.bx < max.bx && key.by >= min.by && key.by < max.by && key.bz >= min.bz && key.bz < max.bz;
+    }
+};
+[[nodiscard]] inline BoxRange boxes_over(const VoxelBounds& b, int level) noexcept {
+    const auto range = [&](std::size_t axis, std::int32_t size, std::int32_t& lo, std::int32_t& hi) {
+        const std::int32_t scaled = size << level;
+        lo = floor_div(b.min[axis], scaled);
+        hi = floor_div(b.max[axis] - 1, scaled) + 1;
+    };
+    BoxRange out;
+    out.min.level = out.max.level = level;
+    range(0, kBoxSizeX, out.min.bx, out.max.bx);
+    range(1, kBoxSizeY, out.min.by, out.max.by);
+    range(2, kBoxSizeZ, out.min.bz, out.max.bz);
+    return out;
+}
+
 /// What came of asking for a box.
 struct BoxOutcome {
     std::shared_ptr<const Box> box;  ///< nullptr: air throughout, or not to be had
@@ -93,6 +117,10 @@ public:
 
     /// A cheap upper bound of where box() is not nullptr; boxes inside may still be air. @throws Error as box()
     [[nodiscard]] virtual ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) = 0;
+
+    /// Whether any of these boxes may be other than air: cheap, and wrong only by yes. To find what stands in a world that is wide and
+    /// mostly air. @throws Error as box()
+    [[nodiscard]] virtual bool may_hold(const BoxRange& /*boxes*/) { return true; }
 
     /// What of the world's data was found damaged so far, one line each; boxes are made without it. To be told, and counted like a hole.
     [[nodiscard]] virtual std::vector<std::string> damage() const { return {}; }
@@ -140,29 +168,5 @@ public:
     /// Names all inputs that lie in or reach into `reach`, and all that every box depends on (settings, frame, ways of making).
     [[nodiscard]] virtual Fingerprint fingerprint(const Reach& reach) const = 0;
 };
-
-[[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
-
-/// The boxes of a level that cover bounds: keys with min <= coordinate < max (level is set in both).
-struct BoxRange {
-    BoxKey min, max;
-    /// @param key of the same level
-    [[nodiscard]] bool contains(const BoxKey& key) const noexcept {
-        return key.bx >= min.bx && key.bx < max.bx && key.by >= min.by && key.by < max.by && key.bz >= min.bz && key.bz < max.bz;
-    }
-};
-[[nodiscard]] inline BoxRange boxes_over(const VoxelBounds& b, int level) noexcept {
-    const auto range = [&](std::size_t axis, std::int32_t size, std::int32_t& lo, std::int32_t& hi) {
-        const std::int32_t scaled = size << level;
-        lo = floor_div(b.min[axis], scaled);
-        hi = floor_div(b.max[axis] - 1, scaled) + 1;
-    };
-    BoxRange out;
-    out.min.level = out.max.level = level;
-    range(0, kBoxSizeX, out.min.bx, out.max.bx);
-    range(1, kBoxSizeY, out.min.by, out.max.by);
-    range(2, kBoxSizeZ, out.min.bz, out.max.bz);
-    return out;
-}
 
 }  // namespace terravox::voxel

@@ -159,7 +159,9 @@ private:
 
 class Exporter {
 public:
-    explicit Exporter(Job& job) : m_job(job), m_info(info_of(job.part, job.world())), m_journal(journal_of(job.out), job.name) {}
+    explicit Exporter(Job& job)
+        : m_job(job), m_info(info_of(job.part, job.world())), m_tops(voxel::boxes_over(m_info.bounds, std::min(kSubtreeLevel, m_info.levels - 1))),
+          m_columns(columns_of(job, m_tops)), m_journal(journal_of(job.out), job.name) {}
 
     void run() {
         open();
@@ -192,16 +194,23 @@ private:
         m_writer = std::make_unique<voxel::ArchiveWriter>(m_job.out, m_info, 0);
     }
 
+    /// Of the tops of subtrees.
+    static Columns columns_of(Job& job, const BoxRange& tops) {
+        return {block_of(tops), 1, [&](const ColumnBlock& some) {
+                    const auto finest = [&](std::int32_t b) { return b << tops.min.level; };
+                    return job.may_hold({finest(some.min_bx), finest(some.min_bz), finest(some.max_bx), finest(some.max_bz)});
+                }};
+    }
+
     void subtrees() {
-        const BoxRange range = voxel::boxes_over(m_info.bounds, std::min(kSubtreeLevel, m_info.levels - 1));
-        const auto nx = static_cast<std::size_t>(range.max.bx - range.min.bx), ny = static_cast<std::size_t>(range.max.by - range.min.by);
-        const auto nz = static_cast<std::size_t>(range.max.bz - range.min.bz);
+        const auto ny = static_cast<std::size_t>(m_tops.max.by - m_tops.min.by);
+        m_job.meter.add(m_columns.left_out() * ny);
         const auto key_at = [&](std::size_t i) {
-            return BoxKey{range.min.level, range.min.bx + static_cast<std::int32_t>(i / ny % nx), range.min.by + static_cast<std::int32_t>(i % ny),
-                          range.min.bz + static_cast<std::int32_t>(i / ny / nx)};
+            const Columns::At at = m_columns.at(i / ny);
+            return BoxKey{m_tops.min.level, at.bx, m_tops.min.by + static_cast<std::int32_t>(i % ny), at.bz};
         };
         thread::in_order(
-            nx * ny * nz, m_job.threads,
+            m_columns.count() * ny, m_job.threads,
             [&](std::size_t i) {
                 Subtree made(m_job, m_info);
                 if (!m_journal.has(voxel::to_string(key_at(i)))) made.make(key_at(i));
@@ -257,6 +266,8 @@ private:
 
     Job& m_job;
     const voxel::WorldInfo m_info;
+    const BoxRange m_tops;  ///< of subtrees
+    const Columns m_columns;  ///< before the journal: what is refused leaves nothing
     Journal m_journal;
     std::unique_ptr<voxel::ArchiveWriter> m_writer;
     bool m_whole = true;

@@ -13,6 +13,7 @@
 #include "common/voxel/material.hpp"
 #include "common/voxel/world.hpp"
 #include "raytracer/convert/meter.hpp"
+#include "raytracer/convert/shape/columns.hpp"
 
 namespace terravox::convert {
 
@@ -64,6 +65,11 @@ public:
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(std::int32_t bx, std::int32_t by, std::int32_t bz) { return outcome(bx, by, bz).box; }
     /// As World::column, of the part's level, cut to the part; a hole is taken to reach through the whole part.
     [[nodiscard]] voxel::ColumnExtent column(std::int32_t bx, std::int32_t bz);
+
+    /// As World::may_hold, of columns of boxes of the part (half-open), over its whole height; a hole may be something.
+    [[nodiscard]] bool may_hold(const ColumnBlock& columns);
+    /// The columns of boxes of the part in which something may stand; those that are left out are done, as the meter counts.
+    [[nodiscard]] Columns columns(std::size_t edge);
 
     /// The colour that a voxel is to have.
     [[nodiscard]] voxel::Rgb8 colour_of(const voxel::VoxelAttr& attr) const noexcept {

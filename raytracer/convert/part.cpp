@@ -46,6 +46,11 @@ Part part_of(const voxel::WorldInfo& world, const Selection& s) {
     }
     Part part{s.level, b};
     for (std::size_t a = 0; a < 3; ++a) part.bounds.min[a] = b.min[a] >> s.level, part.bounds.max[a] = (b.max[a] - 1) >> s.level, ++part.bounds.max[a];
+    // In each column of boxes all of them are asked for.
+    constexpr std::int32_t kMostHigh = 4096;
+    const voxel::BoxRange boxes = part.boxes();
+    if (const std::int32_t high = boxes.max.by - boxes.min.by; high > kMostHigh)
+        refuse(std::to_string(high) + " boxes of " + std::to_string(voxel::kBoxSizeY) + " voxels high; allowed: up to " + std::to_string(kMostHigh) + ", by --heights or a coarser --level");
     return part;
 }
 

@@ -16,7 +16,7 @@ struct Selection {
 };
 
 /// The part of a world that lies in a selection; of a world without end what a camera frames, where no area is given.
-/// @throws UsageError for a level that the world does not have, numbers upside down, and where nothing is left
+/// @throws UsageError for a level that the world does not have, numbers upside down, where nothing is left, and for more than 4096 boxes above each other
 [[nodiscard]] Part part_of(const voxel::WorldInfo& world, const Selection& selection);
 
 }  // namespace terravox::convert

@@ -61,6 +61,16 @@ public:
         return {range.min.by, range.max.by};
     }
 
+    [[nodiscard]] bool may_hold(const BoxRange& boxes) override {
+        if (boxes.min.level < 0 || boxes.min.level >= m_info.levels) return false;
+        constexpr std::int32_t kHalf = 1 << (kMostUp - 1);
+        for (const std::int32_t bx : {-kHalf, 0})
+            for (const std::int32_t by : {-kHalf, 0})
+                for (const std::int32_t bz : {-kHalf, 0})
+                    if (names_any({{boxes.min.level, bx, by, bz}, kMostUp - 1}, boxes)) return true;
+        return false;
+    }
+
     [[nodiscard]] std::vector<std::string> damage() const override {
         if (m_damage == 0) return {};
         return {m_source->name() + ": the data that it was made from were damaged in " + std::to_string(m_damage) + (m_damage == 1 ? " place" : " places")};
@@ -140,6 +150,7 @@ private:
                 auto entries = std::make_shared<Entries>(leaf.entries);
                 const std::size_t size = ZSTD_decompress(entries->data(), entries->size() * sizeof(Entry), frame.data(), frame.size());
                 if (size != entries->size() * sizeof(Entry)) throw damaged();
+                if (!std::is_sorted(entries->begin(), entries->end(), [](const Entry& a, const Entry& b) { return before(a.key, b.key); })) throw damaged();
                 for (const Entry& e : *entries) {
                     if (e.offset > m_file_bytes || e.bytes > std::min<std::uint64_t>(kMostFrame_bytes, m_file_bytes - e.offset)) throw damaged();
                     if (!has_room_for(e.key)) throw wrong(" names box " + to_string(key_of(e.key)) + ", which lies outside of its bounds");
@@ -158,6 +169,45 @@ private:
         const auto found = std::lower_bound(entries->begin(), entries->end(), key, [](const Entry& e, const Key& k) { return before(e.key, k); });
         if (found == entries->end() || key_of(found->key) != box) return std::nullopt;
         return *found;
+    }
+
+    static constexpr int kMostUp = 21;  ///< 2^21 boxes: what the index can say
+
+    /// 2^up boxes along each axis, from one whose place is a multiple of that: one stretch of the Morton curve.
+    struct Cube {
+        Key low;
+        int up;
+    };
+
+    /// Whether the index names a box of the cube.
+    [[nodiscard]] bool names_any(const Cube& cube) {
+        const std::uint64_t first = morton_encode(cube.low.bx, cube.low.by, cube.low.bz), count = std::uint64_t{1} << 3 * cube.up;
+        const auto within = [&](const Key& k) { return k.level == cube.low.level && morton_encode(k.bx, k.by, k.bz) - first < count; };
+        const auto after = std::upper_bound(m_root.begin(), m_root.end(), cube.low, [](const Key& k, const Leaf& leaf) { return before(k, leaf.first); });
+        if (after != m_root.end() && within(after->first)) return true;
+        if (after == m_root.begin()) return false;
+        const auto entries = entries_of(static_cast<std::size_t>(after - m_root.begin()) - 1);
+        const auto found = std::lower_bound(entries->begin(), entries->end(), cube.low, [](const Entry& e, const Key& k) { return before(e.key, k); });
+        return found != entries->end() && within(found->key);
+    }
+
+    /// Whether the index names a box that lies both in the cube and in the range. Goes only into cubes of which it names some.
+    [[nodiscard]] bool names_any(const Cube& cube, const BoxRange& range) {
+        const std::int32_t size = std::int32_t{1} << cube.up;
+        bool inside = true;
+        for (const auto [low, min, max] : {std::array{cube.low.bx, range.min.bx, range.max.bx}, std::array{cube.low.by, range.min.by, range.max.by},
+                                           std::array{cube.low.bz, range.min.bz, range.max.bz}}) {
+            if (low >= max || low + size <= min) return false;
+            inside = inside && low >= min && low + size <= max;
+        }
+        if (!names_any(cube)) return false;
+        if (inside) return true;
+        for (int i = 0; i < 8; ++i) {
+            const Key& low = cube.low;
+            const Cube child{{low.level, low.bx + (i & 1) * size / 2, low.by + (i >> 1 & 1) * size / 2, low.bz + (i >> 2) * size / 2}, cube.up - 1};
+            if (names_any(child, range)) return true;
+        }
+        return false;
     }
 
     const std::unique_ptr<ByteSource> m_source;

@@ -33,15 +33,19 @@ public:
 
     void write() {
         const std::string what = name_of_this();
+        // Before anything is written: what is refused leaves nothing.
+        const voxel::BoxRange range = m_job.part.boxes();
+        const ColumnBlock all{region_of(range.min.bx, 0), region_of(range.min.bz, 2), region_of(range.max.bx - 1, 0) + 1, region_of(range.max.bz - 1, 2) + 1};
+        const Columns regions(all, 1, [this](const ColumnBlock& some) { return m_job.may_hold(boxes_of(some)); });
         const fs::path journal_file = m_job.out / "conversion.journal";
         refuse_other_worlds(journal_file, what);
         util::check_writable(m_job.out / "region" / "r.0.0.mca");
         fs::create_directories(m_job.out / "region");
         Journal journal(journal_file, what);
         m_job.count_voxels(journal.voxels_before());
-        const voxel::BoxRange range = m_job.part.boxes();
-        for (std::int32_t rx = region_of(range.min.bx, 0); rx <= region_of(range.max.bx - 1, 0); ++rx)
-            for (std::int32_t rz = region_of(range.min.bz, 2); rz <= region_of(range.max.bz - 1, 2); ++rz) write_region_at(rx, rz, journal);
+        std::uint64_t columns = 0;
+        for (std::size_t i = 0; i < regions.count(); ++i) columns += write_region_at(regions.at(i).bx, regions.at(i).bz, journal);
+        m_job.meter.add(static_cast<std::uint64_t>(range.max.bx - range.min.bx) * static_cast<std::uint64_t>(range.max.bz - range.min.bz) - columns);
         if (m_job.voxels() == 0) refuse_nothing(journal);
         write_rest();
         journal.remove();
@@ -106,14 +110,14 @@ private:
         constexpr std::int32_t kUsualHeight = 384;
         if (part.bounds.max[1] - part.bounds.min[1] <= kUsualHeight - 2 * kSectionSize) return part;
         const voxel::BoxRange range = part.boxes();
-        const auto nx = static_cast<std::size_t>(range.max.bx - range.min.bx), nz = static_cast<std::size_t>(range.max.bz - range.min.bz);
+        const Columns columns(block_of(range), kColumnsAlong, [&](const ColumnBlock& block) { return job.may_hold(block); });
         std::int32_t top = part.bounds.min[1] + 1;
-        thread::in_order(nx * nz, job.threads,
+        thread::in_order(columns.count(), job.threads,
                          [&](std::size_t i) {
-                             const auto bx = range.min.bx + static_cast<std::int32_t>(i % nx), bz = range.min.bz + static_cast<std::int32_t>(i / nx);
-                             const voxel::ColumnExtent extent = job.column(bx, bz);
+                             const Columns::At at = columns.at(i);
+                             const voxel::ColumnExtent extent = job.column(at.bx, at.bz);
                              for (std::int32_t by = extent.by_end - 1; by >= extent.by_begin; --by)
-                                 if (const auto box = job.box(bx, by, bz); box && box->top() > 0) return by * voxel::kBoxSizeY + box->top();
+                                 if (const auto box = job.box(at.bx, by, at.bz); box && box->top() > 0) return by * voxel::kBoxSizeY + box->top();
                              return part.bounds.min[1];
                          },
                          [&](std::size_t, std::int32_t of_column) { top = std::max(top, of_column); });
@@ -124,6 +128,12 @@ private:
     /// Offsets are multiples of a region's size, so that box columns never lie in two.
     [[nodiscard]] std::int32_t region_of(std::int32_t box, std::size_t axis) const {
         return voxel::floor_div(box - m_place.offset[axis] / voxel::kBoxSizeX, kColumnsAlong);
+    }
+
+    /// Of columns of regions.
+    [[nodiscard]] ColumnBlock boxes_of(const ColumnBlock& regions) const {
+        const std::int32_t x = m_place.offset[0] / voxel::kBoxSizeX, z = m_place.offset[2] / voxel::kBoxSizeZ;
+        return {regions.min_bx * kColumnsAlong + x, regions.min_bz * kColumnsAlong + z, regions.max_bx * kColumnsAlong + x, regions.max_bz * kColumnsAlong + z};
     }
 
     /// @return (bx, bz) of the part's box columns in the region
@@ -138,7 +148,8 @@ private:
         return out;
     }
 
-    void write_region_at(std::int32_t rx, std::int32_t rz, Journal& journal) {
+    /// @return columns of boxes in it
+    std::size_t write_region_at(std::int32_t rx, std::int32_t rz, Journal& journal) {
         const std::string name = "r." + std::to_string(rx) + "." + std::to_string(rz) + ".mca";
         const fs::path folder = m_job.out / "region";
         const auto columns = columns_in({rx, rz});
@@ -146,7 +157,7 @@ private:
         if (journal.has(name)) {
             m_job.meter.add(columns.size());
             if (fs::exists(folder / name, ignored)) m_job.wrote(folder / name);
-            return;
+            return columns.size();
         }
         std::vector<PackedChunk> chunks;
         std::uint64_t voxels = 0;
@@ -162,6 +173,7 @@ private:
         }
         m_job.count_voxels(voxels);
         journal.add(name, voxels);
+        return columns.size();
     }
 
     [[nodiscard]] PackedColumn pack(std::int32_t bx, std::int32_t bz) {

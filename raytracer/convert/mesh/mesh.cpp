@@ -25,7 +25,7 @@ void write_mesh(Job& job, MeshFormat format, const MeshOptions& options) {
     util::AtomicFile file(job.out);
     const auto writer = format == MeshFormat::kGlb ? make_glb_writer(job, options) : make_ply_writer(job);
     ColumnMesher mesher(job, options);
-    const Columns columns(job.part.boxes(), kSquareEdge);
+    const Columns columns = job.columns(kSquareEdge);
     const auto most_threads = static_cast<int>(std::max<std::size_t>(1, std::min<std::size_t>(1024, job.memory_bytes / 2 / kBytesOfThread)));
     thread::in_order(
         columns.count(), std::min(thread::thread_count(job.threads), most_threads),

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <vector>
 
 #include "common/voxel/world.hpp"
 
@@ -13,35 +15,49 @@ struct ColumnBlock {
     std::int32_t min_bx = 0, min_bz = 0, max_bx = 0, max_bz = 0;
     friend bool operator==(const ColumnBlock&, const ColumnBlock&) = default;
 };
+[[nodiscard]] inline ColumnBlock block_of(const voxel::BoxRange& range) noexcept {
+    return {range.min.bx, range.min.bz, range.max.bx, range.max.bz};
+}
 
-/// The columns of boxes of a part one after the other: squares of `edge` x `edge` columns row by row from the north-west, and within a square
-/// row by row, so that neighbours come soon after each other.
+/// The columns of boxes of a part in which something may stand, one after the other: squares of `edge` x `edge` columns row by row from the
+/// north-west, and within a square row by row, so that neighbours come soon after each other. Squares in which nothing can stand are left
+/// out without a look at each of them: a world may be as wide as the Earth, and hold a village.
 class Columns {
 public:
     struct At {
         std::int32_t bx = 0, bz = 0;
         std::size_t square = 0;  ///< number of its square, rising
     };
+    /// Whether anything may stand in a rectangle of columns: cheap, and wrong only by yes.
+    using MayHold = std::function<bool(const ColumnBlock&)>;
 
-    Columns(const ColumnBlock& of, std::size_t edge)
-        : m_of(of), m_edge(edge), m_width(static_cast<std::size_t>(std::int64_t{of.max_bx} - of.min_bx)),
-          m_depth(static_cast<std::size_t>(std::int64_t{of.max_bz} - of.min_bz)) {}
-    Columns(const voxel::BoxRange& of, std::size_t edge) : Columns(ColumnBlock{of.min.bx, of.min.bz, of.max.bx, of.max.bz}, edge) {}
+    static constexpr std::size_t kMostSquares = std::size_t{1} << 24;
 
-    [[nodiscard]] std::size_t count() const noexcept { return m_width * m_depth; }
-    [[nodiscard]] std::size_t squares() const noexcept { return squares_across() * ((m_depth + m_edge - 1) / m_edge); }
-    [[nodiscard]] At at(std::size_t i) const noexcept {
-        const std::size_t strip = i / (m_width * m_edge), rows = std::min(m_edge, m_depth - strip * m_edge);
-        const std::size_t in_strip = i - strip * m_width * m_edge, square = in_strip / (m_edge * rows);
-        const std::size_t in_square = in_strip - square * m_edge * rows, across = std::min(m_edge, m_width - square * m_edge);
-        return {m_of.min_bx + static_cast<std::int32_t>(square * m_edge + in_square % across),
-                m_of.min_bz + static_cast<std::int32_t>(strip * m_edge + in_square / across), strip * squares_across() + square};
-    }
+    /// @throws UsageError for more than kMostSquares squares in which something may stand
+    Columns(const ColumnBlock& of, std::size_t edge, const MayHold& may_hold);
+
+    [[nodiscard]] std::size_t count() const noexcept { return m_count; }
+    [[nodiscard]] At at(std::size_t i) const noexcept;
+    /// Columns that are left out.
+    [[nodiscard]] std::uint64_t left_out() const noexcept { return static_cast<std::uint64_t>(m_width) * m_depth - m_count; }
+    /// The squares, in their order; those at the edges of the part are cut off there.
+    [[nodiscard]] std::vector<ColumnBlock> squares() const;
 
 private:
+    struct Square {
+        std::uint32_t row = 0, column = 0;
+        std::uint64_t first = 0;  ///< number of its first column
+    };
+    struct Squares;  ///< a rectangle of squares
     [[nodiscard]] std::size_t squares_across() const noexcept { return (m_width + m_edge - 1) / m_edge; }
+    [[nodiscard]] std::size_t squares_down() const noexcept { return (m_depth + m_edge - 1) / m_edge; }
+    [[nodiscard]] ColumnBlock block_of(const Squares& squares) const noexcept;
+    void find(const Squares& squares, const MayHold& may_hold);
+
     ColumnBlock m_of;
     std::size_t m_edge, m_width, m_depth;
+    std::size_t m_count = 0;
+    std::vector<Square> m_squares;
 };
 
 }  // namespace terravox::convert

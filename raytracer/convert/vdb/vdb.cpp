@@ -29,7 +29,7 @@ template <class Tree> std::uint64_t leaf_bytes(const Tree& tree) {
 class Blocks {
 public:
     Blocks(Job& job, const VdbOptions& options) : m_job(job), m_frame(job, options.up), m_range(job.part.boxes()) {
-        m_whole = {m_range.min.bx, m_range.min.bz, m_range.max.bx, m_range.max.bz};
+        m_whole = block_of(m_range);
         const auto most = static_cast<int>(std::clamp<std::uint64_t>(job.memory_bytes / 4 / kBytesOfThread, 1, 1024));
         m_threads = std::min(thread::thread_count(job.threads), most);
     }
@@ -37,12 +37,11 @@ public:
     void write_all() {
         // All of them, or squares as large as the memory suffices for.
         const std::uint64_t fit = m_job.memory_bytes / kColumnBytes;
-        const bool all_fit = Columns(m_whole, 1).count() <= fit;
-        std::int32_t edge = all_fit ? std::numeric_limits<std::int32_t>::max() / 4 : 1;
-        while (!all_fit && static_cast<std::uint64_t>(edge + 1) * static_cast<std::uint64_t>(edge + 1) <= fit) ++edge;
-        for (std::int32_t bz = m_whole.min_bz; bz < m_whole.max_bz; bz += edge)
-            for (std::int32_t bx = m_whole.min_bx; bx < m_whole.max_bx; bx += edge)
-                write({bx, bz, std::min(bx + edge, m_whole.max_bx), std::min(bz + edge, m_whole.max_bz)});
+        const auto width = static_cast<std::uint64_t>(m_whole.max_bx - m_whole.min_bx), depth = static_cast<std::uint64_t>(m_whole.max_bz - m_whole.min_bz);
+        const bool all_fit = width * depth <= fit;
+        std::uint64_t edge = all_fit ? std::max(width, depth) : 1;
+        while (!all_fit && (edge + 1) * (edge + 1) <= fit) ++edge;
+        for (const ColumnBlock& block : m_job.columns(edge).squares()) write(block);
         if (m_files == 0) fail_for_nothing(m_job);
     }
 
@@ -64,7 +63,7 @@ private:
 
     /// @return nullopt when the memory does not suffice, and the block may be divided
     [[nodiscard]] std::optional<VdbTrees> make(const ColumnBlock& block, bool may_fail) {
-        const Columns columns(block, 8);
+        const Columns columns(block, 8, [this](const ColumnBlock& part) { return m_job.may_hold(part); });
         VdbTrees all;
         std::uint64_t bytes = 0;
         std::atomic<bool> too_much{false};

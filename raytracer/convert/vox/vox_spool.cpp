@@ -15,7 +15,7 @@ constexpr std::size_t kModelEdge = 256 / voxel::kBoxSizeX;  // a model is 256 wi
 
 VoxSpool::VoxSpool(Job& job, VoxPalette& palette, std::uint64_t most_voxels, const std::function<void()>& fail_too_many)
     : m_file(ByteFile::spool_for(job.out)) {
-    const Columns columns(job.part.boxes(), kModelEdge);
+    const Columns columns = job.columns(kModelEdge);
     std::size_t square = 0;
     thread::in_order(
         columns.count(), job.threads, [&](std::size_t i) { return make_column(job, columns.at(i)); },

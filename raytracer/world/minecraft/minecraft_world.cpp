@@ -78,7 +78,7 @@ protected:
         return out;
     }
 
-    [[nodiscard]] bool may_hold(int level, std::int32_t bx, std::int32_t bz) const override {
+    [[nodiscard]] bool may_hold_column(int level, std::int32_t bx, std::int32_t bz) const override {
         return m_columns[static_cast<std::size_t>(level)].contains({bx, bz});
     }
 

@@ -52,6 +52,34 @@ TEST_CASE("a column is made once for all its boxes, and whatever the limit the b
     CHECK(narrow.made == static_cast<int>(keys.size()));
 }
 
+TEST_CASE("a pyramid tells where nothing stands, however wide it is", "[common][voxel][pyramid]") {
+    class Lone final : public PyramidWorld {
+    public:
+        Lone() : PyramidWorld(1 << 20) {
+            constexpr std::int32_t kWide = 1 << 29;
+            m_info.bounds = {{-kWide, 0, -kWide}, {kWide, 256, kWide}};
+            m_info.levels = levels_for(m_info.bounds);
+        }
+        [[nodiscard]] const WorldInfo& info() const noexcept override { return m_info; }
+
+    protected:
+        [[nodiscard]] FineColumn make_column(std::int32_t, std::int32_t) override { return {}; }
+        [[nodiscard]] bool may_hold_column(int level, std::int32_t bx, std::int32_t bz) const override { return bx == 1000 >> level && bz == -1000 >> level; }
+
+    private:
+        WorldInfo m_info;
+    } world;
+    const auto may_hold = [&](std::int32_t x0, std::int32_t z0, std::int32_t x1, std::int32_t z1) { return world.may_hold({{0, x0, 0, z0}, {0, x1, 1, z1}}); };
+    CHECK(may_hold(1000, -1000, 1001, -999));
+    CHECK_FALSE(may_hold(1001, -1000, 1002, -999));
+    CHECK_FALSE(may_hold(1000, -999, 1001, -998));
+    CHECK(may_hold(900, -1100, 1100, -900));
+    CHECK_FALSE(may_hold(5000, 5000, 5100, 5100));
+    CHECK(may_hold(-(1 << 23), -(1 << 23), 1 << 23, 1 << 23));
+    CHECK(InventedWorld(kBounds).may_hold({{0, -4, -1, 1}, {0, 5, 2, 6}}));
+    CHECK_FALSE(InventedWorld(kBounds).may_hold({{0, 100, -1, 1}, {0, 105, 2, 6}}));
+}
+
 TEST_CASE("outside its bounds a pyramid is air, and other levels are refused", "[common][voxel][pyramid]") {
     InventedWorld world(kBounds);
     CHECK(world.box({0, 100, 0, 3}) == nullptr);

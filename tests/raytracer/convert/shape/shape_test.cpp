@@ -1,3 +1,9 @@
+#include <algorithm>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
 #include "common/util/error.hpp"
 #include "common/voxel/side_car.hpp"
 #include "raytracer/convert/shape/byte_file.hpp"
@@ -19,7 +25,7 @@ TEST_CASE("columns come each once, square after square", "[convert][shape]") {
         {"a strip", {0, 0, 17, 1}, 4},
     }));
     DYNAMIC_SECTION(c.name) {
-        const Columns columns(c.of, c.edge);
+        const Columns columns(c.of, c.edge, [](const ColumnBlock&) { return true; });
         REQUIRE(columns.count() == static_cast<std::size_t>((c.of.max_bx - c.of.min_bx) * (c.of.max_bz - c.of.min_bz)));
         std::set<std::pair<int, int>> found;
         std::size_t square = 0;
@@ -33,8 +39,50 @@ TEST_CASE("columns come each once, square after square", "[convert][shape]") {
             square = at.square;
         }
         CHECK(found.size() == columns.count());
-        CHECK(square + 1 == columns.squares());
+        CHECK(square + 1 == columns.squares().size());
+        CHECK(columns.left_out() == 0);
     }
+}
+
+TEST_CASE("columns are those of squares in which something may stand, in the same order", "[convert][shape]") {
+    const ColumnBlock of{-5, 7, 60, 50};
+    struct Case { const char* name; std::set<std::pair<int, int>> stand; };
+    const auto c = GENERATE(values<Case>({
+        {"nothing", {}},
+        {"one", {{20, 20}}},
+        {"the corners", {{-5, 7}, {59, 7}, {-5, 49}, {59, 49}}},
+        {"some", {{-5, 7}, {3, 8}, {11, 8}, {-4, 30}, {30, 30}, {31, 31}, {59, 49}}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const auto may_hold = [&](const ColumnBlock& b) {
+            return std::any_of(c.stand.begin(), c.stand.end(), [&](const auto& at) {
+                return at.first >= b.min_bx && at.first < b.max_bx && at.second >= b.min_bz && at.second < b.max_bz;
+            });
+        };
+        constexpr std::size_t kEdge = 4;
+        const Columns all(of, kEdge, [](const ColumnBlock&) { return true; }), some(of, kEdge, may_hold);
+        std::vector<std::tuple<int, int, std::size_t>> expected, found;
+        std::set<std::size_t> squares;
+        for (std::size_t i = 0; i < all.count(); ++i)
+            if (c.stand.contains({all.at(i).bx, all.at(i).bz})) squares.insert(all.at(i).square);
+        for (std::size_t i = 0; i < all.count(); ++i)
+            if (const auto at = all.at(i); squares.contains(at.square)) expected.emplace_back(at.bx, at.bz, at.square);
+        for (std::size_t i = 0; i < some.count(); ++i) found.emplace_back(some.at(i).bx, some.at(i).bz, some.at(i).square);
+        CHECK(found == expected);
+        CHECK(some.left_out() == all.count() - some.count());
+        CHECK(some.squares().size() == squares.size());
+    }
+}
+
+TEST_CASE("the widest part of which little is known to stand is walked, and one of too much is refused", "[convert][shape]") {
+    constexpr std::int32_t kFar = 1 << 25;
+    const ColumnBlock all{-kFar, -kFar, kFar, kFar};
+    const auto near_by = [](const ColumnBlock& b) { return b.min_bx < 10 && b.max_bx > -10 && b.min_bz < 3 && b.max_bz > 2; };
+    const Columns columns(all, 8, near_by);
+    CHECK(columns.count() == 4 * 64);
+    CHECK(columns.at(0).bx == -16);
+    CHECK(columns.at(0).bz == 0);
+    CHECK_THROWS_AS(Columns(all, 8, [](const ColumnBlock&) { return true; }), UsageError);
 }
 
 TEST_CASE("each voxel of a box is visited once, with what the box says of it", "[convert][shape]") {
