@@ -10,7 +10,7 @@ namespace terravox {
 namespace {
 
 /// Where workers may have boxes from themselves. A server on this machine is none that they can reach.
-BoxSource box_source(const WorldArguments& world, const Scene& base) {
+BoxSource box_source(const WorldArguments& world, const Scene& base, const std::stop_token& stop) {
     BoxSource out;
     const std::string& input = world.inputs.front();
     switch (recognise(input)) {
@@ -18,7 +18,7 @@ BoxSource box_source(const WorldArguments& world, const Scene& base) {
         case Origin::kServer:
         case Origin::kFarArchive: {
             // By where it leads, not by how it is written: workers elsewhere would ask themselves.
-            const AddressRanges ranges = ranges_of_host(HttpOrigin::of(input));
+            const AddressRanges ranges = ranges_of_host(HttpOrigin::of(input), stop);
             if (!ranges.holds(AddressRange::kLoopback) && !ranges.holds(AddressRange::kNoMachine))
                 out.server = input;
             break;
@@ -31,7 +31,7 @@ BoxSource box_source(const WorldArguments& world, const Scene& base) {
 }  // namespace
 
 LoadedWorld::LoadedWorld(const WorldArguments& from, const Scene& scene, const std::stop_token& stop)
-    : inputs(from.inputs), orthophotos(from.orthophoto_paths()), source(box_source(from, scene)),
+    : inputs(from.inputs), orthophotos(from.orthophoto_paths()), source(box_source(from, scene, stop)),
       world(open_world(inputs, orthophotos, scene, times, util::cache_dir(from.cache), stop)),
       blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20, world->worth_asking(thread::thread_count(scene.processing.threads.value_or(0)))) {}
 

@@ -135,6 +135,10 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_HTTPHEADER, headers);
     curl_easy_setopt(handle, CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(handle, CURLOPT_NOSIGNAL, 1L);
+#if LIBCURL_VERSION_NUM >= 0x075700
+    // Who stops does not wait for the name service: the thread that asks it is left behind.
+    curl_easy_setopt(handle, CURLOPT_QUICK_EXIT, 1L);
+#endif
     curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT_MS, kConnectTimeout_ms);
     curl_easy_setopt(handle, CURLOPT_TIMEOUT_MS, static_cast<long>(limits.time.count()));
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_LIMIT, kStalledBelow_bytes_per_s);

@@ -8,6 +8,7 @@
 #include <new>
 #include <vector>
 
+#include "common/thread/call_until_stopped.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox {
@@ -119,9 +120,13 @@ std::optional<AddressRange> range_of_number(const HttpOrigin& origin) {
     return found.empty() ? std::nullopt : std::optional(found.front());
 }
 
-AddressRanges ranges_of_host(const HttpOrigin& origin) {
+AddressRanges ranges_of_host(const HttpOrigin& origin, const std::stop_token& stop) {
+    if (const auto range = range_of_number(origin)) return {*range};
+    // A name service may take minutes to say that it does not answer.
+    const auto ranges = thread::call_until_stopped([origin] { return resolve(origin, 0); }, stop);
+    if (!ranges) throw Error("look up " + origin.host + ": stopped");
     AddressRanges out;
-    for (const AddressRange range : resolve(origin, 0)) out.add(range);
+    for (const AddressRange range : *ranges) out.add(range);
     return out;
 }
 

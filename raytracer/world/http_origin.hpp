@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "raytracer/world/address_range.hpp"
@@ -34,7 +35,9 @@ struct HttpOrigin {
 [[nodiscard]] std::optional<AddressRange> range_of_number(const HttpOrigin& origin);
 
 /// Where the host leads: all that the name service knows of it, now; none for a name that it does
-/// not know. May block for as long as that service does.
-[[nodiscard]] AddressRanges ranges_of_host(const HttpOrigin& origin);
+/// not know. Blocks for as long as that service does, or until it is asked to stop.
+/// @throws Error when it is asked to stop
+[[nodiscard]] AddressRanges ranges_of_host(const HttpOrigin& origin,
+                                           const std::stop_token& stop = {});
 
 }  // namespace terravox
