@@ -5,6 +5,7 @@
 #include "common/geo/gdal.hpp"
 #include "common/geo/quiet_gdal.hpp"
 #include "common/geo/raster_gate.hpp"
+#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
@@ -26,6 +27,7 @@ GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attemp
     GDALDatasetUniquePtr data(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kRasterDrivers, overview >= 0 ? options.data() : nullptr));
     if (!data) fail("no raster that can be read: " + QuietGdal::reason() + "; allowed: " + kRasterFormats);
     if (data->GetRasterCount() < 1) fail("a raster without bands");
+    if (const auto lost = lost_directory_of_tiff(path)) fail("cut short: " + *lost);
     return data;
 }
 

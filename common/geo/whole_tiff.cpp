@@ -3,8 +3,10 @@
 #include <gdal_priv.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <fstream>
 
 #include "common/geo/quiet_gdal.hpp"
 
@@ -37,7 +39,99 @@ std::uint64_t end_of_blocks(GDALRasterBand& band) {
     return end;
 }
 
+/// The chain of directories of a TIFF file. Ref: Adobe, "TIFF", revision 6.0, 1992, section 2; for
+/// 64 bits "The BigTIFF File Format" of libtiff.
+class TiffChain {
+public:
+    explicit TiffChain(const std::filesystem::path& file)
+        : m_in(file, std::ios::binary), m_bytes(std::filesystem::file_size(file)) {}
+
+    [[nodiscard]] std::optional<std::string> lost() {
+        if (!read_header()) return std::nullopt;
+        // One that leads back to itself is GDAL's business: it reads each but once.
+        constexpr int kMost = 65'536;
+        for (int number = 1; m_at != 0 && number <= kMost; ++number)
+            if (const std::uint64_t end = end_of_directory(); end > m_bytes)
+                return "directory " + std::to_string(number) + " ends at byte " +
+                       (end == kBeyond ? "2^64 or later" : std::to_string(end)) + ", the file at " +
+                       std::to_string(m_bytes);
+        return std::nullopt;
+    }
+
+private:
+    static constexpr std::uint64_t kBeyond = ~std::uint64_t{0};
+
+    [[nodiscard]] bool read_header() {
+        constexpr std::uint64_t kClassic = 42, kBig = 43;
+        std::array<char, 2> order{};
+        if (!m_in.read(order.data(), order.size())) return false;
+        m_little = order[0] == 'I';
+        if (order[0] != order[1] || (!m_little && order[0] != 'M')) return false;
+        const std::uint64_t version = number(2, 2);
+        m_big = version == kBig;
+        if (version != kClassic && !m_big) return false;
+        m_at = m_big ? number(8, 8) : number(4, 4);
+        return static_cast<bool>(m_in);
+    }
+
+    /// 0 beyond the end, where m_in says so.
+    [[nodiscard]] std::uint64_t number(std::uint64_t at, int bytes) {
+        std::array<unsigned char, 8> read{};
+        m_in.seekg(static_cast<std::streamoff>(at));
+        m_in.read(reinterpret_cast<char*>(read.data()), bytes);
+        std::uint64_t out = 0;
+        for (int i = 0; i < bytes; ++i) {
+            const auto byte = read[static_cast<std::size_t>(m_little ? bytes - 1 - i : i)];
+            out = out << 8 | byte;
+        }
+        return m_in ? out : 0;
+    }
+
+    [[nodiscard]] static std::uint64_t sum(std::uint64_t a, std::uint64_t b) noexcept {
+        return a > kBeyond - b ? kBeyond : a + b;
+    }
+
+    /// One past the last byte of the directory at m_at and of its lists; goes on to the next.
+    [[nodiscard]] std::uint64_t end_of_directory() {
+        const int wide = m_big ? 8 : 4;
+        const std::uint64_t count_bytes = m_big ? 8 : 2, entry_bytes = m_big ? 20 : 12;
+        const std::uint64_t first = sum(m_at, count_bytes);
+        if (first > m_bytes) return first;
+        const std::uint64_t count = number(m_at, static_cast<int>(count_bytes));
+        if (count > m_bytes / entry_bytes) return kBeyond;
+        const std::uint64_t next = first + count * entry_bytes;
+        std::uint64_t end = sum(next, static_cast<std::uint64_t>(wide));
+        if (end > m_bytes) return end;
+        for (std::uint64_t i = 0; i < count; ++i)
+            end = std::max(end, end_of_list(first + i * entry_bytes, wide));
+        m_at = number(next, wide);
+        return end;
+    }
+
+    /// Of an entry that says where strips or tiles lie, or how long they are; 0 for others.
+    [[nodiscard]] std::uint64_t end_of_list(std::uint64_t entry, int wide) {
+        constexpr std::array<std::uint64_t, 4> kTags{273, 279, 324, 325};
+        if (std::find(kTags.begin(), kTags.end(), number(entry, 2)) == kTags.end()) return 0;
+        constexpr std::uint64_t kShort = 3, kLong = 4, kLong8 = 16;
+        const std::uint64_t type = number(entry + 2, 2), count = number(entry + 4, wide);
+        const std::uint64_t each = type == kShort ? 2 : type == kLong ? 4 : type == kLong8 ? 8 : 0;
+        if (each == 0) return 0;
+        if (count > m_bytes) return kBeyond;
+        if (count * each <= static_cast<std::uint64_t>(wide)) return 0;  // it lies in the entry
+        return sum(number(entry + 4 + static_cast<std::uint64_t>(wide), wide), count * each);
+    }
+
+    std::ifstream m_in;
+    const std::uint64_t m_bytes;
+    std::uint64_t m_at = 0;  ///< of the next directory; 0: none
+    bool m_little = true, m_big = false;
+};
+
 }  // namespace
+
+std::optional<std::string> lost_directory_of_tiff(const std::filesystem::path& file) {
+    return TiffChain(file).lost();
+}
 
 std::optional<std::string> missing_of_tiff(const std::filesystem::path& file) {
     const QuietGdal quiet;

@@ -91,15 +91,26 @@ void HeightFile::learn() {
     else fail("no coordinate reference system; give one with --crs");
 }
 
+// A person's system is mostly one of the map alone, beside which the file's own may tell the unit of heights.
+double HeightFile::vertical_unit_m() const {
+    const OGRSpatialReference* own = m_source->GetSpatialRef();
+    if (own == nullptr) return m_crs->vertical_metres_per_unit().value_or(1);
+    try {
+        return geo::Crs::from_ogr(*own, path().string()).vertical_metres_per_unit().value_or(1);
+    } catch (const Error&) {
+        if (!m_reading.crs) throw;
+        return m_reading.crs->vertical_metres_per_unit().value_or(1);
+    }
+}
+
 void HeightFile::learn_values() {
     GDALRasterBand* own = m_source->GetRasterBand(1);
     double unit = 1;
-    const geo::Crs said = m_source->GetSpatialRef() != nullptr ? geo::Crs::from_ogr(*m_source->GetSpatialRef(), path().string()) : *m_crs;
     if (m_reading.height_unit_m) unit = *m_reading.height_unit_m;
     else if (const auto named = unit_of(own->GetUnitType())) unit = *named;
     else if (*own->GetUnitType() != '\0') fail(std::string("unit of heights = '") + own->GetUnitType()
         + "'; allowed: m, ft, US survey foot and their kin; give it in metres");
-    else unit = said.vertical_metres_per_unit().value_or(1);
+    else unit = vertical_unit_m();
     int known = 0;
     const double scale = own->GetScale(&known);
     m_scale = known != 0 ? scale : 1;

@@ -16,7 +16,7 @@ namespace terravox::relief {
 /// How a raster of heights is to be read.
 struct Reading {
     std::filesystem::path path;
-    std::optional<geo::Crs> crs;          ///< instead of the file's
+    std::optional<geo::Crs> crs;          ///< instead of the file's, whatever that one says
     std::optional<geo::Crs> warped_to;    ///< as seen in this system, north up; nullopt: as it is
     std::optional<double> height_unit_m;  ///< instead of what the file says
 };
@@ -77,6 +77,7 @@ private:
     void warp();
     void learn();
     void learn_values();
+    [[nodiscard]] double vertical_unit_m() const;  ///< as the systems tell it
     void to_metres(std::vector<double>& values) const noexcept;
     [[nodiscard]] std::optional<Grid> grid_of(double most_cells) const noexcept;
     void extend(std::optional<Range>& range, const Grid& grid, int x, int y, int width, int height);

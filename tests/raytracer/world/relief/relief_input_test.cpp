@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "common/util/error.hpp"
+#include "raytracer/world/relief/height_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/raytracer/world/relief/raster_files.hpp"
@@ -76,6 +77,21 @@ TEST_CASE("what is no raster of heights is refused by name", "[raytracer][relief
         options.crs = "EPSG:3794";
         CHECK(open_relief_world(options)->info().crs == "EPSG:3794");
     }
+    SECTION("a system that names a file") {
+        const auto grid = folder.path() / "a.asc";
+        std::ofstream(grid) << "ncols 3\nnrows 3\nxllcorner 460000\nyllcorner 101000\ncellsize 1\n7 7 7\n7 7 7\n7 7 7\n";
+        std::ofstream(folder.path() / "a.prj")
+            << R"(PROJCS["a",GEOGCS["b",DATUM["c",SPHEROID["d",6378137,298.25]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],)"
+            << R"(PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",15],PARAMETER["scale_factor",0.9999],)"
+            << R"(PARAMETER["false_easting",500000],PARAMETER["false_northing",-5000000],UNIT["metre",1],EXTENSION["PROJ4","+proj=tmerc +lon_0=15 +nadgrids=/a"]])";
+        CHECK_THROWS_WITH(open({grid}), contains("a.asc") && contains("allowed: one without names of files"));
+        ReliefOptions options;
+        options.rasters = {grid};
+        options.crs = "EPSG:3794";
+        const auto world = open_relief_world(options);
+        CHECK(world->info().crs == "EPSG:3794");
+        CHECK(Voxels(*world).top(460'001, -101'002) == 7);
+    }
     SECTION("nothing but holes") {
         spec.nodata = 100;
         CHECK_THROWS_WITH(open({write_heights(file, spec, flat)}), contains("no heights in it"));
@@ -129,6 +145,44 @@ TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else", "[
     CHECK_THROWS_WITH(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}), contains("a.tif: damaged"));
     CHECK_THROWS_AS(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}), Error);  // and not remembered as air
     CHECK(world->box({0, floor_div(x + 512, 64), by, floor_div(z, 64)}));
+}
+
+TEST_CASE("a raster that was cut short before its last overview is refused, and read where all of it is there", "[raytracer][relief]") {
+    struct Case { const char* name; std::vector<std::string> options; std::vector<int> overviews; };
+    const auto c = GENERATE(values<Case>({
+        {"overviews at the end", {"TILED=YES"}, {2, 4, 8}},
+        {"compressed", {"TILED=YES", "COMPRESS=DEFLATE"}, {2, 4}},
+        {"64 bits", {"BIGTIFF=YES"}, {2, 4}},
+        {"most significant byte first", {"ENDIANNESS=BIG"}, {2}},
+        {"64 bits, most significant byte first", {"BIGTIFF=YES", "ENDIANNESS=BIG"}, {2}},
+        {"no overviews", {}, {}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const test::TemporaryFolder folder;
+        RasterSpec spec;
+        spec.width = spec.height = 600;
+        spec.options = c.options, spec.overviews = c.overviews;
+        const auto file = write_heights(folder.path() / "a.tif", spec, [](int x, int y) { return 100.0 + x % 7 + y % 5; });
+        CHECK_NOTHROW(open({file}));
+        const auto whole = std::filesystem::file_size(file);
+        const int overviews = HeightFile({file, {}, {}, {}}).overviews();
+        CHECK(overviews == static_cast<int>(c.overviews.size()));
+        int refused = 0, opened = 0;
+        for (std::uintmax_t bytes = whole - 1; bytes > whole / 2; bytes -= whole / 40) {
+            std::filesystem::resize_file(file, bytes);
+            INFO("cut to " << bytes << " of " << whole);
+            try {
+                const int found = HeightFile({file, {}, {}, {}}).overviews();
+                CHECK(found == overviews);  // lost cells are missed where they are read
+                ++opened;
+            } catch (const Error& e) {
+                ++refused;
+                CHECK_THAT(e.what(), contains("a.tif"));
+            }
+        }
+        CHECK((refused > 0 || overviews == 0));
+        CHECK(opened + refused > 5);
+    }
 }
 
 TEST_CASE("heights that no overview told are an error, never cut off", "[raytracer][relief]") {
