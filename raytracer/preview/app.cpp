@@ -75,13 +75,17 @@ double App::wait_s() const {
     return m_moving || m_path.playing() || m_pick.busy() || m_lively > 0 || Window::has_gamepad() ? kFrame_s : kIdle_s;
 }
 
+/// Nothing is under way: what is seen stays as it is until somebody does something.
+bool App::at_rest() const { return wait_s() == kIdle_s && m_desk.scene == m_desk.history.now(); }
+
 void App::frame() {
     const double wait = wait_s();
     const bool worked = wait == 0;
     const auto waiting = Clock::now();
     m_window.begin_frame(wait);
     const auto began = Clock::now();
-    m_lively = seconds(began - waiting) < wait * 0.9 ? kLivelyFrames : std::max(m_lively - 1, 0);
+    const bool woken = m_window.had_input() || seconds(began - waiting) < wait * 0.9;
+    m_lively = woken ? kLivelyFrames : std::max(m_lively - 1, 0);
     const double passed_s = std::min(seconds(began - m_frame_began), 0.1);
     if (worked) m_times.frame(seconds(began - m_frame_began));
     m_frame_began = began;
@@ -111,6 +115,8 @@ void App::frame() {
         m_changed.reset();
         choose_first_step();
     }
+    if (const bool rests = at_rest(); std::exchange(m_rests, rests) != rests && rests)
+        spdlog::debug("at rest");
     m_drawing_s = 0.8 * m_drawing_s + 0.2 * std::min(seconds(drawn - began) + seconds(Clock::now() - traced), kFrame_s);
 }
 

@@ -62,6 +62,7 @@ private:
     [[nodiscard]] std::shared_ptr<TileProcessor> begin_picture(const View& view);
     [[nodiscard]] float panel_px() const;
     [[nodiscard]] double wait_s() const;
+    [[nodiscard]] bool at_rest() const;
 
     Window& m_window;
     Desk m_desk;
@@ -88,6 +89,7 @@ private:
     Pane m_pane;
     int m_first_step = 8;
     int m_lively = 0;  ///< frames that follow one another, though nothing is to be done
+    bool m_rests = false;  ///< after the frame before
     std::optional<Clock::time_point> m_changed;  ///< when what is under way was asked for; until it has been seen
     bool m_develop_all = false;    ///< once the picture is whole: what the screen has was developed otherwise
     Clock::time_point m_frame_began, m_started, m_settled, m_probed, m_idle_since;

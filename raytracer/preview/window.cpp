@@ -176,7 +176,9 @@ void Window::hand_over(const InputEvent& event) {
 
 void Window::begin_frame(double wait_s) {
     wait_s > 0 && m_input.empty() ? glfwWaitEventsTimeout(wait_s) : glfwPollEvents();
-    for (const InputEvent& event : m_input.next_frame()) hand_over(event);
+    const std::vector<InputEvent> events = m_input.next_frame();
+    m_had_input = !events.empty();
+    for (const InputEvent& event : events) hand_over(event);
     float x = 1, y = 1;
     glfwGetWindowContentScale(m_window, &x, &y);
     m_scale = m_asked_scale > 0 ? m_asked_scale : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMostScale);

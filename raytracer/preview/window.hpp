@@ -57,6 +57,8 @@ public:
     [[nodiscard]] Texture& picture() noexcept { return *m_picture; }
     /// Size of the drawing area, pixels; 0, 0 while it is minimized.
     [[nodiscard]] std::pair<int, int> size_px() const noexcept;
+    /// Whether the frame that has begun last has any input.
+    [[nodiscard]] bool had_input() const noexcept { return m_had_input; }
     [[nodiscard]] double scale() const noexcept { return m_scale; }
     void set_light(bool light) noexcept { m_light = light; }  ///< from the next frame on
     void copy_text(const std::string& text);
@@ -83,6 +85,7 @@ private:
     std::pair<double, bool> m_styled{0, false};  ///< scale and light that the style is for
     std::vector<std::string> m_dropped;
     InputQueue m_input;        ///< what Dear ImGui has not received yet
+    bool m_had_input = false;
     CursorInput m_cursor;      ///< as of the events that it has received
     std::array<bool, 5> m_buttons_down{};
 };

@@ -7,7 +7,6 @@ import shutil
 import signal
 import struct
 import subprocess
-import time
 
 from support import HANGS_S, temporary_folder
 
@@ -36,10 +35,14 @@ class Desktop:
     def key(self, *keys):
         self.do("key", *keys)
 
-    def hold(self, key, seconds):
+    @contextlib.contextmanager
+    def held(self, key):
+        """For as long as the block lasts."""
         self.do("keydown", key)
-        time.sleep(seconds)
-        self.do("keyup", key)
+        try:
+            yield
+        finally:
+            self.do("keyup", key)
 
     def click(self, x, y, *more):
         self.do("mousemove", round(x), round(y), "sleep", "0.1", "click", *more, "1")

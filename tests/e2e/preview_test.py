@@ -6,17 +6,18 @@ import os
 import pathlib
 import re
 import sys
-import time
 import unittest
 
 from desktop import MISSING, Desktop, changed, colours
-from support import HANGS_S, Case, Program, Run, Server, binary, hold_port, render, survey, temporary_folder, wait_until
+from support import Case, Program, Run, Server, binary, hold_port, render, survey, temporary_folder, wait_until
 
 TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn", "TERRAVOX_FARM_TEST": "1"}
 WIDTH, HEIGHT = 1000, 640
+FIRST = "first picture after"  # of a change
 # Right of the panel, away from status line and map, in a picture of 16 to 9.
 PICTURE = (440, 160, 740, 370)
 MIDDLE = (682, 340)
+FRAMES_TO_GROW = 2
 KEEP = os.environ.get("TERRAVOX_KEEP_SCREENS")  # a folder, for who wants to look
 
 
@@ -49,9 +50,9 @@ class Window(Case):
         self.addCleanup(program.process.stdout.close)
         self.addCleanup(program.kill)
         if first:
-            program.saw("first picture after")
+            program.saw(FIRST)
             self.desktop.do("mousemove", *MIDDLE)
-            time.sleep(1)
+            self.saved(program)
         return program
 
     def worker(self):
@@ -66,15 +67,19 @@ class Window(Case):
         return json.loads((self.out / "report.json").read_text())
 
     def place_of(self, program, name):
-        """The middle of an item, as it was told last."""
+        """The middle of an item, as it was told last, and its width. No field is being typed into."""
         program.saw(f"place of {re.escape(name)}: ")
-        places, before = [], None
-        while len(places) != before:  # windows grow until all fits
+        places, before = self.places(program, name), None
+        while len(places) != before:  # windows grow until all fits, which takes some frames
             before = len(places)
-            time.sleep(0.3)
-            places = re.findall(rf"place of {re.escape(name)}: (\d+) (\d+) (\d+) (\d+)", program.log())
-        x0, y0, x1, y1 = map(int, places[-1])
-        return (x0 + x1) / 2, (y0 + y1) / 2, x1 - x0
+            for _ in range(FRAMES_TO_GROW):
+                self.saved(program)
+            places = self.places(program, name)
+        return places[-1]
+
+    def places(self, program, name):
+        found = re.findall(rf"place of {re.escape(name)}: (\d+) (\d+) (\d+) (\d+)", program.log())
+        return [((x0 + x1) / 2, (y0 + y1) / 2, x1 - x0) for x0, y0, x1, y1 in (map(int, place) for place in found)]
 
     def press(self, program, name):
         x, y, _ = self.place_of(program, name)
@@ -89,25 +94,28 @@ class Window(Case):
 
     def wait_for_more(self, program, pattern, than):
         """Until the log has the pattern more often than that."""
-        wait_until(lambda: self.count(program, pattern) > than or program.process.poll() is not None, f"more of {pattern!r}")
+        wait_until(lambda: self.count(program, pattern) > than or program.process.poll() is not None, f"more of {pattern!r}", pause_s=0.05)
         self.assertGreater(self.count(program, pattern), than, program.log()[-2000:])
 
     def see_change(self, before, share, box=PICTURE):
         """What is to be seen once that share of the box is not as it was before."""
-        end = time.monotonic() + HANGS_S
-        while True:
-            time.sleep(0.3)
-            now = self.desktop.see()
-            if changed(before, now, box) > share:
-                return now
-            self.assertLess(time.monotonic(), end, f"only {changed(before, now, box):.3f} of {box} has changed")
+        wait_until(lambda: changed(before, self.desktop.see(), box) > share, f"more than {share} of {box} has changed", pause_s=0.1)
+        return self.desktop.see()
 
     def saved(self, program):
-        """The scene, saved now."""
+        """The scene, saved now: all keys and clicks before have been dealt with, since they are taken in order. No field is being typed into."""
         before = self.count(program, "saved .*scene.toml")
         self.desktop.key("ctrl+s")
         self.wait_for_more(program, "saved .*scene.toml", before)
         return (self.out / "scene.toml").read_text()
+
+    def settle(self, program):
+        """Waits until all that was done has come to its end: the picture and the map are finished, nothing moves. @return what is to be seen then"""
+        self.saved(program)
+        last = max(i for i, line in enumerate(program.lines) if re.search("saved .*scene.toml", line or ""))
+        wait_until(lambda: any("at rest" in (line or "") for line in program.lines[last:]) or program.process.poll() is not None, "the program is at rest")
+        self.assertIsNone(program.process.poll(), program.log()[-2000:])
+        return self.desktop.see()
 
     def time_h(self, program):
         return float(re.search(r"time_h = (\S+)", self.saved(program)).group(1))
@@ -115,31 +123,32 @@ class Window(Case):
     def test_fly_drag_the_sun_pick_save_and_render(self):
         program = self.preview(survey(), "--size", "160x90", "--samples", "2")
         desktop = self.desktop
-        first = desktop.see()
+        first = self.settle(program)
         self.assertGreater(colours(first, PICTURE), 200)
         self.keep("open")
 
-        pictures = self.count(program, "first picture after")
-        desktop.hold("w", 0.5)
-        desktop.hold("a", 0.3)
+        with desktop.held("w"):
+            self.see_change(first, 0.5)
+        flown = self.settle(program)
+        with desktop.held("a"):
+            self.see_change(flown, 0.2)
+        flown = self.settle(program)
         desktop.drag(500, 300, 600, 260)
-        self.wait_for_more(program, "first picture after", pictures + 5)
-        self.see_change(first, 0.5)
+        self.see_change(flown, 0.2)
         self.keep("flown")
         desktop.key("Home")
-        time.sleep(1)
-        flown = desktop.see()
+        flown = self.settle(program)
 
         x, y, width = self.place_of(program, "sun.time_h")
         desktop.drag(x, y, x + width * 0.3, y)
         self.see_change(flown, 0.3)
-        time.sleep(1)
+        self.settle(program)
         self.keep("sun")
 
         desktop.click(*MIDDLE)
         for fact in ("voxel: -?\\d+, -?\\d+, -?\\d+", "height: ", "material: ", "source class: ", "square: ", "distance: "):
             program.saw("picked " + fact)
-        time.sleep(0.5)
+        self.settle(program)
         self.keep("picked")
 
         time_h = self.time_h(program)
@@ -166,31 +175,30 @@ class Window(Case):
     def test_layers_themes_help_and_a_measured_distance(self):
         program = self.preview(survey(), "--samples", "1")
         desktop = self.desktop
-        seen = [desktop.see()]
+        seen = [self.settle(program)]
         for layer in range(12):
             desktop.key("F6")
             self.see_change(seen[-1], 0.02)
-            time.sleep(0.7)
-            seen.append(desktop.see())
+            seen.append(self.settle(program))
             self.keep(f"layer-{layer + 1:02}")
             self.assertGreater(colours(seen[-1], PICTURE), 1, f"layer {layer + 1}")
         desktop.key("F6")
-        time.sleep(1)
+        self.settle(program)
         desktop.key("F7")
         self.see_change(seen[0], 0.5, (10, 300, 300, 600))
         self.keep("light")
         desktop.key("F1")
-        time.sleep(0.5)
+        self.settle(program)
         self.keep("help")
         desktop.key("Escape", "m")
         desktop.click(640, 330)
-        time.sleep(0.7)
+        self.settle(program)  # a ray has met something there
         desktop.click(700, 350)
         program.saw(r"measured \d+\.\d\d m on the map, -?\d+\.\d\d m up")
         self.keep("measured")
         desktop.key("m", "f", "F2")
         desktop.drag(500, 300, 560, 330)
-        time.sleep(0.7)
+        self.settle(program)
         self.keep("no-panel")
         self.quit(program)
 
@@ -198,18 +206,16 @@ class Window(Case):
         program = self.preview(survey(), "--samples", "1", "--ui-scale", "1.5", "--light")
         desktop = self.desktop
         desktop.key("ctrl+Tab")
-        time.sleep(0.5)
+        self.saved(program)
         desktop.key("Down", "Down", "Down", "Return")  # buttons, heading, date, time
-        time.sleep(0.5)
         desktop.do("type", "12.5")
         desktop.key("Return")
-        time.sleep(0.5)
+        self.settle(program)
         self.keep("keyboard")
         desktop.key("Down", "Escape")
-        time.sleep(0.5)
-        before = desktop.see()
-        desktop.hold("Left", 0.5)  # the view's again
-        self.see_change(before, 0.1, (600, 200, 900, 400))
+        before = self.settle(program)
+        with desktop.held("Left"):  # the view's again
+            self.see_change(before, 0.1, (600, 200, 900, 400))
         self.assertEqual(self.time_h(program), 12.5)
         self.quit(program)
 
@@ -254,16 +260,14 @@ class Window(Case):
         program.saw(r"answer: .* of (?!this machine)")
         x, y, width = self.place_of(program, "threads")
         desktop.click(x + width * 0.1, y)
-        time.sleep(1.5)
+        self.saved(program)
         self.keep("processors")
         x, y, width = self.place_of(program, "green")
         desktop.click(x - width / 2 + 8, y)
-        time.sleep(1)
-        self.assertIsNone(program.process.poll(), program.log()[-2000:])
+        self.saved(program)
         self.press(program, "Render")
-        time.sleep(1.5)
-        self.keep("final")
-        self.press(program, "Give up")
+        self.press(program, "Give up")  # which is there as long as it is rendered
+        program.saw("the final picture: given up")
         wait_until(lambda: not any(p.name.startswith("picture") for p in self.out.iterdir()), "nothing is left of it, hours before its end")
         self.keep("given-up")
         self.quit(program)
@@ -300,16 +304,16 @@ class Window(Case):
     def test_a_flight_is_made_played_and_saved(self):
         program = self.preview(survey(), "--size", "64x36", "--samples", "1")
         desktop = self.desktop
+        before = self.settle(program)
+        for key in ("Left", "w"):
+            desktop.key("k")
+            with desktop.held(key):
+                self.see_change(before, 0.3)
+            before = self.settle(program)
         desktop.key("k")
-        desktop.hold("Left", 1)
-        time.sleep(0.6)
-        desktop.key("k")
-        desktop.hold("w", 0.3)
-        time.sleep(0.6)
-        desktop.key("k")
-        time.sleep(0.5)
+        program.saw("key frame at 6.00 s")
+        before = self.settle(program)
         self.keep("flight")
-        before = desktop.see()
         desktop.key("p")
         self.see_change(before, 0.1)
         self.press(program, "Save flight")
@@ -318,7 +322,7 @@ class Window(Case):
         for what in ("[[key]]", "camera.position", "camera.target"):
             self.assertEqual(text.count(what), 3, what)
         self.assertRegex(text, "space = 'crs'")
-        time.sleep(6)
+        self.settle(program)  # at its end
         self.quit(program)
         frames = Run([binary("RAYTRACER"), "animate", self.out / "flight.toml", survey(), "--quiet", "-o", self.out / "frame-%04d.png", "--last", "1"])
         self.assertDone(frames)
@@ -332,11 +336,11 @@ class Window(Case):
             return int(re.search(r"VmRSS:\s+(\d+)", status).group(1)) / 1024
 
         def moves(count):
-            goal, end = self.count(program, "first picture after") + count, time.monotonic() + 3 * HANGS_S
-            while self.count(program, "first picture after") < goal and time.monotonic() < end:
-                self.desktop.hold("Left", 1)
-                self.desktop.hold("Right", 1)
-            self.assertGreaterEqual(self.count(program, "first picture after"), goal, program.log()[-1000:])
+            goal = self.count(program, FIRST) + count
+            while (done := self.count(program, FIRST)) < goal:
+                for more, key in enumerate(("Left", "Right")):
+                    with self.desktop.held(key):
+                        self.wait_for_more(program, FIRST, done + 10 * (more + 1))
 
         moves(200)  # until all that there is to be kept is there
         before = memory_mib()
@@ -350,17 +354,14 @@ class Window(Case):
         program = self.preview(survey(), "--integrator", "path", "--samples", "4000", "--size", "4000x4000")
         desktop = self.desktop
         window = ["search", "--name", "Terravox", "windowsize", "--sync"]
-        desktop.do(*window, 1, 1)
-        time.sleep(0.7)
-        desktop.do(*window, 500, 300)
-        time.sleep(0.7)
-        self.assertIsNone(program.process.poll(), program.log()[-2000:])
-        self.keep("small")
-        desktop.do(*window, WIDTH, HEIGHT)
-        time.sleep(0.7)
+        for width, height in ((1, 1), (500, 300), (WIDTH, HEIGHT)):
+            before = self.count(program, FIRST)
+            desktop.do(*window, width, height)
+            self.wait_for_more(program, FIRST, before)
+            self.keep(f"window-{width}")
         desktop.do("mousemove", *MIDDLE)
         desktop.key("ctrl+r")
-        time.sleep(1)
+        program.saw("place of Give up: ")
         self.quit(program)  # in the middle: the picture would take hours
         self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith("picture")], [])
 
@@ -379,26 +380,31 @@ class Window(Case):
         self.assertEqual(self.time_h(program), 12)
         self.assertRegex(self.saved(program), r"voxel_m = 2")  # the world is the one that is open
         # Of a scene that is no picture the window stays as it is, whatever is done to it.
+        self.settle(program)
+        pictures = self.count(program, FIRST)
         self.press(program, "sun.date")
         self.desktop.key("ctrl+a")
         self.desktop.do("type", "2026-13-01")
         self.desktop.key("Return")
         program.saw("2026-13-01")
         self.desktop.key("Escape", "F2", "F8", "equal", "F6", "minus")
-        time.sleep(1)
         self.keep("no-picture")
-        self.desktop.key("F5", "F8", "F2", "ctrl+z")
-        pictures = self.count(program, "first picture after")
-        self.desktop.key("ctrl+z", "ctrl+z", "ctrl+z")
-        self.wait_for_more(program, "first picture after", pictures)
+        self.desktop.key("F5", "F8", "F2", "ctrl+z", "ctrl+z", "ctrl+z", "ctrl+z")
+        self.wait_for_more(program, FIRST, pictures)
         self.quit(program)
 
     def test_a_world_that_cannot_be_opened(self):
         program = self.preview("http://127.0.0.1:9", "--processing-box-patience-s", "1", first=False)
         program.saw(r"\[error\].*127.0.0.1:9")
-        self.place_of(program, "Try again")
+        program.saw("place of Try again: ")
         self.keep("not-open")
-        self.press(program, "Close")
+
+        def closed():
+            # Its place is not the last one before the window has grown to what it says.
+            self.desktop.click(*self.places(program, "Close")[-1][:2])
+            return program.process.poll() is not None
+
+        wait_until(closed, "the window is closed")
         self.assertEqual(program.end(), 1, program.log())
 
     def test_a_server_that_goes_and_comes_back(self):
@@ -407,11 +413,9 @@ class Window(Case):
         self.addCleanup(lambda: server.process.poll() is None and server.kill())
         program = self.preview(server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1")
         server.kill()
-        self.desktop.hold("w", 0.4)
-        self.desktop.hold("Left", 1.5)
-        program.saw("could not|Couldn't connect")
-        time.sleep(3)
-        self.assertIsNone(program.process.poll(), program.log()[-2000:])
+        with self.desktop.held("Left"):
+            program.saw("could not|Couldn't connect")
+        self.saved(program)
         self.keep("server-gone")
         again = Program("--port", str(port), survey(), program="VOXELSERVER")
         self.addCleanup(again.process.stdout.close)
@@ -419,7 +423,7 @@ class Window(Case):
         again.saw("listening on")
         # By itself, after a while.
         program.saw("a box that was a hole has come")
-        time.sleep(5)
+        self.settle(program)
         self.keep("server-back")
         self.quit(program)
 
@@ -429,9 +433,9 @@ class Window(Case):
         program.saw(r"answer: .* of (?!this machine)")
         worker.kill()
         program.saw("is lost")
-        before = self.count(program, "first picture after")
-        self.desktop.hold("w", 0.5)
-        self.wait_for_more(program, "first picture after", before)
+        before = self.count(program, FIRST)
+        with self.desktop.held("w"):
+            self.wait_for_more(program, FIRST, before)
         self.quit(program)
 
 

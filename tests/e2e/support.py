@@ -41,13 +41,13 @@ def temporary_folder():
 os.environ["XDG_CACHE_HOME"] = str(temporary_folder())
 
 
-def wait_until(condition, what):
-    """@throws AssertionError with what was waited for, once it can only be a hang"""
+def wait_until(condition, what, pause_s=0.005):
+    """@param pause_s between two looks @throws AssertionError with what was waited for, once it can only be a hang"""
     end = time.monotonic() + HANGS_S
     while not condition():
         if time.monotonic() > end:
             raise AssertionError(f"waited in vain: {what}")
-        time.sleep(0.005)
+        time.sleep(pause_s)
 
 
 _held_ports = []

@@ -25,6 +25,11 @@ def demo_survey(folder):
     return folder
 
 
+def hold(desktop, key, seconds):
+    with desktop.held(key):
+        time.sleep(seconds)
+
+
 def measure(desktop, world, threads, seconds):
     report = temporary_folder() / "report.json"
     size = [1280, 720]
@@ -38,11 +43,11 @@ def measure(desktop, world, threads, seconds):
         warm = len(program.lines)
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            desktop.hold("Left", 1)
+            hold(desktop, "Left", 1)
             desktop.drag(700, 350, 800, 360)
-            desktop.hold("Right", 1)
-            desktop.hold("w", 0.5)
-            desktop.hold("s", 0.5)
+            hold(desktop, "Right", 1)
+            hold(desktop, "w", 0.5)
+            hold(desktop, "s", 0.5)
         moved = [line for line in program.lines[warm:] if line]
         memory_mib = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{program.process.pid}/status").read_text()).group(1)) / 1024
         desktop.key("ctrl+q")
