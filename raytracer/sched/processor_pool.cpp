@@ -338,7 +338,8 @@ bool ProcessorPool::takes_work(const State& member) const noexcept {
 
 // Whether somebody of this process tries all that others cannot trace.
 bool ProcessorPool::traces_here() const noexcept {
-    return std::any_of(m_members.begin(), m_members.end(),
+    return m_stands_in ||
+           std::any_of(m_members.begin(), m_members.end(),
                        [this](const auto& m) { return m.second->is.trusted && takes_work(*m.second); });
 }
 

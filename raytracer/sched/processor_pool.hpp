@@ -89,7 +89,7 @@ public:
         bool paused = false;
         /// Who it is when failures are counted: what it cannot have many of, as the name in its certificate or its host. Empty: none of the
         /// others.
-        std::string who;
+        std::string who = {};
     };
     explicit ProcessorPool(PoolSettings settings);
     ~ProcessorPool() override;

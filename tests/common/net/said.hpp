@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "tests/common/net/farm.hpp"
+#include "tests/eventually.hpp"
 
 namespace terravox::test {
 

@@ -255,9 +255,10 @@ TEST_CASE("a worker that joins and fails again and again ends no picture", "[ray
     // Another that never answers, so that the coordinator has no reason to do the work itself.
     FakeWorker silent(job, bench.plug(), [](FakeWorker&, std::uint64_t, std::uint64_t, const RenderTile&) {}, "silent");
     REQUIRE(eventually([&] { return bench.pool().status().size() == 1; }));
+    constexpr std::uint64_t kTimes = 9;  // each has several tiles, and fails at one of them
     std::atomic<bool> over{false};
     std::thread again([&] {
-        for (std::uint64_t i = 0; i < 5; ++i) {
+        for (std::uint64_t i = 0; i < kTimes; ++i) {
             const auto failing = [](FakeWorker& w, std::uint64_t picture, std::uint64_t id, const RenderTile&) { fail(w, picture, id); };
             FakeWorker fake(job, bench.plug(), failing);
             while (bench.pool().counts().lost == i && !over) std::this_thread::yield();
@@ -268,7 +269,7 @@ TEST_CASE("a worker that joins and fails again and again ends no picture", "[ray
     CHECK_NOTHROW(bench.render(film));
     over = true;
     again.join();
-    CHECK(bench.pool().counts().lost == 5);
+    CHECK(bench.pool().counts().lost == kTimes);
     CHECK(bytes_of(film) == wanted());
 }
 

@@ -19,7 +19,7 @@ ProcessorPool::Member threads_of(Job& job, int threads) { return {"here", "threa
 /// Cannot trace anything: takes whatever it is given, and fails at the first of it.
 class Failing final : public TileProcessor {
 public:
-    int capacity() const noexcept override { return 4; }
+    int capacity() const noexcept override { return 1; }  // so that all get the same first
     void submit(RenderTile tile) override {
         const std::lock_guard lock(m_mutex);
         if (!m_tile) m_tile = tile;
@@ -46,6 +46,30 @@ private:
     bool m_over = false;
 };
 
+/// Has one tile at a time, and nothing of it comes until it may go on.
+class Slow final : public TileProcessor {
+public:
+    explicit Slow(Job& job) : m_processor(job.view, job.blocks, 1) {}
+    void go_on() { m_may.release(); }
+    int capacity() const noexcept override { return 1; }
+    void submit(RenderTile tile) override { m_processor.submit(tile); }
+    bool wait(std::chrono::milliseconds) override { return true; }
+    std::optional<TileResult> take() override {
+        m_may.acquire();
+        m_may.release();
+        return m_processor.take();
+    }
+    void close() noexcept override { m_processor.close(); }
+    void cancel() noexcept override {
+        m_processor.cancel();
+        m_may.release();
+    }
+
+private:
+    ThreadProcessor m_processor;
+    std::counting_semaphore<> m_may{0};
+};
+
 ProcessorPool::Member failing(const std::string& who) {
     ProcessorPool::Member out{"failing", "socket", 1, false, false, std::make_shared<Failing>(), {}};
     out.who = who;
@@ -67,7 +91,8 @@ void add_resting(ProcessorPool& pool) {
 }
 
 void submit_all(ProcessorPool& pool) {
-    for (const RenderTile& t : plan_tiles(97, 53, 1, 16, "rows").front()) pool.submit(t);
+    const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
+    for (const RenderTile& t : tiles) pool.submit(t);
 }
 
 /// Adds members that fail, each once the one before is gone.
@@ -209,8 +234,10 @@ TEST_CASE("three different members that fail end nothing where this process trac
     std::atomic<int> left{0};
     ProcessorPool pool(counting(job, left));
     submit_all(pool);
-    pool.add(threads_of(job, 1));
+    const auto slow = std::make_shared<Slow>(job);
+    pool.add({"here", "threads", 1, true, false, slow, {}});
     add_in_turn(pool, {"host a", "host b", "host c", "host d"}, left);
+    slow->go_on();
     Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();
@@ -225,7 +252,7 @@ TEST_CASE("where the last member that was there has failed, this process goes on
     std::atomic<int> left{0};
     ProcessorPool pool(counting(job, left));
     submit_all(pool);
-    add_in_turn(pool, {"host a", "host a"}, left);
+    add_in_turn(pool, {"host a"}, left);
     Film film = empty_film(job);
     for (int i = 0; i < 28; ++i) {
         const auto result = pool.take();

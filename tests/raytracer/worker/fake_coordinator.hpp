@@ -2,8 +2,11 @@
 
 #include <memory>
 #include <optional>
+#include <semaphore>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "common/net/link.hpp"
 #include "raytracer/worker/worker_daemon.hpp"
@@ -21,6 +24,14 @@ public:
         OwnHello own;
         own.role = farm::COORDINATOR;
         (void)meet(*m_link, make_hello(own), {farm::WORKER});
+        // A worker leaves a coordinator that is silent for too long, and a test may have to wait for a slow machine.
+        m_pinging = std::thread([this] {
+            do {
+                farm::Frame frame;
+                frame.mutable_ping()->set_stamp(0);
+                (void)m_link->send(std::move(frame));
+            } while (!m_over.try_acquire_for(farm_times().ping));
+        });
     }
     ~FakeCoordinator() { (void)hang_up(); }
 
@@ -55,7 +66,7 @@ public:
         frame.mutable_stop()->set_picture(m_picture);
         (void)m_link->send(std::move(frame));
     }
-    /// Returns when the worker has read all that was sent before. What comes meanwhile is lost.
+    /// Returns when the worker has read all that was sent before.
     void settle() {
         farm::Frame frame;
         frame.mutable_ping()->set_stamp(++m_stamp);
@@ -72,12 +83,18 @@ public:
     }
     /// The first frame that fits; nullopt: the worker has ended the link.
     template <class Fits> std::optional<farm::Frame> next(const Fits& fits) {
-        while (auto frame = m_link->receive())
+        while (auto frame = m_link->receive()) {
+            m_asked.insert(m_asked.end(), frame->need_box().keys().begin(), frame->need_box().keys().end());
             if (fits(*frame)) return frame;
+        }
         return std::nullopt;
     }
+    /// Boxes that frames up to the last one asked for, each time that they did, but for those told before.
+    [[nodiscard]] std::vector<farm::BoxKey> take_asked() { return std::exchange(m_asked, {}); }
     WorkerSession::End hang_up() {
         m_link->abort();
+        m_over.release();
+        if (m_pinging.joinable()) m_pinging.join();
         if (m_serving.joinable()) m_serving.join();
         return m_end;
     }
@@ -91,8 +108,10 @@ private:
     WorkerDaemon m_daemon;
     std::unique_ptr<net::Link> m_link;
     std::uint64_t m_picture = 0, m_stamp = 0;
+    std::vector<farm::BoxKey> m_asked;
+    std::counting_semaphore<> m_over{0};
     WorkerSession::End m_end = WorkerSession::End::kBye;
-    std::thread m_serving;
+    std::thread m_serving, m_pinging;
 };
 
 inline Parcel parcel_of(bool layers) {

@@ -4,10 +4,11 @@
 
 #include <atomic>
 #include <cerrno>
+#include <functional>
 #include <string_view>
 
+#include "common/util/end_of_program.hpp"
 #include "tests/catch.hpp"
-#include "tests/eventually.hpp"
 #include "tests/raytracer/worker/fake_coordinator.hpp"
 
 using namespace terravox;
@@ -59,7 +60,7 @@ TEST_CASE("whichever thread of a picture a worker is refused, it says so and sta
         REQUIRE(coordinator.next(is_heartbeat));  // all that a link needs is there
         const RefusedThread one(given);
         coordinator.begin(parcel);
-        coordinator.lease({0, 0, 0, 0, 16, 16, 1, false, 0, 0}, 77);
+        coordinator.lease({0, 0, 0, 0, 97, 53, 1, false, 0, 0}, 77);
         // What is traced asks for boxes.
         const auto answer = coordinator.next([](const farm::Frame& f) { return f.has_failed() || f.has_need_box(); });
         REQUIRE(answer);
@@ -118,29 +119,6 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
         }
         CHECK(given > c.least);
     }
-}
-
-TEST_CASE("a farm without threads for its goodbyes says them one after the other", "[raytracer][farm]") {
-    Job job(farm_scene());
-    auto farm = std::make_unique<terravox::Farm>(FarmOptions{}, job.blocks, BoxSource{});
-    auto [mine, theirs] = net::link_pair();
-    std::thread serving([&, end = std::move(mine)]() mutable { (void)farm->serve(std::move(end), ""); });
-    OwnHello own;
-    own.role = farm::WORKER, own.threads = 1, own.capacity = 4;
-    (void)meet(*theirs, make_hello(own), {farm::COORDINATOR});
-    REQUIRE(eventually([&] { return farm->workers() == 1; }));
-    std::atomic<bool> said{false};
-    std::thread hearing([&] {
-        while (auto frame = theirs->receive()) said = said || frame->has_bye();
-    });
-    {
-        const RefusedThread one(0);
-        farm.reset();
-        CHECK(one.came());
-    }
-    serving.join();
-    hearing.join();
-    CHECK(said);
 }
 
 TEST_CASE("a member that there is no thread for is none, and the others go on", "[raytracer][sched]") {
