@@ -8,10 +8,7 @@ With --long the sweeps have more steps. docs/reliability.md lists what is covere
 
 import contextlib
 import itertools
-import os
 import pathlib
-import resource
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,47 +16,11 @@ import threading
 import time
 import unittest
 
-from support import Case, Program, Server, binary, compare, survey, temporary_folder
+from support import Program, Server, binary, temporary_folder
+from writers import WRITERS, Ended, Writers
 
 LONG = "--long" in sys.argv
 FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
-LIMITS = {"descriptors": resource.RLIMIT_NOFILE, "address space": resource.RLIMIT_AS, "file size": resource.RLIMIT_FSIZE}
-
-# What writes files, with what it writes, and what it may leave behind to go on with.
-WRITERS = {
-    "render to PNG": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png"], "a.png", []),
-    "render to EXR": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.exr"], "a.exr", []),
-    "render to TIFF": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.tif"], "a.tif", []),
-    "render with a checkpoint": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png", "--resume"], "a.png", ["a.png.tiles"]),
-    "animate": ("RAYTRACER", ["animate", "TURN", "DATA", "-o", "OUT/%02d.png"], "00.png", [".frames.png.done"]),
-    "archive": ("RAYTRACER", ["convert", "DATA", "OUT/a.tvx"], "a.tvx", ["a.tvx.journal", "a.tvx.part"]),
-    "Minecraft world": ("RAYTRACER", ["convert", "DATA", "OUT/mc"], "mc/level.dat", ["mc", "mc/conversion.journal", "mc/region"]),
-    "MagicaVoxel": ("RAYTRACER", ["convert", "DATA", "OUT/a.vox"], "a.vox", []),
-    "OpenVDB": ("RAYTRACER", ["convert", "DATA", "OUT/a.vdb"], "a.vdb", []),
-    "glTF": ("RAYTRACER", ["convert", "DATA", "OUT/a.glb"], "a.glb", []),
-    "PLY": ("RAYTRACER", ["convert", "DATA", "OUT/a.ply"], "a.ply", []),
-    "synthetic survey": ("SURVEY", ["--squares", "1x1", "--square-m", "64", "--density", "4", "-o", "OUT/sv"],
-                         "sv/TM_462464_101456.laz", ["sv", "sv/truth", "sv/ortho"]),
-}
-OF_A_PICTURE = ["--size", "160x90", "--threads", "2", "--cache", "none"]
-
-
-class Ended:
-    def __init__(self, arguments, limit=None, value=0, timeout_s=600, environment=None):
-        """@param limit a name of LIMITS that `value` is set for"""
-        def confine():
-            if limit:
-                resource.setrlimit(LIMITS[limit], (value, value))
-
-        # Python ignores SIGXFSZ, and so does the child: writes fail with EFBIG, as on a full disk.
-        done = subprocess.run([str(a) for a in arguments], capture_output=True, text=True, errors="replace", timeout=timeout_s,
-                              preexec_fn=confine, restore_signals=False, check=False, env={**os.environ, **(environment or {})})
-        self.code, self.err = done.returncode, done.stderr
-        self.last = (self.err.strip().splitlines() or [""])[-1]
-
-    def __str__(self):
-        return f"exit code {self.code}\n{self.err}"
-
 
 def least_address_space(program, among):
     """The least of the values that the program's libraries let it start with: what fails before main() is not ours to tell."""
@@ -69,69 +30,7 @@ def least_address_space(program, among):
     raise AssertionError(f"{program} does not start with {among[-1]} bytes")
 
 
-class Faults(Case):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = temporary_folder()
-        cls.data = cls.folder / "data"  # without its orthophotos and truth: fewer files, the same writers
-        cls.data.mkdir()
-        for file in survey().glob("*.laz"):
-            shutil.copy(file, cls.data)
-        cls.turn = cls.folder / "turn.toml"
-        cls.turn.write_text("fps = 2\n\n[turntable]\nseconds = 1\n")
-        cls.count = itertools.count()
-        cls.good = {}
-
-    def writer(self, name):
-        """A run of a writer into a folder of its own. @return arguments, folder"""
-        program, words, _, _ = WRITERS[name]
-        out = self.folder / f"out{next(self.count)}"
-        out.mkdir()
-        arguments = [word.replace("OUT", str(out)) for word in words]
-        arguments = [{"DATA": self.data, "TURN": self.turn}.get(word, word) for word in arguments]
-        if program == "RAYTRACER":
-            arguments += OF_A_PICTURE if words[0] in ("render", "animate") else ["--cache", "none"]
-        return [binary(program), *arguments], out
-
-    def whole(self, name):
-        """What a writer makes on a good day."""
-        if name not in self.good:
-            arguments, out = self.writer(name)
-            run = Ended(arguments)
-            self.assertEqual(run.code, 0, f"{name}: {run}")
-            self.good[name] = out / WRITERS[name][2]
-        return self.good[name]
-
-    def whole_bytes(self, name):
-        return self.whole(name).stat().st_size
-
-    def assert_as_on_a_good_day(self, name, out):
-        made, whole = out / WRITERS[name][2], self.whole(name)
-        if whole.suffix in (".exr", ".tif"):  # these say when they were made, and how long that took
-            self.assertAlike(made, whole, exact=True)
-        else:
-            self.assertEqual(made.read_bytes(), whole.read_bytes(), f"{name}: other bytes than on a good day")
-
-    def assert_told(self, run, what):
-        """It ended by itself: with a code, and with a line where it failed."""
-        self.assertIn(run.code, (0, 1, 3), f"{what}: {run}")
-        if run.code == 1:
-            self.assertTrue(run.last.startswith("terravox: "), f"{what}: {run}")
-
-    def assert_nothing_half_written(self, name, run, out):
-        result, kept = WRITERS[name][2:]
-        if run.code == 0:
-            self.assert_as_on_a_good_day(name, out)
-        elif run.code == 1:
-            # Of a writer of several files the first may be done: then it is whole.
-            if (out / result).exists():
-                self.assertIn("sv", kept, f"{name}: {result} is there, and {run}")
-                self.assert_as_on_a_good_day(name, out)
-            for path in out.rglob("*"):
-                inside = str(path.relative_to(out))
-                temporary = ".part-" in path.name
-                self.assertTrue(temporary or any(inside.startswith(k) for k in kept), f"{name} left {inside}: {run}")
-
+class Faults(Writers):
     def test_a_full_disk_is_told_and_leaves_nothing_half_written(self):
         for name in WRITERS:
             whole = self.whole_bytes(name)

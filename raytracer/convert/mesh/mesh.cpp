@@ -42,8 +42,7 @@ void write_mesh(Job& job, MeshFormat format, const MeshOptions& options) {
     ByteFile out(file.temporary_path(), job.out.string());
     writer->finish(out);
     out.close();
-    file.commit();
-    finish_file(job, job.out);
+    finish_file(job, file);
 }
 
 }  // namespace terravox::convert

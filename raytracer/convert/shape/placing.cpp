@@ -50,11 +50,18 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Job& job, const 
     return out;
 }
 
-void finish_file(Job& job, const std::filesystem::path& file) {
-    const auto side_car = std::filesystem::path(file.string() + ".georef.json");
-    voxel::write_side_car(side_car, voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));
-    job.wrote(file);
-    job.wrote(side_car);
+void finish_file(Job& job, util::AtomicFile& file) {
+    util::AtomicFile side_car(file.target().string() + ".georef.json");
+    // Written before either has its name: a file without its side-car would keep the next run out.
+    try {
+        voxel::write_side_car(side_car.temporary_path(), voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));
+    } catch (const Error& e) {
+        throw Error("write " + side_car.target().string() + ": " + e.what());
+    }
+    file.commit();
+    side_car.commit();
+    job.wrote(file.target());
+    job.wrote(side_car.target());
 }
 
 void fail_for_nothing(const Job& job) {

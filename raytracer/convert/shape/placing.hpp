@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/util/atomic_file.hpp"
 #include "raytracer/convert/job.hpp"
 
 namespace terravox::convert {
@@ -19,9 +20,10 @@ namespace terravox::convert {
 /// @param axes what the axes of the file are, in words
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts_of(const Job& job, const std::string& axes);
 
-/// Tells the job that `file` is finished, once its side-car FILE.georef.json is written. The side-car counts x east, y up, z south, as everywhere:
-/// of a file with z up, x = X, y = Z, z = -Y. @throws Error
-void finish_file(Job& job, const std::filesystem::path& file);
+/// Commits a file and its side-car FILE.georef.json, both or, on a full disk, neither, and tells the
+/// job. The side-car counts x east, y up, z south, as everywhere: of a file with z up, x = X, y = Z,
+/// z = -Y. @throws Error
+void finish_file(Job& job, util::AtomicFile& file);
 
 /// For a part without a single voxel to write. @throws Error, always
 [[noreturn]] void fail_for_nothing(const Job& job);

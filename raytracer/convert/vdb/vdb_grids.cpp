@@ -168,8 +168,7 @@ void write_vdb_file(Job& job, const VdbFrame& frame, const VdbTrees& trees, cons
         throw Error("write " + file.string() + ": " + e.what());
     }
     name_by_content(target.temporary_path(), trees.checksum, trees.voxels * 0x9E37'79B9'7F4A'7C15ULL);
-    target.commit();
-    finish_file(job, file);
+    finish_file(job, target);
 }
 
 }  // namespace terravox::convert

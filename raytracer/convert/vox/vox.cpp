@@ -144,8 +144,7 @@ void write_vox(Job& job, const VoxOptions& options) {
     for (const VoxModel& model : spool.models()) write_model(out, spool, model, palette);
     out.put(after);
     out.close();
-    file.commit();
-    finish_file(job, job.out);
+    finish_file(job, file);
 }
 
 }  // namespace terravox::convert

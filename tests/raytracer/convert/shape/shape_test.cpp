@@ -138,7 +138,10 @@ TEST_CASE("what is spooled is read back, and leaves no file", "[convert][shape]"
 TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {
     const auto world = test::lumps(1, 0);
     test::ExportJob e(*world, {{-70, -12, -9}, {31, 40, 80}}, "a.glb");
-    finish_file(e.job, e.job.out);
+    util::AtomicFile file(e.job.out);
+    util::write_file_atomically(file.temporary_path(), "a mesh");
+    finish_file(e.job, file);
+    CHECK(test::bytes_of_file(e.job.out) == "a mesh");
     const auto car = voxel::side_car_from_json(test::bytes_of_file(e.folder.path() / "a.glb.georef.json"), "the side-car");
     CHECK(car.offset == std::array<std::int32_t, 3>{-20, -12, 35});
     CHECK(car.offset == origin_of(e.job.part));

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""Disks that are full (ENOSPC), not only files that may not grow: for each writer, the server's cache, and the grabber's store.
+
+Required: exit code 1 and a line that names the file, nothing half-written, and once there is room the next run goes on to the same bytes.
+"""
+
+import contextlib
+import os
+import re
+import shutil
+import threading
+import unittest
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from small_disk import PAGE_BYTES, SmallDisk, why_not
+from support import ROOT, Run, Server, binary, temporary_folder, wait_until
+from writers import WRITERS, Ended, Writers
+
+REASON = why_not()
+NODE = shutil.which(os.environ.get("TERRAVOX_NODE") or "node")
+GRABBER = ROOT / "grabber" / "dist" / "main.js"
+GIB_PAGES = (1 << 30) // PAGE_BYTES
+
+
+@unittest.skipIf(REASON, REASON)
+class FullDisk(Writers):
+    def test_each_writer_tells_of_it_and_leaves_nothing_half_written(self):
+        for name in WRITERS:
+            pages = self.whole_pages(name, PAGE_BYTES)
+            for free in sorted({0, pages // 2, pages - 1}):
+                with self.subTest(name, free_pages=free, of=pages), SmallDisk(free) as disk:
+                    arguments, _ = self.writer(name, disk.folder)
+                    run = Ended(arguments, within=disk.within)
+                    self.assertEqual(run.code, 1, str(run))
+                    self.assert_told(run, name)
+                    self.assertIn(str(disk.folder), run.last)
+                    self.assert_nothing_half_written(name, run, disk.seen)
+                    disk.leave(GIB_PAGES)
+                    again = Ended(arguments, within=disk.within)
+                    self.assertEqual(again.code, 0, f"once there is room: {again}")
+                    self.assert_as_on_a_good_day(name, disk.seen)
+
+    def test_a_server_serves_on_and_keeps_boxes_once_there_is_room(self):
+        with contextlib.ExitStack() as stack:
+            usual = Server(self.data, "--cache", "none")
+            stack.callback(usual.stop)
+            paths = usual.box_paths()
+            boxes = {path: usual.get(path)[::2] for path in paths}
+        for free in (0, 8, 64):
+            with self.subTest(free_pages=free), SmallDisk(free) as disk:
+                for room in (False, True):
+                    if room:
+                        disk.leave(GIB_PAGES)
+                    server = Server(self.data, "--cache", disk.folder, program=disk.within)
+                    try:
+                        self.assertEqual({path: server.get(path)[::2] for path in paths}, boxes)
+                    finally:
+                        code = server.stop()
+                    self.assertEqual(code, 0, server.err)
+                again = Server(self.data, "--cache", disk.folder, program=disk.within)
+                try:
+                    self.assertEqual({path: again.get(path)[::2] for path in paths}, boxes)
+                    self.assertGreater(again.json("/v2/stats")["disk"]["hits"], 0, "nothing was kept though there was room")
+                finally:
+                    again.stop()
+
+
+class SlowServer(ThreadingHTTPServer):
+    """Serves one file, and does something when half of it is out."""
+
+    daemon_threads = True
+
+    def __init__(self, data, at_half):
+        class Handler(BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def do_GET(self):
+                begin = int((re.match(r"bytes=(\d+)-", self.headers.get("Range", "")) or [0, 0])[1])
+                self.send_response(206 if begin else 200)
+                if begin:
+                    self.send_header("Content-Range", f"bytes {begin}-{len(data) - 1}/{len(data)}")
+                self.send_header("Content-Length", str(len(data) - begin))
+                self.end_headers()
+                half = (begin + len(data)) // 2
+                self.wfile.write(data[begin:half])
+                self.wfile.flush()
+                at_half()
+                self.wfile.write(data[half:])
+
+            def log_message(self, *_):
+                pass
+
+        super().__init__(("127.0.0.1", 0), Handler)
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+    def handle_error(self, *_):
+        pass  # who asked has gone
+
+
+@unittest.skipIf(REASON, REASON)
+@unittest.skipUnless(NODE and GRABBER.exists(), f"no node, or no {GRABBER.relative_to(ROOT)}")
+class FullDiskOfTheGrabber(Writers):
+    @classmethod
+    def setUpClass(cls):
+        cls.survey = temporary_folder() / "survey"
+        run = Run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "0.1", "-o", cls.survey])
+        assert run.code == 0, run
+        cls.square = (cls.survey / "TM_462_101.laz").read_bytes()
+
+    def fetch(self, disk, *arguments):
+        run = Run([*disk.within, NODE, GRABBER, "fetch", *arguments, "--store", disk.folder / "store"])
+        if run.code == 1:
+            self.assertIn(str(disk.folder / "store"), run.err, str(run))
+        return run
+
+    def kept(self, disk):
+        """Names and bytes of the squares that are there under their names."""
+        return {path.name: path.read_bytes() for path in (disk.seen / "store").rglob("*.laz")}
+
+    def test_a_disk_that_is_full_before_anything_is_fetched(self):
+        for free in (0, 1, 12, 24, 60):
+            with self.subTest(free_pages=free), SmallDisk(free) as disk:
+                full = self.fetch(disk, "--from", self.survey)
+                self.assertEqual(full.code, 1, str(full))
+                self.assertEqual(self.kept(disk), {})
+                disk.leave(GIB_PAGES)
+                self.assertDone(self.fetch(disk, "--from", self.survey))
+                self.assertEqual(self.kept(disk), {"TM_462_101.laz": self.square})
+
+    def test_a_disk_that_somebody_else_fills_in_the_middle_of_a_file(self):
+        with SmallDisk(GIB_PAGES) as disk:
+            filled = []
+
+            def fill():
+                if not filled:
+                    # It looks for room before it begins.
+                    wait_until(lambda: any((disk.seen / "store").rglob(".*.part")), "a file is begun")
+                    disk.leave(4)
+                    filled.append(True)
+
+            server = SlowServer(self.square, fill)
+            self.addCleanup(server.server_close)
+            self.addCleanup(server.shutdown)
+            arguments = ["--url-template", f"http://127.0.0.1:{server.server_port}/TM_{{E}}_{{N}}.laz", "--allow-private", "--squares", "462_101"]
+            full = self.fetch(disk, *arguments)
+            self.assertEqual((full.code, filled), (1, [True]), str(full))
+            self.assertIn("no space left on device", full.err.lower())
+            self.assertEqual(self.kept(disk), {})
+            disk.leave(GIB_PAGES)
+            self.assertDone(self.fetch(disk, *arguments))
+            self.assertEqual(list(self.kept(disk).values()), [self.square])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,62 @@
+"""A disk of some pages: a tmpfs of limited size, in a mount namespace of its own, so that it needs no root and goes with the test."""
+
+import os
+import pathlib
+import subprocess
+
+from support import HANGS_S, temporary_folder
+
+PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")  # which tmpfs counts in
+# The second as root where user namespaces are forbidden, as in many containers.
+_WAYS = ((["--user", "--map-root-user"], ["--user", "--preserve-credentials"]), ([], []))
+_HOLD = 'mount -t tmpfs -o size="$1" none "$2" && echo mounted && exec cat'
+
+
+def why_not():
+    """Why there can be no such disk here; empty: there can."""
+    try:
+        with SmallDisk(1):
+            return ""
+    except OSError as e:
+        return str(e)
+
+
+class SmallDisk:
+    """A folder on a disk of its own, for as long as the block lasts.
+
+    `folder` is there for programs that are started with the words of `within` before them; this process sees the same files below `seen`.
+    """
+
+    def __init__(self, free_pages):
+        """@throws OSError where no namespace is allowed"""
+        self._mounted, said = temporary_folder(), []
+        for unshare, nsenter in _WAYS:
+            command = ["unshare", *unshare, "--mount", "sh", "-c", _HOLD, "sh", str((free_pages + 1) * PAGE_BYTES), self._mounted]
+            self._holder = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            if self._holder.stdout.readline() == "mounted\n":
+                break
+            said.append(self._end())
+        else:
+            raise OSError("no mount namespace: " + "; ".join(said))
+        self.within = ["nsenter", "--target", str(self._holder.pid), *nsenter, "--mount"]
+        self.folder = self._mounted / "out"
+        self.seen = pathlib.Path(f"/proc/{self._holder.pid}/root") / self.folder.relative_to("/")
+        self.seen.mkdir()
+        # One page is always taken: a limit of 0 would be none.
+        (self.seen.parent / "taken").write_bytes(bytes(PAGE_BYTES))
+
+    def leave(self, free_pages):
+        """From now on so much is free; it takes no memory before it is filled."""
+        was = os.statvfs(self.seen)
+        limit = was.f_blocks - was.f_bfree + free_pages
+        subprocess.run([*self.within, "mount", "-t", "tmpfs", "-o", f"remount,size={limit * PAGE_BYTES}", "none", self._mounted], check=True, timeout=HANGS_S)
+
+    def _end(self):
+        self._holder.kill()
+        return self._holder.communicate()[1].strip()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._end()
