@@ -104,9 +104,9 @@ class Worlds(Case):
         data = self.archive().read_bytes()
         reading = RangeServer(data, data, after=1 << 30)
         self.picture("whole.png", reading.url, *SMALL, "--detail", "8")
-        self.assertGreater(reading.asked, 10)
+        self.assertGreater(reading.asked, 3)
         (self.out / "whole.png").unlink()
-        for after in (1, 5, reading.asked - 2):
+        for after in (1, 3):
             for name in ("place.png", "copy.tvx", "copy.vox", "town"):
                 with self.subTest(f"{name} after {after}"):
                     server = RangeServer(data, data, after)
