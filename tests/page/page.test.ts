@@ -28,7 +28,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   });
   after(async () => {
     await browser?.close();
-    await fake.close();
+    fake.close();
   });
 
   async function openMap(options = {}): Promise<WatchedPage> {
@@ -198,7 +198,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     await untilText(watched.page, '#squares', /4 in all/);
     assert.ok(behind.asked.every((path) => path.startsWith(behind.prefix)), behind.asked.join(' '));
     await closeClean(watched);
-    await behind.close();
+    behind.close();
   });
 
   for (const colorScheme of ['light', 'dark'] as const)

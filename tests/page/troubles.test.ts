@@ -46,7 +46,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
   test('a server that goes away is told of, and is found again', async () => {
     const { page, errors } = await openPage(browser, fake.url);
     await until('the map is drawn', async () => (await coloursOnMap(page)) > 5);
-    await fake.close();
+    fake.close();
     await untilText(page, '#status', /does not answer/);
     await screenshot(page, 'gone');
     assert.ok((await coloursOnMap(page)) > 5, 'what was drawn stays');
@@ -62,7 +62,7 @@ describe('the page in trouble', { skip: noBrowser }, () => {
   test('another world in its place starts the page anew', async () => {
     const { page } = await openPage(browser, fake.url);
     await untilText(page, '#title', /Invented hills/);
-    await fake.close();
+    fake.close();
     await untilText(page, '#status', /does not answer/);
     fake.title = 'Other hills';
     await fake.open();

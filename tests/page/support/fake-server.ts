@@ -33,6 +33,7 @@ export class FakeServer {
   #requests = 0;
   #started = Date.now();
   #server: Server | undefined;
+  #closed = false;
   #port = 0;
 
   get url(): string {
@@ -41,17 +42,25 @@ export class FakeServer {
 
   async open(): Promise<this> {
     this.#started = Date.now();
+    this.#closed = false;
+    if (this.#server !== undefined) {
+      this.#server.ref();
+      return this;
+    }
     const server = (this.#server = createServer((request, reply) => this.#answer(request, reply)));
+    server.on('connection', (socket) => {
+      if (this.#closed) socket.destroy();
+    });
     await new Promise<void>((resolve) => server.listen(this.#port, '127.0.0.1', resolve));
     this.#port = (server.address() as AddressInfo).port;
     return this;
   }
 
-  async close(): Promise<void> {
-    const server = this.#server;
-    this.#server = undefined;
-    server?.closeAllConnections();
-    await new Promise<void>((resolve) => (server ? server.close(() => resolve()) : resolve()));
+  /** From now on nobody gets an answer. The port stays held, so that no other program has it when the server opens again. */
+  close(): void {
+    this.#closed = true;
+    this.#server?.closeAllConnections();
+    this.#server?.unref();
   }
 
   #answer(request: IncomingMessage, reply: ServerResponse): void {
