@@ -11,10 +11,10 @@ bool is(const InputEvent& event) {
 }
 
 /// The kind of frame that an event would end.
-enum class Ending { kNone, kPress, kCharacters, kButton, kWheel, kDrag };
+enum class Ending { kNone, kPress, kRelease, kCharacters, kButton, kWheel, kDrag };
 
 Ending ending_of(const InputEvent& event, bool dragging) {
-    if (const auto* key = std::get_if<KeyInput>(&event)) return key->down ? Ending::kPress : Ending::kNone;
+    if (const auto* key = std::get_if<KeyInput>(&event)) return key->down ? Ending::kPress : Ending::kRelease;
     if (is<CharacterInput>(event)) return Ending::kCharacters;
     if (is<ButtonInput>(event)) return Ending::kButton;
     if (is<WheelInput>(event)) return Ending::kWheel;
@@ -27,6 +27,7 @@ bool may_follow(Ending ended, Ending next) {
         case Ending::kNone: return true;
         case Ending::kPress:  // the window system sends the characters of a key right after its press
         case Ending::kCharacters: return next == Ending::kCharacters;
+        case Ending::kRelease: return next == Ending::kRelease;  // of Ctrl+Tab: another window has the keys then
         case Ending::kWheel: return next == Ending::kWheel;
         case Ending::kDrag: return next == Ending::kDrag;
         case Ending::kButton: return false;

@@ -37,7 +37,8 @@ using InputEvent = std::variant<KeyInput, CharacterInput, CursorInput, ButtonInp
 /// Dear ImGui 1.86 reads the state of keys and buttons once a frame, and a widget that is clicked in one frame takes keys from the next
 /// frame on. On a slow machine a click and the keys after it arrive within one frame; read at once, the keys would go to whatever had the
 /// focus before the click, and a key that is pressed and released would not be seen at all. So a frame ends after each event that can
-/// change where the following events belong: a key press with its characters, a button that changes, a turn of the wheel, a drag.
+/// change where the following events belong: a key press with its characters, releases of keys, a button that changes, a turn of the wheel,
+/// a drag.
 /// Not thread-safe: callbacks and frames are on the window's thread.
 class InputQueue {
 public:
