@@ -205,9 +205,9 @@ class Window(Case):
     def test_the_panel_by_keyboard_alone(self):
         program = self.preview(survey(), "--samples", "1", "--ui-scale", "1.5", "--light")
         desktop = self.desktop
-        desktop.key("ctrl+Tab")
-        self.saved(program)
-        desktop.key("Down", "Down", "Down", "Return")  # buttons, heading, date, time
+        with desktop.at_once(program):
+            desktop.key("ctrl+Tab")
+            desktop.key("Down", "Down", "Down", "Return")  # buttons, heading, date, time
         desktop.do("type", "12.5")
         desktop.key("Return")
         self.settle(program)
