@@ -2,9 +2,11 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include "common/util/error.hpp"
 
@@ -32,16 +34,33 @@ const char* plain_message_of(const std::exception_ptr& error, const char* text) 
     }
 }
 
-// Plain ASCII alone, a character at a time: the text may be a stranger's, and printable() needs memory.
+// Standard error may be closed: nothing is left to be done then.
+void write_out(const char* text, std::size_t bytes) noexcept {
+    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, bytes);
+}
+
+// Plain ASCII alone: the text may be a stranger's, and printable() needs memory. A line of usual
+// length is one write, which what other threads say does not come into the middle of.
 void say(const char* text) noexcept {
-    for (; *text != '\0'; ++text) {
-        const char shown = *text >= ' ' && *text < '\x7f' ? *text : '?';
-        // Standard error may be closed: nothing is left to be done then.
-        [[maybe_unused]] const auto written = ::write(STDERR_FILENO, &shown, 1);
-    }
+    char line[1024];
+    std::size_t used = 0;
+    const auto add = [&](char c) {
+        line[used++] = c;
+        if (used == sizeof line) write_out(line, std::exchange(used, 0));
+    };
+    for (const char* c = kName; *c != '\0'; ++c) add(*c);
+    for (const char* c = text; *c != '\0'; ++c) add(*c >= ' ' && *c < '\x7f' ? *c : '?');
+    add('\n');
+    write_out(line, used);
 }
 
 [[noreturn]] void end_program() noexcept {
+    // Without memory several threads get here at once: the first ends the program, others wait
+    // for it. Whoever comes twice has failed in here.
+    static std::atomic_flag s_ending;
+    static thread_local bool s_here = false;
+    if (std::exchange(s_here, true)) std::_Exit(static_cast<int>(ExitCode::kFailed));
+    while (s_ending.test_and_set()) ::pause();
     const char* message = "ended by an error inside the program that carries no message";
     // Whatever is done here must need no memory: its lack may be the reason.
     if (const std::exception_ptr error = std::current_exception()) {
@@ -52,9 +71,7 @@ void say(const char* text) noexcept {
         } catch (...) {
         }
     }
-    say(kName);
     say(message);
-    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, "\n", 1);
     std::_Exit(static_cast<int>(ExitCode::kFailed));
 }
 

@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <functional>
+#include <latch>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -73,6 +74,25 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
         CHECK(WIFEXITED(end.status));
         CHECK(WEXITSTATUS(end.status) == 1);
         CHECK(end.said == c.line);
+    }
+}
+
+TEST_CASE("of errors in several threads at once the first is told, in one line", "[common][util]") {
+    constexpr int kThreads = 8;
+    for (int repeat = 0; repeat < 20; ++repeat) {
+        const End end = end_of([] {
+            std::latch all(kThreads);
+            std::vector<std::thread> threads;
+            for (int i = 0; i < kThreads; ++i)
+                threads.emplace_back([&] {
+                    all.arrive_and_wait();
+                    throw std::bad_alloc();
+                });
+            for (std::thread& t : threads) t.join();
+        });
+        CHECK(WIFEXITED(end.status));
+        CHECK(WEXITSTATUS(end.status) == 1);
+        REQUIRE(end.said == "terravox: out of memory; lower memory limits or a smaller task may help\n");
     }
 }
 
