@@ -414,7 +414,7 @@ class Window(Case):
         program = self.preview(server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1")
         server.kill()
         with self.desktop.held("Left"):
-            program.saw("could not|Couldn't connect")
+            program.saw("hole at box")
         self.saved(program)
         self.keep("server-gone")
         again = Program("--port", str(port), survey(), program="VOXELSERVER")
