@@ -99,6 +99,13 @@ private:
         if (first > m_bytes) return first;
         const std::uint64_t count = number(m_at, static_cast<int>(count_bytes));
         if (count > m_bytes / entry_bytes) return kBeyond;
+        // More entries than the file has room for: the chain leads back, or directories overlap. To
+        // follow it would take hours.
+        m_entries += count;
+        if (m_entries > m_bytes / entry_bytes) {
+            m_at = 0;
+            return 0;
+        }
         const std::uint64_t next = first + count * entry_bytes;
         std::uint64_t end = sum(next, static_cast<std::uint64_t>(wide));
         if (end > m_bytes) return end;
@@ -124,6 +131,7 @@ private:
     std::ifstream m_in;
     const std::uint64_t m_bytes;
     std::uint64_t m_at = 0;  ///< of the next directory; 0: none
+    std::uint64_t m_entries = 0;  ///< of all directories so far
     bool m_little = true, m_big = false;
 };
 
