@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 #include "raytracer/world/relief/height_file.hpp"
 #include "tests/catch.hpp"
@@ -145,6 +146,19 @@ TEST_CASE("a damaged raster is a hole where it is damaged, and nowhere else", "[
     CHECK_THROWS_WITH(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}), contains("a.tif: damaged"));
     CHECK_THROWS_AS(world->box({0, floor_div(x, 64), by, floor_div(z, 64)}), Error);  // and not remembered as air
     CHECK(world->box({0, floor_div(x + 512, 64), by, floor_div(z, 64)}));
+}
+
+TEST_CASE("directories of a TIFF that lead back to themselves are not followed for ever", "[raytracer][relief]") {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "a.tif";
+    {
+        // 65,535 times StripOffsets, and the directory itself as the next one.
+        std::ofstream out(file, std::ios::binary);
+        out.write("II*\0\10\0\0\0\xff\xff", 10);
+        for (int i = 0; i < 65'535; ++i) out.write("\x11\1\4\0\5\0\0\0\10\0\0\0", 12);
+        out.write("\10\0\0\0", 4);
+    }
+    CHECK_FALSE(geo::lost_directory_of_tiff(file));
 }
 
 TEST_CASE("a raster that was cut short before its last overview is refused, and read where all of it is there", "[raytracer][relief]") {
