@@ -18,12 +18,16 @@
 
 namespace {
 
-terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, const terravox::CrewArguments& crew, const terravox::Scene& base, bool quiet) {
-    const auto renderer = std::make_shared<terravox::PictureRenderer>(world, crew.options(base), base, quiet);
+terravox::RenderPicture open_renderer(const terravox::WorldArguments& world,
+                                      const terravox::CrewArguments& crew,
+                                      const terravox::Scene& base, bool quiet) {
+    const auto renderer =
+        std::make_shared<terravox::PictureRenderer>(world, crew.options(base), base, quiet);
     return [renderer](const terravox::Scene& scene, const std::filesystem::path& picture) {
         const std::vector<std::string> files{picture.string()};
         terravox::PictureRenderer::check(scene, files);
-        return renderer->render(scene, files).has_holes() ? terravox::ExitCode::kHoles : terravox::ExitCode::kDone;
+        return renderer->render(scene, files).has_holes() ? terravox::ExitCode::kHoles
+                                                          : terravox::ExitCode::kDone;
     };
 }
 
@@ -31,7 +35,9 @@ terravox::RenderPicture open_renderer(const terravox::WorldArguments& world, con
 
 int main(int argc, char** argv) {
     return terravox::util::run_program([&] {
-        CLI::App app{"Ray traces voxel worlds: real places, Minecraft worlds, and worlds from noise.", "terravox"};
+        CLI::App app{
+            "Ray traces voxel worlds: real places, Minecraft worlds, and worlds from noise.",
+            "terravox"};
         app.set_version_flag("--version", std::string("terravox ") + terravox::kVersion);
         app.require_subcommand(1);
         const auto render = terravox::add_render_command(app);
@@ -45,17 +51,26 @@ int main(int argc, char** argv) {
 #ifdef TERRAVOX_PREVIEW
         const auto preview = terravox::add_preview_command(app);
 #endif
-        if (const auto code = terravox::util::parse_arguments(app, argc, argv)) return *code;
+        if (const auto code = terravox::util::parse_arguments(app, argc, argv))
+            return *code;
 #ifdef TERRAVOX_PREVIEW
-        if (app.got_subcommand("preview")) return static_cast<int>(preview());
+        if (app.got_subcommand("preview"))
+            return static_cast<int>(preview());
 #endif
-        if (app.got_subcommand("animate")) return static_cast<int>(animate());
-        if (app.got_subcommand("worker")) return static_cast<int>(worker());
-        if (app.got_subcommand("farm")) return static_cast<int>(farm());
-        if (app.got_subcommand("cluster")) return static_cast<int>(cluster());
-        if (app.got_subcommand("convert")) return static_cast<int>(convert());
-        if (app.got_subcommand("merge")) return static_cast<int>(merge());
-        if (app.got_subcommand("world")) return static_cast<int>(world());
+        if (app.got_subcommand("animate"))
+            return static_cast<int>(animate());
+        if (app.got_subcommand("worker"))
+            return static_cast<int>(worker());
+        if (app.got_subcommand("farm"))
+            return static_cast<int>(farm());
+        if (app.got_subcommand("cluster"))
+            return static_cast<int>(cluster());
+        if (app.got_subcommand("convert"))
+            return static_cast<int>(convert());
+        if (app.got_subcommand("merge"))
+            return static_cast<int>(merge());
+        if (app.got_subcommand("world"))
+            return static_cast<int>(world());
         return static_cast<int>(render());
     });
 }

@@ -1,6 +1,7 @@
 #pragma once
 
-// Catch2 2 (Debian 12) and Catch2 3 (Ubuntu 24.04) under one name. Tests include this file and nothing of Catch2 itself.
+// Catch2 2 (Debian 12) and Catch2 3 (Ubuntu 24.04) under one name. Tests include this file and
+// nothing of Catch2 itself.
 
 #include <string>
 

@@ -23,17 +23,21 @@ namespace terravox::geo {
 namespace {
 
 std::shared_ptr<OGRSpatialReference> empty_reference() {
-    // Grids that PROJ lacks would be fetched where a person's PROJ_NETWORK or proj.ini says so: places must not depend on that.
+    // Grids that PROJ lacks would be fetched where a person's PROJ_NETWORK or proj.ini says so:
+    // places must not depend on that.
     static std::once_flag once;
     std::call_once(once, [] { OSRSetPROJEnableNetwork(0); });
-    auto ogr = std::shared_ptr<OGRSpatialReference>(new OGRSpatialReference, [](OGRSpatialReference* p) { p->Release(); });
+    auto ogr = std::shared_ptr<OGRSpatialReference>(new OGRSpatialReference,
+                                                    [](OGRSpatialReference* p) { p->Release(); });
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     return ogr;
 }
 
-// A one-pixel TIFF in memory that carries the three GeoTIFF tags: GDAL's own driver then interprets the keys, with all their
-// user-defined parameters, which no public function of GDAL does from memory.
-std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
+// A one-pixel TIFF in memory that carries the three GeoTIFF tags: GDAL's own driver then interprets
+// the keys, with all their user-defined parameters, which no public function of GDAL does from
+// memory.
+std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> directory,
+                                         std::span<const double> doubles,
                                          std::span<const char> ascii) {
     std::vector<std::uint8_t> out;
     const auto put = [&](const void* data, std::size_t bytes) {
@@ -42,23 +46,31 @@ std::vector<std::uint8_t> tiff_with_keys(std::span<const std::uint16_t> director
     };
     const auto put16 = [&](std::uint16_t v) { put(&v, 2); };
     const auto put32 = [&](std::uint32_t v) { put(&v, 4); };
-    struct Tag { std::uint16_t id, type; std::uint32_t count; std::uint32_t value; };
-    std::vector<Tag> tags = {{256, 3, 1, 1}, {257, 3, 1, 1}, {258, 3, 1, 8}, {259, 3, 1, 1}, {262, 3, 1, 1},
-                             {273, 4, 1, 8}, {277, 3, 1, 1}, {278, 3, 1, 1}, {279, 4, 1, 1}};
+    struct Tag {
+        std::uint16_t id, type;
+        std::uint32_t count;
+        std::uint32_t value;
+    };
+    std::vector<Tag> tags = {{256, 3, 1, 1}, {257, 3, 1, 1}, {258, 3, 1, 8},
+                             {259, 3, 1, 1}, {262, 3, 1, 1}, {273, 4, 1, 8},
+                             {277, 3, 1, 1}, {278, 3, 1, 1}, {279, 4, 1, 1}};
     std::uint32_t entries = 10 + (doubles.empty() ? 0 : 1) + (ascii.empty() ? 0 : 1);
     std::uint32_t data_at = 16 + 2 + entries * 12 + 4;
     const std::uint32_t directory_at = data_at;
     tags.push_back({34735, 3, static_cast<std::uint32_t>(directory.size()), directory_at});
     data_at += static_cast<std::uint32_t>(directory.size_bytes());
     const std::uint32_t doubles_at = data_at;
-    if (!doubles.empty()) tags.push_back({34736, 12, static_cast<std::uint32_t>(doubles.size()), doubles_at});
+    if (!doubles.empty())
+        tags.push_back({34736, 12, static_cast<std::uint32_t>(doubles.size()), doubles_at});
     data_at += static_cast<std::uint32_t>(doubles.size_bytes());
-    if (!ascii.empty()) tags.push_back({34737, 2, static_cast<std::uint32_t>(ascii.size()), data_at});
+    if (!ascii.empty())
+        tags.push_back({34737, 2, static_cast<std::uint32_t>(ascii.size()), data_at});
     put("II", 2), put16(42), put32(16);
     const std::array<std::uint8_t, 8> pixel{};
     put(pixel.data(), pixel.size());
     put16(static_cast<std::uint16_t>(tags.size()));
-    for (const Tag& tag : tags) put16(tag.id), put16(tag.type), put32(tag.count), put32(tag.value);
+    for (const Tag& tag : tags)
+        put16(tag.id), put16(tag.type), put32(tag.count), put32(tag.value);
     put32(0);
     put(directory.data(), directory.size_bytes());
     put(doubles.data(), doubles.size_bytes());
@@ -74,23 +86,31 @@ struct LengthUnit {
 
 // The unit of heights that the keys state (VerticalUnitsGeoKey), if they do.
 std::optional<LengthUnit> stated_vertical_unit(std::span<const std::uint16_t> directory) {
-    constexpr std::uint16_t kVerticalUnits = 4099, kMetre = 9001, kFoot = 9002, kUsSurveyFoot = 9003;
+    constexpr std::uint16_t kVerticalUnits = 4099, kMetre = 9001, kFoot = 9002,
+                            kUsSurveyFoot = 9003;
     for (std::size_t i = 4; i + 3 < directory.size(); i += 4) {
-        if (directory[i] != kVerticalUnits || directory[i + 1] != 0) continue;
-        if (directory[i + 3] == kMetre) return LengthUnit{"metre", 1, "1"};
-        if (directory[i + 3] == kFoot) return LengthUnit{"foot", 0.3048, "0.3048"};
-        if (directory[i + 3] == kUsSurveyFoot) return LengthUnit{"US survey foot", 1200.0 / 3937, "0.304800609601219"};
+        if (directory[i] != kVerticalUnits || directory[i + 1] != 0)
+            continue;
+        if (directory[i + 3] == kMetre)
+            return LengthUnit{"metre", 1, "1"};
+        if (directory[i + 3] == kFoot)
+            return LengthUnit{"foot", 0.3048, "0.3048"};
+        if (directory[i + 3] == kUsSurveyFoot)
+            return LengthUnit{"US survey foot", 1200.0 / 3937, "0.304800609601219"};
     }
     return std::nullopt;
 }
 
-// GDAL believes the code of the vertical system over the stated unit. Files in feet under the code of a system in metres are
-// common, so the unit decides here.
+// GDAL believes the code of the vertical system over the stated unit. Files in feet under the code
+// of a system in metres are common, so the unit decides here.
 void set_vertical_unit(OGRSpatialReference& ogr, const LengthUnit& unit) {
-    if (ogr.IsVertical() != 0 && std::abs(ogr.GetTargetLinearUnits("VERT_CS") - unit.metres) < 1e-9) return;
+    if (ogr.IsVertical() != 0 && std::abs(ogr.GetTargetLinearUnits("VERT_CS") - unit.metres) < 1e-9)
+        return;
     const std::string name = std::string("height (") + unit.name + ")";
-    const std::string wkt = "VERTCRS[\"" + name + "\",VDATUM[\"unknown\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"" + unit.name +
-                            "\"," + unit.digits + "]]";
+    const std::string wkt =
+        "VERTCRS[\"" + name +
+        "\",VDATUM[\"unknown\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"" + unit.name +
+        "\"," + unit.digits + "]]";
     OGRSpatialReference heights(wkt.c_str()), flat(ogr);
     flat.StripVertical();
     ogr.SetCompoundCS((std::string(flat.GetName()) + " + " + name).c_str(), &flat, &heights);
@@ -99,7 +119,9 @@ void set_vertical_unit(OGRSpatialReference& ogr, const LengthUnit& unit) {
 std::string attempt_to_read(const std::string& text) {
     constexpr std::size_t kShown = 120;
     std::string shown = text.substr(0, kShown);
-    std::replace_if(shown.begin(), shown.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
+    std::replace_if(
+        shown.begin(), shown.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; },
+        ' ');
     return "read the coordinate reference system '" + shown + "': ";
 }
 
@@ -125,37 +147,50 @@ Crs Crs::from_text(const std::string& text) {
     const QuietGdal quiet;
     auto ogr = empty_reference();
     std::string fault = fault_of_crs_text(text);
-    if (fault.empty() && ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
+    if (fault.empty() &&
+        ogr->SetFromUserInput(text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) !=
+            OGRERR_NONE)
         fault = not_understood(text);
-    if (!fault.empty()) throw UsageError(attempt_to_read(text) + fault + "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
+    if (!fault.empty())
+        throw UsageError(attempt_to_read(text) + fault +
+                         "; allowed: EPSG:<code>, WKT or a PROJ string, without names of files");
     return Crs(std::move(ogr));
 }
 
 Crs Crs::from_wkt(const std::string& wkt) {
     const QuietGdal quiet;
     auto ogr = empty_reference();
-    std::string fault = notation_of(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
-    if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE) fault = not_understood(wkt);
-    if (!fault.empty()) throw Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
+    std::string fault =
+        notation_of(wkt) == CrsNotation::kWkt ? fault_of_crs_text(wkt) : "no well-known text";
+    if (fault.empty() && ogr->importFromWkt(wkt.c_str()) != OGRERR_NONE)
+        fault = not_understood(wkt);
+    if (!fault.empty())
+        throw Error(attempt_to_read(wkt) + fault + "; allowed: WKT without names of files");
     return Crs(std::move(ogr));
 }
 
 Crs Crs::from_ogr(const OGRSpatialReference& read, const std::string& origin) {
     const QuietGdal quiet;
-    // Version 2 has all of the system; version 1, which not every system can be written in, what GDAL hands to PROJ beside it (EXTENSION).
+    // Version 2 has all of the system; version 1, which not every system can be written in, what
+    // GDAL hands to PROJ beside it (EXTENSION).
     std::string fault = fault_of_crs_text(exported(read, "FORMAT=WKT2_2019"));
-    if (const std::string older = exported(read, "FORMAT=WKT1_GDAL"); fault.empty() && !older.empty()) fault = fault_of_crs_text(older);
-    if (!fault.empty()) throw Error("read the coordinate reference system of " + origin + ": " + fault + "; allowed: one without names of files");
+    if (const std::string older = exported(read, "FORMAT=WKT1_GDAL");
+        fault.empty() && !older.empty())
+        fault = fault_of_crs_text(older);
+    if (!fault.empty())
+        throw Error("read the coordinate reference system of " + origin + ": " + fault +
+                    "; allowed: one without names of files");
     auto ogr = empty_reference();
     *ogr = read;
     ogr->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     return Crs(std::move(ogr));
 }
 
-std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
-                                     std::span<const char> ascii) {
+std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory,
+                                     std::span<const double> doubles, std::span<const char> ascii) {
     constexpr std::size_t kHeaderWords = 4, kMostKeys = 4096;
-    if (directory.size() < 2 * kHeaderWords || directory.size() > kMostKeys * 4) return std::nullopt;
+    if (directory.size() < 2 * kHeaderWords || directory.size() > kMostKeys * 4)
+        return std::nullopt;
     const QuietGdal quiet;
     start_gdal();
     static std::atomic<unsigned> counter{0};
@@ -165,52 +200,68 @@ std::optional<Crs> Crs::from_geokeys(std::span<const std::uint16_t> directory, s
     const auto forget = [](const std::string* file) { VSIUnlink(file->c_str()); };
     const std::unique_ptr<const std::string, decltype(forget)> forgotten_at_the_end(&name, forget);
     std::optional<Crs> crs;
-    // Without this GDAL leaves the vertical keys out for GeoTIFF 1.0, which LAS files carry: heights in feet would be read as metres.
+    // Without this GDAL leaves the vertical keys out for GeoTIFF 1.0, which LAS files carry:
+    // heights in feet would be read as metres.
     const CPLConfigOptionSetter with_vertical("GTIFF_REPORT_COMPD_CS", "YES", false);
     const char* const only_tiff[] = {"GTiff", nullptr};
-    if (GDALDatasetUniquePtr image{GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_tiff)}) {
+    if (GDALDatasetUniquePtr image{
+            GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only_tiff)}) {
         const OGRSpatialReference* found = image->GetSpatialRef();
-        if (found != nullptr && (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
+        if (found != nullptr &&
+            (found->IsProjected() || found->IsGeographic() || found->IsCompound())) {
             OGRSpatialReference read(*found);
-            if (const auto unit = stated_vertical_unit(directory)) set_vertical_unit(read, *unit);
+            if (const auto unit = stated_vertical_unit(directory))
+                set_vertical_unit(read, *unit);
             crs = from_ogr(read, "GeoTIFF keys");
         }
     }
-    if (!crs) check_proj_is_usable("read the GeoTIFF keys of a coordinate reference system");
+    if (!crs)
+        check_proj_is_usable("read the GeoTIFF keys of a coordinate reference system");
     return crs;
 }
 
 std::string Crs::name() const {
     const char* authority = m_ogr->GetAuthorityName(nullptr);
     const char* code = m_ogr->GetAuthorityCode(nullptr);
-    if (authority != nullptr && code != nullptr) return std::string(authority) + ":" + code;
+    if (authority != nullptr && code != nullptr)
+        return std::string(authority) + ":" + code;
     const char* own = m_ogr->GetName();
     return own != nullptr ? own : "unnamed";
 }
 
-std::string Crs::wkt() const { return exported(*m_ogr, "FORMAT=WKT2_2019"); }
+std::string Crs::wkt() const {
+    return exported(*m_ogr, "FORMAT=WKT2_2019");
+}
 
-bool Crs::geographic() const { return m_ogr->IsGeographic() != 0; }
+bool Crs::geographic() const {
+    return m_ogr->IsGeographic() != 0;
+}
 
 bool Crs::pseudo_mercator() const {
-    // WKT 2 names the method, whoever's code the system has (EPSG:3857, ESRI:102100) or when it has none.
+    // WKT 2 names the method, whoever's code the system has (EPSG:3857, ESRI:102100) or when it has
+    // none.
     return wkt().find("METHOD[\"Popular Visualisation Pseudo Mercator\"") != std::string::npos;
 }
 
-double Crs::metres_per_unit() const { return geographic() ? 1.0 : m_ogr->GetLinearUnits(); }
+double Crs::metres_per_unit() const {
+    return geographic() ? 1.0 : m_ogr->GetLinearUnits();
+}
 
 std::optional<double> Crs::vertical_metres_per_unit() const {
-    if (m_ogr->IsVertical() == 0) return std::nullopt;
+    if (m_ogr->IsVertical() == 0)
+        return std::nullopt;
     return m_ogr->GetTargetLinearUnits("VERT_CS");
 }
 
 std::optional<std::string> Crs::vertical_datum() const {
-    if (m_ogr->IsCompound() == 0 && m_ogr->IsVertical() == 0) return m_ogr->GetAxesCount() == 3 ? std::optional<std::string>("ellipsoid") : std::nullopt;
+    if (m_ogr->IsCompound() == 0 && m_ogr->IsVertical() == 0)
+        return m_ogr->GetAxesCount() == 3 ? std::optional<std::string>("ellipsoid") : std::nullopt;
     const char* name = m_ogr->GetAttrValue("VERT_DATUM");
     // A unit alone is kept under such a name: set_vertical_unit, and other programs' files.
     const auto nothing = {"unknown", "unnamed", "not specified"};
     const auto begins = [&](const char* words) { return EQUALN(name, words, std::strlen(words)); };
-    if (name == nullptr || *name == '\0' || std::any_of(nothing.begin(), nothing.end(), begins)) return std::nullopt;
+    if (name == nullptr || *name == '\0' || std::any_of(nothing.begin(), nothing.end(), begins))
+        return std::nullopt;
     return name;
 }
 
@@ -220,7 +271,8 @@ bool Crs::same_horizontal(const Crs& other) const {
         copy.StripVertical();
         return copy;
     };
-    const char* const options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT", nullptr};
+    const char* const options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES",
+                                   "CRITERION=EQUIVALENT", nullptr};
     const auto mine = flat(*m_ogr), theirs = flat(*other.m_ogr);
     return mine.IsSame(&theirs, options) != 0;
 }
@@ -228,7 +280,8 @@ bool Crs::same_horizontal(const Crs& other) const {
 Transform::Transform(const Crs& from, const Crs& to) : m_between(from.name() + " to " + to.name()) {
     const QuietGdal quiet;
     m_ogr.reset(OGRCreateCoordinateTransformation(&from.ogr(), &to.ogr()));
-    if (!m_ogr) throw Error("transform coordinates from " + m_between + ": PROJ knows no way between them");
+    if (!m_ogr)
+        throw Error("transform coordinates from " + m_between + ": PROJ knows no way between them");
 }
 
 Transform::~Transform() = default;
@@ -236,14 +289,19 @@ Transform::Transform(Transform&&) noexcept = default;
 Transform& Transform::operator=(Transform&&) noexcept = default;
 
 void Transform::apply(std::span<double> x, std::span<double> y) const {
-    if (x.size() != y.size()) throw Error("transform coordinates: " + std::to_string(x.size()) + " x but " + std::to_string(y.size()) + " y");
-    if (x.empty()) return;
+    if (x.size() != y.size())
+        throw Error("transform coordinates: " + std::to_string(x.size()) + " x but " +
+                    std::to_string(y.size()) + " y");
+    if (x.empty())
+        return;
     const QuietGdal quiet;
     const double first_x = x[0], first_y = y[0];
-    const int ok = m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);
+    const int ok =
+        m_ogr->Transform(static_cast<int>(x.size()), x.data(), y.data(), nullptr, nullptr);
     if (ok == 0 || !std::isfinite(x[0]) || !std::isfinite(y[0]))
-        throw Error("transform coordinates from " + m_between + ": a point near (" + std::to_string(first_x) + ", " +
-                    std::to_string(first_y) + ") lies outside the domain");
+        throw Error("transform coordinates from " + m_between + ": a point near (" +
+                    std::to_string(first_x) + ", " + std::to_string(first_y) +
+                    ") lies outside the domain");
 }
 
 LatLon to_lat_lon(const Crs& crs, double easting, double northing) {

@@ -18,12 +18,14 @@ struct LatLon {
     double lon_deg = 0;
 };
 
-/// A coordinate reference system, from a name, WKT or GeoTIFF keys. A value; copying is cheap. Axis order is always
-/// easting, northing (longitude, latitude), whatever the authority says.
+/// A coordinate reference system, from a name, WKT or GeoTIFF keys. A value; copying is cheap. Axis
+/// order is always easting, northing (longitude, latitude), whatever the authority says.
 class Crs {
 public:
-    /// What a person says. No text makes PROJ open a file or ask the network, whoever wrote it (crs_text.hpp).
-    /// @param text EPSG:n (ESRI, IGNF and OGC too, EPSG:n+m with a vertical system), WKT 1 or 2, or a PROJ string
+    /// What a person says. No text makes PROJ open a file or ask the network, whoever wrote it
+    /// (crs_text.hpp).
+    /// @param text EPSG:n (ESRI, IGNF and OGC too, EPSG:n+m with a vertical system), WKT 1 or 2, or
+    /// a PROJ string
     /// @throws UsageError naming the text when it is refused or not understood
     static Crs from_text(const std::string& text);
 
@@ -37,21 +39,26 @@ public:
     /// @throws Error naming the origin when the system names files for PROJ to open
     static Crs from_ogr(const OGRSpatialReference& ogr, const std::string& origin);
 
-    /// The three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last two may be empty.
+    /// The three GeoTIFF VLRs of a LAS file (LASF_Projection 34735, 34736, 34737); the last two may
+    /// be empty.
     /// @return nullopt when the keys name no system
     /// @throws Error when the system names files for PROJ to open
-    static std::optional<Crs> from_geokeys(std::span<const std::uint16_t> directory, std::span<const double> doubles,
+    static std::optional<Crs> from_geokeys(std::span<const std::uint16_t> directory,
+                                           std::span<const double> doubles,
                                            std::span<const char> ascii);
 
     [[nodiscard]] const OGRSpatialReference& ogr() const noexcept { return *m_ogr; }
-    [[nodiscard]] std::string name() const;  ///< "EPSG:3794" when an authority is known, else the CRS's own name
-    [[nodiscard]] std::string wkt() const;   ///< WKT 2 (2019), one line
-    [[nodiscard]] bool geographic() const;   ///< coordinates are degrees
-    [[nodiscard]] bool pseudo_mercator() const;  ///< EPSG:3857 and its twins: lengths are stretched by 1 / cos(latitude)
+    [[nodiscard]] std::string name()
+        const;  ///< "EPSG:3794" when an authority is known, else the CRS's own name
+    [[nodiscard]] std::string wkt() const;  ///< WKT 2 (2019), one line
+    [[nodiscard]] bool geographic() const;  ///< coordinates are degrees
+    [[nodiscard]] bool pseudo_mercator()
+        const;  ///< EPSG:3857 and its twins: lengths are stretched by 1 / cos(latitude)
     [[nodiscard]] double metres_per_unit() const;  ///< horizontal unit; 1 for geographic systems
     /// Vertical unit in metres, when the system has a vertical part.
     [[nodiscard]] std::optional<double> vertical_metres_per_unit() const;
-    /// What heights are measured from, when the system says: its vertical datum's name, or "ellipsoid" for a system of three dimensions.
+    /// What heights are measured from, when the system says: its vertical datum's name, or
+    /// "ellipsoid" for a system of three dimensions.
     [[nodiscard]] std::optional<std::string> vertical_datum() const;
     [[nodiscard]] bool same_horizontal(const Crs& other) const;
 

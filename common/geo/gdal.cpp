@@ -11,7 +11,8 @@ namespace terravox::geo {
 namespace {
 
 void limit(std::int64_t bytes) {
-    if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(bytes);
+    if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr)
+        GDALSetCacheMax64(bytes);
 }
 
 }  // namespace

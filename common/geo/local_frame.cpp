@@ -6,11 +6,13 @@
 namespace terravox::geo {
 namespace {
 
-constexpr double kCentralMeridianDeg = 15, kScale = 0.9999, kFalseEastingM = 500'000, kFalseNorthingM = -5'000'000;
+constexpr double kCentralMeridianDeg = 15, kScale = 0.9999, kFalseEastingM = 500'000,
+                 kFalseNorthingM = -5'000'000;
 constexpr double kGrs80RadiusM = 6'378'137, kGrs80Flattening = 1 / 298.257222101;
 
 const GeographicLib::TransverseMercator& d96tm() {
-    static const GeographicLib::TransverseMercator projection(kGrs80RadiusM, kGrs80Flattening, kScale);
+    static const GeographicLib::TransverseMercator projection(kGrs80RadiusM, kGrs80Flattening,
+                                                              kScale);
     return projection;
 }
 
@@ -40,7 +42,8 @@ Projected d96tm_from_lat_lon(LatLon place) {
 
 LatLon d96tm_to_lat_lon(Projected point) {
     LatLon out;
-    d96tm().Reverse(kCentralMeridianDeg, point.easting_m - kFalseEastingM, point.northing_m - kFalseNorthingM, out.lat_deg, out.lon_deg);
+    d96tm().Reverse(kCentralMeridianDeg, point.easting_m - kFalseEastingM,
+                    point.northing_m - kFalseNorthingM, out.lat_deg, out.lon_deg);
     return out;
 }
 

@@ -4,12 +4,14 @@
 
 namespace terravox::geo {
 
-/// Metres east, north and up of a point on the ellipsoid: a tangent plane, true to shape near its origin.
+/// Metres east, north and up of a point on the ellipsoid: a tangent plane, true to shape near its
+/// origin.
 struct EastNorthUp {
     double east_m = 0, north_m = 0, up_m = 0;
 };
 
-/// A local frame at a place on the WGS 84 ellipsoid (GeographicLib's LocalCartesian). Immutable, thread-safe.
+/// A local frame at a place on the WGS 84 ellipsoid (GeographicLib's LocalCartesian). Immutable,
+/// thread-safe.
 class LocalFrame {
 public:
     /// @param height_m above the ellipsoid
@@ -28,8 +30,9 @@ struct Projected {
     double easting_m = 0, northing_m = 0;
 };
 
-/// D96/TM (EPSG:3794), the system of Slovenia's LiDAR squares: transverse Mercator on GRS 80, central meridian 15 degrees east,
-/// scale 0.9999, false easting 500 km, false northing -5000 km. Exact to nanometres (GeographicLib), without PROJ's database.
+/// D96/TM (EPSG:3794), the system of Slovenia's LiDAR squares: transverse Mercator on GRS 80,
+/// central meridian 15 degrees east, scale 0.9999, false easting 500 km, false northing -5000 km.
+/// Exact to nanometres (GeographicLib), without PROJ's database.
 [[nodiscard]] Projected d96tm_from_lat_lon(LatLon place);
 [[nodiscard]] LatLon d96tm_to_lat_lon(Projected point);
 

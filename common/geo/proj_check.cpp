@@ -10,8 +10,11 @@ void check_proj_is_usable(const std::string& attempt) {
     const QuietGdal quiet;
     constexpr int kKnownToAll = 4326;  // WGS 84
     OGRSpatialReference known;
-    if (known.importFromEPSG(kKnownToAll) == OGRERR_NONE) return;
-    throw ProjUnusableError(attempt + ": PROJ cannot use its database (package proj-data), or lacks memory or descriptors for it");
+    if (known.importFromEPSG(kKnownToAll) == OGRERR_NONE)
+        return;
+    throw ProjUnusableError(attempt +
+                            ": PROJ cannot use its database (package proj-data), or lacks memory "
+                            "or descriptors for it");
 }
 
 }  // namespace terravox::geo

@@ -12,8 +12,9 @@ public:
     using Error::Error;
 };
 
-/// To be called where PROJ has not understood something, before that is blamed: without memory or descriptors, or without its
-/// database, PROJ understands nothing, and does not say why. Thread-safe.
+/// To be called where PROJ has not understood something, before that is blamed: without memory or
+/// descriptors, or without its database, PROJ understands nothing, and does not say why.
+/// Thread-safe.
 /// @param attempt  begins the message, such as "read the coordinate reference system 'EPSG:3794'"
 /// @throws ProjUnusableError
 void check_proj_is_usable(const std::string& attempt);

@@ -7,7 +7,8 @@
 
 namespace terravox::geo {
 
-/// While one lives, GDAL's messages on this thread go into our errors, not to the standard error stream.
+/// While one lives, GDAL's messages on this thread go into our errors, not to the standard error
+/// stream.
 class QuietGdal {
 public:
     QuietGdal() {

@@ -15,19 +15,28 @@ namespace fs = std::filesystem;
 GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attempt, int overview) {
     start_gdal();
     const QuietGdal quiet;
-    const auto fail = [&](const std::string& what) { throw Error(attempt + " " + path.string() + ": " + what); };
+    const auto fail = [&](const std::string& what) {
+        throw Error(attempt + " " + path.string() + ": " + what);
+    };
     std::error_code failed;
     const fs::file_status status = fs::status(path, failed);
-    if (!fs::exists(status)) fail("no such file");
-    if (!fs::is_regular_file(status)) fail("no file, but a folder or a device");
+    if (!fs::exists(status))
+        fail("no such file");
+    if (!fs::is_regular_file(status))
+        fail("no file, but a folder or a device");
     const std::string level = "OVERVIEW_LEVEL=" + std::to_string(overview);
     const std::array<const char*, 2> options{level.c_str(), nullptr};
     // From the root on: no file's name then begins like one of GDAL's.
     const std::string name = fs::absolute(path).string();
-    GDALDatasetUniquePtr data(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kRasterDrivers, overview >= 0 ? options.data() : nullptr));
-    if (!data) fail("no raster that can be read: " + QuietGdal::reason() + "; allowed: " + kRasterFormats);
-    if (data->GetRasterCount() < 1) fail("a raster without bands");
-    if (const auto lost = lost_directory_of_tiff(path)) fail("cut short: " + *lost);
+    GDALDatasetUniquePtr data(GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
+                                                kRasterDrivers,
+                                                overview >= 0 ? options.data() : nullptr));
+    if (!data)
+        fail("no raster that can be read: " + QuietGdal::reason() + "; allowed: " + kRasterFormats);
+    if (data->GetRasterCount() < 1)
+        fail("a raster without bands");
+    if (const auto lost = lost_directory_of_tiff(path))
+        fail("cut short: " + *lost);
     return data;
 }
 

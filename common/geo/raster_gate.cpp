@@ -24,14 +24,16 @@ namespace terravox::geo {
 
 namespace fs = std::filesystem;
 
-const char* const kRasterDrivers[] = {"GTiff", "JPEG",    "PNG",     "JP2OpenJPEG", "VRT", "AAIGrid", "EHdr",
-                                      "ENVI",  "SRTMHGT", "USGSDEM", "DTED",        "XYZ", nullptr};
+const char* const kRasterDrivers[] = {"GTiff",   "JPEG", "PNG",  "JP2OpenJPEG", "VRT",
+                                      "AAIGrid", "EHdr", "ENVI", "SRTMHGT",     "USGSDEM",
+                                      "DTED",    "XYZ",  nullptr};
 
 namespace {
 
 using OpenRaster = GDALDataset* (*)(GDALOpenInfo*);
 
-/// What the drivers did before the gate was put before them. Written once, before any raster is opened.
+/// What the drivers did before the gate was put before them. Written once, before any raster is
+/// opened.
 std::vector<std::pair<GDALDriver*, OpenRaster>>& originals() {
     static std::vector<std::pair<GDALDriver*, OpenRaster>> all;
     return all;
@@ -39,27 +41,33 @@ std::vector<std::pair<GDALDriver*, OpenRaster>>& originals() {
 
 OpenRaster original_of(const GDALDriver* driver) {
     for (const auto& [known, open] : originals())
-        if (known == driver) return open;
+        if (known == driver)
+            return open;
     return nullptr;
 }
 
 void check_crs_texts(const CPLXMLNode* node) {
     for (; node != nullptr; node = node->psNext) {
         check_crs_texts(node->psChild);
-        if (node->eType != CXT_Element && node->eType != CXT_Attribute) continue;
+        if (node->eType != CXT_Element && node->eType != CXT_Attribute)
+            continue;
         // All under which GDAL's and Esri's .aux.xml tell a system.
         const std::string_view name = node->pszValue;
-        const bool tells = EQUAL(name.data(), "SRS") || EQUAL(name.data(), "WKT") || EQUAL(name.data(), "Projection");
+        const bool tells = EQUAL(name.data(), "SRS") || EQUAL(name.data(), "WKT") ||
+                           EQUAL(name.data(), "Projection");
         const std::string text = tells ? CPLGetXMLValue(node, nullptr, "") : "";
-        if (text.empty()) continue;
-        if (const std::string fault = fault_of_crs_text(text); !fault.empty()) throw Error("the coordinate reference system of its .aux.xml: " + fault);
+        if (text.empty())
+            continue;
+        if (const std::string fault = fault_of_crs_text(text); !fault.empty())
+            throw Error("the coordinate reference system of its .aux.xml: " + fault);
     }
 }
 
 std::string text_of(const fs::path& file) {
     constexpr std::uintmax_t kMost_bytes = std::uintmax_t{64} << 20;
     if (fs::file_size(file) > kMost_bytes)
-        throw Error("its side file " + file.filename().string() + " is larger than " + std::to_string(kMost_bytes >> 20) + " MiB");
+        throw Error("its side file " + file.filename().string() + " is larger than " +
+                    std::to_string(kMost_bytes >> 20) + " MiB");
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -67,57 +75,77 @@ std::string text_of(const fs::path& file) {
 void check_aux_xml(const fs::path& file) {
     const std::string text = text_of(file);
     // What is no XML to this parser is none to GDAL, whose parser it is.
-    const std::unique_ptr<CPLXMLNode, decltype(&CPLDestroyXMLNode)> tree(CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
+    const std::unique_ptr<CPLXMLNode, decltype(&CPLDestroyXMLNode)> tree(
+        CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
     check_crs_texts(tree.get());
 }
 
-/// WKT among other text: of what it says PROJ opens only these two as it reads; all the rest is looked at once it is read (Crs::from_ogr).
+/// WKT among other text: of what it says PROJ opens only these two as it reads; all the rest is
+/// looked at once it is read (Crs::from_ogr).
 void check_for_grids(const fs::path& file) {
     std::string text = text_of(file);
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     for (const char* const word : {"PROJ4_GRIDS", "PARAMETERFILE"})
-        if (text.find(word) != std::string::npos) throw Error("its side file " + file.filename().string() + " names files (" + word + ")");
+        if (text.find(word) != std::string::npos)
+            throw Error("its side file " + file.filename().string() + " names files (" + word +
+                        ")");
 }
 
 void check_side_files(const fs::path& raster) {
     const fs::path beside = raster.parent_path(), own = fs::canonical(raster).parent_path();
     for (const fs::path& side : side_files(raster)) {
         std::error_code failed;
-        if (!fs::exists(fs::symlink_status(side, failed))) continue;
+        if (!fs::exists(fs::symlink_status(side, failed)))
+            continue;
         const bool stays = lies_in(side, beside) || lies_in(side, own);
         if (!fs::is_regular_file(side, failed) || !stays)
-            throw Error("its side file " + side.filename().string() + " is no file beside or below it");
+            throw Error("its side file " + side.filename().string() +
+                        " is no file beside or below it");
         const std::string ending = side.extension().string();
-        if (ending == ".xml") check_aux_xml(side);
-        if (EQUAL(ending.c_str(), ".prj") || EQUAL(ending.c_str(), ".hdr")) check_for_grids(side);
+        if (ending == ".xml")
+            check_aux_xml(side);
+        if (EQUAL(ending.c_str(), ".prj") || EQUAL(ending.c_str(), ".hdr"))
+            check_for_grids(side);
     }
 }
 
 void check_before(GDALDriver& driver, const fs::path& raster) {
     check_side_files(raster);
-    if (!EQUAL(driver.GetDescription(), "VRT")) return;
-    if (!EQUAL(raster.extension().c_str(), ".vrt")) throw Error("a virtual raster that is not named .vrt");
+    if (!EQUAL(driver.GetDescription(), "VRT"))
+        return;
+    if (!EQUAL(raster.extension().c_str(), ".vrt"))
+        throw Error("a virtual raster that is not named .vrt");
     check_virtual_raster(raster);
 }
 
 void check_opened(GDALDataset& data) {
-    if (data.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr) throw Error("its metadata name another file for its overviews");
-    if (data.GetMetadata("GEOLOCATION") != nullptr) throw Error("its metadata name other files for its places");
+    if (data.GetMetadataItem("OVERVIEW_FILE", "OVERVIEWS") != nullptr)
+        throw Error("its metadata name another file for its overviews");
+    if (data.GetMetadata("GEOLOCATION") != nullptr)
+        throw Error("its metadata name other files for its places");
 }
 
-/// A callback of GDAL. Not ours is what the driver itself does not know: then other drivers are asked.
+/// A callback of GDAL. Not ours is what the driver itself does not know: then other drivers are
+/// asked.
 GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept {
     try {
-        if (driver->pfnIdentify != nullptr && driver->pfnIdentify(info) == 0) return nullptr;
-        // GDAL's own: parts of a file that it has open (JPEG in TIFF), and what we keep in memory. No text of a stranger gets here by them.
+        if (driver->pfnIdentify != nullptr && driver->pfnIdentify(info) == 0)
+            return nullptr;
+        // GDAL's own: parts of a file that it has open (JPEG in TIFF), and what we keep in memory.
+        // No text of a stranger gets here by them.
         const bool is_virtual = std::string_view(info->pszFilename).starts_with("/vsi");
-        if (is_virtual && EQUAL(driver->GetDescription(), "VRT")) throw Error("a virtual raster that is no file");
+        if (is_virtual && EQUAL(driver->GetDescription(), "VRT"))
+            throw Error("a virtual raster that is no file");
         std::error_code failed;
         // GDAL also asks for what it is about to write: a file that is not there is no fault.
-        if (!is_virtual && !fs::is_regular_file(info->pszFilename, failed)) return nullptr;
-        if (!is_virtual) check_before(*driver, info->pszFilename);
+        if (!is_virtual && !fs::is_regular_file(info->pszFilename, failed))
+            return nullptr;
+        if (!is_virtual)
+            check_before(*driver, info->pszFilename);
         std::unique_ptr<GDALDataset> data(original_of(driver)(info));
-        if (data && !is_virtual) check_opened(*data);
+        if (data && !is_virtual)
+            check_opened(*data);
         return data.release();
     } catch (const std::exception& e) {
         CPLError(CE_Failure, CPLE_OpenFailed, "%s", e.what());
@@ -144,13 +172,15 @@ void register_raster_drivers() {
     GDALRegister_MEM();
     for (const char* const* name = kRasterDrivers; *name != nullptr; ++name) {
         GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(*name);
-        if (driver == nullptr || driver->pfnOpen == nullptr) continue;
+        if (driver == nullptr || driver->pfnOpen == nullptr)
+            continue;
         originals().emplace_back(driver, driver->pfnOpen);
         driver->pfnOpen = nullptr;
         driver->pfnOpenWithDriverArg = open_through_gate;
     }
     // Memory is written through, never opened: its names are addresses in this process.
-    if (GDALDriver* const memory = GetGDALDriverManager()->GetDriverByName("MEM")) memory->pfnOpen = nullptr;
+    if (GDALDriver* const memory = GetGDALDriverManager()->GetDriverByName("MEM"))
+        memory->pfnOpen = nullptr;
     CPLSetConfigOption("GDAL_VRT_ENABLE_PYTHON", "NO");
     CPLSetConfigOption("GDAL_VRT_ENABLE_RAWRASTERBAND", "NO");
     CPLSetConfigOption("CPL_VSIL_CURL_ALLOWED_FILENAME", "none");

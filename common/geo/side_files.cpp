@@ -8,12 +8,14 @@ namespace terravox::geo {
 namespace {
 
 std::string upper(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     return text;
 }
 
 std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return text;
 }
 
@@ -21,15 +23,18 @@ std::string lower(std::string text) {
 
 std::vector<std::filesystem::path> side_files(const std::filesystem::path& raster) {
     std::vector<std::string> endings{".wld", ".prj", ".tab", ".hdr"};
-    // World files are named after the raster's ending: its first and last letter, or all of it, and a w.
+    // World files are named after the raster's ending: its first and last letter, or all of it, and
+    // a w.
     if (const std::string own = lower(raster.extension().string()); own.size() > 2) {
         endings.push_back(own + "w");
         endings.push_back({'.', own[1], own.back(), 'w'});
     }
     std::vector<std::filesystem::path> out;
     for (const std::string& ending : endings)
-        for (const std::string& any_case : {ending, upper(ending)}) out.push_back(std::filesystem::path(raster).replace_extension(any_case));
-    for (const char* ending : {".aux.xml", ".hdr", ".HDR", ".ovr", ".OVR", ".msk", ".MSK"}) out.push_back(std::filesystem::path(raster) += ending);
+        for (const std::string& any_case : {ending, upper(ending)})
+            out.push_back(std::filesystem::path(raster).replace_extension(any_case));
+    for (const char* ending : {".aux.xml", ".hdr", ".HDR", ".ovr", ".OVR", ".msk", ".MSK"})
+        out.push_back(std::filesystem::path(raster) += ending);
     return out;
 }
 

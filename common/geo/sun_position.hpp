@@ -12,16 +12,19 @@ struct DateTime {
 };
 
 struct SunPosition {
-    double altitude_deg = 0;  ///< of the sun's centre above the horizon, with refraction at sea level
-    double azimuth_deg = 0;   ///< clockwise from north, [0, 360)
+    double altitude_deg =
+        0;  ///< of the sun's centre above the horizon, with refraction at sea level
+    double azimuth_deg = 0;  ///< clockwise from north, [0, 360)
     friend bool operator==(const SunPosition&, const SunPosition&) = default;
 };
 
 /// Where the sun stands. Error below 0.05 degree for the years 1900 to 2100.
-/// Ref: Meeus, "Astronomical Algorithms", 2nd ed. 1998, chapters 25 and 13, as arranged by NOAA's solar calculator.
+/// Ref: Meeus, "Astronomical Algorithms", 2nd ed. 1998, chapters 25 and 13, as arranged by NOAA's
+/// solar calculator.
 [[nodiscard]] SunPosition sun_position(const DateTime& time, LatLon place) noexcept;
 
-/// @return the offset from UTC of the zone that a longitude's mean solar time falls in: whole hours, [-12, 12]
+/// @return the offset from UTC of the zone that a longitude's mean solar time falls in: whole
+/// hours, [-12, 12]
 [[nodiscard]] double solar_zone_offset_h(double lon_deg) noexcept;
 
 }  // namespace terravox::geo

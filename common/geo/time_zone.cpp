@@ -14,12 +14,14 @@ const date::time_zone& find(const std::string& zone) {
     try {
         date::get_tzdb();  // read once
     } catch (const std::exception& e) {
-        throw Error(std::string("read the system's time zones: ") + e.what() + "; install the package tzdata, or give sun.utc_offset_h");
+        throw Error(std::string("read the system's time zones: ") + e.what() +
+                    "; install the package tzdata, or give sun.utc_offset_h");
     }
     try {
         return *date::locate_zone(zone);
     } catch (const std::exception&) {
-        throw UsageError("find the time zone: '" + zone + "' is not known; allowed: IANA names, such as Europe/Ljubljana");
+        throw UsageError("find the time zone: '" + zone +
+                         "' is not known; allowed: IANA names, such as Europe/Ljubljana");
     }
 }
 
@@ -28,7 +30,9 @@ const date::time_zone& find(const std::string& zone) {
 bool is_date(int year, int month, int day) noexcept {
     return month >= 1 && month <= 12 && day >= 1 && day <= 31 &&
            std::chrono::year_month_day{std::chrono::year(year),
-                                       std::chrono::month(static_cast<unsigned>(month)), std::chrono::day(static_cast<unsigned>(day))}.ok();
+                                       std::chrono::month(static_cast<unsigned>(month)),
+                                       std::chrono::day(static_cast<unsigned>(day))}
+               .ok();
 }
 
 double zone_offset_h(const std::string& zone, const DateTime& local) {
@@ -37,7 +41,8 @@ double zone_offset_h(const std::string& zone, const DateTime& local) {
     const auto time = day + std::chrono::seconds{std::lround(local.hour * 3600)};
     try {
         // Of a skipped or doubled hour `first` is the rule before the clocks were changed.
-        return std::chrono::duration<double, std::ratio<3600>>(found.get_info(time).first.offset).count();
+        return std::chrono::duration<double, std::ratio<3600>>(found.get_info(time).first.offset)
+            .count();
     } catch (const std::exception& e) {
         throw Error("read the time zone '" + zone + "': " + e.what());
     }

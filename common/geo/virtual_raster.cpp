@@ -24,7 +24,8 @@ constexpr std::uintmax_t kMostText_bytes = std::uintmax_t{64} << 20;
 
 std::string lower(std::string_view text) {
     std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(out.begin(), out.end(), out.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return out;
 }
 
@@ -35,26 +36,93 @@ std::string in_quotes(std::string_view text) {
 
 /// Elements and attributes alike: GDAL finds either by the same name, in any case.
 bool is_known(std::string_view name) {
-    static constexpr auto kNames = std::to_array<std::string_view>({
-        "?xml", "version", "encoding", "vrtdataset", "rasterxsize", "rasterysize", "srs", "dataaxistosrsaxismapping", "coordinateepoch",
-        "geotransform", "metadata", "overviewlist", "resampling", "blockxsize", "blockysize", "vrtrasterband", "datatype", "band",
-        "description", "unittype", "offset", "scale", "categorynames", "category", "colorinterp", "colortable", "entry", "c1", "c2", "c3",
-        "c4", "nodatavalue", "hidenodatavalue", "histograms", "histitem", "histmin", "histmax", "bucketcount", "includeoutofrange",
-        "approximate", "histcounts", "maskband", "overview", "simplesource", "complexsource", "averagedsource", "kernelfilteredsource",
-        "kernel", "normalized", "size", "coefs", "sourcefilename", "relativetovrt", "shared", "sourceband", "sourceproperties", "srcrect",
-        "dstrect", "xoff", "yoff", "xsize", "ysize", "nodata", "usemaskband", "lut", "scaleoffset", "scaleratio", "exponent", "srcmin",
-        "srcmax", "dstmin", "dstmax", "colortablecomponent"});
+    static constexpr auto kNames = std::to_array<std::string_view>({"?xml",
+                                                                    "version",
+                                                                    "encoding",
+                                                                    "vrtdataset",
+                                                                    "rasterxsize",
+                                                                    "rasterysize",
+                                                                    "srs",
+                                                                    "dataaxistosrsaxismapping",
+                                                                    "coordinateepoch",
+                                                                    "geotransform",
+                                                                    "metadata",
+                                                                    "overviewlist",
+                                                                    "resampling",
+                                                                    "blockxsize",
+                                                                    "blockysize",
+                                                                    "vrtrasterband",
+                                                                    "datatype",
+                                                                    "band",
+                                                                    "description",
+                                                                    "unittype",
+                                                                    "offset",
+                                                                    "scale",
+                                                                    "categorynames",
+                                                                    "category",
+                                                                    "colorinterp",
+                                                                    "colortable",
+                                                                    "entry",
+                                                                    "c1",
+                                                                    "c2",
+                                                                    "c3",
+                                                                    "c4",
+                                                                    "nodatavalue",
+                                                                    "hidenodatavalue",
+                                                                    "histograms",
+                                                                    "histitem",
+                                                                    "histmin",
+                                                                    "histmax",
+                                                                    "bucketcount",
+                                                                    "includeoutofrange",
+                                                                    "approximate",
+                                                                    "histcounts",
+                                                                    "maskband",
+                                                                    "overview",
+                                                                    "simplesource",
+                                                                    "complexsource",
+                                                                    "averagedsource",
+                                                                    "kernelfilteredsource",
+                                                                    "kernel",
+                                                                    "normalized",
+                                                                    "size",
+                                                                    "coefs",
+                                                                    "sourcefilename",
+                                                                    "relativetovrt",
+                                                                    "shared",
+                                                                    "sourceband",
+                                                                    "sourceproperties",
+                                                                    "srcrect",
+                                                                    "dstrect",
+                                                                    "xoff",
+                                                                    "yoff",
+                                                                    "xsize",
+                                                                    "ysize",
+                                                                    "nodata",
+                                                                    "usemaskband",
+                                                                    "lut",
+                                                                    "scaleoffset",
+                                                                    "scaleratio",
+                                                                    "exponent",
+                                                                    "srcmin",
+                                                                    "srcmax",
+                                                                    "dstmin",
+                                                                    "dstmax",
+                                                                    "colortablecomponent"});
     return std::find(kNames.begin(), kNames.end(), name) != kNames.end();
 }
 
 class Check {
 public:
     void file(const fs::path& vrt, int depth) {
-        if (depth > kDeepest) throw Error("virtual rasters in virtual rasters deeper than " + std::to_string(kDeepest));
+        if (depth > kDeepest)
+            throw Error("virtual rasters in virtual rasters deeper than " +
+                        std::to_string(kDeepest));
         // GDAL looks for sources in the folder of the file itself, not of a link to it.
         const fs::path own = fs::canonical(vrt);
         const auto tree = parsed(own);
-        for (const CPLXMLNode* node = tree.get(); node != nullptr; node = node->psNext) check(*node, own.parent_path(), depth);
+        for (const CPLXMLNode* node = tree.get(); node != nullptr; node = node->psNext)
+            check(*node, own.parent_path(), depth);
     }
 
 private:
@@ -63,45 +131,71 @@ private:
     /// By GDAL's own parser: both must see the same.
     Tree parsed(const fs::path& vrt) {
         m_bytes += fs::file_size(vrt);
-        if (m_bytes > kMostText_bytes) throw Error("more than " + std::to_string(kMostText_bytes >> 20) + " MiB of virtual raster");
+        if (m_bytes > kMostText_bytes)
+            throw Error("more than " + std::to_string(kMostText_bytes >> 20) +
+                        " MiB of virtual raster");
         std::ifstream in(vrt, std::ios::binary);
-        const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+        const std::string text{std::istreambuf_iterator<char>(in),
+                               std::istreambuf_iterator<char>()};
         Tree tree(CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
-        if (!tree) throw Error("no XML");
+        if (!tree)
+            throw Error("no XML");
         return tree;
     }
 
     void check(const CPLXMLNode& node, const fs::path& folder, int depth) {
-        if (node.eType != CXT_Element && node.eType != CXT_Attribute) return;
+        if (node.eType != CXT_Element && node.eType != CXT_Attribute)
+            return;
         const std::string name = lower(node.pszValue);
-        if (!is_known(name)) throw Error("a virtual raster with " + in_quotes(node.pszValue) + "; allowed: mosaics of files beside or below it");
-        if (name == "metadata") return;  // inert, whatever it holds; what GDAL may follow in it is looked at once the raster is open
-        if (name == "srs") check_srs(node);
-        if (name == "sourcefilename") check_source(node, folder, depth);
-        for (const CPLXMLNode* child = node.psChild; child != nullptr; child = child->psNext) check(*child, folder, depth);
+        if (!is_known(name))
+            throw Error("a virtual raster with " + in_quotes(node.pszValue) +
+                        "; allowed: mosaics of files beside or below it");
+        if (name == "metadata")
+            return;  // inert, whatever it holds; what GDAL may follow in it is looked at once the
+                     // raster is open
+        if (name == "srs")
+            check_srs(node);
+        if (name == "sourcefilename")
+            check_source(node, folder, depth);
+        for (const CPLXMLNode* child = node.psChild; child != nullptr; child = child->psNext)
+            check(*child, folder, depth);
     }
 
     static void check_srs(const CPLXMLNode& node) {
         const std::string text = CPLGetXMLValue(&node, nullptr, "");
-        if (text.empty()) return;
-        if (const std::string fault = fault_of_crs_text(text); !fault.empty()) throw Error("its coordinate reference system: " + fault);
+        if (text.empty())
+            return;
+        if (const std::string fault = fault_of_crs_text(text); !fault.empty())
+            throw Error("its coordinate reference system: " + fault);
     }
 
     void check_source(const CPLXMLNode& node, const fs::path& folder, int depth) {
         const std::string text = CPLGetXMLValue(&node, nullptr, "");
-        const auto refuse = [&](const char* why) { throw Error("the source " + in_quotes(text) + " " + why + "; allowed: files beside or below the .vrt"); };
-        if (node.eType != CXT_Element || text.empty()) refuse("is no file's name");
+        const auto refuse = [&](const char* why) {
+            throw Error("the source " + in_quotes(text) + " " + why +
+                        "; allowed: files beside or below the .vrt");
+        };
+        if (node.eType != CXT_Element || text.empty())
+            refuse("is no file's name");
         const fs::path named(text);
-        // GDAL knows names such as GTIFF_DIR:1:a.tif and http://host/a.tif, which are relative to nothing.
-        if (named.is_relative() && text.find(':') != std::string::npos) refuse("is no plain file's name");
-        if (named.is_relative() && std::string_view(CPLGetXMLValue(&node, "relativeToVRT", "0")) != "1") refuse("is relative to where the program runs");
+        // GDAL knows names such as GTIFF_DIR:1:a.tif and http://host/a.tif, which are relative to
+        // nothing.
+        if (named.is_relative() && text.find(':') != std::string::npos)
+            refuse("is no plain file's name");
+        if (named.is_relative() &&
+            std::string_view(CPLGetXMLValue(&node, "relativeToVRT", "0")) != "1")
+            refuse("is relative to where the program runs");
         const fs::path source = folder / named;
-        if (!lies_in(source, folder)) refuse("lies elsewhere");
+        if (!lies_in(source, folder))
+            refuse("lies elsewhere");
         std::error_code failed;
         const fs::file_status status = fs::status(source, failed);
-        if (!fs::exists(status)) return;  // what it would show is damaged, and a hole
-        if (!fs::is_regular_file(status)) refuse("is no file");
-        if (lower(source.extension().string()) == ".vrt") file(source, depth + 1);
+        if (!fs::exists(status))
+            return;  // what it would show is damaged, and a hole
+        if (!fs::is_regular_file(status))
+            refuse("is no file");
+        if (lower(source.extension().string()) == ".vrt")
+            file(source, depth + 1);
     }
 
     std::uintmax_t m_bytes = 0;
@@ -112,10 +206,13 @@ private:
 bool lies_in(const fs::path& file, const fs::path& folder) {
     std::error_code failed;
     const fs::path inside = fs::weakly_canonical(file, failed);
-    if (failed) return false;
+    if (failed)
+        return false;
     const fs::path outside = fs::canonical(folder, failed);
-    if (failed) return false;
-    const auto [rest, end] = std::mismatch(outside.begin(), outside.end(), inside.begin(), inside.end());
+    if (failed)
+        return false;
+    const auto [rest, end] =
+        std::mismatch(outside.begin(), outside.end(), inside.begin(), inside.end());
     return rest == outside.end() && end != inside.end();
 }
 

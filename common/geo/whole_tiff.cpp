@@ -25,7 +25,8 @@ std::uint64_t end_of_blocks(GDALRasterBand& band) {
     int width_px = 0;
     int height_px = 0;
     band.GetBlockSize(&width_px, &height_px);
-    if (width_px <= 0 || height_px <= 0) return 0;
+    if (width_px <= 0 || height_px <= 0)
+        return 0;
     const int columns = (band.GetXSize() + width_px - 1) / width_px;
     const int rows = (band.GetYSize() + height_px - 1) / height_px;
     std::uint64_t end = 0;
@@ -47,7 +48,8 @@ public:
         : m_in(file, std::ios::binary), m_bytes(std::filesystem::file_size(file)) {}
 
     [[nodiscard]] std::optional<std::string> lost() {
-        if (!read_header()) return std::nullopt;
+        if (!read_header())
+            return std::nullopt;
         // One that leads back to itself is GDAL's business: it reads each but once.
         constexpr int kMost = 65'536;
         for (int number = 1; m_at != 0 && number <= kMost; ++number)
@@ -64,12 +66,15 @@ private:
     [[nodiscard]] bool read_header() {
         constexpr std::uint64_t kClassic = 42, kBig = 43;
         std::array<char, 2> order{};
-        if (!m_in.read(order.data(), order.size())) return false;
+        if (!m_in.read(order.data(), order.size()))
+            return false;
         m_little = order[0] == 'I';
-        if (order[0] != order[1] || (!m_little && order[0] != 'M')) return false;
+        if (order[0] != order[1] || (!m_little && order[0] != 'M'))
+            return false;
         const std::uint64_t version = number(2, 2);
         m_big = version == kBig;
-        if (version != kClassic && !m_big) return false;
+        if (version != kClassic && !m_big)
+            return false;
         m_at = m_big ? number(8, 8) : number(4, 4);
         return static_cast<bool>(m_in);
     }
@@ -96,9 +101,11 @@ private:
         const int wide = m_big ? 8 : 4;
         const std::uint64_t count_bytes = m_big ? 8 : 2, entry_bytes = m_big ? 20 : 12;
         const std::uint64_t first = sum(m_at, count_bytes);
-        if (first > m_bytes) return first;
+        if (first > m_bytes)
+            return first;
         const std::uint64_t count = number(m_at, static_cast<int>(count_bytes));
-        if (count > m_bytes / entry_bytes) return kBeyond;
+        if (count > m_bytes / entry_bytes)
+            return kBeyond;
         // More entries than the file has room for: the chain leads back, or directories overlap. To
         // follow it would take hours.
         m_entries += count;
@@ -108,7 +115,8 @@ private:
         }
         const std::uint64_t next = first + count * entry_bytes;
         std::uint64_t end = sum(next, static_cast<std::uint64_t>(wide));
-        if (end > m_bytes) return end;
+        if (end > m_bytes)
+            return end;
         for (std::uint64_t i = 0; i < count; ++i)
             end = std::max(end, end_of_list(first + i * entry_bytes, wide));
         m_at = number(next, wide);
@@ -118,19 +126,23 @@ private:
     /// Of an entry that says where strips or tiles lie, or how long they are; 0 for others.
     [[nodiscard]] std::uint64_t end_of_list(std::uint64_t entry, int wide) {
         constexpr std::array<std::uint64_t, 4> kTags{273, 279, 324, 325};
-        if (std::find(kTags.begin(), kTags.end(), number(entry, 2)) == kTags.end()) return 0;
+        if (std::find(kTags.begin(), kTags.end(), number(entry, 2)) == kTags.end())
+            return 0;
         constexpr std::uint64_t kShort = 3, kLong = 4, kLong8 = 16;
         const std::uint64_t type = number(entry + 2, 2), count = number(entry + 4, wide);
         const std::uint64_t each = type == kShort ? 2 : type == kLong ? 4 : type == kLong8 ? 8 : 0;
-        if (each == 0) return 0;
-        if (count > m_bytes) return kBeyond;
-        if (count * each <= static_cast<std::uint64_t>(wide)) return 0;  // it lies in the entry
+        if (each == 0)
+            return 0;
+        if (count > m_bytes)
+            return kBeyond;
+        if (count * each <= static_cast<std::uint64_t>(wide))
+            return 0;  // it lies in the entry
         return sum(number(entry + 4 + static_cast<std::uint64_t>(wide), wide), count * each);
     }
 
     std::ifstream m_in;
     const std::uint64_t m_bytes;
-    std::uint64_t m_at = 0;  ///< of the next directory; 0: none
+    std::uint64_t m_at = 0;       ///< of the next directory; 0: none
     std::uint64_t m_entries = 0;  ///< of all directories so far
     bool m_little = true, m_big = false;
 };
@@ -144,19 +156,23 @@ std::optional<std::string> lost_directory_of_tiff(const std::filesystem::path& f
 std::optional<std::string> missing_of_tiff(const std::filesystem::path& file) {
     const QuietGdal quiet;
     const char* const drivers[] = {"GTiff", nullptr};
-    const GDALDatasetUniquePtr image{GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers)};
-    if (!image) return "its directory: " + QuietGdal::reason();
+    const GDALDatasetUniquePtr image{
+        GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers)};
+    if (!image)
+        return "its directory: " + QuietGdal::reason();
     std::uint64_t end = 0;
     for (GDALRasterBand* band : image->GetBands()) {
         end = std::max(end, end_of_blocks(*band));
         for (int i = 0; i < band->GetOverviewCount(); ++i) {
             GDALRasterBand* overview = band->GetOverview(i);
-            if (overview == nullptr) return "an overview";
+            if (overview == nullptr)
+                return "an overview";
             end = std::max(end, end_of_blocks(*overview));
         }
     }
     const std::uint64_t there = std::filesystem::file_size(file);
-    if (end <= there) return std::nullopt;
+    if (end <= there)
+        return std::nullopt;
     return std::to_string(end - there) + " of " + std::to_string(end) + " bytes";
 }
 

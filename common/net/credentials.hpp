@@ -20,15 +20,17 @@ struct Pem {
     std::string ca, certificate, key;
 };
 
-/// @throws UsageError for both kinds, or neither, or only some of the three files; Error for a short token
+/// @throws UsageError for both kinds, or neither, or only some of the three files; Error for a
+/// short token
 void check(const Credentials& credentials);
 
-/// A file of PEM. @param what it is, for messages @throws Error for one that cannot be read, or is larger than 1 MiB
+/// A file of PEM. @param what it is, for messages @throws Error for one that cannot be read, or is
+/// larger than 1 MiB
 [[nodiscard]] std::string text_of_pem(const std::filesystem::path& path, const char* what);
 
 /// Reads the files and sees whether a peer with the same CA would take them.
-/// @throws Error for a file that cannot be read or is no PEM, a key of another certificate; RefusedError for a certificate that has
-/// expired,
+/// @throws Error for a file that cannot be read or is no PEM, a key of another certificate;
+/// RefusedError for a certificate that has expired,
 ///         is of another CA, does not carry kFarmName or names no role
 [[nodiscard]] Pem read_pem(const Credentials& credentials);
 

@@ -13,33 +13,39 @@
 
 namespace terravox::net {
 
-/// What a program of the farm says of itself on the local network: short words by key ("protocol", "software", "build", "role").
+/// What a program of the farm says of itself on the local network: short words by key ("protocol",
+/// "software", "build", "role").
 using ServiceText = std::map<std::string, std::string>;
 inline constexpr const char* kServiceType = "_terravox._tcp";
 inline constexpr std::size_t kMostServiceText_bytes = 200;  ///< of a key and its value
 
-/// A program of the farm that was found by multicast DNS. Anybody on the network may claim anything there: who dials the address still
-/// asks for token or certificate. Texts are printable (common/util/printable.hpp).
+/// A program of the farm that was found by multicast DNS. Anybody on the network may claim anything
+/// there: who dials the address still asks for token or certificate. Texts are printable
+/// (common/util/printable.hpp).
 struct FoundService {
     std::string name;     ///< unique on the network; for people
-    std::string address;  ///< a number, the best one known: IPv4, else IPv6; "fe80::1%eth0" where it holds on one link alone
+    std::string address;  ///< a number, the best one known: IPv4, else IPv6; "fe80::1%eth0" where
+                          ///< it holds on one link alone
     std::uint16_t port = 0;
     ServiceText text;
     friend bool operator==(const FoundService&, const FoundService&) = default;
 };
 
-/// There is no multicast DNS on this machine: no daemon, no system bus, or the program was built without it.
+/// There is no multicast DNS on this machine: no daemon, no system bus, or the program was built
+/// without it.
 class NoDiscoveryError : public Error {
 public:
     using Error::Error;
 };
 
-/// Keeps a service published on all networks of this machine for as long as it lives: for who listens on all of them. Where Avahi is not
-/// there, that is one warning in the log, and nothing else; when its daemon comes or comes back later, the service is published then.
-/// Names that are taken get a number. It has a thread of its own.
+/// Keeps a service published on all networks of this machine for as long as it lives: for who
+/// listens on all of them. Where Avahi is not there, that is one warning in the log, and nothing
+/// else; when its daemon comes or comes back later, the service is published then. Names that are
+/// taken get a number. It has a thread of its own.
 class Announcement {
 public:
-    /// @param role what others look for: "worker" or "coordinator"; goes into the text as `role` @param port 1 to 65535
+    /// @param role what others look for: "worker" or "coordinator"; goes into the text as `role`
+    /// @param port 1 to 65535
     /// @throws Error for a text that is too long
     Announcement(const std::string& role, std::uint16_t port, const ServiceText& text);
     ~Announcement();  ///< takes the service back
@@ -53,7 +59,8 @@ private:
     std::unique_ptr<Impl> m_impl;
 };
 
-/// Tells of services of a role that come and go. A daemon that ends takes all with it, with a warning; when it is back, it begins anew.
+/// Tells of services of a role that come and go. A daemon that ends takes all with it, with a
+/// warning; when it is back, it begins anew.
 class ServiceBrowser {
 public:
     enum class Event {
@@ -68,7 +75,8 @@ public:
     ServiceBrowser(const ServiceBrowser&) = delete;
     ServiceBrowser& operator=(const ServiceBrowser&) = delete;
 
-    /// Waits until those have been told that are there now, as far as one may know, but no longer than this; that takes about a second.
+    /// Waits until those have been told that are there now, as far as one may know, but no longer
+    /// than this; that takes about a second.
     void settle(std::chrono::milliseconds patience);
 
 private:
@@ -77,6 +85,7 @@ private:
 };
 
 /// Services of a role that are there now, by name. @throws NoDiscoveryError when Avahi is not there
-[[nodiscard]] std::vector<FoundService> discover(const std::string& role, std::chrono::milliseconds patience);
+[[nodiscard]] std::vector<FoundService> discover(const std::string& role,
+                                                 std::chrono::milliseconds patience);
 
 }  // namespace terravox::net

@@ -17,23 +17,28 @@
 
 namespace terravox::net {
 
-/// Accepts connections, and lets those in whose peers show that they may: by the handshake of the token; or, where certificates are wanted,
-/// those that begin TLS, whose certificates are then looked at by whom they are handed to. Never more than the limits allow.
+/// Accepts connections, and lets those in whose peers show that they may: by the handshake of the
+/// token; or, where certificates are wanted, those that begin TLS, whose certificates are then
+/// looked at by whom they are handed to. Never more than the limits allow.
 ///
-/// One thread of its own does all of it and never waits for a single peer. Strangers (connections that have shown nothing yet) have a time
-/// limit from their first moment on, so that slow ones gain nothing; when there are too many, or the process has no descriptors left, the
-/// oldest of the address with the most goes. A spare descriptor is kept for the case that there are no strangers to close: with it a
-/// connection is taken and closed, as it would otherwise stay in the queue of the kernel and keep this loop busy.
+/// One thread of its own does all of it and never waits for a single peer. Strangers (connections
+/// that have shown nothing yet) have a time limit from their first moment on, so that slow ones
+/// gain nothing; when there are too many, or the process has no descriptors left, the oldest of the
+/// address with the most goes. A spare descriptor is kept for the case that there are no strangers
+/// to close: with it a connection is taken and closed, as it would otherwise stay in the queue of
+/// the kernel and keep this loop busy.
 ///
-/// A guest was let in; it is *expected* until joined() says that its call has come, and has a time limit for that, too. Meanwhile a second
-/// descriptor of its connection is kept here to see it end, and to end it. The mutex guards the guests alone, which joined() and left() are
-/// told about from other threads; descriptors are closed by the loop only, which may have them in its poll().
+/// A guest was let in; it is *expected* until joined() says that its call has come, and has a time
+/// limit for that, too. Meanwhile a second descriptor of its connection is kept here to see it end,
+/// and to end it. The mutex guards the guests alone, which joined() and left() are told about from
+/// other threads; descriptors are closed by the loop only, which may have them in its poll().
 class Doorkeeper {
 public:
     /// Takes the connection of a guest; called on the thread of the doorkeeper.
     using Admit = std::function<void(Socket, const std::string& peer)>;
     /// @throws Error when it cannot listen there
-    Doorkeeper(const Address& address, const Credentials& credentials, const ListenerLimits& limits, Admit admit);
+    Doorkeeper(const Address& address, const Credentials& credentials, const ListenerLimits& limits,
+               Admit admit);
     ~Doorkeeper();  ///< as stop()
     void start();   ///< from now on it lets in; once
     Doorkeeper(const Doorkeeper&) = delete;
@@ -41,11 +46,13 @@ public:
 
     [[nodiscard]] std::uint16_t port() const noexcept { return m_port; }
     void stop() noexcept;  ///< listens no more
-    /// The call of a guest has come. @return its number; nullopt: nobody is expected by that name, or its call has come before
+    /// The call of a guest has come. @return its number; nullopt: nobody is expected by that name,
+    /// or its call has come before
     [[nodiscard]] std::optional<std::uint64_t> joined(const std::string& peer);
     /// @param number  a port may be another connection's by now
     void left(const std::string& peer, std::uint64_t number);
-    void tell_refusal(const std::string& peer, const std::string& why);  ///< of one that joined() was true for
+    void tell_refusal(const std::string& peer,
+                      const std::string& why);  ///< of one that joined() was true for
 
 private:
     using Clock = std::chrono::steady_clock;

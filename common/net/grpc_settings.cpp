@@ -30,18 +30,23 @@ bool in_test() {
 
 void to_log(gpr_log_func_args* said) {
     // The process ends right after a failed assertion.
-    const bool fatal = std::string_view(said->message).find("assertion failed") != std::string_view::npos;
-    spdlog::log(fatal ? spdlog::level::critical : spdlog::level::debug, "gRPC: {} ({}:{})", said->message, said->file, said->line);
+    const bool fatal =
+        std::string_view(said->message).find("assertion failed") != std::string_view::npos;
+    spdlog::log(fatal ? spdlog::level::critical : spdlog::level::debug, "gRPC: {} ({}:{})",
+                said->message, said->file, said->line);
 }
 
 }  // namespace
 
 Keepalive Keepalive::of_environment() {
-    if (in_test()) return {std::chrono::seconds(2), std::chrono::seconds(2)};
+    if (in_test())
+        return {std::chrono::seconds(2), std::chrono::seconds(2)};
     return {};
 }
 
-std::chrono::milliseconds most_stalled_of_environment() { return std::chrono::seconds(in_test() ? 2 : 10); }
+std::chrono::milliseconds most_stalled_of_environment() {
+    return std::chrono::seconds(in_test() ? 2 : 10);
+}
 
 grpc::ChannelArguments channel_arguments(const Keepalive& keepalive) {
     grpc::ChannelArguments out;
@@ -56,8 +61,10 @@ grpc::ChannelArguments channel_arguments(const Keepalive& keepalive) {
     return out;
 }
 
-void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive, std::chrono::milliseconds handshake) {
-    set_common([&](const char* name, int value) { builder.AddChannelArgument(name, value); }, keepalive);
+void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive,
+            std::chrono::milliseconds handshake) {
+    set_common([&](const char* name, int value) { builder.AddChannelArgument(name, value); },
+               keepalive);
     builder.SetMaxReceiveMessageSize(static_cast<int>(kMostFrame_bytes));
     builder.SetMaxSendMessageSize(static_cast<int>(kMostFrame_bytes));
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
@@ -65,7 +72,8 @@ void set_up(grpc::ServerBuilder& builder, const Keepalive& keepalive, std::chron
     // A connection carries one call, and goes with it.
     builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 1);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, 3000);
-    builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, static_cast<int>(handshake.count()));
+    builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
+                               static_cast<int>(handshake.count()));
 }
 
 void begin_grpc() {
@@ -90,7 +98,8 @@ std::string readable_peer(const std::string& of_grpc) {
         }
     }
     // A scope ("%2" after the address) is a matter of this machine alone.
-    if (const auto scope = out.find('%'), end = out.find(']'); scope != std::string::npos && end != std::string::npos && scope < end)
+    if (const auto scope = out.find('%'), end = out.find(']');
+        scope != std::string::npos && end != std::string::npos && scope < end)
         out.erase(scope, end - scope);
     return out;
 }

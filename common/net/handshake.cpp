@@ -13,17 +13,22 @@
 namespace terravox::net {
 namespace {
 
-constexpr std::string_view kOfDialler = "terravox farm 1: dialler", kOfListener = "terravox farm 1: listener";
+constexpr std::string_view kOfDialler = "terravox farm 1: dialler",
+                           kOfListener = "terravox farm 1: listener";
 
-std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> bytes_of(std::string_view text) {
+    return std::as_bytes(std::span(text));
+}
 
 Proof proof_of(const std::string& token, std::initializer_list<std::span<const std::byte>> parts) {
     Bytes message;
-    for (const auto part : parts) message.insert(message.end(), part.begin(), part.end());
+    for (const auto part : parts)
+        message.insert(message.end(), part.begin(), part.end());
     Proof out{};
     unsigned size_bytes = 0;
-    if (::HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()), reinterpret_cast<const unsigned char*>(message.data()),
-               message.size(), reinterpret_cast<unsigned char*>(out.data()), &size_bytes) == nullptr ||
+    if (::HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()),
+               reinterpret_cast<const unsigned char*>(message.data()), message.size(),
+               reinterpret_cast<unsigned char*>(out.data()), &size_bytes) == nullptr ||
         size_bytes != out.size())
         throw Error("prove that the token is known: HMAC-SHA-256 failed");
     return out;
@@ -42,16 +47,19 @@ Bytes hello_of(const Nonce& nonce) {
 bool begins_like_hello(std::span<const std::byte> bytes) {
     const auto magic = bytes_of(kHandshakeMagic);
     const auto size_bytes = std::min(bytes.size(), magic.size());
-    return std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size_bytes), magic.begin());
+    return std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size_bytes),
+                      magic.begin());
 }
 
 Nonce nonce_of(std::span<const std::byte> hello) {
     Nonce out{};
-    std::copy_n(hello.begin() + static_cast<std::ptrdiff_t>(kHello_bytes - kNonce_bytes), kNonce_bytes, out.begin());
+    std::copy_n(hello.begin() + static_cast<std::ptrdiff_t>(kHello_bytes - kNonce_bytes),
+                kNonce_bytes, out.begin());
     return out;
 }
 
-Proof listener_proof(const std::string& token, Verdict verdict, const Nonce& dialler, const Nonce& listener) {
+Proof listener_proof(const std::string& token, Verdict verdict, const Nonce& dialler,
+                     const Nonce& listener) {
     const std::array said{static_cast<std::byte>(verdict)};
     return proof_of(token, {bytes_of(kOfListener), said, dialler, listener});
 }
@@ -60,28 +68,37 @@ Proof listener_proof(const std::string& token, Verdict verdict, const Nonce& dia
 
 Nonce new_nonce() {
     Nonce out{};
-    if (::RAND_bytes(reinterpret_cast<unsigned char*>(out.data()), static_cast<int>(out.size())) != 1)
+    if (::RAND_bytes(reinterpret_cast<unsigned char*>(out.data()), static_cast<int>(out.size())) !=
+        1)
         throw Error("shake hands with a peer: the system's random generator failed");
     return out;
 }
 
-ListenerHandshake::ListenerHandshake(std::string token) : m_token(std::move(token)), m_ours(new_nonce()) {}
+ListenerHandshake::ListenerHandshake(std::string token)
+    : m_token(std::move(token)), m_ours(new_nonce()) {}
 
-std::size_t ListenerHandshake::wanted() const noexcept { return (m_greeted ? kProof_bytes : kHello_bytes) - m_in.size(); }
+std::size_t ListenerHandshake::wanted() const noexcept {
+    return (m_greeted ? kProof_bytes : kHello_bytes) - m_in.size();
+}
 
 ListenerHandshake::Step ListenerHandshake::take(std::span<const std::byte> bytes) {
     m_in.insert(m_in.end(), bytes.begin(), bytes.end());
     if (!m_greeted) {
-        if (!begins_like_hello(m_in)) return {Outcome::kNotTerravox, {}};
-        if (m_in.size() < kHello_bytes) return {};
+        if (!begins_like_hello(m_in))
+            return {Outcome::kNotTerravox, {}};
+        if (m_in.size() < kHello_bytes)
+            return {};
         m_version_of_peer = std::to_integer<int>(m_in[kHandshakeMagic.size()]);
         m_theirs = nonce_of(m_in);
         m_in.clear();
         m_greeted = true;
-        return {m_version_of_peer == kHandshakeVersion ? Outcome::kMore : Outcome::kAnotherVersion, hello_of(m_ours)};
+        return {m_version_of_peer == kHandshakeVersion ? Outcome::kMore : Outcome::kAnotherVersion,
+                hello_of(m_ours)};
     }
-    if (m_in.size() < kProof_bytes) return {};
-    if (m_token.empty()) return {Outcome::kWrongToken, {}};
+    if (m_in.size() < kProof_bytes)
+        return {};
+    if (m_token.empty())
+        return {Outcome::kWrongToken, {}};
     const Proof expected = proof_of(m_token, {bytes_of(kOfDialler), m_theirs, m_ours});
     const bool same = CRYPTO_memcmp(expected.data(), m_in.data(), kProof_bytes) == 0;
     return {same ? Outcome::kProven : Outcome::kWrongToken, {}};
@@ -89,19 +106,26 @@ ListenerHandshake::Step ListenerHandshake::take(std::span<const std::byte> bytes
 
 Bytes ListenerHandshake::answer(Verdict verdict) const {
     Bytes out{static_cast<std::byte>(verdict)};
-    const Proof proof = verdict == Verdict::kWelcome ? listener_proof(m_token, verdict, m_theirs, m_ours) : Proof{};
+    const Proof proof =
+        verdict == Verdict::kWelcome ? listener_proof(m_token, verdict, m_theirs, m_ours) : Proof{};
     out.insert(out.end(), proof.begin(), proof.end());
     return out;
 }
 
-DiallerHandshake::DiallerHandshake(std::string token) : m_token(std::move(token)), m_ours(new_nonce()) {}
+DiallerHandshake::DiallerHandshake(std::string token)
+    : m_token(std::move(token)), m_ours(new_nonce()) {}
 
-Bytes DiallerHandshake::hello() const { return hello_of(m_ours); }
+Bytes DiallerHandshake::hello() const {
+    return hello_of(m_ours);
+}
 
 Bytes DiallerHandshake::prove(std::span<const std::byte, kHello_bytes> hello) {
-    if (!begins_like_hello(hello)) throw RefusedError("what answers there is no farm of Terravox");
-    if (const int version = std::to_integer<int>(hello[kHandshakeMagic.size()]); version != kHandshakeVersion)
-        throw RefusedError("it shakes hands by version " + std::to_string(version) + "; allowed: " + std::to_string(kHandshakeVersion));
+    if (!begins_like_hello(hello))
+        throw RefusedError("what answers there is no farm of Terravox");
+    if (const int version = std::to_integer<int>(hello[kHandshakeMagic.size()]);
+        version != kHandshakeVersion)
+        throw RefusedError("it shakes hands by version " + std::to_string(version) +
+                           "; allowed: " + std::to_string(kHandshakeVersion));
     m_theirs = nonce_of(hello);
     const Proof proof = proof_of(m_token, {bytes_of(kOfDialler), m_ours, m_theirs});
     return {proof.begin(), proof.end()};

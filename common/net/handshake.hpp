@@ -11,16 +11,19 @@
 
 namespace terravox::net {
 
-/// Both ends show that they know the token, and neither says it. Before anything else on a connection (docs/formats.md: Farm):
+/// Both ends show that they know the token, and neither says it. Before anything else on a
+/// connection (docs/formats.md: Farm):
 ///
 ///     dialler -> listener   hello:  8 bytes "TVX-FARM", 1 byte version, 32 random bytes
 ///     listener -> dialler   hello:  the same, of its own
-///     dialler -> listener   proof:  HMAC-SHA-256(token, label of diallers | dialler's random bytes | listener's)
-///     listener -> dialler   answer: 1 byte verdict; proof: HMAC-SHA-256(token, label of listeners | verdict | both random bytes)
+///     dialler -> listener   proof:  HMAC-SHA-256(token, label of diallers | dialler's random bytes
+///     | listener's) listener -> dialler   answer: 1 byte verdict; proof: HMAC-SHA-256(token, label
+///     of listeners | verdict | both random bytes)
 ///
-/// A proof of one connection or direction is worth nothing in another. The dialler proves first: who can reach a listener learns nothing
-/// that it could try tokens on. The answer's proof is zeros where the verdict is a refusal. Nothing is encrypted, neither here nor later:
-/// who can change packets on the way can take the connection over. That is what certificates are for.
+/// A proof of one connection or direction is worth nothing in another. The dialler proves first:
+/// who can reach a listener learns nothing that it could try tokens on. The answer's proof is zeros
+/// where the verdict is a refusal. Nothing is encrypted, neither here nor later: who can change
+/// packets on the way can take the connection over. That is what certificates are for.
 inline constexpr std::uint8_t kHandshakeVersion = 1;
 inline constexpr std::string_view kHandshakeMagic = "TVX-FARM";
 inline constexpr std::size_t kNonce_bytes = 32, kProof_bytes = 32;
@@ -77,9 +80,11 @@ class DiallerHandshake {
 public:
     explicit DiallerHandshake(std::string token);
     [[nodiscard]] Bytes hello() const;
-    /// @param hello of the listener @return the proof to send @throws RefusedError for one that is not of Terravox, or of another version
+    /// @param hello of the listener @return the proof to send @throws RefusedError for one that is
+    /// not of Terravox, or of another version
     [[nodiscard]] Bytes prove(std::span<const std::byte, kHello_bytes> hello);
-    /// @throws RefusedError for a wrong token on either side, or where certificates are wanted; Error for a busy listener
+    /// @throws RefusedError for a wrong token on either side, or where certificates are wanted;
+    /// Error for a busy listener
     void check(std::span<const std::byte, kAnswer_bytes> answer) const;
 
 private:

@@ -13,14 +13,18 @@ namespace {
 
 constexpr std::size_t kMostNameBytes = 253;  // of a domain name
 
-char lower(char c) noexcept { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+char lower(char c) noexcept {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
 
 bool same(std::string_view a, std::string_view b) noexcept {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                       [](char x, char y) { return lower(x) == lower(y); });
 }
 
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+bool is_digit(char c) noexcept {
+    return c >= '0' && c <= '9';
+}
 
 bool is_name(std::string_view text) noexcept {
     const auto fits = [](char c) {
@@ -33,7 +37,8 @@ bool is_name(std::string_view text) noexcept {
 
 bool is_address(int family, std::string_view text) noexcept {
     std::array<char, INET6_ADDRSTRLEN + 1> terminated{};
-    if (text.size() >= terminated.size()) return false;
+    if (text.size() >= terminated.size())
+        return false;
     std::copy(text.begin(), text.end(), terminated.begin());
     std::array<unsigned char, sizeof(in6_addr)> ignored{};
     return inet_pton(family, terminated.data(), ignored.data()) == 1;
@@ -47,7 +52,8 @@ bool is_port(std::string_view text) noexcept {
 
 bool is_loopback(const std::string& address) noexcept {
     in_addr v4{};
-    if (inet_pton(AF_INET, address.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
+    if (inet_pton(AF_INET, address.c_str(), &v4) == 1)
+        return (ntohl(v4.s_addr) >> 24) == 127;
     in6_addr v6{};
     return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6) != 0;
 }
@@ -63,7 +69,8 @@ HttpNames::HttpNames(const std::string& bind, const std::vector<std::string>& na
     std::array<char, kMostNameBytes + 2> own{};
     if (!is_loopback(bind) && gethostname(own.data(), own.size() - 1) == 0 && own.front() != '\0')
         m_names.emplace_back(own.data());
-    for (std::string& name : m_names) std::transform(name.begin(), name.end(), name.begin(), lower);
+    for (std::string& name : m_names)
+        std::transform(name.begin(), name.end(), name.begin(), lower);
 }
 
 bool HttpNames::allow(std::string_view host) const noexcept {
@@ -75,7 +82,8 @@ bool HttpNames::allow(std::string_view host) const noexcept {
         return rest.empty() || (rest.front() == ':' && is_port(rest.substr(1)));
     }
     const std::size_t colon = std::min(host.find(':'), host.size());
-    if (colon < host.size() && !is_port(host.substr(colon + 1))) return false;
+    if (colon < host.size() && !is_port(host.substr(colon + 1)))
+        return false;
     const std::string_view name = host.substr(0, colon);
     return is_address(AF_INET, name) ||
            std::any_of(m_names.begin(), m_names.end(),
@@ -90,7 +98,8 @@ bool from_another_origin(const AskingPage& page) noexcept {
             !same(page.origin.substr(mark + kMark.size()), page.host))
             return true;
     }
-    if (page.site.empty() || page.site == "none" || page.site == "same-origin") return false;
+    if (page.site.empty() || page.site == "none" || page.site == "same-origin")
+        return false;
     return page.mode != "navigate" || page.destination != "document";
 }
 

@@ -14,7 +14,8 @@ public:
     bool put(const farm::Frame& frame) {
         std::string bytes = frame.SerializeAsString();
         const std::lock_guard lock(m_mutex);
-        if (m_ended) return false;
+        if (m_ended)
+            return false;
         m_bytes += bytes.size();
         m_frames.push_back(std::move(bytes));
         m_came.notify_all();
@@ -23,12 +24,16 @@ public:
     std::optional<farm::Frame> get() {
         std::unique_lock lock(m_mutex);
         m_came.wait(lock, [&] { return m_aborted || m_ended || !m_frames.empty(); });
-        if (m_aborted || m_frames.empty()) return std::nullopt;
+        if (m_aborted || m_frames.empty())
+            return std::nullopt;
         farm::Frame frame;
-        const bool whole = m_frames.front().size() <= kMostFrame_bytes && frame.ParseFromString(m_frames.front());
+        const bool whole =
+            m_frames.front().size() <= kMostFrame_bytes && frame.ParseFromString(m_frames.front());
         m_frames.pop_front();
-        if (m_frames.empty()) m_came.notify_all();
-        if (!whole) return std::nullopt;
+        if (m_frames.empty())
+            m_came.notify_all();
+        if (!whole)
+            return std::nullopt;
         return frame;
     }
     /// Nothing more goes in; what is in comes out, which is waited for.
@@ -58,12 +63,14 @@ private:
 
 class PairedLink final : public Link {
 public:
-    PairedLink(std::shared_ptr<Pipe> in, std::shared_ptr<Pipe> out, std::string peer) : m_in(std::move(in)), m_out(std::move(out)), m_peer(std::move(peer)) {}
+    PairedLink(std::shared_ptr<Pipe> in, std::shared_ptr<Pipe> out, std::string peer)
+        : m_in(std::move(in)), m_out(std::move(out)), m_peer(std::move(peer)) {}
     ~PairedLink() override { abort(); }
     bool send(farm::Frame frame) override { return m_out->put(frame); }
     std::optional<farm::Frame> receive() override {
         auto frame = m_in->get();
-        if (!frame) m_ended = true;
+        if (!frame)
+            m_ended = true;
         return frame;
     }
     void close(std::chrono::milliseconds patience) noexcept override {
@@ -76,8 +83,12 @@ public:
         m_out->abort();
     }
     const std::string& peer() const noexcept override { return m_peer; }
-    std::string why_ended() const override { return m_ended && !m_closed ? "the other end closed it" : ""; }
-    Traffic traffic() const noexcept override { return {.sent_bytes = m_out->bytes(), .received_bytes = m_in->bytes()}; }
+    std::string why_ended() const override {
+        return m_ended && !m_closed ? "the other end closed it" : "";
+    }
+    Traffic traffic() const noexcept override {
+        return {.sent_bytes = m_out->bytes(), .received_bytes = m_in->bytes()};
+    }
 
 private:
     std::shared_ptr<Pipe> m_in, m_out;
@@ -89,7 +100,8 @@ private:
 
 std::pair<std::unique_ptr<Link>, std::unique_ptr<Link>> link_pair() {
     auto there = std::make_shared<Pipe>(), back = std::make_shared<Pipe>();
-    return {std::make_unique<PairedLink>(back, there, "pair:1"), std::make_unique<PairedLink>(there, back, "pair:2")};
+    return {std::make_unique<PairedLink>(back, there, "pair:1"),
+            std::make_unique<PairedLink>(there, back, "pair:2")};
 }
 
 }  // namespace terravox::net

@@ -16,13 +16,15 @@
 namespace terravox::net {
 namespace {
 
-/// The end that was dialled. gRPC wants Finish exactly once, and nothing begun after it: it may call OnDone at any
-/// time from then on, and would go on with what was begun later when this is destroyed.
+/// The end that was dialled. gRPC wants Finish exactly once, and nothing begun after it: it may
+/// call OnDone at any time from then on, and would go on with what was begun later when this is
+/// destroyed.
 class AcceptedStream final : public Stream,
                              public std::enable_shared_from_this<AcceptedStream>,
                              public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
-    AcceptedStream(grpc::CallbackServerContext* context, std::string peer, std::function<void()> when_done)
+    AcceptedStream(grpc::CallbackServerContext* context, std::string peer,
+                   std::function<void()> when_done)
         : Stream(std::move(peer)), m_context(context), m_when_done(std::move(when_done)) {}
     using Stream::set_certified;
 
@@ -40,12 +42,15 @@ private:
     void cancel() override { m_context->TryCancel(); }
     void let_go() override { finish(grpc::Status::OK); }
     void finish(const grpc::Status& status) {
-        if (std::exchange(m_finished, true)) return;
+        if (std::exchange(m_finished, true))
+            return;
         end_reads();
         Finish(status);
     }
 
-    void OnReadDone(bool ok) override { read_done(ok, m_context->IsCancelled() ? kLost : "the other end closed it"); }
+    void OnReadDone(bool ok) override {
+        read_done(ok, m_context->IsCancelled() ? kLost : "the other end closed it");
+    }
     void OnWriteDone(bool ok) override { write_done(ok); }
     void OnCancel() override { ended(kLost); }
     void OnDone() override {
@@ -55,7 +60,8 @@ private:
         when_done();
     }
 
-    static constexpr const char* kLost = "the connection was lost, or the other end ended it at once";
+    static constexpr const char* kLost =
+        "the connection was lost, or the other end ended it at once";
     grpc::CallbackServerContext* m_context;
     std::function<void()> m_when_done;
     std::shared_ptr<AcceptedStream> m_self;
@@ -65,7 +71,9 @@ private:
 /// Takes a call only to say why it is not wanted.
 class RefusedCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
 public:
-    explicit RefusedCall(const std::string& why) { Finish({grpc::StatusCode::PERMISSION_DENIED, why}); }
+    explicit RefusedCall(const std::string& why) {
+        Finish({grpc::StatusCode::PERMISSION_DENIED, why});
+    }
     void OnDone() override { delete this; }
 };
 
@@ -73,11 +81,13 @@ public:
 
 /// Three kinds of threads: the doorkeeper's, gRPC's own few, and one for each call of on_link.
 ///
-/// The mutex guards the hosts (one for each link that came) and the count of streams that gRPC has not let go. on_link runs without it. A
-/// host whose thread has ended is joined when the next link comes, or by stop().
+/// The mutex guards the hosts (one for each link that came) and the count of streams that gRPC has
+/// not let go. on_link runs without it. A host whose thread has ended is joined when the next link
+/// comes, or by stop().
 class Listener::Impl final : private farm::Farm::WithRawCallbackMethod_Join<farm::Farm::Service> {
 public:
-    Impl(const Address& address, const Credentials& credentials, OnLink on_link, const ListenerLimits& limits)
+    Impl(const Address& address, const Credentials& credentials, OnLink on_link,
+         const ListenerLimits& limits)
         : m_on_link(std::move(on_link)), m_tls(credentials.tls()), m_ca(credentials.ca) {
         begin_grpc();
         check(credentials);
@@ -88,9 +98,12 @@ public:
             m_tls ? to_listen(read_pem(credentials)) : grpc::InsecureServerCredentials());
         builder.RegisterService(this);
         m_server = builder.BuildAndStart();
-        if (!m_server) throw Error("listen at " + address.text() + ": gRPC does not start");
+        if (!m_server)
+            throw Error("listen at " + address.text() + ": gRPC does not start");
         try {
-            m_door.emplace(address, credentials, limits, [this](Socket socket, const std::string&) { hand_over(std::move(socket)); });
+            m_door.emplace(address, credentials, limits, [this](Socket socket, const std::string&) {
+                hand_over(std::move(socket));
+            });
             m_door->start();
         } catch (...) {
             m_server->Shutdown();
@@ -107,9 +120,11 @@ public:
             const std::lock_guard lock(m_mutex);
             m_stopping = true;
             for (auto& host : m_hosts)
-                if (const auto stream = host.stream.lock()) stream->abort();
+                if (const auto stream = host.stream.lock())
+                    stream->abort();
         }
-        // What links had sent before they were closed goes out; peers that do not go by themselves are cut off.
+        // What links had sent before they were closed goes out; peers that do not go by themselves
+        // are cut off.
         m_server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
         std::list<Host> hosts;
         {
@@ -117,7 +132,8 @@ public:
             m_changed.wait(lock, [&] { return m_streams == 0; });
             hosts.splice(hosts.end(), m_hosts);
         }
-        for (auto& host : hosts) host.thread.join();
+        for (auto& host : hosts)
+            host.thread.join();
     }
 
 private:
@@ -133,14 +149,17 @@ private:
         m_acceptor->HandleNewConnection(&parameters);
     }
 
-    grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Join(grpc::CallbackServerContext* context) override {
+    grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Join(
+        grpc::CallbackServerContext* context) override {
         const std::string peer = readable_peer(context->peer());
         const auto number = m_door->joined(peer);
-        if (!number) return new RefusedCall("this connection has carried a call before");
+        if (!number)
+            return new RefusedCall("this connection has carried a call before");
         Certified certified;
         std::string why;
         try {
-            if (m_tls) certified = certified_peer(*context->auth_context(), m_ca);
+            if (m_tls)
+                certified = certified_peer(*context->auth_context(), m_ca);
         } catch (const Error& e) {
             why = e.what();
         }
@@ -157,12 +176,16 @@ private:
         }
         for (auto host = m_hosts.begin(); host != m_hosts.end();) {
             const auto next = std::next(host);
-            if (host->ended) ended.splice(ended.end(), m_hosts, host);
+            if (host->ended)
+                ended.splice(ended.end(), m_hosts, host);
             host = next;
         }
-        for (auto& host : ended) host.thread.join();  // it has nothing left to do but to end
-        const auto stream = std::make_shared<AcceptedStream>(context, peer, [this, peer, number = *number] { stream_done(peer, number); });
-        if (m_tls) stream->set_certified(std::move(certified), m_ca);
+        for (auto& host : ended)
+            host.thread.join();  // it has nothing left to do but to end
+        const auto stream = std::make_shared<AcceptedStream>(
+            context, peer, [this, peer, number = *number] { stream_done(peer, number); });
+        if (m_tls)
+            stream->set_certified(std::move(certified), m_ca);
         auto& host = m_hosts.emplace_back();
         host.stream = stream;
         try {
@@ -208,10 +231,15 @@ private:
     bool m_stopping = false;
 };
 
-Listener::Listener(const Address& address, const Credentials& credentials, OnLink on_link, const ListenerLimits& limits)
+Listener::Listener(const Address& address, const Credentials& credentials, OnLink on_link,
+                   const ListenerLimits& limits)
     : m_impl(std::make_unique<Impl>(address, credentials, std::move(on_link), limits)) {}
 Listener::~Listener() = default;
-std::uint16_t Listener::port() const noexcept { return m_impl->port(); }
-void Listener::stop() noexcept { m_impl->stop(); }
+std::uint16_t Listener::port() const noexcept {
+    return m_impl->port();
+}
+void Listener::stop() noexcept {
+    m_impl->stop();
+}
 
 }  // namespace terravox::net

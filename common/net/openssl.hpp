@@ -28,9 +28,11 @@ using KeyPtr = std::unique_ptr<EVP_PKEY, FreeBy<EVP_PKEY_free>>;
 inline std::string openssl_reason() {
     const unsigned long code = ERR_get_error();
     ERR_clear_error();
-    if (code == 0) return "no reason is known";
+    if (code == 0)
+        return "no reason is known";
     const char* reason = ERR_reason_error_string(code);
-    if (reason != nullptr) return reason;
+    if (reason != nullptr)
+        return reason;
     std::array<char, 256> text{};
     ERR_error_string_n(code, text.data(), text.size());
     return text.data();
@@ -42,7 +44,8 @@ inline std::vector<CertificatePtr> certificates_of(const std::string& pem) {
     std::vector<CertificatePtr> out;
     while (in) {
         CertificatePtr one(PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr));
-        if (!one) break;
+        if (!one)
+            break;
         out.push_back(std::move(one));
     }
     ERR_clear_error();  // the end of the file is one

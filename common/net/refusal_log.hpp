@@ -9,8 +9,9 @@
 
 namespace terravox::net {
 
-/// Tells why strangers were refused: each reason once a minute for each address, so that a flood fills no disk. Remembers at most kMostKept
-/// of them; while it is full, others count together as "other addresses". Not thread-safe.
+/// Tells why strangers were refused: each reason once a minute for each address, so that a flood
+/// fills no disk. Remembers at most kMostKept of them; while it is full, others count together as
+/// "other addresses". Not thread-safe.
 class RefusalLog {
 public:
     using Clock = std::chrono::steady_clock;
@@ -20,7 +21,8 @@ public:
     /// @param say where the lines go; none: the log, as warnings
     explicit RefusalLog(std::function<void(const std::string&)> say = {});
     /// @param who one address, whatever its port @param peer with its port
-    void refused(const std::string& who, const std::string& peer, const std::string& why, Clock::time_point now = Clock::now());
+    void refused(const std::string& who, const std::string& peer, const std::string& why,
+                 Clock::time_point now = Clock::now());
 
 private:
     struct Told {
@@ -29,7 +31,8 @@ private:
     };
     std::function<void(const std::string&)> m_say;
     std::map<std::pair<std::string, std::string>, Told> m_told;
-    Clock::time_point m_cleared{};  ///< of what is old; not for each refusal, which there may be very many of
+    Clock::time_point
+        m_cleared{};  ///< of what is old; not for each refusal, which there may be very many of
 };
 
 }  // namespace terravox::net

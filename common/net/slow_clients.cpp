@@ -46,14 +46,16 @@ std::optional<Endpoint> end_of(int fd, int (*ask)(int, sockaddr*, socklen_t*)) n
     out.size_bytes = sizeof out.storage;
     if (ask(fd, reinterpret_cast<sockaddr*>(&out.storage), &out.size_bytes) != 0)
         return std::nullopt;
-    if (out.storage.ss_family != AF_INET && out.storage.ss_family != AF_INET6) return std::nullopt;
+    if (out.storage.ss_family != AF_INET && out.storage.ss_family != AF_INET6)
+        return std::nullopt;
     return out;
 }
 
 /// @return the client's end, where the descriptor is a connection that was made to `port`
 std::optional<Endpoint> client_of(int fd, int port) noexcept {
     const auto here = end_of(fd, ::getsockname);
-    if (!here || here->port() != port) return std::nullopt;
+    if (!here || here->port() != port)
+        return std::nullopt;
     return end_of(fd, ::getpeername);  // a socket that listens has none
 }
 
@@ -73,7 +75,8 @@ std::vector<Connection> connections_to(int port) {
         if (std::from_chars(name.data(), name.data() + name.size(), fd).ec != std::errc())
             continue;  // . and ..
         const auto client = client_of(fd, port);
-        if (!client) continue;
+        if (!client)
+            continue;
         int bytes = 0;
         const bool unread = ::ioctl(fd, FIONREAD, &bytes) == 0 && bytes > 0;
         out.push_back({fd, client->text(), client->neighbourhood(), unread});
@@ -85,7 +88,8 @@ std::vector<Connection> connections_to(int port) {
 /// connection that was meant, or nothing.
 bool shut_down(const Connection& connection, int port) noexcept {
     const Socket same(::fcntl(connection.fd, F_DUPFD_CLOEXEC, 0));
-    if (!same) return false;
+    if (!same)
+        return false;
     const auto client = client_of(same.fd(), port);
     return client && client->text() == connection.name && ::shutdown(same.fd(), SHUT_RDWR) == 0;
 }
@@ -124,7 +128,8 @@ SlowClients::~SlowClients() {
         m_known->stopping = true;
     }
     m_known->changed.notify_all();
-    if (m_thread.joinable()) m_thread.join();
+    if (m_thread.joinable())
+        m_thread.join();
 }
 
 void SlowClients::watch(int port) {
@@ -136,7 +141,9 @@ SlowClients::Answering::Answering(SlowClients& clients, const std::string& addre
     : m_clients(clients), m_name(name_of(address, port)) {
     m_clients.begin(m_name);
 }
-SlowClients::Answering::~Answering() { m_clients.end(m_name); }
+SlowClients::Answering::~Answering() {
+    m_clients.end(m_name);
+}
 
 void SlowClients::begin(const std::string& name) {
     const std::lock_guard lock(m_known->mutex);
@@ -146,7 +153,8 @@ void SlowClients::begin(const std::string& name) {
 void SlowClients::end(const std::string& name) noexcept {
     const std::lock_guard lock(m_known->mutex);
     const auto found = m_known->connections.find(name);
-    if (found == m_known->connections.end()) return;
+    if (found == m_known->connections.end())
+        return;
     --found->second.answering;
     found->second.looks = 0;
     found->second.since = Clock::now();
@@ -157,7 +165,8 @@ void SlowClients::run() noexcept {
     for (;;) {
         {
             std::unique_lock lock(m_known->mutex);
-            if (m_known->changed.wait_for(lock, kPause, [&] { return m_known->stopping; })) return;
+            if (m_known->changed.wait_for(lock, kPause, [&] { return m_known->stopping; }))
+                return;
         }
         try {
             look();
@@ -203,13 +212,15 @@ void SlowClients::look() {
             tell(most->first);
         }
         most->second.pop_back();
-        if (most->second.empty()) waiting.erase(most);
+        if (most->second.empty())
+            waiting.erase(most);
     }
 }
 
 void SlowClients::tell(const std::string& address) {
     const auto now = Clock::now();
-    if (now < m_known->tell_again) return;
+    if (now < m_known->tell_again)
+        return;
     m_known->tell_again = now + kTellEvery;
     spdlog::warn(
         "more than {} connections are open: those whose clients do not finish their requests are "

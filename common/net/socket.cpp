@@ -21,13 +21,17 @@ namespace {
 
 constexpr int kBacklog = 1024;
 
-const in6_addr& six(const sockaddr_storage& storage) { return reinterpret_cast<const sockaddr_in6*>(&storage)->sin6_addr; }
+const in6_addr& six(const sockaddr_storage& storage) {
+    return reinterpret_cast<const sockaddr_in6*>(&storage)->sin6_addr;
+}
 
 /// The IPv4 address that is one, or is written as an IPv6 one; else nothing.
 const std::uint8_t* four(const sockaddr_storage& storage) {
     if (storage.ss_family == AF_INET)
-        return reinterpret_cast<const std::uint8_t*>(&reinterpret_cast<const sockaddr_in*>(&storage)->sin_addr);
-    if (storage.ss_family == AF_INET6 && IN6_IS_ADDR_V4MAPPED(&six(storage))) return six(storage).s6_addr + 12;
+        return reinterpret_cast<const std::uint8_t*>(
+            &reinterpret_cast<const sockaddr_in*>(&storage)->sin_addr);
+    if (storage.ss_family == AF_INET6 && IN6_IS_ADDR_V4MAPPED(&six(storage)))
+        return six(storage).s6_addr + 12;
     return nullptr;
 }
 
@@ -39,24 +43,34 @@ std::string host_text(int family, const void* bytes) {
 /// @return false: the time is over
 bool wait_for(int fd, short events, Deadline deadline) {
     for (;;) {
-        const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
-        if (left <= 0) return false;
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(
+                              deadline - std::chrono::steady_clock::now())
+                              .count();
+        if (left <= 0)
+            return false;
         pollfd one{fd, events, 0};
         const int ready = ::poll(&one, 1, static_cast<int>(std::min<long long>(left, 60'000)));
-        if (ready > 0) return true;
-        if (ready < 0 && errno != EINTR) throw Error(std::string("wait for a socket: ") + std::strerror(errno));
+        if (ready > 0)
+            return true;
+        if (ready < 0 && errno != EINTR)
+            throw Error(std::string("wait for a socket: ") + std::strerror(errno));
     }
 }
 
 Socket listen_at(const Endpoint& endpoint, bool both_families, const std::string& where) {
-    Socket socket(::socket(endpoint.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    Socket socket(
+        ::socket(endpoint.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
     const auto failed = [&] { return Error("listen at " + where + ": " + std::strerror(errno)); };
-    if (!socket) throw failed();
+    if (!socket)
+        throw failed();
     const int on = 1, only_six = both_families ? 0 : 1;
     ::setsockopt(socket.fd(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (endpoint.storage.ss_family == AF_INET6 && ::setsockopt(socket.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &only_six, sizeof only_six) != 0)
+    if (endpoint.storage.ss_family == AF_INET6 &&
+        ::setsockopt(socket.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &only_six, sizeof only_six) != 0)
         throw failed();
-    if (::bind(socket.fd(), endpoint.get(), endpoint.size_bytes) != 0 || ::listen(socket.fd(), kBacklog) != 0) throw failed();
+    if (::bind(socket.fd(), endpoint.get(), endpoint.size_bytes) != 0 ||
+        ::listen(socket.fd(), kBacklog) != 0)
+        throw failed();
     return socket;
 }
 
@@ -71,29 +85,36 @@ std::uint16_t bound_port(int fd) {
 }  // namespace
 
 void Socket::close() noexcept {
-    if (m_fd >= 0) ::close(std::exchange(m_fd, -1));
+    if (m_fd >= 0)
+        ::close(std::exchange(m_fd, -1));
 }
 
 std::uint16_t Endpoint::port() const noexcept {
-    return ntohs(storage.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6*>(&storage)->sin6_port
-                                               : reinterpret_cast<const sockaddr_in*>(&storage)->sin_port);
+    return ntohs(storage.ss_family == AF_INET6
+                     ? reinterpret_cast<const sockaddr_in6*>(&storage)->sin6_port
+                     : reinterpret_cast<const sockaddr_in*>(&storage)->sin_port);
 }
 
 void Endpoint::set_port(std::uint16_t port) noexcept {
     (storage.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6*>(&storage)->sin6_port
-                                   : reinterpret_cast<sockaddr_in*>(&storage)->sin_port) = htons(port);
+                                   : reinterpret_cast<sockaddr_in*>(&storage)->sin_port) =
+        htons(port);
 }
 
 std::string Endpoint::text() const {
     const std::string port_text = ":" + std::to_string(port());
-    if (const auto* bytes = four(storage)) return host_text(AF_INET, bytes) + port_text;
-    if (storage.ss_family == AF_INET6) return "[" + host_text(AF_INET6, &six(storage)) + "]" + port_text;
+    if (const auto* bytes = four(storage))
+        return host_text(AF_INET, bytes) + port_text;
+    if (storage.ss_family == AF_INET6)
+        return "[" + host_text(AF_INET6, &six(storage)) + "]" + port_text;
     return "?" + port_text;
 }
 
 std::string Endpoint::neighbourhood() const {
-    if (const auto* bytes = four(storage)) return host_text(AF_INET, bytes);
-    if (storage.ss_family != AF_INET6) return "?";
+    if (const auto* bytes = four(storage))
+        return host_text(AF_INET, bytes);
+    if (storage.ss_family != AF_INET6)
+        return "?";
     in6_addr upper = six(storage);
     std::memset(upper.s6_addr + 8, 0, 8);
     return host_text(AF_INET6, &upper) + "/64";
@@ -117,21 +138,23 @@ std::vector<Endpoint> resolve(const Address& address, bool to_listen) {
     wanted.ai_socktype = SOCK_STREAM;
     wanted.ai_flags = AI_NUMERICSERV | (to_listen ? AI_PASSIVE : 0);
     addrinfo* found = nullptr;
-    const int code =
-        ::getaddrinfo(address.host.empty() ? nullptr : address.host.c_str(), std::to_string(address.port).c_str(), &wanted, &found);
+    const int code = ::getaddrinfo(address.host.empty() ? nullptr : address.host.c_str(),
+                                   std::to_string(address.port).c_str(), &wanted, &found);
     if (code != 0)
         throw Error("look up " + (address.host.empty() ? address.text() : address.host) + ": " +
                     (code == EAI_SYSTEM ? std::strerror(errno) : ::gai_strerror(code)));
     const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
     std::vector<Endpoint> out;
     for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
-        if (one->ai_family != AF_INET && one->ai_family != AF_INET6) continue;
+        if (one->ai_family != AF_INET && one->ai_family != AF_INET6)
+            continue;
         Endpoint endpoint;
         std::memcpy(&endpoint.storage, one->ai_addr, one->ai_addrlen);
         endpoint.size_bytes = one->ai_addrlen;
         out.push_back(endpoint);
     }
-    if (out.empty()) throw Error("look up " + address.host + ": it has no IPv4 or IPv6 address");
+    if (out.empty())
+        throw Error("look up " + address.host + ": it has no IPv4 or IPv6 address");
     return out;
 }
 
@@ -160,21 +183,31 @@ std::vector<Socket> listen_at(const Address& address) {
 }
 
 Socket connect_to(const Endpoint& endpoint, Deadline deadline) {
-    const auto failed = [&](const std::string& why) { return Error("connect to " + endpoint.text() + ": " + why); };
-    Socket socket(::socket(endpoint.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    if (!socket) throw failed(std::strerror(errno));
-    if (::connect(socket.fd(), endpoint.get(), endpoint.size_bytes) == 0) return socket;
-    if (errno != EINPROGRESS) throw failed(std::strerror(errno));
-    if (!wait_for(socket.fd(), POLLOUT, deadline)) throw failed("no answer in time");
+    const auto failed = [&](const std::string& why) {
+        return Error("connect to " + endpoint.text() + ": " + why);
+    };
+    Socket socket(
+        ::socket(endpoint.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (!socket)
+        throw failed(std::strerror(errno));
+    if (::connect(socket.fd(), endpoint.get(), endpoint.size_bytes) == 0)
+        return socket;
+    if (errno != EINPROGRESS)
+        throw failed(std::strerror(errno));
+    if (!wait_for(socket.fd(), POLLOUT, deadline))
+        throw failed("no answer in time");
     int code = 0;
     socklen_t size = sizeof code;
-    if (::getsockopt(socket.fd(), SOL_SOCKET, SO_ERROR, &code, &size) != 0) code = errno;
-    if (code != 0) throw failed(std::strerror(code));
+    if (::getsockopt(socket.fd(), SOL_SOCKET, SO_ERROR, &code, &size) != 0)
+        code = errno;
+    if (code != 0)
+        throw failed(std::strerror(code));
     return socket;
 }
 
 void tune(int fd, std::chrono::milliseconds lost_after) noexcept {
-    // Each of these makes the link better, and none is needed: a kernel without one of them is no failure.
+    // Each of these makes the link better, and none is needed: a kernel without one of them is no
+    // failure.
     const int on = 1, unsent_bytes = 256 << 10;
     const auto lost_after_ms = static_cast<unsigned>(lost_after.count());
     ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -192,7 +225,8 @@ void read_exactly(int fd, void* to, std::size_t size_bytes, Deadline deadline) {
         } else if (got == 0) {
             throw Error("it closed the connection");
         } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-            if (!wait_for(fd, POLLIN, deadline)) throw Error("no answer in time");
+            if (!wait_for(fd, POLLIN, deadline))
+                throw Error("no answer in time");
         } else if (errno != EINTR) {
             throw Error(std::strerror(errno));
         }
@@ -207,7 +241,8 @@ void write_all(int fd, const void* from, std::size_t size_bytes, Deadline deadli
             at += put;
             size_bytes -= static_cast<std::size_t>(put);
         } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-            if (!wait_for(fd, POLLOUT, deadline)) throw Error("no answer in time");
+            if (!wait_for(fd, POLLOUT, deadline))
+                throw Error("no answer in time");
         } else if (errno != EINTR) {
             throw Error(std::strerror(errno));
         }

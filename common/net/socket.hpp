@@ -38,12 +38,15 @@ private:
 struct Endpoint {
     sockaddr_storage storage{};
     socklen_t size_bytes = 0;
-    [[nodiscard]] const sockaddr* get() const noexcept { return reinterpret_cast<const sockaddr*>(&storage); }
+    [[nodiscard]] const sockaddr* get() const noexcept {
+        return reinterpret_cast<const sockaddr*>(&storage);
+    }
     [[nodiscard]] std::uint16_t port() const noexcept;
     void set_port(std::uint16_t port) noexcept;
     /// "192.0.2.7:51234", "[2001:db8::1]:51234"; without scope; IPv4 within IPv6 as IPv4.
     [[nodiscard]] std::string text() const;
-    /// What one peer cannot easily have many of: the IPv4 address, the upper 64 bits of an IPv6 one.
+    /// What one peer cannot easily have many of: the IPv4 address, the upper 64 bits of an IPv6
+    /// one.
     [[nodiscard]] std::string neighbourhood() const;
 };
 
@@ -53,18 +56,20 @@ struct Endpoint {
 
 using Deadline = std::chrono::steady_clock::time_point;
 
-/// All addresses of a name; to bind to those of this machine where `to_listen`. @throws Error for a name that is not known
+/// All addresses of a name; to bind to those of this machine where `to_listen`. @throws Error for a
+/// name that is not known
 [[nodiscard]] std::vector<Endpoint> resolve(const Address& address, bool to_listen);
 
-/// Sockets that listen, non-blocking, all on one port: for no host one of both families where the machine has both, else one for each
-/// address of the name. @throws Error
+/// Sockets that listen, non-blocking, all on one port: for no host one of both families where the
+/// machine has both, else one for each address of the name. @throws Error
 [[nodiscard]] std::vector<Socket> listen_at(const Address& address);
 
-/// @return a connected socket, non-blocking @throws Error: nobody listens there, or no answer by then
+/// @return a connected socket, non-blocking @throws Error: nobody listens there, or no answer by
+/// then
 [[nodiscard]] Socket connect_to(const Endpoint& endpoint, Deadline deadline);
 
-/// Small frames go at once; the kernel holds little that is not on its way, so that pings are not stuck behind it; a peer that confirms
-/// nothing for so long is lost.
+/// Small frames go at once; the kernel holds little that is not on its way, so that pings are not
+/// stuck behind it; a peer that confirms nothing for so long is lost.
 void tune(int fd, std::chrono::milliseconds lost_after) noexcept;
 
 /// @throws Error when the peer closes or the time is over before all bytes are there

@@ -21,14 +21,16 @@ grpc::ByteBuffer serialized(const farm::Frame& frame, const std::string& peer) {
     return bytes;
 }
 
-std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t size_bytes, const std::string& peer) {
+std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t size_bytes,
+                                          const std::string& peer) {
     std::vector<grpc::ByteBuffer> out;
     if (size_bytes <= Stream::kMostPiece_bytes) {
         out.push_back(serialized(frame, peer));
         return out;
     }
     const std::string whole = frame.SerializeAsString();
-    if (whole.size() != size_bytes) throw Error("send a frame to " + peer + ": it cannot be serialized");
+    if (whole.size() != size_bytes)
+        throw Error("send a frame to " + peer + ": it cannot be serialized");
     farm::Frame message;
     for (std::size_t at = 0; at < whole.size(); at += Stream::kMostPiece_bytes) {
         const auto part_bytes = std::min(Stream::kMostPiece_bytes, whole.size() - at);
@@ -41,23 +43,29 @@ std::vector<grpc::ByteBuffer> messages_of(const farm::Frame& frame, std::size_t 
 
 }  // namespace
 
-Stream::Stream(std::string peer) : m_peer(std::move(peer)), m_most_stalled(most_stalled_of_environment()) {}
+Stream::Stream(std::string peer)
+    : m_peer(std::move(peer)), m_most_stalled(most_stalled_of_environment()) {}
 
 bool Stream::send(const farm::Frame& frame) {
     const std::size_t size_bytes = frame.ByteSizeLong();
     const bool fits = size_bytes <= kMostFrame_bytes;
     std::vector<grpc::ByteBuffer> messages;
-    if (fits) messages = messages_of(frame, size_bytes, m_peer);
+    if (fits)
+        messages = messages_of(frame, size_bytes, m_peer);
     std::unique_lock lock(m_mutex);
     // A peer that takes nothing must not hold up who serves others, too.
     if (!wait_for_room(lock)) {
-        finish("it took nothing for " + std::to_string(std::chrono::ceil<std::chrono::seconds>(m_most_stalled).count()) + " s");
+        finish("it took nothing for " +
+               std::to_string(std::chrono::ceil<std::chrono::seconds>(m_most_stalled).count()) +
+               " s");
         abort_locked();
         return false;
     }
-    if (m_closing || m_writes_ended || m_over) return false;
+    if (m_closing || m_writes_ended || m_over)
+        return false;
     if (!fits) {
-        finish("a frame of " + std::to_string(size_bytes) + " bytes was to be sent; allowed: at most " + std::to_string(kMostFrame_bytes));
+        finish("a frame of " + std::to_string(size_bytes) +
+               " bytes was to be sent; allowed: at most " + std::to_string(kMostFrame_bytes));
         abort_locked();
         return false;
     }
@@ -65,7 +73,8 @@ bool Stream::send(const farm::Frame& frame) {
         m_out_bytes += message.Length();
         m_out.push_back(std::move(message));
     }
-    if (!m_writing) write_more();
+    if (!m_writing)
+        write_more();
     return true;
 }
 
@@ -74,7 +83,8 @@ bool Stream::wait_for_room(std::unique_lock<std::mutex>& lock) {
     const auto began = Clock::now();
     while (m_out_bytes > kMostQueued_bytes && !m_closing && !m_writes_ended && !m_over) {
         const auto until = std::max(began, m_last_write) + m_most_stalled;
-        if (Clock::now() >= until) return false;
+        if (Clock::now() >= until)
+            return false;
         m_changed.wait_until(lock, until);
     }
     return true;
@@ -84,22 +94,29 @@ std::optional<farm::Frame> Stream::receive() {
     std::string whole;
     for (;;) {
         auto bytes = next_message();
-        if (!bytes) return std::nullopt;
+        if (!bytes)
+            return std::nullopt;
         farm::Frame frame;
-        if (!grpc::SerializationTraits<farm::Frame>::Deserialize(&*bytes, &frame).ok() || (!whole.empty() && !frame.has_piece())) {
+        if (!grpc::SerializationTraits<farm::Frame>::Deserialize(&*bytes, &frame).ok() ||
+            (!whole.empty() && !frame.has_piece())) {
             end_unreadable("the other end sent a frame that cannot be read");
             return std::nullopt;
         }
-        if (!frame.has_piece()) return frame;
+        if (!frame.has_piece())
+            return frame;
         const auto& piece = frame.piece();
         if (piece.part().empty() || piece.part().size() > kMostFrame_bytes - whole.size()) {
-            end_unreadable(piece.part().empty() ? "the other end sent a piece of a frame with nothing in it"
-                                                : "the other end sent a frame of more than " + std::to_string(kMostFrame_bytes) + " bytes");
+            end_unreadable(piece.part().empty()
+                               ? "the other end sent a piece of a frame with nothing in it"
+                               : "the other end sent a frame of more than " +
+                                     std::to_string(kMostFrame_bytes) + " bytes");
             return std::nullopt;
         }
         whole += piece.part();
-        if (!piece.last()) continue;
-        if (frame.ParseFromString(whole) && !frame.has_piece()) return frame;
+        if (!piece.last())
+            continue;
+        if (frame.ParseFromString(whole) && !frame.has_piece())
+            return frame;
         end_unreadable("the other end sent a frame that cannot be read");
         return std::nullopt;
     }
@@ -108,7 +125,8 @@ std::optional<farm::Frame> Stream::receive() {
 std::optional<grpc::ByteBuffer> Stream::next_message() {
     std::unique_lock lock(m_mutex);
     m_changed.wait(lock, [&] { return m_aborted || m_ended || !m_in.empty(); });
-    if (m_aborted || m_in.empty()) return std::nullopt;
+    if (m_aborted || m_in.empty())
+        return std::nullopt;
     auto bytes = std::move(m_in.front());
     m_in.pop_front();
     m_in_bytes -= bytes.Length();
@@ -128,10 +146,12 @@ void Stream::close(std::chrono::milliseconds patience) noexcept {
     if (!m_closing) {
         m_closing = true;
         m_changed.notify_all();
-        if (!m_writing) write_more();
+        if (!m_writing)
+            write_more();
         read_more();
     }
-    if (!m_changed.wait_until(lock, deadline, [&] { return m_done; })) abort_locked();
+    if (!m_changed.wait_until(lock, deadline, [&] { return m_done; }))
+        abort_locked();
 }
 
 void Stream::abort() noexcept {
@@ -141,10 +161,12 @@ void Stream::abort() noexcept {
 }
 
 void Stream::abort_locked() noexcept {
-    if (m_aborted) return;
+    if (m_aborted)
+        return;
     m_aborted = m_over = true;
     m_in.clear();
-    if (!m_done) cancel();
+    if (!m_done)
+        cancel();
     stop_writing();
     m_changed.notify_all();
 }
@@ -171,7 +193,8 @@ void Stream::begin() {
 
 void Stream::read_more() {
     const bool room = m_closing || (m_in_bytes < kMostAhead_bytes && m_in.size() < kMostAhead);
-    if (m_reading || m_reads_ended || m_over || !room) return;
+    if (m_reading || m_reads_ended || m_over || !room)
+        return;
     m_reading = true;
     start_read(&m_being_read);
 }
@@ -181,7 +204,8 @@ void Stream::read_done(bool ok, const char* why_not) {
     m_reading = false;
     if (ok) {
         m_received_bytes += m_being_read.Length();
-        // Who has closed the link waits for its end alone, and must not be kept from it by frames that nobody takes.
+        // Who has closed the link waits for its end alone, and must not be kept from it by frames
+        // that nobody takes.
         if (!m_closing) {
             m_in_bytes += m_being_read.Length();
             m_in.push_back(std::move(m_being_read));
@@ -190,7 +214,8 @@ void Stream::read_done(bool ok, const char* why_not) {
         read_more();
     } else {
         m_over = true;
-        if (why_not != nullptr) finish(why_not);
+        if (why_not != nullptr)
+            finish(why_not);
         stop_writing();
     }
     m_changed.notify_all();
@@ -226,7 +251,8 @@ void Stream::write_done(bool ok) {
 }
 
 void Stream::stop_writing() {
-    for (const auto& frame : m_out) m_out_bytes -= frame.Length();
+    for (const auto& frame : m_out)
+        m_out_bytes -= frame.Length();
     m_out.clear();
     if (m_over && !m_writing && !m_let_go) {
         m_let_go = true;
@@ -235,7 +261,8 @@ void Stream::stop_writing() {
 }
 
 void Stream::finish(const std::string& why) {
-    if (m_why.empty() && !m_closing) m_why = why;
+    if (m_why.empty() && !m_closing)
+        m_why = why;
     m_ended = true;
 }
 

@@ -16,15 +16,18 @@
 
 namespace terravox::net {
 
-/// One end of a call of Farm.Join as gRPC's callbacks see it. It lives until done() has returned, and until the Link lets it go.
+/// One end of a call of Farm.Join as gRPC's callbacks see it. It lives until done() has returned,
+/// and until the Link lets it go.
 ///
-/// One mutex guards all of it; it is never held while anything waits but in condition variables, and gRPC never calls back from within the
-/// start_ functions, so they are called under it. Frames go through two queues of messages: a frame is one, a large one several (Piece).
-/// Outward: send() fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC tells when a message
-/// has gone out, not how much of it has: pieces are how a slow peer is told from one that takes nothing. Inward: reads go on ahead of
-/// receive() up to kMostAhead_bytes, then the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end
-/// of the inward direction is the end of the call: a write that fails only ends the writing, since the frame that says why (Refusal, Bye)
-/// may still be on its way in.
+/// One mutex guards all of it; it is never held while anything waits but in condition variables,
+/// and gRPC never calls back from within the start_ functions, so they are called under it. Frames
+/// go through two queues of messages: a frame is one, a large one several (Piece). Outward: send()
+/// fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC
+/// tells when a message has gone out, not how much of it has: pieces are how a slow peer is told
+/// from one that takes nothing. Inward: reads go on ahead of receive() up to kMostAhead_bytes, then
+/// the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end
+/// of the inward direction is the end of the call: a write that fails only ends the writing, since
+/// the frame that says why (Refusal, Bye) may still be on its way in.
 class Stream {
 public:
     static constexpr std::size_t kMostQueued_bytes = std::size_t{32} << 20;
@@ -51,7 +54,8 @@ protected:
     // What gRPC is told; called with the mutex held, never after done().
     virtual void start_read(grpc::ByteBuffer* into) = 0;
     virtual void start_write(const grpc::ByteBuffer* frame) = 0;
-    virtual void end_writes() = 0;  ///< all is written: the peer may know that this end has closed the link; once
+    virtual void end_writes() = 0;  ///< all is written: the peer may know that this end has closed
+                                    ///< the link; once
     virtual void cancel() = 0;
     virtual void let_go() = 0;  ///< nothing more will be started; once
 
@@ -104,7 +108,8 @@ private:
     std::uint64_t m_sent_bytes = 0, m_received_bytes = 0;
 };
 
-/// A Stream as a Link. Its destructor waits until gRPC is out of the call, which an abort makes soon.
+/// A Stream as a Link. Its destructor waits until gRPC is out of the call, which an abort makes
+/// soon.
 class StreamLink final : public Link {
 public:
     explicit StreamLink(std::shared_ptr<Stream> stream) : m_stream(std::move(stream)) {}

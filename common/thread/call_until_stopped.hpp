@@ -12,7 +12,8 @@
 
 namespace terravox::thread {
 
-/// Makes a call that nothing can interrupt, such as one to the name service, on a thread of its own.
+/// Makes a call that nothing can interrupt, such as one to the name service, on a thread of its
+/// own.
 /// @param call owns all that it touches: it is left behind where it has not ended in time
 /// @return nullopt once it was asked to stop @throws what the call throws
 template <class Call>
@@ -40,8 +41,10 @@ template <class Call>
     }).detach();
     std::unique_lock lock(outcome->mutex);
     const auto ended = [&] { return outcome->value || outcome->failure; };
-    if (!outcome->came.wait(lock, stop, ended)) return std::nullopt;
-    if (outcome->failure) std::rethrow_exception(outcome->failure);
+    if (!outcome->came.wait(lock, stop, ended))
+        return std::nullopt;
+    if (outcome->failure)
+        std::rethrow_exception(outcome->failure);
     return std::move(outcome->value);
 }
 

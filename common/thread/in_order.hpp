@@ -13,47 +13,60 @@
 
 namespace terravox::thread {
 
-/// Calls use(i, make(i)) for each i in [0, count): makes on at most `threads` threads (0 = one for each core), uses one after the other in rising
-/// order, with at most twice as many made things waiting as there are threads. What is written thus does not depend on the number of threads.
+/// Calls use(i, make(i)) for each i in [0, count): makes on at most `threads` threads (0 = one for
+/// each core), uses one after the other in rising order, with at most twice as many made things
+/// waiting as there are threads. What is written thus does not depend on the number of threads.
 /// @throws what the first failing call threw
 template <class Make, class Use>
 void in_order(std::size_t count, int threads, const Make& make, const Use& use) {
     namespace tbb = oneapi::tbb;
     using Made = decltype(make(std::size_t{0}));
-    struct Item { std::size_t index; Made made; };
+    struct Item {
+        std::size_t index;
+        Made made;
+    };
     using ItemPtr = std::shared_ptr<Item>;
     const int most = thread_count(threads);
     tbb::task_arena arena(most);
     std::size_t next = 0;
-    // Out of a filter that throws, TBB loses the items under way without freeing them: failures wait here until all has ended.
+    // Out of a filter that throws, TBB loses the items under way without freeing them: failures
+    // wait here until all has ended.
     std::atomic<bool> failed{false};
     std::exception_ptr failure;
     const auto try_to = [&](const auto& work) {
         try {
-            if (!failed) work();
+            if (!failed)
+                work();
         } catch (...) {
-            if (!failed.exchange(true)) failure = std::current_exception();
+            if (!failed.exchange(true))
+                failure = std::current_exception();
         }
     };
     arena.execute([&] {
-        tbb::parallel_pipeline(static_cast<std::size_t>(most) * 2,
-                               tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
-                                                                   [&](tbb::flow_control& control) {
-                                                                       const bool ends = next == count || failed;
-                                                                       if (ends) control.stop();
-                                                                       return ends ? count : next++;
-                                                                   }) &
-                                   tbb::make_filter<std::size_t, ItemPtr>(tbb::filter_mode::parallel,
-                                                                          [&](std::size_t i) {
-                                                                              ItemPtr item;
-                                                                              try_to([&] { item = std::make_shared<Item>(Item{i, make(i)}); });
-                                                                              return item;
-                                                                          }) &
-                                   tbb::make_filter<ItemPtr, void>(tbb::filter_mode::serial_in_order, [&](const ItemPtr& item) {
-                                       if (item) try_to([&] { use(item->index, std::move(item->made)); });
-                                   }));
+        tbb::parallel_pipeline(
+            static_cast<std::size_t>(most) * 2,
+            tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
+                                                [&](tbb::flow_control& control) {
+                                                    const bool ends = next == count || failed;
+                                                    if (ends)
+                                                        control.stop();
+                                                    return ends ? count : next++;
+                                                }) &
+                tbb::make_filter<std::size_t, ItemPtr>(
+                    tbb::filter_mode::parallel,
+                    [&](std::size_t i) {
+                        ItemPtr item;
+                        try_to([&] { item = std::make_shared<Item>(Item{i, make(i)}); });
+                        return item;
+                    }) &
+                tbb::make_filter<ItemPtr, void>(
+                    tbb::filter_mode::serial_in_order, [&](const ItemPtr& item) {
+                        if (item)
+                            try_to([&] { use(item->index, std::move(item->made)); });
+                    }));
     });
-    if (failure) std::rethrow_exception(failure);
+    if (failure)
+        std::rethrow_exception(failure);
 }
 
 }  // namespace terravox::thread

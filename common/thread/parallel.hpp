@@ -10,17 +10,21 @@ namespace terravox::thread {
 
 /// @param asked number of threads; 0 = one for each core @return at least 1
 [[nodiscard]] inline int thread_count(int asked) noexcept {
-    if (asked > 0) return asked;
+    if (asked > 0)
+        return asked;
     const unsigned cores = std::thread::hardware_concurrency();
     return cores == 0 ? 1 : static_cast<int>(cores);
 }
 
-/// Calls work(i) for each i in [0, count), on at most `threads` threads (0 = one for each core), in no promised order.
+/// Calls work(i) for each i in [0, count), on at most `threads` threads (0 = one for each core), in
+/// no promised order.
 /// @throws what the first failing call threw, after the others have ended
 template <class Work>
 void parallel_for(std::size_t count, int threads, const Work& work) {
     oneapi::tbb::task_arena arena(thread_count(threads));
-    arena.execute([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, work, oneapi::tbb::simple_partitioner{}); });
+    arena.execute([&] {
+        oneapi::tbb::parallel_for(std::size_t{0}, count, work, oneapi::tbb::simple_partitioner{});
+    });
 }
 
 }  // namespace terravox::thread

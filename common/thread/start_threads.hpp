@@ -14,26 +14,31 @@
 namespace terravox::thread {
 
 /// Starts `count` threads that run `work`, for a constructor: all of them, or none.
-/// Where the system refuses one, those that run already are asked to stop and joined. Without that the destructor of the
-/// vector would end the program, as that of the object does not run when its constructor throws.
+/// Where the system refuses one, those that run already are asked to stop and joined. Without that
+/// the destructor of the vector would end the program, as that of the object does not run when its
+/// constructor throws.
 /// @param threads  empty
 /// @param work     copied to each thread
 /// @param stop     makes `work` return soon; called at most once
 /// @throws std::system_error when a thread cannot be started, std::bad_alloc
 template <class Work, class Stop>
-void start_threads(std::vector<std::thread>& threads, std::size_t count, const Work& work, const Stop& stop) {
+void start_threads(std::vector<std::thread>& threads, std::size_t count, const Work& work,
+                   const Stop& stop) {
     try {
         threads.reserve(count);
-        while (threads.size() < count) threads.emplace_back(work);
+        while (threads.size() < count)
+            threads.emplace_back(work);
     } catch (...) {
         stop();
-        for (std::thread& t : threads) t.join();
+        for (std::thread& t : threads)
+            t.join();
         threads.clear();
         throw;
     }
 }
 
-/// One thread more for a vector whose threads somebody joins. Where it fails the vector is as it was.
+/// One thread more for a vector whose threads somebody joins. Where it fails the vector is as it
+/// was.
 /// @param what  what the thread is for, for the message: "a picture"
 /// @throws Error when the system refuses the thread; std::bad_alloc
 template <class Work>
@@ -41,7 +46,8 @@ void add_thread(std::vector<std::thread>& threads, const char* what, Work&& work
     try {
         threads.emplace_back(std::forward<Work>(work));
     } catch (const std::system_error&) {
-        throw Error(std::string("start a thread for ") + what + ": " + util::message_of(std::current_exception()));
+        throw Error(std::string("start a thread for ") + what + ": " +
+                    util::message_of(std::current_exception()));
     }
 }
 

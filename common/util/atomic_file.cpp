@@ -19,23 +19,27 @@ std::filesystem::path folder_of(const std::filesystem::path& target) {
     return folder.empty() ? std::filesystem::path(".") : folder;
 }
 
-std::string reason(int code) { return std::strerror(code); }
+std::string reason(int code) {
+    return std::strerror(code);
+}
 
 // The process id and a counter keep two writers of one target apart, in one process or in two.
 std::filesystem::path temporary_name(const std::filesystem::path& target) {
     static std::atomic<unsigned> counter{0};
-    const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
-                      target.extension().string();
+    const auto name = "." + target.stem().string() + ".part-" + std::to_string(::getpid()) + "-" +
+                      std::to_string(counter++) + target.extension().string();
     return folder_of(target) / name;
 }
 
 void flush_to_disk(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) throw Error("write " + path.string() + ": " + reason(errno));
+    if (fd < 0)
+        throw Error("write " + path.string() + ": " + reason(errno));
     const int failed = ::fsync(fd) == 0 ? 0 : errno;
     ::close(fd);
     // Some file systems (network, FUSE) do not support fsync: that is no failure to write.
-    if (failed != 0 && failed != EINVAL && failed != ENOTSUP) throw Error("write " + path.string() + ": " + reason(failed));
+    if (failed != 0 && failed != EINVAL && failed != ENOTSUP)
+        throw Error("write " + path.string() + ": " + reason(failed));
 }
 
 }  // namespace
@@ -47,36 +51,45 @@ void check_writable(const std::filesystem::path& target) {
     const auto folder = folder_of(target);
     std::filesystem::create_directories(folder, failed);
     if (!std::filesystem::is_directory(folder, ignored))
-        throw Error("write " + target.string() + ": cannot make the folder " + folder.string() + ": " +
-                    (failed ? failed.message() : "a file of that name exists"));
+        throw Error("write " + target.string() + ": cannot make the folder " + folder.string() +
+                    ": " + (failed ? failed.message() : "a file of that name exists"));
     if (::access(folder.c_str(), W_OK) != 0)
-        throw Error("write " + target.string() + ": the folder " + folder.string() + " is not writable: " + reason(errno));
+        throw Error("write " + target.string() + ": the folder " + folder.string() +
+                    " is not writable: " + reason(errno));
 }
 
-AtomicFile::AtomicFile(std::filesystem::path target) : m_target(std::move(target)), m_temporary(temporary_name(m_target)) {
+AtomicFile::AtomicFile(std::filesystem::path target)
+    : m_target(std::move(target)), m_temporary(temporary_name(m_target)) {
     check_writable(m_target);
 }
 
 AtomicFile::~AtomicFile() {
     std::error_code ignored;
-    if (!m_committed) std::filesystem::remove(m_temporary, ignored);
+    if (!m_committed)
+        std::filesystem::remove(m_temporary, ignored);
 }
 
 void AtomicFile::commit(Flush flush) {
-    if (flush == Flush::kYes) flush_to_disk(m_temporary);
+    if (flush == Flush::kYes)
+        flush_to_disk(m_temporary);
     std::error_code failed;
     std::filesystem::rename(m_temporary, m_target, failed);
-    if (failed) throw Error("write " + m_target.string() + ": cannot rename the finished file: " + failed.message());
+    if (failed)
+        throw Error("write " + m_target.string() +
+                    ": cannot rename the finished file: " + failed.message());
     m_committed = true;
 }
 
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes) {
     AtomicFile file(target);
-    const int fd = ::open(file.temporary_path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (fd < 0) throw Error("write " + target.string() + ": " + reason(errno));
+    const int fd =
+        ::open(file.temporary_path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0)
+        throw Error("write " + target.string() + ": " + reason(errno));
     while (!bytes.empty()) {
         const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR) continue;
+        if (written < 0 && errno == EINTR)
+            continue;
         if (written < 0) {
             const int code = errno;
             ::close(fd);
@@ -84,7 +97,8 @@ void write_file_atomically(const std::filesystem::path& target, std::span<const 
         }
         bytes = bytes.subspan(static_cast<std::size_t>(written));
     }
-    if (::close(fd) != 0) throw Error("write " + target.string() + ": " + reason(errno));
+    if (::close(fd) != 0)
+        throw Error("write " + target.string() + ": " + reason(errno));
     file.commit();
 }
 

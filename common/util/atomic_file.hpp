@@ -9,22 +9,27 @@ namespace terravox::util {
 
 /// A file that appears under its name only when it is whole.
 ///
-/// Write to temporary_path() by any means, then commit(): the data are flushed to the disk and the file is renamed over the
-/// target. Without commit() the temporary file is removed. The extension is kept, so that libraries which choose a format by
-/// it still do. Not thread-safe; two processes may write the same target, the last commit wins whole.
+/// Write to temporary_path() by any means, then commit(): the data are flushed to the disk and the
+/// file is renamed over the target. Without commit() the temporary file is removed. The extension
+/// is kept, so that libraries which choose a format by it still do. Not thread-safe; two processes
+/// may write the same target, the last commit wins whole.
 class AtomicFile {
 public:
-    /// @throws Error when the folder of `target` does not exist and cannot be made, or is not writable
+    /// @throws Error when the folder of `target` does not exist and cannot be made, or is not
+    /// writable
     explicit AtomicFile(std::filesystem::path target);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
     [[nodiscard]] const std::filesystem::path& target() const noexcept { return m_target; }
-    [[nodiscard]] const std::filesystem::path& temporary_path() const noexcept { return m_temporary; }
+    [[nodiscard]] const std::filesystem::path& temporary_path() const noexcept {
+        return m_temporary;
+    }
 
     enum class Flush : bool { kNo, kYes };
-    /// @param flush  kNo: a power cut may leave a damaged file under the name; for caches that check what they read
+    /// @param flush  kNo: a power cut may leave a damaged file under the name; for caches that
+    /// check what they read
     /// @throws Error when flushing or renaming fails (disk full, permission)
     void commit(Flush flush = Flush::kYes);
 
@@ -40,7 +45,8 @@ inline void write_file_atomically(const std::filesystem::path& target, std::stri
     write_file_atomically(target, std::as_bytes(std::span(text)));
 }
 
-/// @throws Error when the folder that `target` would be written to is missing and cannot be made, or cannot be written to
+/// @throws Error when the folder that `target` would be written to is missing and cannot be made,
+/// or cannot be written to
 void check_writable(const std::filesystem::path& target);
 
 }  // namespace terravox::util

@@ -17,9 +17,11 @@ std::filesystem::path beside_program(std::string_view name) {
 void* open_beside_program(std::string_view name, std::string_view what) {
     const std::filesystem::path file = beside_program(name);
     // Never closed: threads, exceptions and objects of the library may outlive whoever opened it.
-    if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
+    if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
+        return library;
     const char* why = dlerror();
-    throw Error("load the " + std::string(what) + " " + file.string() + ": " + (why != nullptr ? why : "unknown error"));
+    throw Error("load the " + std::string(what) + " " + file.string() + ": " +
+                (why != nullptr ? why : "unknown error"));
 }
 
 }  // namespace terravox::util

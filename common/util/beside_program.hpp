@@ -8,8 +8,8 @@ namespace terravox::util {
 /// A file in the folder of the running program, whether it is there or not.
 [[nodiscard]] std::filesystem::path beside_program(std::string_view name);
 
-/// Opens a shared library that lies beside the program, once however often it is asked for, and for the life of the process. What it defines
-/// is not seen by others. Thread-safe.
+/// Opens a shared library that lies beside the program, once however often it is asked for, and for
+/// the life of the process. What it defines is not seen by others. Thread-safe.
 /// @param what it is, for messages: "TLS library"
 /// @return for dlsym(); never nullptr
 /// @throws Error when it cannot be loaded

@@ -15,11 +15,14 @@ struct CacheStats {
     std::size_t bytes = 0, entries = 0;
 };
 
-/// A cache with a byte limit that makes each value once: callers who ask for a key while it is being made wait for that making.
+/// A cache with a byte limit that makes each value once: callers who ask for a key while it is
+/// being made wait for that making.
 ///
-/// Least recently used values go first; one larger than the limit is handed out but not kept. Values are shared: one in use outlives its eviction, so evicting never hurts a reader.
-/// nullptr is a value too (known to be empty). What `make` throws reaches every waiting caller and is not remembered.
-/// Thread-safe. One lock guards the maps and is never held while `make` runs. `make` must not ask this cache for the same key.
+/// Least recently used values go first; one larger than the limit is handed out but not kept.
+/// Values are shared: one in use outlives its eviction, so evicting never hurts a reader. nullptr
+/// is a value too (known to be empty). What `make` throws reaches every waiting caller and is not
+/// remembered. Thread-safe. One lock guards the maps and is never held while `make` runs. `make`
+/// must not ask this cache for the same key.
 template <class Key, class Value, class Hash = std::hash<Key>>
 class Cache {
 public:
@@ -49,7 +52,8 @@ public:
                 m_making.emplace(key, promise->get_future().share());
             }
         }
-        if (pending.valid()) return pending.get();
+        if (pending.valid())
+            return pending.get();
         try {
             Ptr value = make();
             {
@@ -76,11 +80,13 @@ public:
         return look(key);
     }
 
-    /// The same, counted as a hit when it is there, and not at all when it is not: for callers who ask get() next.
+    /// The same, counted as a hit when it is there, and not at all when it is not: for callers who
+    /// ask get() next.
     [[nodiscard]] Ptr hit(const Key& key) {
         const std::lock_guard lock(m_mutex);
         Ptr out = look(key);
-        if (out) ++m_stats.hits;
+        if (out)
+            ++m_stats.hits;
         return out;
     }
 
@@ -90,11 +96,13 @@ public:
         return m_entries.contains(key);
     }
 
-    /// Keeps a value that came from elsewhere. One that is there already stays, and so does the making of one.
+    /// Keeps a value that came from elsewhere. One that is there already stays, and so does the
+    /// making of one.
     void put(const Key& key, const Ptr& value, std::size_t bytes) {
         std::list<Entry> evicted;
         const std::lock_guard lock(m_mutex);
-        if (m_entries.contains(key) || m_making.contains(key)) return;
+        if (m_entries.contains(key) || m_making.contains(key))
+            return;
         insert(key, value, bytes, evicted);
     }
 
@@ -114,11 +122,13 @@ public:
         }
     }
 
-    /// Calls back with every key that is kept, most recently used first, under the lock: the callback must be quick and must not ask this cache.
+    /// Calls back with every key that is kept, most recently used first, under the lock: the
+    /// callback must be quick and must not ask this cache.
     template <class Callback>
     void each_key(const Callback& callback) const {
         const std::lock_guard lock(m_mutex);
-        for (const Entry& e : m_order) callback(e.key);
+        for (const Entry& e : m_order)
+            callback(e.key);
     }
 
     [[nodiscard]] CacheStats stats() const {
@@ -137,12 +147,15 @@ private:
         Ptr value;
         std::size_t bytes;
     };
-    static constexpr std::size_t kEntryBytes = sizeof(Entry) + 6 * sizeof(void*);  // list node and map node, so that empty values count too
+    static constexpr std::size_t kEntryBytes =
+        sizeof(Entry) +
+        6 * sizeof(void*);  // list node and map node, so that empty values count too
 
     // Under the lock.
     Ptr look(const Key& key) {
         const auto found = m_entries.find(key);
-        if (found == m_entries.end()) return nullptr;
+        if (found == m_entries.end())
+            return nullptr;
         m_order.splice(m_order.begin(), m_order, found->second);
         return found->second->value;
     }

@@ -16,17 +16,21 @@ std::filesystem::path config_dir() {
         return fs::is_regular_file(p / "materials.toml", ignored);
     };
     if (const char* asked = std::getenv("TERRAVOX_CONFIG"); asked != nullptr && *asked != '\0') {
-        if (holds_config(asked)) return asked;
-        throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(asked) + "' holds no materials.toml");
+        if (holds_config(asked))
+            return asked;
+        throw UsageError("find the configuration: TERRAVOX_CONFIG = '" + std::string(asked) +
+                         "' holds no materials.toml");
     }
     std::error_code ignored;
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
     std::string tried;
     fs::path folder = program.parent_path();
-    // build/<preset>/bin is three levels below the root of the sources; an installed bin/ is one below its prefix.
+    // build/<preset>/bin is three levels below the root of the sources; an installed bin/ is one
+    // below its prefix.
     for (int up = 0; up < 5 && !folder.empty(); ++up, folder = folder.parent_path())
         for (const fs::path& candidate : {folder / "config", folder / "share/terravox/config"}) {
-            if (holds_config(candidate)) return candidate;
+            if (holds_config(candidate))
+                return candidate;
             tried += (tried.empty() ? "" : ", ") + candidate.string();
         }
     throw Error("find the configuration: no materials.toml in " + tried + "; set TERRAVOX_CONFIG");
@@ -36,18 +40,23 @@ std::string toml_ids(const std::filesystem::path& folder) {
     std::vector<std::string> ids;
     std::error_code ignored;
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-        if (entry.path().extension() == ".toml") ids.push_back(entry.path().stem().string());
+        if (entry.path().extension() == ".toml")
+            ids.push_back(entry.path().stem().string());
     std::sort(ids.begin(), ids.end());
     std::string out;
-    for (const auto& id : ids) out += (out.empty() ? "" : ", ") + id;
+    for (const auto& id : ids)
+        out += (out.empty() ? "" : ", ") + id;
     return out;
 }
 
-std::filesystem::path base_file(const std::filesystem::path& file, const std::string& id, const std::string& kind) {
+std::filesystem::path base_file(const std::filesystem::path& file, const std::string& id,
+                                const std::string& kind) {
     const std::string name = id + ".toml";
     std::error_code ignored;
-    if (auto beside = file.parent_path() / name; std::filesystem::exists(beside, ignored)) return beside;
-    if (auto shipped = config_dir() / kind / name; std::filesystem::exists(shipped, ignored)) return shipped;
+    if (auto beside = file.parent_path() / name; std::filesystem::exists(beside, ignored))
+        return beside;
+    if (auto shipped = config_dir() / kind / name; std::filesystem::exists(shipped, ignored))
+        return shipped;
     return {};
 }
 

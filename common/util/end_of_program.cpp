@@ -13,17 +13,20 @@
 namespace terravox::util {
 namespace {
 
-constexpr const char* kOutOfMemory = "out of memory; lower memory limits or a smaller task may help";
+constexpr const char* kOutOfMemory =
+    "out of memory; lower memory limits or a smaller task may help";
 constexpr const char* kName = "terravox: ";
 
-/// The text of an error without any allocation; `text` is what the exception itself says, where that is to be used.
+/// The text of an error without any allocation; `text` is what the exception itself says, where
+/// that is to be used.
 const char* plain_message_of(const std::exception_ptr& error, const char* text) noexcept {
     try {
         std::rethrow_exception(error);
     } catch (const std::bad_alloc&) {
         return kOutOfMemory;
     } catch (const std::system_error& e) {
-        // What std::thread throws where the system refuses one: it lacks memory for the stack, or a limit is reached.
+        // What std::thread throws where the system refuses one: it lacks memory for the stack, or a
+        // limit is reached.
         if (e.code() == std::errc::resource_unavailable_try_again) {
             return "the system gives no more threads or memory; "
                    "fewer threads or higher limits of the system may help";
@@ -46,10 +49,13 @@ void say(const char* text) noexcept {
     std::size_t used = 0;
     const auto add = [&](char c) {
         line[used++] = c;
-        if (used == sizeof line) write_out(line, std::exchange(used, 0));
+        if (used == sizeof line)
+            write_out(line, std::exchange(used, 0));
     };
-    for (const char* c = kName; *c != '\0'; ++c) add(*c);
-    for (const char* c = text; *c != '\0'; ++c) add(*c >= ' ' && *c < '\x7f' ? *c : '?');
+    for (const char* c = kName; *c != '\0'; ++c)
+        add(*c);
+    for (const char* c = text; *c != '\0'; ++c)
+        add(*c >= ' ' && *c < '\x7f' ? *c : '?');
     add('\n');
     write_out(line, used);
 }
@@ -59,8 +65,10 @@ void say(const char* text) noexcept {
     // for it. Whoever comes twice has failed in here.
     static std::atomic_flag s_ending;
     static thread_local bool s_here = false;
-    if (std::exchange(s_here, true)) std::_Exit(static_cast<int>(ExitCode::kFailed));
-    while (s_ending.test_and_set()) ::pause();
+    if (std::exchange(s_here, true))
+        std::_Exit(static_cast<int>(ExitCode::kFailed));
+    while (s_ending.test_and_set())
+        ::pause();
     const char* message = "ended by an error inside the program that carries no message";
     // Whatever is done here must need no memory: its lack may be the reason.
     if (const std::exception_ptr error = std::current_exception()) {
@@ -87,6 +95,8 @@ std::string message_of(const std::exception_ptr& error) {
     }
 }
 
-void end_with_a_line_on_uncaught_exceptions() noexcept { std::set_terminate(end_program); }
+void end_with_a_line_on_uncaught_exceptions() noexcept {
+    std::set_terminate(end_program);
+}
 
 }  // namespace terravox::util

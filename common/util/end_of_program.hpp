@@ -10,9 +10,10 @@ namespace terravox::util {
 /// @param error  not null
 [[nodiscard]] std::string message_of(const std::exception_ptr& error);
 
-/// From now on an exception that nobody catches (in a thread, a destructor, a callback of a C library) ends the program
-/// with one line on standard error and ExitCode::kFailed, as run_program does, instead of by a signal. Destructors do not run:
-/// files that were not finished keep their temporary names, as after a kill. To be called once, before threads are started.
+/// From now on an exception that nobody catches (in a thread, a destructor, a callback of a C
+/// library) ends the program with one line on standard error and ExitCode::kFailed, as run_program
+/// does, instead of by a signal. Destructors do not run: files that were not finished keep their
+/// temporary names, as after a kill. To be called once, before threads are started.
 void end_with_a_line_on_uncaught_exceptions() noexcept;
 
 }  // namespace terravox::util

@@ -13,7 +13,8 @@ enum class ExitCode : int {
     kHoles = 3,  ///< complete, but with reported holes (missing squares or boxes)
 };
 
-/// The unit of work (request, tile, file, run) cannot continue. The message is one line: attempt, object, value, allowed range.
+/// The unit of work (request, tile, file, run) cannot continue. The message is one line: attempt,
+/// object, value, allowed range.
 class Error : public std::runtime_error {
 public:
     explicit Error(const std::string& message) : std::runtime_error(message) {}

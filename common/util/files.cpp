@@ -15,14 +15,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What tells a file from all others, whatever it is called: "./a", a link to it and a second name of it are the same.
+/// What tells a file from all others, whatever it is called: "./a", a link to it and a second name
+/// of it are the same.
 std::string identity_of(const fs::path& file) {
-    struct stat facts {};
-    // Size and time beside the number: there are network file systems whose numbers are not unique, and no file may be lost to that.
+    struct stat facts{};
+    // Size and time beside the number: there are network file systems whose numbers are not unique,
+    // and no file may be lost to that.
     if (::stat(file.c_str(), &facts) == 0 && facts.st_ino != 0) {
         std::string out;
-        for (const auto part : {static_cast<long long>(facts.st_dev), static_cast<long long>(facts.st_ino), static_cast<long long>(facts.st_size),
-                                static_cast<long long>(facts.st_mtim.tv_sec), static_cast<long long>(facts.st_mtim.tv_nsec)})
+        for (const auto part :
+             {static_cast<long long>(facts.st_dev), static_cast<long long>(facts.st_ino),
+              static_cast<long long>(facts.st_size), static_cast<long long>(facts.st_mtim.tv_sec),
+              static_cast<long long>(facts.st_mtim.tv_nsec)})
             out += std::to_string(part) + "|";
         return out;
     }
@@ -33,17 +37,23 @@ std::string identity_of(const fs::path& file) {
 
 }  // namespace
 
-std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths, std::initializer_list<std::string_view> endings, std::string_view what) {
+std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
+                                     std::initializer_list<std::string_view> endings,
+                                     std::string_view what) {
     std::vector<fs::path> out;
     std::unordered_map<std::string, std::size_t> index_of;
     const auto add = [&](const fs::path& file) {
         const auto [known, fresh] = index_of.try_emplace(identity_of(file), out.size());
-        if (fresh) out.push_back(file);
-        else out[known->second] = std::min(out[known->second], file);
+        if (fresh)
+            out.push_back(file);
+        else
+            out[known->second] = std::min(out[known->second], file);
     };
     for (const fs::path& path : paths) {
         std::error_code failed;
-        if (!fs::exists(path, failed)) throw UsageError("open the " + std::string(what) + " " + path.string() + ": no such file or folder");
+        if (!fs::exists(path, failed))
+            throw UsageError("open the " + std::string(what) + " " + path.string() +
+                             ": no such file or folder");
         if (!fs::is_directory(path, failed)) {
             add(path);
             continue;
@@ -51,18 +61,26 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths, std::in
         std::vector<fs::path> inside;
         for (const auto& entry : fs::directory_iterator(path, failed)) {
             std::string ending = entry.path().extension().string();
-            std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+            std::transform(ending.begin(), ending.end(), ending.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
             // Names that begin with a dot are files still being written.
-            if (entry.path().filename().string().front() != '.' && std::find(endings.begin(), endings.end(), ending) != endings.end()) inside.push_back(entry.path());
+            if (entry.path().filename().string().front() != '.' &&
+                std::find(endings.begin(), endings.end(), ending) != endings.end())
+                inside.push_back(entry.path());
         }
-        if (failed) throw Error("open the " + std::string(what) + " in " + path.string() + ": " + failed.message());
+        if (failed)
+            throw Error("open the " + std::string(what) + " in " + path.string() + ": " +
+                        failed.message());
         if (inside.empty()) {
             std::string allowed;
-            for (const auto& e : endings) allowed += (allowed.empty() ? "" : " ") + std::string(e);
-            throw UsageError("open the " + std::string(what) + " in " + path.string() + ": the folder holds none of " + allowed);
+            for (const auto& e : endings)
+                allowed += (allowed.empty() ? "" : " ") + std::string(e);
+            throw UsageError("open the " + std::string(what) + " in " + path.string() +
+                             ": the folder holds none of " + allowed);
         }
         std::sort(inside.begin(), inside.end());
-        for (const fs::path& file : inside) add(file);
+        for (const fs::path& file : inside)
+            add(file);
     }
     return out;
 }

@@ -25,20 +25,26 @@ public:
         std::tm utc{};
         gmtime_r(&seconds, &utc);
         std::array<char, 32> date{};
-        const std::size_t length = std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+        const std::size_t length =
+            std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
         std::array<char, 8> fraction{};
         std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(ms % 1000));
         const auto level = spdlog::level::to_string_view(message.level);
-        const nlohmann::ordered_json line = {{"time", std::string(date.data(), length) + fraction.data()},
-                                             {"level", std::string(level.data(), level.size())},
-                                             {"message", std::string(message.payload.data(), message.payload.size())}};
-        const std::string text = line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+        const nlohmann::ordered_json line = {
+            {"time", std::string(date.data(), length) + fraction.data()},
+            {"level", std::string(level.data(), level.size())},
+            {"message", std::string(message.payload.data(), message.payload.size())}};
+        const std::string text =
+            line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
         out.append(text.data(), text.data() + text.size());
     }
-    [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonLines>(); }
+    [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override {
+        return std::make_unique<JsonLines>();
+    }
 };
 
-/// Cleans what messages say, of which parts come from strangers, before another formatter makes lines of them.
+/// Cleans what messages say, of which parts come from strangers, before another formatter makes
+/// lines of them.
 class Cleaning final : public spdlog::formatter {
 public:
     explicit Cleaning(std::unique_ptr<spdlog::formatter> inner) : m_inner(std::move(inner)) {}
@@ -50,14 +56,17 @@ public:
         message.color_range_start = clean.color_range_start;
         message.color_range_end = clean.color_range_end;
     }
-    [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<Cleaning>(m_inner->clone()); }
+    [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override {
+        return std::make_unique<Cleaning>(m_inner->clone());
+    }
 
 private:
     std::unique_ptr<spdlog::formatter> m_inner;
 };
 
 std::unique_ptr<spdlog::formatter> log_formatter(LogFormat format) {
-    if (format == LogFormat::kJson) return std::make_unique<Cleaning>(std::make_unique<JsonLines>());
+    if (format == LogFormat::kJson)
+        return std::make_unique<Cleaning>(std::make_unique<JsonLines>());
     return std::make_unique<Cleaning>(std::make_unique<spdlog::pattern_formatter>("[%^%l%$] %v"));
 }
 
@@ -66,9 +75,13 @@ std::unique_ptr<spdlog::formatter> log_formatter(LogFormat format) {
 void set_up_log(const std::string& level, LogFormat format) {
     static constexpr std::array kLevels = {"trace", "debug", "info", "warn", "error", "off"};
     bool known = false;
-    for (const char* name : kLevels) known = known || level == name;
-    if (!known) throw UsageError("set the log level: '" + level + "'; allowed: trace, debug, info, warn, error, off");
-    auto logger = std::make_shared<spdlog::logger>("terravox", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    for (const char* name : kLevels)
+        known = known || level == name;
+    if (!known)
+        throw UsageError("set the log level: '" + level +
+                         "'; allowed: trace, debug, info, warn, error, off");
+    auto logger = std::make_shared<spdlog::logger>(
+        "terravox", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
     logger->set_formatter(log_formatter(format));
     logger->set_level(spdlog::level::from_str(level == "warn" ? "warning" : level));
     spdlog::set_default_logger(std::move(logger));

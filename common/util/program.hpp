@@ -16,7 +16,8 @@ namespace terravox::util {
 /// Reads a program's arguments.
 /// @return the exit code when --help or --version was asked for (and answered), nullopt to go on
 /// @throws UsageError for arguments that the program does not take
-[[nodiscard]] inline std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv) {
+[[nodiscard]] inline std::optional<int> parse_arguments(CLI::App& app, int argc,
+                                                        const char* const* argv) {
     try {
         app.parse(argc, argv);
         return std::nullopt;
@@ -27,9 +28,11 @@ namespace terravox::util {
     }
 }
 
-/// The one place where a program's errors end: one line on standard error that begins with `terravox: `, and the exit code.
+/// The one place where a program's errors end: one line on standard error that begins with
+/// `terravox: `, and the exit code.
 /// @param body int(): the whole program
-template <class Body> [[nodiscard]] int run_program(const Body& body) noexcept {
+template <class Body>
+[[nodiscard]] int run_program(const Body& body) noexcept {
     end_with_a_line_on_uncaught_exceptions();
     auto code = ExitCode::kFailed;
     try {

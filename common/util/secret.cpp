@@ -23,35 +23,40 @@ std::string variable_of(const char* name) {
 
 // One name for two secrets sent each of them to where the other one belongs.
 void refuse_old_name() {
-    if (variable_of("TERRAVOX_TOKEN").empty()) return;
-    throw UsageError(
-        std::string(
-            "read the environment variable TERRAVOX_TOKEN: it was one name for two secrets; allowed: ") +
-        kFarmTokenVariable + " for a coordinator and its workers, " + kServerTokenVariable +
-        " for a voxel server and its clients");
+    if (variable_of("TERRAVOX_TOKEN").empty())
+        return;
+    throw UsageError(std::string("read the environment variable TERRAVOX_TOKEN: it was one name "
+                                 "for two secrets; allowed: ") +
+                     kFarmTokenVariable + " for a coordinator and its workers, " +
+                     kServerTokenVariable + " for a voxel server and its clients");
 }
 
-// What systemd hands to a service (LoadCredential=): a folder that nobody else can enter. Newer versions let the group read the
-// files, and name the service's user in an access control list.
+// What systemd hands to a service (LoadCredential=): a folder that nobody else can enter. Newer
+// versions let the group read the files, and name the service's user in an access control list.
 bool is_credential_of_service(const std::filesystem::path& path) {
     const std::string folder = variable_of("CREDENTIALS_DIRECTORY");
-    return !folder.empty() && path.lexically_normal().parent_path() == std::filesystem::path(folder).lexically_normal();
+    return !folder.empty() && path.lexically_normal().parent_path() ==
+                                  std::filesystem::path(folder).lexically_normal();
 }
 
 std::string read_private_file(const std::filesystem::path& path, const std::string& attempt) {
     const auto failed = [&](const std::string& why) { return Error(attempt + ": " + why); };
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
                                                                &std::fclose);
-    if (!file) throw failed(std::strerror(errno));
-    struct stat facts {};
-    if (::fstat(::fileno(file.get()), &facts) != 0) throw failed(std::strerror(errno));
-    if (S_ISDIR(facts.st_mode)) throw failed("it is a folder");
+    if (!file)
+        throw failed(std::strerror(errno));
+    struct stat facts{};
+    if (::fstat(::fileno(file.get()), &facts) != 0)
+        throw failed(std::strerror(errno));
+    if (S_ISDIR(facts.st_mode))
+        throw failed("it is a folder");
     const mode_t of_others = is_credential_of_service(path) ? 037 : 077;
     if (S_ISREG(facts.st_mode) && (facts.st_mode & of_others) != 0)
         throw failed("others may read or change it; allowed: only its owner (chmod 600)");
     std::string text(kMostFile_bytes + 1, '\0');
     text.resize(std::fread(text.data(), 1, text.size(), file.get()));
-    if (std::ferror(file.get()) != 0) throw failed(std::strerror(errno));
+    if (std::ferror(file.get()) != 0)
+        throw failed(std::strerror(errno));
     if (text.size() > kMostFile_bytes)
         throw failed("it is longer than " + std::to_string(kMostFile_bytes) + " bytes");
     return text;
@@ -75,15 +80,16 @@ Secret find_secret(const std::filesystem::path& file, const char* variable) {
 
 std::string find_server_token(const std::filesystem::path& file) {
     const Secret found = find_secret(file, kServerTokenVariable);
-    if (found.text.empty() && file.empty()) return {};
+    if (found.text.empty() && file.empty())
+        return {};
     // What stands in a header must not end it.
     const bool fits = found.text.size() >= 8 && found.text.size() <= 512 &&
                       std::all_of(found.text.begin(), found.text.end(),
                                   [](char c) { return c > ' ' && c < 127; });
     if (!fits)
-        throw UsageError(
-            found.attempt +
-            ": the token does not fit a header; allowed: 8 to 512 visible ASCII characters without a blank");
+        throw UsageError(found.attempt +
+                         ": the token does not fit a header; allowed: 8 to 512 visible ASCII "
+                         "characters without a blank");
     return found.text;
 }
 

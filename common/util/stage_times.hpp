@@ -12,13 +12,16 @@ namespace terravox::util {
 /// Seconds since it was made.
 class Stopwatch {
 public:
-    [[nodiscard]] double seconds() const noexcept { return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count(); }
+    [[nodiscard]] double seconds() const noexcept {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    }
 
 private:
     std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
 };
 
-/// Adds up where the time goes, by named stage. Thread-safe. Stages keep the order in which they were first seen.
+/// Adds up where the time goes, by named stage. Thread-safe. Stages keep the order in which they
+/// were first seen.
 class StageTimes {
 public:
     struct Stage {
@@ -30,19 +33,23 @@ public:
     void add(const std::string& name, double seconds);
     [[nodiscard]] std::vector<Stage> stages() const;
 
-    /// Times a scope and adds it on destruction, less what scopes inside it on the same thread took: no second is counted twice.
+    /// Times a scope and adds it on destruction, less what scopes inside it on the same thread
+    /// took: no second is counted twice.
     class Scope {
     public:
-        Scope(StageTimes& times, std::string name) : m_times(times), m_name(std::move(name)), m_around(std::exchange(innermost(), this)) {}
+        Scope(StageTimes& times, std::string name)
+            : m_times(times), m_name(std::move(name)), m_around(std::exchange(innermost(), this)) {}
         ~Scope() {
             const double seconds = m_clock.seconds();
             innermost() = m_around;
-            if (m_around != nullptr) m_around->m_inside += seconds;
+            if (m_around != nullptr)
+                m_around->m_inside += seconds;
             m_times.add(m_name, seconds - m_inside);
         }
         Scope(const Scope&) = delete;
         Scope& operator=(const Scope&) = delete;
-        /// A part of this scope's time belongs to another stage: for stages that alternate too often to be scopes.
+        /// A part of this scope's time belongs to another stage: for stages that alternate too
+        /// often to be scopes.
         void hand_over(const std::string& name, double seconds) {
             m_inside += seconds;
             m_times.add(name, seconds);

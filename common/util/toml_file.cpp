@@ -17,34 +17,46 @@ constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
 std::string text_of(const fs::path& file, const std::function<void(const std::string&)>& fail) {
     std::error_code failed;
     const auto status = fs::status(file, failed);
-    if (status.type() == fs::file_type::not_found) fail("no such file");
-    else if (failed) fail(failed.message());
-    else if (!fs::is_regular_file(status)) fail("not a plain file");
+    if (status.type() == fs::file_type::not_found)
+        fail("no such file");
+    else if (failed)
+        fail(failed.message());
+    else if (!fs::is_regular_file(status))
+        fail("not a plain file");
     std::ifstream in(file, std::ios::binary);
-    // By parts: a file that grows, or says nothing of its size (/proc), is found too long as well, and nobody pays for a mebibyte that is not there.
+    // By parts: a file that grows, or says nothing of its size (/proc), is found too long as well,
+    // and nobody pays for a mebibyte that is not there.
     std::string text;
     std::array<char, 16384> part;
     do {
         in.read(part.data(), part.size());
         text.append(part.data(), static_cast<std::size_t>(in.gcount()));
     } while (in && text.size() <= kMost_bytes);
-    if (in.bad() || !in.is_open()) fail("cannot be read");
+    if (in.bad() || !in.is_open())
+        fail("cannot be read");
     return text;
 }
 
 }  // namespace
 
-toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) { return parse_toml(text_of(file, fail), file.string(), fail); }
+toml::table read_toml(const fs::path& file, const std::function<void(const std::string&)>& fail) {
+    return parse_toml(text_of(file, fail), file.string(), fail);
+}
 
-toml::table parse_toml(std::string_view text, const std::string& name, const std::function<void(const std::string&)>& fail) {
-    if (text.size() > kMost_bytes) fail("longer than 1 MiB; allowed: up to 1 MiB");
-    // Each dot of a name (a.b.c) is a table in a table, and tables go by recursion: 100,000 of them overflow a stack of 8 MiB.
+toml::table parse_toml(std::string_view text, const std::string& name,
+                       const std::function<void(const std::string&)>& fail) {
+    if (text.size() > kMost_bytes)
+        fail("longer than 1 MiB; allowed: up to 1 MiB");
+    // Each dot of a name (a.b.c) is a table in a table, and tables go by recursion: 100,000 of them
+    // overflow a stack of 8 MiB.
     constexpr std::ptrdiff_t kMostDots = 10'000;
-    if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMostDots) fail(std::to_string(dots) + " dots; allowed: up to 10000");
+    if (const auto dots = std::count(text.begin(), text.end(), '.'); dots > kMostDots)
+        fail(std::to_string(dots) + " dots; allowed: up to 10000");
     try {
         return toml::parse(text, name);
     } catch (const toml::parse_error& e) {
-        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) + ")");
+        fail(std::string(e.description()) + " (line " + std::to_string(e.source().begin.line) +
+             ")");
     }
     throw Error("read " + name + ": failed");  // only when `fail` has not thrown
 }

@@ -17,37 +17,45 @@ struct BlobHeader {
     std::int32_t level, bx, by, bz;
     std::uint32_t cell_count, attr_count;
     std::uint32_t reserved[5];
-    std::uint64_t checksum;  // XXH64 of the 56 bytes before, then of everything after the header, chained as the seed
+    std::uint64_t checksum;  // XXH64 of the 56 bytes before, then of everything after the header,
+                             // chained as the seed
 };
 static_assert(sizeof(BlobHeader) == 64);
-static_assert(std::endian::native == std::endian::little, "the box format is mapped: a big-endian port needs a swap here");
+static_assert(std::endian::native == std::endian::little,
+              "the box format is mapped: a big-endian port needs a swap here");
 
 constexpr char kMagic[8] = {'T', 'V', 'X', 'B', 'O', 'X', '\r', '\n'};
 constexpr std::uint32_t kVersion = 1;
 // Roots, 16^3 cells and bricks of a box where every cell has details.
-constexpr std::uint32_t kMostCells = Box::kRootCount + Box::kRootCount * 64 + Box::kRootCount * 64 * 64;
+constexpr std::uint32_t kMostCells =
+    Box::kRootCount + Box::kRootCount * 64 + Box::kRootCount * 64 * 64;
 constexpr std::uint32_t kMostAttrs = kBoxSizeX * kBoxSizeY * kBoxSizeZ;
 
 std::uint64_t checksum_of(const BlobHeader& header, const std::byte* payload, std::size_t bytes) {
     return XXH64(payload, bytes, XXH64(&header, offsetof(BlobHeader, checksum), 0));
 }
 
-// Every `first` must lead to cells of the next level (or attributes) inside the arrays: then no walk can leave them.
+// Every `first` must lead to cells of the next level (or attributes) inside the arrays: then no
+// walk can leave them.
 bool indices_hold(std::span<const TreeCell> cells, std::size_t attr_count) {
     std::size_t begin = 0, end = Box::kRootCount;
     for (int depth = 0; depth < 3; ++depth) {
         std::size_t children = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            if ((cells[i].detail & ~cells[i].mask) != 0) return false;
+            if ((cells[i].detail & ~cells[i].mask) != 0)
+                return false;
             const auto count = static_cast<std::size_t>(std::popcount(cells[i].detail));
             const std::size_t expected = (depth < 2 ? end : 0) + children;
-            if (count != 0 && cells[i].first != expected) return false;
+            if (count != 0 && cells[i].first != expected)
+                return false;
             children += count;
         }
-        if (depth == 2) return end == cells.size() && children == attr_count;
+        if (depth == 2)
+            return end == cells.size() && children == attr_count;
         begin = end;
         end += children;
-        if (end > cells.size()) return false;
+        if (end > cells.size())
+            return false;
     }
     return false;
 }
@@ -55,21 +63,25 @@ bool indices_hold(std::span<const TreeCell> cells, std::size_t attr_count) {
 }  // namespace
 
 std::size_t BoxKeyHash::operator()(const BoxKey& key) const noexcept {
-    return static_cast<std::size_t>(morton_encode(key.bx, key.by, key.bz) ^ (static_cast<std::uint64_t>(key.level) << 58));
+    return static_cast<std::size_t>(morton_encode(key.bx, key.by, key.bz) ^
+                                    (static_cast<std::uint64_t>(key.level) << 58));
 }
 
 std::string to_string(const BoxKey& key) {
-    return std::to_string(key.level) + "/" + std::to_string(key.bx) + "/" + std::to_string(key.by) + "/" + std::to_string(key.bz);
+    return std::to_string(key.level) + "/" + std::to_string(key.bx) + "/" + std::to_string(key.by) +
+           "/" + std::to_string(key.bz);
 }
 
-std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const TreeCell> cells, std::span<const VoxelAttr> attrs) {
+std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const TreeCell> cells,
+                                            std::span<const VoxelAttr> attrs) {
     auto box = std::shared_ptr<Box>(new Box);
     box->m_key = key;
     box->m_blob_bytes = sizeof(BlobHeader) + cells.size_bytes() + attrs.size_bytes();
     box->m_blob.reset(new std::byte[box->m_blob_bytes]);
     std::byte* payload = box->m_blob.get() + sizeof(BlobHeader);
     std::memcpy(payload, cells.data(), cells.size_bytes());
-    if (!attrs.empty()) std::memcpy(payload + cells.size_bytes(), attrs.data(), attrs.size_bytes());
+    if (!attrs.empty())
+        std::memcpy(payload + cells.size_bytes(), attrs.data(), attrs.size_bytes());
     BlobHeader header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);
     header.version = kVersion;
@@ -83,21 +95,38 @@ std::shared_ptr<const Box> Box::from_arrays(const BoxKey& key, std::span<const T
     return box;
 }
 
-std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob, const std::string& origin) {
-    const auto fail = [&](const std::string& what) { throw Error("read the box " + origin + ": " + what); };
+std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob,
+                                          const std::string& origin) {
+    const auto fail = [&](const std::string& what) {
+        throw Error("read the box " + origin + ": " + what);
+    };
     BlobHeader header;
-    if (blob.size() < sizeof header) fail(std::to_string(blob.size()) + " bytes; at least " + std::to_string(sizeof header) + " are needed");
+    if (blob.size() < sizeof header)
+        fail(std::to_string(blob.size()) + " bytes; at least " + std::to_string(sizeof header) +
+             " are needed");
     std::memcpy(&header, blob.data(), sizeof header);
-    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) fail("not in the box format (magic bytes differ)");
-    if (header.version != kVersion) fail("format version " + std::to_string(header.version) + "; allowed: " + std::to_string(kVersion));
-    if (header.level < 0 || header.level > kMaxLevel) fail("level " + std::to_string(header.level) + "; allowed: 0 to " + std::to_string(kMaxLevel));
-    if (header.cell_count < kRootCount || header.cell_count > kMostCells) fail(std::to_string(header.cell_count) + " cells; allowed: 4 to " + std::to_string(kMostCells));
-    if (header.attr_count > kMostAttrs) fail(std::to_string(header.attr_count) + " voxels; allowed: 0 to " + std::to_string(kMostAttrs));
+    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0)
+        fail("not in the box format (magic bytes differ)");
+    if (header.version != kVersion)
+        fail("format version " + std::to_string(header.version) +
+             "; allowed: " + std::to_string(kVersion));
+    if (header.level < 0 || header.level > kMaxLevel)
+        fail("level " + std::to_string(header.level) + "; allowed: 0 to " +
+             std::to_string(kMaxLevel));
+    if (header.cell_count < kRootCount || header.cell_count > kMostCells)
+        fail(std::to_string(header.cell_count) + " cells; allowed: 4 to " +
+             std::to_string(kMostCells));
+    if (header.attr_count > kMostAttrs)
+        fail(std::to_string(header.attr_count) + " voxels; allowed: 0 to " +
+             std::to_string(kMostAttrs));
     const std::size_t cell_bytes = std::size_t{header.cell_count} * sizeof(TreeCell);
-    const std::size_t payload_bytes = cell_bytes + std::size_t{header.attr_count} * sizeof(VoxelAttr);
+    const std::size_t payload_bytes =
+        cell_bytes + std::size_t{header.attr_count} * sizeof(VoxelAttr);
     if (blob.size() != sizeof header + payload_bytes)
-        fail(std::to_string(blob.size()) + " bytes; its header promises " + std::to_string(sizeof header + payload_bytes));
-    if (checksum_of(header, blob.data() + sizeof header, payload_bytes) != header.checksum) fail("checksum differs: damaged");
+        fail(std::to_string(blob.size()) + " bytes; its header promises " +
+             std::to_string(sizeof header + payload_bytes));
+    if (checksum_of(header, blob.data() + sizeof header, payload_bytes) != header.checksum)
+        fail("checksum differs: damaged");
 
     auto box = std::shared_ptr<Box>(new Box);
     box->m_key = {header.level, header.bx, header.by, header.bz};
@@ -107,7 +136,8 @@ std::shared_ptr<const Box> Box::from_blob(std::span<const std::byte> blob, const
     const std::byte* payload = box->m_blob.get() + sizeof header;
     box->m_cells = {reinterpret_cast<const TreeCell*>(payload), header.cell_count};
     box->m_attrs = {reinterpret_cast<const VoxelAttr*>(payload + cell_bytes), header.attr_count};
-    if (!indices_hold(box->m_cells, header.attr_count)) fail("an index leads outside its arrays");
+    if (!indices_hold(box->m_cells, header.attr_count))
+        fail("an index leads outside its arrays");
     return box;
 }
 
@@ -117,38 +147,50 @@ std::uint64_t Box::checksum() const noexcept {
     return header.checksum;
 }
 
-bool Box::solid(int x, int y, int z) const noexcept { return voxel(x, y, z).has_value(); }
+bool Box::solid(int x, int y, int z) const noexcept {
+    return voxel(x, y, z).has_value();
+}
 
 std::optional<VoxelAttr> Box::voxel(int x, int y, int z) const noexcept {
     const TreeCell* cell = &m_cells[static_cast<std::size_t>(y >> 6)];
     for (int shift = 4;; shift -= 2) {
         const int bit = child_bit(x >> shift, y >> shift, z >> shift);
-        if ((cell->mask >> bit & 1) == 0) return std::nullopt;
-        if ((cell->detail >> bit & 1) == 0) return VoxelAttr{};
-        if (shift == 0) return m_attrs[cell->index_of(bit)];
+        if ((cell->mask >> bit & 1) == 0)
+            return std::nullopt;
+        if ((cell->detail >> bit & 1) == 0)
+            return VoxelAttr{};
+        if (shift == 0)
+            return m_attrs[cell->index_of(bit)];
         cell = &m_cells[cell->index_of(bit)];
     }
 }
 
 int Box::top() const noexcept {
-    const auto highest_layer = [](std::uint64_t mask) { return (63 - std::countl_zero(mask)) / 16; };
+    const auto highest_layer = [](std::uint64_t mask) {
+        return (63 - std::countl_zero(mask)) / 16;
+    };
     for (int root = kRootCount - 1; root >= 0; --root) {
         const TreeCell& top_cell = m_cells[static_cast<std::size_t>(root)];
-        if (top_cell.mask == 0) continue;
+        if (top_cell.mask == 0)
+            continue;
         int best = 0;
-        // The highest layer of cells holds the highest voxel, but which of its cells does is open: look at each.
+        // The highest layer of cells holds the highest voxel, but which of its cells does is open:
+        // look at each.
         const int layer = highest_layer(top_cell.mask);
         for (int bit = layer * 16; bit < layer * 16 + 16; ++bit) {
-            if ((top_cell.mask >> bit & 1) == 0) continue;
+            if ((top_cell.mask >> bit & 1) == 0)
+                continue;
             int y = root * 64 + layer * 16 + 16;
             if ((top_cell.detail >> bit & 1) != 0) {
                 const TreeCell& middle = m_cells[top_cell.index_of(bit)];
                 const int brick_layer = highest_layer(middle.mask);
                 y = 0;
                 for (int b = brick_layer * 16; b < brick_layer * 16 + 16; ++b) {
-                    if ((middle.mask >> b & 1) == 0) continue;
+                    if ((middle.mask >> b & 1) == 0)
+                        continue;
                     int voxel_top = 4;
-                    if ((middle.detail >> b & 1) != 0) voxel_top = highest_layer(m_cells[middle.index_of(b)].mask) + 1;
+                    if ((middle.detail >> b & 1) != 0)
+                        voxel_top = highest_layer(m_cells[middle.index_of(b)].mask) + 1;
                     y = std::max(y, root * 64 + layer * 16 + brick_layer * 4 + voxel_top);
                 }
             }

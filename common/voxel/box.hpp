@@ -17,13 +17,15 @@ inline constexpr int kBoxSizeX = 64;
 inline constexpr int kBoxSizeY = 256;
 inline constexpr int kBoxSizeZ = 64;
 
-/// Which box: level n has voxels of 2^n times the base size; bx, by, bz count boxes of 64 x 256 x 64 voxels of that level.
+/// Which box: level n has voxels of 2^n times the base size; bx, by, bz count boxes of 64 x 256 x
+/// 64 voxels of that level.
 struct BoxKey {
     int level = 0;
     std::int32_t bx = 0, by = 0, bz = 0;
     friend auto operator<=>(const BoxKey&, const BoxKey&) = default;
 };
-/// The spatial hash of every cache of boxes: the Morton code, with the level in bits that only boxes a million boxes from the origin use.
+/// The spatial hash of every cache of boxes: the Morton code, with the level in bits that only
+/// boxes a million boxes from the origin use.
 struct BoxKeyHash {
     [[nodiscard]] std::size_t operator()(const BoxKey& key) const noexcept;
 };
@@ -48,9 +50,10 @@ static_assert(sizeof(VoxelAttr) == 8);
 
 /// One cell of the 64-tree: 4 x 4 x 4 children, bit = x + 4 z + 16 y.
 ///
-/// `mask`: children that hold anything solid. `detail`, a subset: children with data of their own, stored one after the
-/// other from `first` in bit order (cells for the two upper levels, VoxelAttr for bricks). A child in `mask` but not in
-/// `detail` is solid throughout and no face of it can be seen: it is rock and costs nothing.
+/// `mask`: children that hold anything solid. `detail`, a subset: children with data of their own,
+/// stored one after the other from `first` in bit order (cells for the two upper levels, VoxelAttr
+/// for bricks). A child in `mask` but not in `detail` is solid throughout and no face of it can be
+/// seen: it is rock and costs nothing.
 struct TreeCell {
     std::uint64_t mask = 0;
     std::uint64_t detail = 0;
@@ -58,31 +61,40 @@ struct TreeCell {
     std::uint32_t reserved = 0;
 
     [[nodiscard]] std::uint32_t index_of(int bit) const noexcept {
-        return first + static_cast<std::uint32_t>(std::popcount(detail & ((std::uint64_t{1} << bit) - 1)));
+        return first +
+               static_cast<std::uint32_t>(std::popcount(detail & ((std::uint64_t{1} << bit) - 1)));
     }
 };
 static_assert(sizeof(TreeCell) == 24);
 
-/// A block of 64 x 256 x 64 voxels, four 64-trees of three levels on top of each other. Immutable, so safe to share between
-/// threads. The bytes in memory are those of the box format: a box is mapped, not parsed.
+/// A block of 64 x 256 x 64 voxels, four 64-trees of three levels on top of each other. Immutable,
+/// so safe to share between threads. The bytes in memory are those of the box format: a box is
+/// mapped, not parsed.
 ///
-/// Ref: 64-trees of bit masks as in Museth, "NanoVDB", SIGGRAPH 2021 (bit masks, child by popcount), with 4^3 fan-out throughout.
+/// Ref: 64-trees of bit masks as in Museth, "NanoVDB", SIGGRAPH 2021 (bit masks, child by
+/// popcount), with 4^3 fan-out throughout.
 class Box {
 public:
     static constexpr int kRootCount = kBoxSizeY / 64;
 
-    /// Takes over a blob in the box format. @throws Error when it is not one: wrong magic, version, checksum, size or an index
-    /// that leads outside. `origin` names it in the message.
-    static std::shared_ptr<const Box> from_blob(std::span<const std::byte> blob, const std::string& origin);
+    /// Takes over a blob in the box format. @throws Error when it is not one: wrong magic, version,
+    /// checksum, size or an index that leads outside. `origin` names it in the message.
+    static std::shared_ptr<const Box> from_blob(std::span<const std::byte> blob,
+                                                const std::string& origin);
 
     /// From finished arrays (BoxBuilder). The first kRootCount cells are the roots, bottom first.
-    static std::shared_ptr<const Box> from_arrays(const BoxKey& key, std::span<const TreeCell> cells, std::span<const VoxelAttr> attrs);
+    static std::shared_ptr<const Box> from_arrays(const BoxKey& key,
+                                                  std::span<const TreeCell> cells,
+                                                  std::span<const VoxelAttr> attrs);
 
     [[nodiscard]] const BoxKey& key() const noexcept { return m_key; }
     [[nodiscard]] std::span<const TreeCell> cells() const noexcept { return m_cells; }
     [[nodiscard]] std::span<const VoxelAttr> attrs() const noexcept { return m_attrs; }
-    [[nodiscard]] std::span<const std::byte> blob() const noexcept { return {m_blob.get(), m_blob_bytes}; }
-    [[nodiscard]] std::uint64_t checksum() const noexcept;  ///< XXH64 of the payload, as in the blob's header
+    [[nodiscard]] std::span<const std::byte> blob() const noexcept {
+        return {m_blob.get(), m_blob_bytes};
+    }
+    [[nodiscard]] std::uint64_t checksum()
+        const noexcept;  ///< XXH64 of the payload, as in the blob's header
     [[nodiscard]] std::size_t memory_bytes() const noexcept { return m_blob_bytes + sizeof(Box); }
 
     /// Local coordinates: x, z in [0, 64), y in [0, 256). Reading outside is undefined.
@@ -102,6 +114,8 @@ private:
 };
 
 /// Bit of a child in its TreeCell, from coordinates of which the two lowest bits count.
-[[nodiscard]] constexpr int child_bit(int x, int y, int z) noexcept { return (x & 3) | (z & 3) << 2 | (y & 3) << 4; }
+[[nodiscard]] constexpr int child_bit(int x, int y, int z) noexcept {
+    return (x & 3) | (z & 3) << 2 | (y & 3) << 4;
+}
 
 }  // namespace terravox::voxel

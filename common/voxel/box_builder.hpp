@@ -12,26 +12,35 @@
 
 namespace terravox::voxel {
 
-/// One column of a box as bits, y in [0, 256), with the voxel just below (y = -1) and just above (y = 256).
+/// One column of a box as bits, y in [0, 256), with the voxel just below (y = -1) and just above (y
+/// = 256).
 class ColumnBits {
 public:
     /// Sets [y0, y1); parts outside [-1, 257) are cut off.
     void fill(int y0, int y1) noexcept;
     [[nodiscard]] bool at(int y) const noexcept;  ///< y in [-1, 257)
-    [[nodiscard]] std::uint64_t word(int i) const noexcept { return m_words[static_cast<std::size_t>(i)]; }
+    [[nodiscard]] std::uint64_t word(int i) const noexcept {
+        return m_words[static_cast<std::size_t>(i)];
+    }
     /// Bit y = the voxel at y + 1.
-    [[nodiscard]] std::uint64_t word_from_above(int i) const noexcept { return word(i) >> 1 | (i < 3 ? word(i + 1) : std::uint64_t{m_above}) << 63; }
+    [[nodiscard]] std::uint64_t word_from_above(int i) const noexcept {
+        return word(i) >> 1 | (i < 3 ? word(i + 1) : std::uint64_t{m_above}) << 63;
+    }
     /// Bit y = the voxel at y - 1.
-    [[nodiscard]] std::uint64_t word_from_below(int i) const noexcept { return word(i) << 1 | (i > 0 ? word(i - 1) >> 63 : std::uint64_t{m_below}); }
+    [[nodiscard]] std::uint64_t word_from_below(int i) const noexcept {
+        return word(i) << 1 | (i > 0 ? word(i - 1) >> 63 : std::uint64_t{m_below});
+    }
 
 private:
     std::array<std::uint64_t, 4> m_words{};
     bool m_below = false, m_above = false;
 };
 
-/// Builds a box from columns with a margin of one voxel on every side, so that hidden faces are known across box edges.
+/// Builds a box from columns with a margin of one voxel on every side, so that hidden faces are
+/// known across box edges.
 ///
-/// Opaque voxels whose six neighbours are opaque become plain rock; all others ask `attr_at` for their attributes. Not thread-safe.
+/// Opaque voxels whose six neighbours are opaque become plain rock; all others ask `attr_at` for
+/// their attributes. Not thread-safe.
 class BoxBuilder {
 public:
     BoxBuilder() : m_columns(kSide * kSide) {}
@@ -44,16 +53,21 @@ public:
     }
 
     using AttrAt = std::function<VoxelAttr(int x, int y, int z)>;
-    /// @param attr_at anything that is called as an AttrAt: once for each voxel that can be seen (local coordinates), brick by brick
+    /// @param attr_at anything that is called as an AttrAt: once for each voxel that can be seen
+    /// (local coordinates), brick by brick
     /// @return nullptr when the box holds nothing solid
-    template <class Callable> [[nodiscard]] std::shared_ptr<const Box> build(const BoxKey& key, const Callable& attr_at) const {
+    template <class Callable>
+    [[nodiscard]] std::shared_ptr<const Box> build(const BoxKey& key,
+                                                   const Callable& attr_at) const {
         const Tree tree = make_tree();
-        if (tree.cells.empty()) return nullptr;
+        if (tree.cells.empty())
+            return nullptr;
         std::vector<VoxelAttr> attrs;
         attrs.reserve(tree.attr_count);
         for (std::size_t i = 0; i < tree.corners.size(); ++i) {
             const auto [x, y, z] = tree.corners[i];
-            for (std::uint64_t left = tree.cells[tree.first_brick + i].detail; left != 0; left &= left - 1) {
+            for (std::uint64_t left = tree.cells[tree.first_brick + i].detail; left != 0;
+                 left &= left - 1) {
                 const int bit = std::countr_zero(left);
                 attrs.push_back(attr_at(x + (bit & 3), y + (bit >> 4), z + (bit >> 2 & 3)));
             }
@@ -64,9 +78,14 @@ public:
 private:
     static constexpr int kSide = kBoxSizeX + 2;
     /// What was added to one place; a voxel that is in both is opaque.
-    struct Column { ColumnBits opaque, clear; };
-    struct Corner { std::uint8_t x, y, z; };  ///< lowest voxel of a brick
-    /// A box that lacks only its attributes: cells[first_brick + i] lies at corners[i]. Without cells: nothing is solid.
+    struct Column {
+        ColumnBits opaque, clear;
+    };
+    struct Corner {
+        std::uint8_t x, y, z;
+    };  ///< lowest voxel of a brick
+    /// A box that lacks only its attributes: cells[first_brick + i] lies at corners[i]. Without
+    /// cells: nothing is solid.
     struct Tree {
         std::vector<TreeCell> cells;
         std::vector<Corner> corners;
@@ -74,9 +93,12 @@ private:
     };
     struct Storey;
 
-    static std::size_t index(int x, int z) noexcept { return static_cast<std::size_t>((z + 1) * kSide + x + 1); }
+    static std::size_t index(int x, int z) noexcept {
+        return static_cast<std::size_t>((z + 1) * kSide + x + 1);
+    }
     /// Of column (x, z): voxels that need attributes, one word of 64.
-    [[nodiscard]] std::uint64_t detail_word(int x, int z, int word, std::uint64_t solid) const noexcept;
+    [[nodiscard]] std::uint64_t detail_word(int x, int z, int word,
+                                            std::uint64_t solid) const noexcept;
     void sort_into_bricks(int word, Storey& storey) const noexcept;
     [[nodiscard]] Tree make_tree() const;
     std::vector<Column> m_columns;

@@ -13,67 +13,93 @@ namespace terravox::voxel {
 
 /// How a material fares when eight voxels become one.
 enum class Grain : std::uint8_t {
-    kTerrain,  ///< rock, soil, ground, grass, road, rail, concrete, sand, snow, lava; and all hidden voxels, whose material is unknown
-    kShell,    ///< walls, roofs, bridges, towers, what is built of wood, bricks and cloth: often one voxel thick with air behind
-    kObject,   ///< objects, lamps and unknown things: opaque, often a lone voxel
-    kWater,    ///< water and ice
-    kSparse,   ///< leaves, trunks, wires and panes
+    kTerrain,  ///< rock, soil, ground, grass, road, rail, concrete, sand, snow, lava; and all
+               ///< hidden voxels, whose material is unknown
+    kShell,   ///< walls, roofs, bridges, towers, what is built of wood, bricks and cloth: often one
+              ///< voxel thick with air behind
+    kObject,  ///< objects, lamps and unknown things: opaque, often a lone voxel
+    kWater,   ///< water and ice
+    kSparse,  ///< leaves, trunks, wires and panes
 };
 [[nodiscard]] constexpr Grain grain_of(Material material) noexcept;
 
-/// Up to this level nothing of a shell is lost (voxels of 4 m, where the finest have 1); above it shells keep their area instead.
+/// Up to this level nothing of a shell is lost (voxels of 4 m, where the finest have 1); above it
+/// shells keep their area instead.
 inline constexpr int kShellsKeptTo = 2;
 
 /// The rule of the levels: eight coarse voxels from one fine brick.
 ///
-/// Of the eight children of a coarse voxel (2 x 2 columns of two; the "key column" is the north-western one), the first that holds:
-/// 1. Opaque when a child is terrain whose lower neighbour among the eight is not opaque (an overhang: a sheet, not a hill). Also
-///    up to level 2: when a child is shell, an object stands in the key column, or two children are objects;
-///    from level 3 on: when shells or objects stand in the key column, or in all three others.
-/// 2. Where at least four are opaque or water: the one that tops more columns, on a tie that of the key column (else opaque).
+/// Of the eight children of a coarse voxel (2 x 2 columns of two; the "key column" is the
+/// north-western one), the first that holds:
+/// 1. Opaque when a child is terrain whose lower neighbour among the eight is not opaque (an
+/// overhang: a sheet, not a hill). Also
+///    up to level 2: when a child is shell, an object stands in the key column, or two children are
+///    objects; from level 3 on: when shells or objects stand in the key column, or in all three
+///    others.
+/// 2. Where at least four are opaque or water: the one that tops more columns, on a tie that of the
+/// key column (else opaque).
 /// 3. Leaves or wires, when they stand in the key column, or in all three others.
 /// 4. Air.
 /// Reasons, and what tests hold it to:
-/// - No light leaks. Up to level 2 the coarse opaque voxels cover all shells of the level below, so what these closed stays closed from
-///   every side. At all levels, shells and objects close every vertical line that they closed before, by the key column; terrain
-///   that is solid from a common floor up (two voxels at least under water) closes it by the floor (2). No rule of eight children closes
-///   jagged sheets of every material and leaves terrain unbiased: it would have to keep a voxel for each child of at least one column, and
-///   ground would grow at every slope. So terrain is closed when thick, flat, or without steps of two (overhangs are kept).
-/// - Thin things survive: sheets of anything (four of eight) always; decks, walls and strips one voxel wide, diagonal ones too, to level 2.
-///   Kept at all levels they would fill a town: in a real one 28 % lies under roofs, and 67 % would at level 5; by this rule 52 %.
-/// - Ground keeps its height: half full counts as full. Flat ground can only round up, at most half a coarse voxel on average.
-/// - Lakes stay flat and whole: a surface fills four or eight children, whatever its parity, and shallow water wins over its bed. The shore
-///   keeps its place on average, since columns vote. Brooks one voxel wide come and go. Where water wins, the rock below has no attributes.
-/// - Leaves, wires and lone objects keep the area they cover, seen from above: one lone voxel of four survives, four times as large. A forest
-///   keeps its gaps and a thin crown does not become a block; any threshold on counts would fill one and lose the other.
-///   Wires fade on purpose: kept, they would be beams of 32 voxels at level 5.
-/// - Looks are those of what is seen: the topmost child with attributes of each column votes among the children that decided (in 1, below
-///   four opaque ones, without the terrain that did not decide); most frequent material, the highest on a tie; mean of its colours.
-/// Ref: Laine & Karras, "Efficient Sparse Voxel Octrees", 2010, and Crassin et al., "GigaVoxels", 2009, average density instead, which
-/// needs partly transparent voxels.
+/// - No light leaks. Up to level 2 the coarse opaque voxels cover all shells of the level below, so
+/// what these closed stays closed from
+///   every side. At all levels, shells and objects close every vertical line that they closed
+///   before, by the key column; terrain that is solid from a common floor up (two voxels at least
+///   under water) closes it by the floor (2). No rule of eight children closes jagged sheets of
+///   every material and leaves terrain unbiased: it would have to keep a voxel for each child of at
+///   least one column, and ground would grow at every slope. So terrain is closed when thick, flat,
+///   or without steps of two (overhangs are kept).
+/// - Thin things survive: sheets of anything (four of eight) always; decks, walls and strips one
+/// voxel wide, diagonal ones too, to level 2.
+///   Kept at all levels they would fill a town: in a real one 28 % lies under roofs, and 67 % would
+///   at level 5; by this rule 52 %.
+/// - Ground keeps its height: half full counts as full. Flat ground can only round up, at most half
+/// a coarse voxel on average.
+/// - Lakes stay flat and whole: a surface fills four or eight children, whatever its parity, and
+/// shallow water wins over its bed. The shore
+///   keeps its place on average, since columns vote. Brooks one voxel wide come and go. Where water
+///   wins, the rock below has no attributes.
+/// - Leaves, wires and lone objects keep the area they cover, seen from above: one lone voxel of
+/// four survives, four times as large. A forest
+///   keeps its gaps and a thin crown does not become a block; any threshold on counts would fill
+///   one and lose the other. Wires fade on purpose: kept, they would be beams of 32 voxels at
+///   level 5.
+/// - Looks are those of what is seen: the topmost child with attributes of each column votes among
+/// the children that decided (in 1, below
+///   four opaque ones, without the terrain that did not decide); most frequent material, the
+///   highest on a tie; mean of its colours.
+/// Ref: Laine & Karras, "Efficient Sparse Voxel Octrees", 2010, and Crassin et al., "GigaVoxels",
+/// 2009, average density instead, which needs partly transparent voxels.
 struct CoarseVoxels {
-    std::uint64_t solid = 0;    ///< which of the eight are not air: bits of kCorners
-    std::uint64_t seen = 0;     ///< and have attributes; a subset
-    std::uint64_t sources = 0;  ///< the fine voxels whose attributes count; a subset of the brick's detail
+    std::uint64_t solid = 0;  ///< which of the eight are not air: bits of kCorners
+    std::uint64_t seen = 0;   ///< and have attributes; a subset
+    std::uint64_t sources =
+        0;  ///< the fine voxels whose attributes count; a subset of the brick's detail
 };
 
-/// The lowest north-western child of each of the eight, as a bit of the fine brick; the other children lie 1, 4, 5, 16, 17, 20, 21 on.
+/// The lowest north-western child of each of the eight, as a bit of the fine brick; the other
+/// children lie 1, 4, 5, 16, 17, 20, 21 on.
 inline constexpr std::uint64_t kCorners = 0x0000'0505'0000'0505ULL;
 inline constexpr std::uint64_t kEightChildren = 0x33'0033ULL;
 
 /// @param brick   a fine brick
 /// @param attrs   of its detail, in bit order
 /// @param level   of the coarse voxels, >= 1
-[[nodiscard]] CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAttr> attrs, int level) noexcept;
+[[nodiscard]] CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAttr> attrs,
+                                         int level) noexcept;
 
 /// The attributes of the coarse voxel whose lowest child is bit `corner`, one of `coarse.seen`.
-[[nodiscard]] VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> attrs, const CoarseVoxels& coarse, int corner) noexcept;
+[[nodiscard]] VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> attrs,
+                                    const CoarseVoxels& coarse, int corner) noexcept;
 
-/// Moves bits of kCorners together: corner (2 x, 2 y, 2 z) to (x, y, z), so that eight coarse voxels take their octant of a coarse brick.
+/// Moves bits of kCorners together: corner (2 x, 2 y, 2 z) to (x, y, z), so that eight coarse
+/// voxels take their octant of a coarse brick.
 [[nodiscard]] constexpr std::uint64_t gather_corners(std::uint64_t corners) noexcept {
-    corners = (corners & 0x0000'0101'0000'0101ULL) | (corners & 0x0000'0404'0000'0404ULL) >> 1;  // x = 2 to 1
-    corners = (corners & 0x0000'0003'0000'0003ULL) | (corners & 0x0000'0300'0000'0300ULL) >> 4;  // z = 2 to 1
-    return (corners & 0xFFFF) | (corners >> 32 & 0xFFFF) << 16;                                // y = 2 to 1
+    corners = (corners & 0x0000'0101'0000'0101ULL) |
+              (corners & 0x0000'0404'0000'0404ULL) >> 1;  // x = 2 to 1
+    corners = (corners & 0x0000'0003'0000'0003ULL) |
+              (corners & 0x0000'0300'0000'0300ULL) >> 4;         // z = 2 to 1
+    return (corners & 0xFFFF) | (corners >> 32 & 0xFFFF) << 16;  // y = 2 to 1
 }
 
 // From here on: how. In the header, so that the loop over bricks (downsample.cpp) takes it in.
@@ -87,14 +113,18 @@ inline constexpr std::array<Grain, 256> kGrainOf = [] {
     std::array<Grain, 256> grains{};
     grains.fill(Grain::kObject);  // numbers that no material has, too
     const auto set = [&](Grain grain, std::initializer_list<Material> materials) {
-        for (const Material m : materials) grains[static_cast<std::size_t>(m)] = grain;
+        for (const Material m : materials)
+            grains[static_cast<std::size_t>(m)] = grain;
     };
     using enum Material;
-    set(Grain::kTerrain, {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow, kLava});
-    set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower, kWood, kMasonry, kPlain});
+    set(Grain::kTerrain,
+        {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow, kLava});
+    set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower, kWood,
+                        kMasonry, kPlain});
     set(Grain::kWater, {kWater, kIce});
     set(Grain::kObject, {kObject, kUnknown, kLamp});
-    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kTrunk, kWire, kGlass});  // a trunk that grew would darken its wood
+    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kTrunk, kWire,
+                         kGlass});  // a trunk that grew would darken its wood
     return grains;
 }();
 
@@ -102,65 +132,90 @@ inline constexpr std::array<Grain, 256> kGrainOf = [] {
 // Ref: carry-save adders as in Warren, "Hacker's Delight", section 5-1.
 struct Counts {
     std::uint64_t twos, fours, eights;
-    [[nodiscard]] std::uint64_t two_or_more() const noexcept { return (twos | fours | eights) & kCorners; }
-    [[nodiscard]] std::uint64_t four_or_more() const noexcept { return (fours | eights) & kCorners; }
+    [[nodiscard]] std::uint64_t two_or_more() const noexcept {
+        return (twos | fours | eights) & kCorners;
+    }
+    [[nodiscard]] std::uint64_t four_or_more() const noexcept {
+        return (fours | eights) & kCorners;
+    }
 };
 inline Counts count_children(std::uint64_t m) noexcept {
-    struct Sum { std::uint64_t digit, carry; };
-    const auto add = [](std::uint64_t a, std::uint64_t b, std::uint64_t c) { return Sum{a ^ b ^ c, (a & b) | ((a ^ b) & c)}; };
-    const Sum one = add(m, m >> 1, m >> 4), two = add(m >> 5, m >> 16, m >> 17), three = add(m >> 20, m >> 21, 0);
+    struct Sum {
+        std::uint64_t digit, carry;
+    };
+    const auto add = [](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        return Sum{a ^ b ^ c, (a & b) | ((a ^ b) & c)};
+    };
+    const Sum one = add(m, m >> 1, m >> 4), two = add(m >> 5, m >> 16, m >> 17),
+              three = add(m >> 20, m >> 21, 0);
     const Sum ones = add(one.digit, two.digit, three.digit);
     const Sum low = add(one.carry, two.carry, three.carry), twos = add(low.digit, ones.carry, 0);
     return {twos.digit, low.carry ^ twos.carry, low.carry & twos.carry};
 }
 
 /// Every child of the given corners.
-inline std::uint64_t children_of(std::uint64_t corners) noexcept { return corners * kEightChildren; }
+inline std::uint64_t children_of(std::uint64_t corners) noexcept {
+    return corners * kEightChildren;
+}
 /// The lower child of each column where one of the two is set.
-inline std::uint64_t columns_of(std::uint64_t voxels) noexcept { return (voxels | voxels >> 16) & ~kUpper; }
+inline std::uint64_t columns_of(std::uint64_t voxels) noexcept {
+    return (voxels | voxels >> 16) & ~kUpper;
+}
 /// Corners of which a child is set.
 inline std::uint64_t any_child(std::uint64_t voxels) noexcept {
     const std::uint64_t columns = columns_of(voxels), pairs = columns | columns >> 4;
     return (pairs | pairs >> 1) & kCorners;
 }
-/// Corners where the key column holds one of these, or the three others do: keeps the area seen from above.
+/// Corners where the key column holds one of these, or the three others do: keeps the area seen
+/// from above.
 inline std::uint64_t sampled(std::uint64_t voxels) noexcept {
     const std::uint64_t columns = columns_of(voxels);
     return (columns | (columns >> 1 & columns >> 4 & columns >> 5)) & kCorners;
 }
 
 // Step 2 where opaque children and water share a voxel: who tops more columns?
-inline std::uint64_t won_by_water(std::uint64_t shared, std::uint64_t opaque, std::uint64_t water) noexcept {
+inline std::uint64_t won_by_water(std::uint64_t shared, std::uint64_t opaque,
+                                  std::uint64_t water) noexcept {
     constexpr std::uint64_t kColumns = kEightChildren & 0xFFFF;
-    const std::uint64_t water_tops = columns_of(water & ~((opaque & kUpper) >> 16)), opaque_tops = columns_of(opaque & ~((water & kUpper) >> 16));
+    const std::uint64_t water_tops = columns_of(water & ~((opaque & kUpper) >> 16)),
+                        opaque_tops = columns_of(opaque & ~((water & kUpper) >> 16));
     std::uint64_t won = 0;
     for (; shared != 0; shared &= shared - 1) {
         const int corner = std::countr_zero(shared);
-        const int lead = std::popcount(water_tops >> corner & kColumns) - std::popcount(opaque_tops >> corner & kColumns);
-        if (lead > 0 || (lead == 0 && (water_tops >> corner & 1) != 0)) won |= std::uint64_t{1} << corner;
+        const int lead = std::popcount(water_tops >> corner & kColumns) -
+                         std::popcount(opaque_tops >> corner & kColumns);
+        if (lead > 0 || (lead == 0 && (water_tops >> corner & 1) != 0))
+            won |= std::uint64_t{1} << corner;
     }
     return won;
 }
 
 }  // namespace coarse_rule
 
-constexpr Grain grain_of(Material material) noexcept { return coarse_rule::kGrainOf[static_cast<std::size_t>(material)]; }
+constexpr Grain grain_of(Material material) noexcept {
+    return coarse_rule::kGrainOf[static_cast<std::size_t>(material)];
+}
 
-inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAttr> attrs, int level) noexcept {
+inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAttr> attrs,
+                                  int level) noexcept {
     using namespace coarse_rule;
     std::array<std::uint64_t, kGrains> grains{};
     std::size_t next = 0;
     for (std::uint64_t left = brick.detail; left != 0; left &= left - 1)
         grains[static_cast<std::size_t>(grain_of(attrs[next++].material))] |= left & (~left + 1);
     const auto of = [&](Grain grain) { return grains[static_cast<std::size_t>(grain)]; };
-    const std::uint64_t shell = of(Grain::kShell), object = of(Grain::kObject), water = of(Grain::kWater), sparse = of(Grain::kSparse);
+    const std::uint64_t shell = of(Grain::kShell), object = of(Grain::kObject),
+                        water = of(Grain::kWater), sparse = of(Grain::kSparse);
     const std::uint64_t terrain = of(Grain::kTerrain) | (brick.mask & ~brick.detail);
     const std::uint64_t opaque = terrain | shell | object;
 
     // Step 1: what may not get lost.
     const std::uint64_t overhang = terrain & kUpper & ~(opaque << 16);
-    const std::uint64_t kept = any_child(overhang) | (level > kShellsKeptTo ? sampled(shell | object)
-                                                      : any_child(shell) | count_children(object).two_or_more() | (columns_of(object) & kCorners));
+    const std::uint64_t kept =
+        any_child(overhang) |
+        (level > kShellsKeptTo ? sampled(shell | object)
+                               : any_child(shell) | count_children(object).two_or_more() |
+                                     (columns_of(object) & kCorners));
     // Step 2: what fills half.
     const std::uint64_t half_full = count_children(opaque | water).four_or_more() & ~kept;
     const std::uint64_t wet = half_full & any_child(water), dry = any_child(opaque);
@@ -169,9 +224,11 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
     // Step 3: what stands in the key column.
     const std::uint64_t coarse_sparse = sampled(sparse) & ~(coarse_opaque | coarse_water);
 
-    const std::uint64_t full = children_of(coarse_opaque & ~(kept & ~count_children(opaque).four_or_more()));
-    const std::uint64_t deciding = (opaque & full) | ((shell | object | overhang) & children_of(kept)) | (water & children_of(coarse_water)) |
-                                   (sparse & children_of(coarse_sparse));
+    const std::uint64_t full =
+        children_of(coarse_opaque & ~(kept & ~count_children(opaque).four_or_more()));
+    const std::uint64_t deciding =
+        (opaque & full) | ((shell | object | overhang) & children_of(kept)) |
+        (water & children_of(coarse_water)) | (sparse & children_of(coarse_sparse));
     const std::uint64_t shown = deciding & brick.detail;
     CoarseVoxels out;
     out.solid = coarse_opaque | coarse_water | coarse_sparse;
@@ -180,28 +237,36 @@ inline CoarseVoxels coarse_voxels(const TreeCell& brick, std::span<const VoxelAt
     return out;
 }
 
-inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> attrs, const CoarseVoxels& coarse, int corner) noexcept {
+inline VoxelAttr coarse_attr(const TreeCell& brick, std::span<const VoxelAttr> attrs,
+                             const CoarseVoxels& coarse, int corner) noexcept {
     // The topmost of each column, highest first: the first of equals wins.
     std::array<const VoxelAttr*, 4> found{};
     std::size_t count = 0;
     const std::uint64_t own = coarse.sources & kEightChildren << corner;
     for (const std::uint64_t layer : {own & coarse_rule::kUpper, own & ~coarse_rule::kUpper})
-        for (std::uint64_t left = layer; left != 0; left &= left - 1) found[count++] = &attrs[brick.index_of(std::countr_zero(left)) - brick.first];
+        for (std::uint64_t left = layer; left != 0; left &= left - 1)
+            found[count++] = &attrs[brick.index_of(std::countr_zero(left)) - brick.first];
     std::size_t best = 0;
     int most = 0;
     for (std::size_t i = 0; i < count; ++i) {
         int votes = 0;
-        for (std::size_t k = 0; k < count; ++k) votes += found[k]->material == found[i]->material;
-        if (votes > most) most = votes, best = i;
+        for (std::size_t k = 0; k < count; ++k)
+            votes += found[k]->material == found[i]->material;
+        if (votes > most)
+            most = votes, best = i;
     }
     VoxelAttr out = *found[best];
     int sum[3] = {}, coloured = 0;
     for (std::size_t i = 0; i < count; ++i) {
-        if (found[i]->material != out.material || !found[i]->has_colour()) continue;
-        sum[0] += found[i]->colour.r, sum[1] += found[i]->colour.g, sum[2] += found[i]->colour.b, ++coloured;
+        if (found[i]->material != out.material || !found[i]->has_colour())
+            continue;
+        sum[0] += found[i]->colour.r, sum[1] += found[i]->colour.g, sum[2] += found[i]->colour.b,
+            ++coloured;
     }
     if (coloured > 0) {
-        const auto mean = [&](int s) { return static_cast<std::uint8_t>((s + coloured / 2) / coloured); };
+        const auto mean = [&](int s) {
+            return static_cast<std::uint8_t>((s + coloured / 2) / coloured);
+        };
         out.colour = {mean(sum[0]), mean(sum[1]), mean(sum[2])};
         out.flags |= VoxelAttr::kHasColour;
     }

@@ -9,7 +9,8 @@
 
 namespace terravox::voxel {
 
-/// What a voxel is, after classification. The numbers are part of the box format (docs/formats.md): never renumber.
+/// What a voxel is, after classification. The numbers are part of the box format (docs/formats.md):
+/// never renumber.
 enum class Material : std::uint8_t {
     kAir = 0,
     kRock = 1,
@@ -51,8 +52,9 @@ inline constexpr int kMaterialCount = 32;
 
 /// Light and leaves pass: a voxel behind such a voxel can be seen.
 [[nodiscard]] constexpr bool see_through(Material material) noexcept {
-    return material == Material::kAir || material == Material::kWater || material == Material::kLowVegetation ||
-           material == Material::kMediumVegetation || material == Material::kHighVegetation || material == Material::kWire ||
+    return material == Material::kAir || material == Material::kWater ||
+           material == Material::kLowVegetation || material == Material::kMediumVegetation ||
+           material == Material::kHighVegetation || material == Material::kWire ||
            material == Material::kGlass || material == Material::kIce;
 }
 
@@ -65,7 +67,8 @@ struct Rgb8 {
 /// @return nullopt unless it is "#rrggbb"
 [[nodiscard]] std::optional<Rgb8> rgb8_from_hex(std::string_view text) noexcept;
 
-/// What config/materials.toml may say of a material. The palette needs only colour and variation; the rest is the ray tracer's, which checks it.
+/// What config/materials.toml may say of a material. The palette needs only colour and variation;
+/// the rest is the ray tracer's, which checks it.
 [[nodiscard]] bool is_look_field(std::string_view name) noexcept;
 [[nodiscard]] std::string look_fields();  ///< their names, for messages
 
@@ -76,10 +79,13 @@ struct Palette {
         float variation = 0;  ///< relative spread of brightness between voxels, [0, 1]
     };
     std::array<Entry, kMaterialCount> entries;
-    [[nodiscard]] const Entry& of(Material m) const noexcept { return entries[static_cast<std::size_t>(m) % kMaterialCount]; }
+    [[nodiscard]] const Entry& of(Material m) const noexcept {
+        return entries[static_cast<std::size_t>(m) % kMaterialCount];
+    }
 };
 
-/// Reads colours and variations of config/materials.toml. @throws UsageError naming file, field, value and allowed range
+/// Reads colours and variations of config/materials.toml. @throws UsageError naming file, field,
+/// value and allowed range
 [[nodiscard]] Palette load_palette(const std::filesystem::path& file);
 
 }  // namespace terravox::voxel

@@ -33,26 +33,35 @@ std::int32_t gather(std::uint64_t v) noexcept {
 }
 
 #if defined(__x86_64__)
-__attribute__((target("bmi2"))) std::uint64_t encode_bmi2(std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
-    return _pdep_u64(static_cast<std::uint32_t>(x), kEveryThird) | _pdep_u64(static_cast<std::uint32_t>(y), kEveryThird << 1) |
+__attribute__((target("bmi2"))) std::uint64_t encode_bmi2(std::int32_t x, std::int32_t y,
+                                                          std::int32_t z) noexcept {
+    return _pdep_u64(static_cast<std::uint32_t>(x), kEveryThird) |
+           _pdep_u64(static_cast<std::uint32_t>(y), kEveryThird << 1) |
            _pdep_u64(static_cast<std::uint32_t>(z), kEveryThird << 2);
 }
-const bool kHasBmi2 = [] { __builtin_cpu_init(); return __builtin_cpu_supports("bmi2") != 0; }();
+const bool kHasBmi2 = [] {
+    __builtin_cpu_init();
+    return __builtin_cpu_supports("bmi2") != 0;
+}();
 #endif
 
 }  // namespace
 
 std::uint64_t morton_encode_portable(std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
-    return spread(static_cast<std::uint32_t>(x)) | spread(static_cast<std::uint32_t>(y)) << 1 | spread(static_cast<std::uint32_t>(z)) << 2;
+    return spread(static_cast<std::uint32_t>(x)) | spread(static_cast<std::uint32_t>(y)) << 1 |
+           spread(static_cast<std::uint32_t>(z)) << 2;
 }
 
 std::uint64_t morton_encode(std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
 #if defined(__x86_64__)
-    if (kHasBmi2) return encode_bmi2(x, y, z);
+    if (kHasBmi2)
+        return encode_bmi2(x, y, z);
 #endif
     return morton_encode_portable(x, y, z);
 }
 
-MortonCoord morton_decode(std::uint64_t code) noexcept { return {gather(code), gather(code >> 1), gather(code >> 2)}; }
+MortonCoord morton_decode(std::uint64_t code) noexcept {
+    return {gather(code), gather(code >> 1), gather(code >> 2)};
+}
 
 }  // namespace terravox::voxel

@@ -9,29 +9,38 @@
 namespace terravox::voxel {
 
 int levels_for(const VoxelBounds& bounds) noexcept {
-    const std::int64_t widest = std::max(std::int64_t{bounds.max[0]} - bounds.min[0], std::int64_t{bounds.max[2]} - bounds.min[2]);
+    const std::int64_t widest = std::max(std::int64_t{bounds.max[0]} - bounds.min[0],
+                                         std::int64_t{bounds.max[2]} - bounds.min[2]);
     int levels = 1;
-    while (levels < kMaxLevel && (std::int64_t{kBoxSizeX} << (levels - 1)) < widest) ++levels;
+    while (levels < kMaxLevel && (std::int64_t{kBoxSizeX} << (levels - 1)) < widest)
+        ++levels;
     return levels;
 }
 
 std::shared_ptr<const Box> PyramidWorld::box(const BoxKey& key) {
     if (key.level < 0 || key.level >= info().levels)
-        throw UsageError("make a box: level " + std::to_string(key.level) + "; allowed: 0 to " + std::to_string(info().levels - 1));
-    if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) || !may_hold_column(key.level, key.bx, key.bz)) return nullptr;
+        throw UsageError("make a box: level " + std::to_string(key.level) + "; allowed: 0 to " +
+                         std::to_string(info().levels - 1));
+    if (info().bounds.empty() || !boxes_over(info().bounds, key.level).contains(key) ||
+        !may_hold_column(key.level, key.bx, key.bz))
+        return nullptr;
     return key.level == 0 ? fine_box(key) : coarse_box(key);
 }
 
 std::shared_ptr<const Box> PyramidWorld::fine_box(const BoxKey& key) {
     const auto column = m_fine.get(
-        {0, key.bx, 0, key.bz}, [&] { return std::make_shared<const FineColumn>(make_column(key.bx, key.bz)); },
+        {0, key.bx, 0, key.bz},
+        [&] { return std::make_shared<const FineColumn>(make_column(key.bx, key.bz)); },
         [](const auto& made) {
             std::size_t bytes = sizeof(FineColumn);
-            for (const auto& box : made->boxes) bytes += sizeof(box) + (box ? box->memory_bytes() : 0);
+            for (const auto& box : made->boxes)
+                bytes += sizeof(box) + (box ? box->memory_bytes() : 0);
             return bytes;
         });
     const std::int64_t index = std::int64_t{key.by} - column->by_begin;
-    return index >= 0 && index < static_cast<std::int64_t>(column->boxes.size()) ? column->boxes[static_cast<std::size_t>(index)] : nullptr;
+    return index >= 0 && index < static_cast<std::int64_t>(column->boxes.size())
+               ? column->boxes[static_cast<std::size_t>(index)]
+               : nullptr;
 }
 
 std::shared_ptr<const Box> PyramidWorld::coarse_box(const BoxKey& key) {
@@ -40,25 +49,32 @@ std::shared_ptr<const Box> PyramidWorld::coarse_box(const BoxKey& key) {
         [&] {
             std::array<std::shared_ptr<const Box>, 8> children;
             for (int i = 0; i < 8; ++i)
-                children[static_cast<std::size_t>(i)] = box({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)});
+                children[static_cast<std::size_t>(i)] =
+                    box({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                         2 * key.bz + (i >> 1 & 1)});
             return downsample(key, children);
         },
         [](const auto& made) { return made ? made->memory_bytes() : 0; });
 }
 
 ColumnExtent PyramidWorld::column(int level, std::int32_t bx, std::int32_t bz) {
-    if (info().bounds.empty()) return {};
+    if (info().bounds.empty())
+        return {};
     const BoxRange range = boxes_over(info().bounds, level);
-    if (!range.contains({level, bx, range.min.by, bz}) || !may_hold_column(level, bx, bz)) return {};
+    if (!range.contains({level, bx, range.min.by, bz}) || !may_hold_column(level, bx, bz))
+        return {};
     return {range.min.by, range.max.by};
 }
 
 bool PyramidWorld::may_hold(const BoxRange& boxes) {
-    if (info().bounds.empty()) return false;
+    if (info().bounds.empty())
+        return false;
     // Of the level of which few columns cover them.
     constexpr std::int32_t kMostAcross = 4;
     BoxRange at = boxes;
-    const auto few = [&] { return at.max.bx - at.min.bx <= kMostAcross && at.max.bz - at.min.bz <= kMostAcross; };
+    const auto few = [&] {
+        return at.max.bx - at.min.bx <= kMostAcross && at.max.bz - at.min.bz <= kMostAcross;
+    };
     while (!few() && at.min.level + 1 < info().levels) {
         ++at.min.level;
         for (const auto axis : {&BoxKey::bx, &BoxKey::bz}) {
@@ -66,11 +82,15 @@ bool PyramidWorld::may_hold(const BoxRange& boxes) {
             at.max.*axis = floor_div(at.max.*axis - 1, 2) + 1;
         }
     }
-    if (!few()) return true;
+    if (!few())
+        return true;
     const BoxRange all = boxes_over(info().bounds, at.min.level);
-    for (std::int32_t bx = std::max(at.min.bx, all.min.bx); bx < std::min(at.max.bx, all.max.bx); ++bx)
-        for (std::int32_t bz = std::max(at.min.bz, all.min.bz); bz < std::min(at.max.bz, all.max.bz); ++bz)
-            if (may_hold_column(at.min.level, bx, bz)) return true;
+    for (std::int32_t bx = std::max(at.min.bx, all.min.bx); bx < std::min(at.max.bx, all.max.bx);
+         ++bx)
+        for (std::int32_t bz = std::max(at.min.bz, all.min.bz);
+             bz < std::min(at.max.bz, all.max.bz); ++bz)
+            if (may_hold_column(at.min.level, bx, bz))
+                return true;
     return false;
 }
 

@@ -15,25 +15,32 @@ using nlohmann::json;
 
 namespace {
 
-/// What rays meet at worst of a world that is air, in boxes of its coarsest level: each costs a look into the cache and some 250 bytes
-/// there. Worlds of this project have 2 x 2 columns of them, or, with orthophotos that limit the levels, a few hundred thousand.
+/// What rays meet at worst of a world that is air, in boxes of its coarsest level: each costs a
+/// look into the cache and some 250 bytes there. Worlds of this project have 2 x 2 columns of them,
+/// or, with orthophotos that limit the levels, a few hundred thousand.
 void check_size(const WorldInfo& info, const std::function<void(const std::string&)>& fail) {
     constexpr std::int64_t kMostOnEdge = 16'384, kMostBoxes = 4'194'304;
-    if (info.bounds.empty()) return;
+    if (info.bounds.empty())
+        return;
     const BoxRange range = boxes_over(info.bounds, info.levels - 1);
-    const std::array<std::int64_t, 3> boxes{range.max.bx - range.min.bx, range.max.by - range.min.by, range.max.bz - range.min.bz};
+    const std::array<std::int64_t, 3> boxes{
+        range.max.bx - range.min.bx, range.max.by - range.min.by, range.max.bz - range.min.bz};
     std::int64_t all = 1;
-    for (const std::int64_t edge : boxes) all = edge > kMostOnEdge || all > kMostBoxes ? kMostBoxes + 1 : all * edge;
+    for (const std::int64_t edge : boxes)
+        all = edge > kMostOnEdge || all > kMostBoxes ? kMostBoxes + 1 : all * edge;
     if (all > kMostBoxes)
-        fail("levels = " + std::to_string(info.levels) + " for bounds of " + std::to_string(boxes[0]) + " x " + std::to_string(boxes[1]) + " x " +
-             std::to_string(boxes[2]) + " boxes of the coarsest level; allowed: up to 16384 on an edge, 4194304 in all");
+        fail("levels = " + std::to_string(info.levels) + " for bounds of " +
+             std::to_string(boxes[0]) + " x " + std::to_string(boxes[1]) + " x " +
+             std::to_string(boxes[2]) +
+             " boxes of the coarsest level; allowed: up to 16384 on an edge, 4194304 in all");
 }
 
 }  // namespace
 
 std::string world_to_json(const WorldInfo& info) {
     json materials = json::array();
-    for (int i = 0; i < kMaterialCount; ++i) materials.push_back(std::string(material_name(static_cast<Material>(i))));
+    for (int i = 0; i < kMaterialCount; ++i)
+        materials.push_back(std::string(material_name(static_cast<Material>(i))));
     json out = {{"version", kWorldVersion},
                 {"software", std::string("terravox ") + kVersion},
                 {"title", info.title},
@@ -47,32 +54,41 @@ std::string world_to_json(const WorldInfo& info) {
                 {"materials", materials},
                 {"licence", info.licence},
                 {"attribution", info.attribution}};
-    if (!info.framed.empty()) out["framed"] = {{"min", info.framed.min}, {"max", info.framed.max}};
-    if (info.centre) out["centre"] = {{"lat_deg", info.centre->lat_deg}, {"lon_deg", info.centre->lon_deg}};
+    if (!info.framed.empty())
+        out["framed"] = {{"min", info.framed.min}, {"max", info.framed.max}};
+    if (info.centre)
+        out["centre"] = {{"lat_deg", info.centre->lat_deg}, {"lon_deg", info.centre->lon_deg}};
     return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 WorldInfo world_from_json(const std::string& text, const std::string& origin) {
-    const auto fail = [&](const std::string& what) { throw Error("read the world of " + origin + ": " + what); };
+    const auto fail = [&](const std::string& what) {
+        throw Error("read the world of " + origin + ": " + what);
+    };
     WorldInfo info;
     try {
         const json in = json::parse(text);
         if (const int version = in.at("version").get<int>(); version != kWorldVersion)
-            fail("version " + std::to_string(version) + "; allowed: " + std::to_string(kWorldVersion));
+            fail("version " + std::to_string(version) +
+                 "; allowed: " + std::to_string(kWorldVersion));
         const auto box = in.at("box").get<std::array<int, 3>>();
-        if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ}) fail("boxes of another size than 64 x 256 x 64");
+        if (box != std::array{kBoxSizeX, kBoxSizeY, kBoxSizeZ})
+            fail("boxes of another size than 64 x 256 x 64");
         info.title = in.at("title").get<std::string>();
         const auto read_bounds = [&](const json& from, VoxelBounds& into) {
-            const auto min = from.at("min").get<std::array<std::int64_t, 3>>(), max = from.at("max").get<std::array<std::int64_t, 3>>();
+            const auto min = from.at("min").get<std::array<std::int64_t, 3>>(),
+                       max = from.at("max").get<std::array<std::int64_t, 3>>();
             constexpr std::int64_t kFarthest = 1 << 30;
             for (std::size_t a = 0; a < 3; ++a) {
-                if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a]) fail("bounds beyond 2^30 voxels, or upside down");
+                if (min[a] < -kFarthest || max[a] > kFarthest || min[a] > max[a])
+                    fail("bounds beyond 2^30 voxels, or upside down");
                 into.min[a] = static_cast<std::int32_t>(min[a]);
                 into.max[a] = static_cast<std::int32_t>(max[a]);
             }
         };
         read_bounds(in.at("bounds"), info.bounds);
-        if (in.contains("framed")) read_bounds(in["framed"], info.framed);
+        if (in.contains("framed"))
+            read_bounds(in["framed"], info.framed);
         info.voxel_m = in.at("voxel_m").get<double>();
         info.levels = in.at("levels").get<int>();
         info.crs = in.at("crs").get<std::string>();
@@ -80,13 +96,19 @@ WorldInfo world_from_json(const std::string& text, const std::string& origin) {
         info.crs_units_per_voxel = in.at("crs_units_per_voxel").get<double>();
         info.licence = in.at("licence").get<std::string>();
         info.attribution = in.at("attribution").get<std::string>();
-        if (in.contains("centre")) info.centre = geo::LatLon{in["centre"].at("lat_deg").get<double>(), in["centre"].at("lon_deg").get<double>()};
+        if (in.contains("centre"))
+            info.centre = geo::LatLon{in["centre"].at("lat_deg").get<double>(),
+                                      in["centre"].at("lon_deg").get<double>()};
     } catch (const json::exception& e) {
         fail(std::string("not the reply of a voxel server: ") + e.what());
     }
-    if (!(info.voxel_m > 0 && info.voxel_m <= 1000)) fail("voxel_m = " + std::to_string(info.voxel_m) + "; allowed: above 0, up to 1000");
-    if (!(info.crs_units_per_voxel > 0 && std::isfinite(info.crs_units_per_voxel))) fail("crs_units_per_voxel is not a positive number");
-    if (info.levels < 1 || info.levels > kMaxLevel + 1) fail("levels = " + std::to_string(info.levels) + "; allowed: 1 to " + std::to_string(kMaxLevel + 1));
+    if (!(info.voxel_m > 0 && info.voxel_m <= 1000))
+        fail("voxel_m = " + std::to_string(info.voxel_m) + "; allowed: above 0, up to 1000");
+    if (!(info.crs_units_per_voxel > 0 && std::isfinite(info.crs_units_per_voxel)))
+        fail("crs_units_per_voxel is not a positive number");
+    if (info.levels < 1 || info.levels > kMaxLevel + 1)
+        fail("levels = " + std::to_string(info.levels) + "; allowed: 1 to " +
+             std::to_string(kMaxLevel + 1));
     check_size(info, fail);
     return info;
 }

@@ -15,8 +15,10 @@ struct CrewArguments;
 struct WorldArguments;
 
 /// Opens the world of the arguments once and gives what renders its pictures.
-/// @param crew who renders @param base the scene that all frames share: its world, size and processing are those of every frame @param quiet say nothing but errors
-using OpenRenderer = std::function<RenderPicture(const WorldArguments& world, const CrewArguments& crew, const Scene& base, bool quiet)>;
+/// @param crew who renders @param base the scene that all frames share: its world, size and
+/// processing are those of every frame @param quiet say nothing but errors
+using OpenRenderer = std::function<RenderPicture(
+    const WorldArguments& world, const CrewArguments& crew, const Scene& base, bool quiet)>;
 
 /// Adds `animate` to the program's commands. @return runs the command once the arguments are parsed
 /// @throws (when run) Error, UsageError

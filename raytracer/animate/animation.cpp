@@ -17,7 +17,8 @@ using Triple = std::array<double, 3>;
 
 /// East and north of a centre, turned clockwise as seen from above.
 struct Turn {
-    explicit Turn(double deg) : cos(trig::cos(deg * trig::kRadPerDeg)), sin(trig::sin(deg * trig::kRadPerDeg)) {}
+    explicit Turn(double deg)
+        : cos(trig::cos(deg * trig::kRadPerDeg)), sin(trig::sin(deg * trig::kRadPerDeg)) {}
     void apply(double& east, double& north) const noexcept {
         const double e = east * cos + north * sin;
         north = north * cos - east * sin, east = e;
@@ -25,7 +26,8 @@ struct Turn {
     double cos, sin;
 };
 
-Triple turned(const Triple& point, const Triple& centre, const std::string& space, const Turn& turn) {
+Triple turned(const Triple& point, const Triple& centre, const std::string& space,
+              const Turn& turn) {
     if (space == "latlon") {
         const geo::LocalFrame frame({centre[0], centre[1]}, 0);
         geo::EastNorthUp local = frame.to_local({point[0], point[1]}, 0);
@@ -34,7 +36,8 @@ Triple turned(const Triple& point, const Triple& centre, const std::string& spac
         const geo::LatLon place = frame.to_lat_lon(local, height_m);
         return {place.lat_deg, place.lon_deg, point[2]};
     }
-    const std::size_t across = space == "voxel" ? 2 : 1;  // z grows to the south, the northing to the north
+    const std::size_t across =
+        space == "voxel" ? 2 : 1;  // z grows to the south, the northing to the north
     const double sign = space == "voxel" ? -1 : 1;
     double east = point[0] - centre[0], north = sign * (point[across] - centre[across]);
     turn.apply(east, north);
@@ -45,21 +48,30 @@ Triple turned(const Triple& point, const Triple& centre, const std::string& spac
 
 }  // namespace
 
-void Animation::apply_base(Scene& scene) const { read_scene_table(m_base, m_attempt, scene); }
+void Animation::apply_base(Scene& scene) const {
+    read_scene_table(m_base, m_attempt, scene);
+}
 
 void Animation::turn(Scene& scene, double time_s) const {
     Scene::Camera& c = scene.camera;
     const auto centre = m_turntable->target ? m_turntable->target : c.target;
-    if (m_turntable->target && !c.position && c.projection != "orthographic" && c.projection != "isometric")
-        throw UsageError(m_attempt + ": turntable.target needs camera.position, from where it is circled");
-    const double deg = std::remainder(360 * m_turntable->turns * std::min(time_s / m_turntable->seconds, 1.0), 360);
-    if (m_turntable->target && !c.target) c.target = m_turntable->target;
-    if (deg == 0) return;
+    if (m_turntable->target && !c.position && c.projection != "orthographic" &&
+        c.projection != "isometric")
+        throw UsageError(m_attempt +
+                         ": turntable.target needs camera.position, from where it is circled");
+    const double deg = std::remainder(
+        360 * m_turntable->turns * std::min(time_s / m_turntable->seconds, 1.0), 360);
+    if (m_turntable->target && !c.target)
+        c.target = m_turntable->target;
+    if (deg == 0)
+        return;
     c.azimuth_deg = std::remainder(c.azimuth_deg + deg, 360);
-    if (!c.position) return;
+    if (!c.position)
+        return;
     const Turn turn(deg);
     c.position = turned(*c.position, *centre, c.space, turn);
-    if (m_turntable->target) c.target = turned(*c.target, *centre, c.space, turn);
+    if (m_turntable->target)
+        c.target = turned(*c.target, *centre, c.space, turn);
 }
 
 Scene Animation::at(int frame, const Scene& base) const {
@@ -67,26 +79,37 @@ Scene Animation::at(int frame, const Scene& base) const {
     const double time = frame / m_fps;
     visit_fields(out, [&](std::string_view path, auto& field, const FieldRule&) {
         const auto found = m_tracks.find(path);
-        if (found == m_tracks.end()) return;
+        if (found == m_tracks.end())
+            return;
         const Track& track = found->second;
         using Field = std::decay_t<decltype(field)>;
-        if constexpr (std::is_same_v<Field, double> || std::is_same_v<Field, std::optional<double>>) field = track.paths[0].at(time);
-        else if constexpr (std::is_same_v<Field, std::optional<Triple>>) field = Triple{track.paths[0].at(time), track.paths[1].at(time),
-            track.paths[2].at(time)};
-        else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, bool> || std::is_same_v<Field, std::string>) {
-            const auto next = std::upper_bound(track.times.begin(), track.times.end(), time) - track.times.begin();
-            field = std::get<Field>(track.words[static_cast<std::size_t>(std::max<std::ptrdiff_t>(next - 1, 0))]);
+        if constexpr (std::is_same_v<Field, double> || std::is_same_v<Field, std::optional<double>>)
+            field = track.paths[0].at(time);
+        else if constexpr (std::is_same_v<Field, std::optional<Triple>>)
+            field =
+                Triple{track.paths[0].at(time), track.paths[1].at(time), track.paths[2].at(time)};
+        else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, bool> ||
+                           std::is_same_v<Field, std::string>) {
+            const auto next = std::upper_bound(track.times.begin(), track.times.end(), time) -
+                              track.times.begin();
+            field = std::get<Field>(
+                track.words[static_cast<std::size_t>(std::max<std::ptrdiff_t>(next - 1, 0))]);
         }
     });
     if (m_day) {
         if (out.sun.altitude_deg || out.sun.azimuth_deg)
-            throw UsageError(m_attempt + ": [day] and sun.altitude_deg, sun.azimuth_deg say both where the sun stands; give one of them");
+            throw UsageError(m_attempt +
+                             ": [day] and sun.altitude_deg, sun.azimuth_deg say both where the sun "
+                             "stands; give one of them");
         const double share = std::min(time / m_day->seconds, 1.0);
-        out.sun.time_h = std::clamp(m_day->from + (m_day->to - m_day->from) * share, std::min(m_day->from, m_day->to), std::max(m_day->from, m_day->to));
+        out.sun.time_h =
+            std::clamp(m_day->from + (m_day->to - m_day->from) * share,
+                       std::min(m_day->from, m_day->to), std::max(m_day->from, m_day->to));
     }
     if (m_turntable) {
         if (out.camera.position && !out.camera.target && !m_turntable->target)
-            throw UsageError(m_attempt + ": [turntable] needs camera.target or its own target to go around");
+            throw UsageError(m_attempt +
+                             ": [turntable] needs camera.target or its own target to go around");
         turn(out, time);
     }
     return out;

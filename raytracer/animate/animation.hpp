@@ -15,25 +15,32 @@
 
 namespace terravox {
 
-/// Pictures in a row, out of a TOML file: a pure function of the file, the scene underneath and the number of the frame.
+/// Pictures in a row, out of a TOML file: a pure function of the file, the scene underneath and the
+/// number of the frame.
 ///
-/// The file: `fps` (25), `seconds`, `ease` (true: movement begins and ends at rest), [[key]] tables with `time_s` or `frame` and fields of
-/// a scene (or camera.look: all that a named view says), [turntable] with `turns`, `seconds`, `target`, [day] with `from`, `to` (clock
-/// hours), `seconds`; and sections of a scene, which all frames share. Numbers move along smooth paths and never beyond what the keys
-/// around say, camera.position and camera.target along round ones; whole numbers, words and switches change at their key. Before a
-/// field's first key and after its last one it keeps that key's value.
+/// The file: `fps` (25), `seconds`, `ease` (true: movement begins and ends at rest), [[key]] tables
+/// with `time_s` or `frame` and fields of a scene (or camera.look: all that a named view says),
+/// [turntable] with `turns`, `seconds`, `target`, [day] with `from`, `to` (clock hours), `seconds`;
+/// and sections of a scene, which all frames share. Numbers move along smooth paths and never
+/// beyond what the keys around say, camera.position and camera.target along round ones; whole
+/// numbers, words and switches change at their key. Before a field's first key and after its last
+/// one it keeps that key's value.
 class Animation {
 public:
-    /// @param views folder of named views; empty: config/views @throws UsageError naming file, key and field
-    [[nodiscard]] static Animation read(const std::filesystem::path& file, const std::filesystem::path& views = {});
+    /// @param views folder of named views; empty: config/views @throws UsageError naming file, key
+    /// and field
+    [[nodiscard]] static Animation read(const std::filesystem::path& file,
+                                        const std::filesystem::path& views = {});
     /// The same of a text that came another way. @param name for messages
-    [[nodiscard]] static Animation parse(const std::string& text, const std::string& name, const std::filesystem::path& views = {});
+    [[nodiscard]] static Animation parse(const std::string& text, const std::string& name,
+                                         const std::filesystem::path& views = {});
 
     /// What the file says of all frames, over `scene`.
     void apply_base(Scene& scene) const;
     [[nodiscard]] int frames() const noexcept { return m_frames; }
     [[nodiscard]] double fps() const noexcept { return m_fps; }
-    /// @param frame [0, frames()) @param base what keys, turntable and day change @throws UsageError when `base` does not fit the file
+    /// @param frame [0, frames()) @param base what keys, turntable and day change @throws
+    /// UsageError when `base` does not fit the file
     [[nodiscard]] Scene at(int frame, const Scene& base) const;
 
     static constexpr int kMostFrames = 1'000'000;

@@ -15,28 +15,39 @@
 namespace terravox {
 namespace {
 
-/// In one piece, and on the disk when it returns. Machines that share a folder append one after the other: over NFS, O_APPEND alone may lose a line
-/// of two that come at once; the lock also makes it look at how long the file has become.
+/// In one piece, and on the disk when it returns. Machines that share a folder append one after the
+/// other: over NFS, O_APPEND alone may lose a line of two that come at once; the lock also makes it
+/// look at how long the file has become.
 void append(const std::filesystem::path& file, const std::string& text, int frame) {
     const auto fail = [&](const char* what) {
-        throw Error("note that frame " + std::to_string(frame) + " is done: " + file.string() + " cannot be " + what + ": " + std::strerror(errno));
+        throw Error("note that frame " + std::to_string(frame) + " is done: " + file.string() +
+                    " cannot be " + what + ": " + std::strerror(errno));
     };
     struct Descriptor {
         int fd;
-        ~Descriptor() { if (fd >= 0) ::close(fd); }
+        ~Descriptor() {
+            if (fd >= 0)
+                ::close(fd);
+        }
     };
     const Descriptor out{::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666)};
-    if (out.fd < 0) fail("written");
+    if (out.fd < 0)
+        fail("written");
     while (::flock(out.fd, LOCK_EX) != 0) {
-        if (errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EINVAL) break;  // a file system without locks
-        if (errno != EINTR) fail("locked");
+        if (errno == ENOSYS || errno == EOPNOTSUPP || errno == ENOLCK || errno == EINVAL)
+            break;  // a file system without locks
+        if (errno != EINTR)
+            fail("locked");
     }
     for (std::size_t done = 0; done < text.size();) {
         const ssize_t n = ::write(out.fd, text.data() + done, text.size() - done);
-        if (n < 0 && errno != EINTR) fail("written");
-        if (n > 0) done += static_cast<std::size_t>(n);
+        if (n < 0 && errno != EINTR)
+            fail("written");
+        if (n > 0)
+            done += static_cast<std::size_t>(n);
     }
-    if (::fsync(out.fd) != 0 && errno != EINVAL && errno != ENOTSUP) fail("written");
+    if (::fsync(out.fd) != 0 && errno != EINVAL && errno != ENOTSUP)
+        fail("written");
 }
 
 }  // namespace
@@ -44,20 +55,26 @@ void append(const std::filesystem::path& file, const std::string& text, int fram
 FrameLedger::FrameLedger(std::filesystem::path file) : m_file(std::move(file)) {
     constexpr std::uintmax_t kMost_bytes = 64U << 20;  // far more than an animation may have frames
     std::error_code failed;
-    if (!std::filesystem::exists(m_file, failed)) return;
-    if (!std::filesystem::is_regular_file(m_file, failed) || std::filesystem::file_size(m_file, failed) > kMost_bytes)
-        throw Error("go on with the frames: " + m_file.string() + " is no list of frames; remove it to make all anew");
+    if (!std::filesystem::exists(m_file, failed))
+        return;
+    if (!std::filesystem::is_regular_file(m_file, failed) ||
+        std::filesystem::file_size(m_file, failed) > kMost_bytes)
+        throw Error("go on with the frames: " + m_file.string() +
+                    " is no list of frames; remove it to make all anew");
     std::ifstream in(m_file);
-    if (!in) throw Error("go on with the frames: " + m_file.string() + " cannot be read");
+    if (!in)
+        throw Error("go on with the frames: " + m_file.string() + " cannot be read");
     for (std::string line; std::getline(in, line);) {
         int frame = 0;
         std::uint64_t fingerprint = 0;
         const char* end = line.data() + line.size();
         const auto number = std::from_chars(line.data(), end, frame);
-        if (number.ec != std::errc{} || number.ptr == end || *number.ptr != ' ') continue;
+        if (number.ec != std::errc{} || number.ptr == end || *number.ptr != ' ')
+            continue;
         const auto print = std::from_chars(number.ptr + 1, end, fingerprint, 16);
         // All 16 digits: of a line that was cut off less is there.
-        if (print.ec == std::errc{} && print.ptr == end && print.ptr - number.ptr == 17) m_done[frame] = fingerprint;
+        if (print.ec == std::errc{} && print.ptr == end && print.ptr - number.ptr == 17)
+            m_done[frame] = fingerprint;
     }
 }
 
@@ -68,9 +85,11 @@ bool FrameLedger::is_done(int frame, std::uint64_t fingerprint) const {
 
 void FrameLedger::add(int frame, std::uint64_t fingerprint) {
     std::string digits(16, '0');
-    for (std::size_t i = 0; i < 16; ++i) digits[15 - i] = "0123456789abcdef"[fingerprint >> (4 * i) & 15];
+    for (std::size_t i = 0; i < 16; ++i)
+        digits[15 - i] = "0123456789abcdef"[fingerprint >> (4 * i) & 15];
     std::error_code ignored;
-    if (!m_file.parent_path().empty()) std::filesystem::create_directories(m_file.parent_path(), ignored);
+    if (!m_file.parent_path().empty())
+        std::filesystem::create_directories(m_file.parent_path(), ignored);
     // A line of its own, whatever a run that was cut off has left.
     append(m_file, "\n" + std::to_string(frame) + " " + digits + "\n", frame);
     m_done[frame] = fingerprint;
@@ -78,7 +97,8 @@ void FrameLedger::add(int frame, std::uint64_t fingerprint) {
 
 std::uint64_t fingerprint_of(const std::string& text) noexcept {
     std::uint64_t out = 0xcbf29ce484222325U;
-    for (const char c : text) out = (out ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+    for (const char c : text)
+        out = (out ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
     return out;
 }
 

@@ -5,24 +5,32 @@
 namespace terravox {
 
 FrameNames::FrameNames(std::string pattern) : m_pattern(std::move(pattern)) {
-    const auto refuse = [&] { throw UsageError("name the frames: -o " + m_pattern
-        + "; allowed: one %d or %0Nd (N from 1 to 9) in the file's name, such as frames/%04d.png"); };
+    const auto refuse = [&] {
+        throw UsageError("name the frames: -o " + m_pattern +
+                         "; allowed: one %d or %0Nd (N from 1 to 9) in the file's name, such as "
+                         "frames/%04d.png");
+    };
     const std::size_t at = m_pattern.find('%');
-    if (at == std::string::npos || m_pattern.find('%', at + 1) != std::string::npos || m_pattern.find('/', at) != std::string::npos) refuse();
+    if (at == std::string::npos || m_pattern.find('%', at + 1) != std::string::npos ||
+        m_pattern.find('/', at) != std::string::npos)
+        refuse();
     std::size_t end = at + 1;
     if (m_pattern.compare(end, 1, "0") == 0) {
         const char digit = end + 1 < m_pattern.size() ? m_pattern[end + 1] : ' ';
-        if (digit < '1' || digit > '9') refuse();
+        if (digit < '1' || digit > '9')
+            refuse();
         m_digits = static_cast<std::size_t>(digit - '0');
         end += 2;
     }
-    if (m_pattern.compare(end, 1, "d") != 0) refuse();
+    if (m_pattern.compare(end, 1, "d") != 0)
+        refuse();
     m_before = m_pattern.substr(0, at), m_after = m_pattern.substr(end + 1);
 }
 
 std::filesystem::path FrameNames::of(int frame) const {
     const std::string digits = std::to_string(frame);
-    return m_before + std::string(m_digits > digits.size() ? m_digits - digits.size() : 0, '0') + digits + m_after;
+    return m_before + std::string(m_digits > digits.size() ? m_digits - digits.size() : 0, '0') +
+           digits + m_after;
 }
 
 std::filesystem::path FrameNames::ledger() const {

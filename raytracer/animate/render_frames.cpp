@@ -22,14 +22,21 @@ namespace {
 
 void check(const Animation& animation, const FrameOptions& o, int last) {
     const auto refuse = [&](const char* flag, int value, int least) {
-        throw UsageError(std::string("render the frames: ") + flag + " = " + std::to_string(value) + "; allowed: " + std::to_string(least) + " to "
-            + std::to_string(animation.frames() - 1));
+        throw UsageError(std::string("render the frames: ") + flag + " = " + std::to_string(value) +
+                         "; allowed: " + std::to_string(least) + " to " +
+                         std::to_string(animation.frames() - 1));
     };
-    if (o.first < 0 || o.first >= animation.frames()) refuse("first", o.first, 0);
-    if (last < o.first || last >= animation.frames()) refuse("last", last, o.first);
-    if (o.every < 1) throw UsageError("render the frames: every = " + std::to_string(o.every) + "; allowed: 1 and more");
+    if (o.first < 0 || o.first >= animation.frames())
+        refuse("first", o.first, 0);
+    if (last < o.first || last >= animation.frames())
+        refuse("last", last, o.first);
+    if (o.every < 1)
+        throw UsageError("render the frames: every = " + std::to_string(o.every) +
+                         "; allowed: 1 and more");
     if (!o.video.empty() && (o.first != 0 || last != animation.frames() - 1 || o.every != 1))
-        throw UsageError("render the frames: a video is made of all frames; leave out --first, --last and --every");
+        throw UsageError(
+            "render the frames: a video is made of all frames; leave out --first, --last and "
+            "--every");
 }
 
 std::string text_of(const std::filesystem::path& file) {
@@ -39,40 +46,52 @@ std::string text_of(const std::filesystem::path& file) {
 
 // What a picture depends on: not how many threads make it.
 std::uint64_t fingerprint(const Scene& scene, const std::string& inputs) {
-    return fingerprint_of(to_toml(what_shows(scene)) + "\n" + inputs + "\n" + text_of(material::find_materials(scene.quality.materials)) + "\n" + kVersion);
+    return fingerprint_of(to_toml(what_shows(scene)) + "\n" + inputs + "\n" +
+                          text_of(material::find_materials(scene.quality.materials)) + "\n" +
+                          kVersion);
 }
 
 bool is_there(const std::filesystem::path& picture) {
     std::error_code failed;
-    return std::filesystem::is_regular_file(picture, failed) && std::filesystem::file_size(picture, failed) > 0 && !failed;
+    return std::filesystem::is_regular_file(picture, failed) &&
+           std::filesystem::file_size(picture, failed) > 0 && !failed;
 }
 
-/// What a run that was killed has left beside its frames: unfinished files of util::AtomicFile, ".NAME.part-PID-..." with the frame's ending.
-/// Those of a frame go when it has been made; not those of a run that is still at work.
+/// What a run that was killed has left beside its frames: unfinished files of util::AtomicFile,
+/// ".NAME.part-PID-..." with the frame's ending. Those of a frame go when it has been made; not
+/// those of a run that is still at work.
 class Leftovers {
 public:
     explicit Leftovers(std::filesystem::path folder) {
         std::error_code failed;
-        if (folder.empty()) folder = ".";
-        for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
+        if (folder.empty())
+            folder = ".";
+        for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end;
+             it.increment(failed)) {
             const std::string name = it->path().filename().string();
             const std::size_t part = name.find(".part-");
-            if (name.starts_with('.') && part != std::string::npos && part > 1 && !at_work(name.substr(part + 6)))
-                m_files.emplace(name.substr(1, part - 1) + it->path().extension().string(), it->path());
+            if (name.starts_with('.') && part != std::string::npos && part > 1 &&
+                !at_work(name.substr(part + 6)))
+                m_files.emplace(name.substr(1, part - 1) + it->path().extension().string(),
+                                it->path());
         }
     }
     void remove_of(const std::filesystem::path& picture) const {
         std::error_code ignored;
         const auto [first, last] = m_files.equal_range(picture.filename().string());
-        for (auto it = first; it != last; ++it) std::filesystem::remove(it->second, ignored);
+        for (auto it = first; it != last; ++it)
+            std::filesystem::remove(it->second, ignored);
     }
 
 private:
-    /// Whether the process that writes a file still runs. @param rest what follows ".part-"; of other programs' files nothing is known, so that they stay
+    /// Whether the process that writes a file still runs. @param rest what follows ".part-"; of
+    /// other programs' files nothing is known, so that they stay
     static bool at_work(const std::string& rest) {
         int pid = 0;
         const auto read = std::from_chars(rest.data(), rest.data() + rest.size(), pid);
-        if (read.ec != std::errc{} || pid <= 0 || read.ptr == rest.data() + rest.size() || *read.ptr != '-') return true;
+        if (read.ec != std::errc{} || pid <= 0 || read.ptr == rest.data() + rest.size() ||
+            *read.ptr != '-')
+            return true;
         return ::kill(pid, 0) == 0 || errno == EPERM;
     }
     std::multimap<std::string, std::filesystem::path> m_files;  ///< by the name of the frame
@@ -80,16 +99,20 @@ private:
 
 }  // namespace
 
-ExitCode render_frames(const Animation& animation, const Scene& base, const FrameOptions& options, const RenderPicture& render) {
+ExitCode render_frames(const Animation& animation, const Scene& base, const FrameOptions& options,
+                       const RenderPicture& render) {
     const FrameNames names(options.pattern);
     const int last = options.last < 0 ? animation.frames() - 1 : options.last;
     check(animation, options, last);
-    if (!options.video.empty()) check_video(options.video, names, options.ffmpeg);
+    if (!options.video.empty())
+        check_video(options.video, names, options.ffmpeg);
     FrameLedger ledger(names.ledger());
     const Leftovers leftovers(names.ledger().parent_path());
     // Before any is made: what is wrong with a later one is said now.
     std::map<int, std::uint64_t> prints;
-    for (int frame = options.first; frame <= last; frame += std::min(options.every, last - frame + 1)) prints[frame] = fingerprint(animation.at(frame, base), options.inputs);
+    for (int frame = options.first; frame <= last;
+         frame += std::min(options.every, last - frame + 1))
+        prints[frame] = fingerprint(animation.at(frame, base), options.inputs);
     int made = 0, with_holes = 0, kept = 0;
     for (const auto& [frame, print] : prints) {
         const Scene scene = animation.at(frame, base);
@@ -102,18 +125,27 @@ ExitCode render_frames(const Animation& animation, const Scene& base, const Fram
             std::printf("%d\n", frame);
             continue;
         }
-        if (!options.quiet) std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(), picture.c_str());
+        if (!options.quiet)
+            std::fprintf(stderr, "frame %d of %d: %s\n", frame + 1, animation.frames(),
+                         picture.c_str());
         const ExitCode code = render(scene, picture);
         leftovers.remove_of(picture);
-        if (code == ExitCode::kDone) ledger.add(frame, print);
-        else if (code == ExitCode::kHoles) ++with_holes;
-        else return code;
+        if (code == ExitCode::kDone)
+            ledger.add(frame, print);
+        else if (code == ExitCode::kHoles)
+            ++with_holes;
+        else
+            return code;
         ++made;
     }
-    if (options.list) return ExitCode::kDone;
-    if (!options.quiet) std::fprintf(stderr, "%d frames made, %d were done before\n", made, kept);
-    if (with_holes > 0) return ExitCode::kHoles;
-    if (!options.video.empty()) make_video(options.video, names, animation.frames(), animation.fps(), options.ffmpeg);
+    if (options.list)
+        return ExitCode::kDone;
+    if (!options.quiet)
+        std::fprintf(stderr, "%d frames made, %d were done before\n", made, kept);
+    if (with_holes > 0)
+        return ExitCode::kHoles;
+    if (!options.video.empty())
+        make_video(options.video, names, animation.frames(), animation.fps(), options.ffmpeg);
     return ExitCode::kDone;
 }
 

@@ -4,8 +4,8 @@
 
 namespace terravox {
 
-/// A number that moves smoothly through given ones: piecewise cubic, its rate of change is continuous. Before the first and after the
-/// last it stands still. Immutable.
+/// A number that moves smoothly through given ones: piecewise cubic, its rate of change is
+/// continuous. Before the first and after the last it stands still. Immutable.
 class SmoothPath {
 public:
     enum class Kind : bool {

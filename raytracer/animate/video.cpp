@@ -27,20 +27,25 @@ std::string number(double v) {
 }
 
 bool ends_in(const std::string& text, std::initializer_list<const char*> endings) {
-    return std::any_of(endings.begin(), endings.end(), [&](const char* e) { return text.ends_with(e); });
+    return std::any_of(endings.begin(), endings.end(),
+                       [&](const char* e) { return text.ends_with(e); });
 }
 
 /// @return its exit status; 128 and more: it was ended by a signal
 int run(const std::string& program, std::vector<std::string> arguments) {
     std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
+    for (std::string& argument : arguments)
+        argv.push_back(argument.data());
     argv.push_back(nullptr);
     pid_t child = 0;
-    if (const int failed = ::posix_spawn(&child, program.c_str(), nullptr, nullptr, argv.data(), environ); failed != 0)
+    if (const int failed =
+            ::posix_spawn(&child, program.c_str(), nullptr, nullptr, argv.data(), environ);
+        failed != 0)
         throw Error("make the video: " + program + " cannot be started: " + std::strerror(failed));
     int status = 0;
     while (::waitpid(child, &status, 0) < 0)
-        if (errno != EINTR) throw Error("make the video: " + program + " is lost: " + std::strerror(errno));
+        if (errno != EINTR)
+            throw Error("make the video: " + program + " is lost: " + std::strerror(errno));
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
@@ -51,35 +56,47 @@ std::filesystem::path find_program(const std::string& name) {
         std::error_code ignored;
         return std::filesystem::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
     };
-    if (name.find('/') != std::string::npos) return runs(name) ? std::filesystem::path(name) : std::filesystem::path();
+    if (name.find('/') != std::string::npos)
+        return runs(name) ? std::filesystem::path(name) : std::filesystem::path();
     const char* path = std::getenv("PATH");
     std::istringstream folders(path != nullptr ? path : "");
     for (std::string folder; std::getline(folders, folder, ':');)
-        if (!folder.empty() && runs(std::filesystem::path(folder) / name)) return std::filesystem::path(folder) / name;
+        if (!folder.empty() && runs(std::filesystem::path(folder) / name))
+            return std::filesystem::path(folder) / name;
     return {};
 }
 
-void check_video(const std::filesystem::path& file, const FrameNames& frames, const std::string& program) {
+void check_video(const std::filesystem::path& file, const FrameNames& frames,
+                 const std::string& program) {
     const std::string attempt = "make the video " + file.string() + ": ";
-    if (!ends_in(file.string(), {".mp4", ".mkv", ".mov"})) throw UsageError(attempt + "its ending names no kind of video; allowed: .mp4, .mkv, .mov");
-    if (!ends_in(frames.pattern(), {".png", ".jpg", ".jpeg"})) throw UsageError(attempt + "of " + frames.pattern() + "; allowed: frames in .png or .jpg");
-    if (find_program(program).empty()) throw UsageError(attempt + program + " is not installed; without --video the frames are made all the same");
+    if (!ends_in(file.string(), {".mp4", ".mkv", ".mov"}))
+        throw UsageError(attempt + "its ending names no kind of video; allowed: .mp4, .mkv, .mov");
+    if (!ends_in(frames.pattern(), {".png", ".jpg", ".jpeg"}))
+        throw UsageError(attempt + "of " + frames.pattern() + "; allowed: frames in .png or .jpg");
+    if (find_program(program).empty())
+        throw UsageError(attempt + program +
+                         " is not installed; without --video the frames are made all the same");
     util::check_writable(file);
 }
 
-void make_video(const std::filesystem::path& file, const FrameNames& frames, int count, double fps, const std::string& program) {
+void make_video(const std::filesystem::path& file, const FrameNames& frames, int count, double fps,
+                const std::string& program) {
     util::AtomicFile out(file);
     // Absolute: ffmpeg takes what stands before a colon for a protocol, and a dash for an option.
-    const std::string pictures = std::filesystem::absolute(frames.pattern()).string(), target = std::filesystem::absolute(out.temporary_path()).string();
-    const int status = run(find_program(program).string(),
-                           {"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2", "-framerate", number(fps),
-                               "-start_number", "0", "-i", pictures,
-                            "-frames:v", std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
-                            // Players want even sizes and halved colours; what the pictures are in is said.
-                            "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709", "-pix_fmt", "yuv420p", "-colorspace", "bt709",
-                                "-color_primaries", "bt709",
-                            "-color_trc", "iec61966-2-1", "-movflags", "+faststart", target});
-    if (status != 0) throw Error("make the video " + file.string() + ": " + program + " failed with status " + std::to_string(status));
+    const std::string pictures = std::filesystem::absolute(frames.pattern()).string(),
+                      target = std::filesystem::absolute(out.temporary_path()).string();
+    const int status =
+        run(find_program(program).string(),
+            {"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2",
+             "-framerate", number(fps), "-start_number", "0", "-i", pictures, "-frames:v",
+             std::to_string(count), "-c:v", "libx264", "-crf", "17", "-preset", "slow",
+             // Players want even sizes and halved colours; what the pictures are in is said.
+             "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709", "-pix_fmt",
+             "yuv420p", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
+             "iec61966-2-1", "-movflags", "+faststart", target});
+    if (status != 0)
+        throw Error("make the video " + file.string() + ": " + program + " failed with status " +
+                    std::to_string(status));
     out.commit();
 }
 

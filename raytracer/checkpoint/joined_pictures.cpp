@@ -18,23 +18,29 @@ namespace {
 
 bool is_exr(const std::string& file) {
     std::string ending = std::filesystem::path(file).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return ending == ".exr";
 }
 
-/// Layers are for EXR files, as where the picture is rendered in one go: the others name none in their metadata, and spare the memory.
+/// Layers are for EXR files, as where the picture is rendered in one go: the others name none in
+/// their metadata, and spare the memory.
 Scene scene_of(const PictureKey& key, const std::vector<std::string>& files) {
     Scene scene;
     parse_scene(key.scene, "of the checkpoint", scene);
-    if (std::none_of(files.begin(), files.end(), is_exr)) scene.output.layers = "beauty";
+    if (std::none_of(files.begin(), files.end(), is_exr))
+        scene.output.layers = "beauty";
     return scene;
 }
 
 StreamShape shape_of(const PictureKey& key, const Scene& scene) {
-    return {key.grid.width_px, key.grid.height_px, key.grid.tile_px, scene.output.layers != "beauty" || scene.output.denoise};
+    return {key.grid.width_px, key.grid.height_px, key.grid.tile_px,
+            scene.output.layers != "beauty" || scene.output.denoise};
 }
 
-bool streams(const StreamShape& shape, const PictureOptions& options) { return must_stream(shape, (std::uint64_t{options.memory_mib} << 20) / 2); }
+bool streams(const StreamShape& shape, const PictureOptions& options) {
+    return must_stream(shape, (std::uint64_t{options.memory_mib} << 20) / 2);
+}
 
 void count(const TileResult& tile, RenderStatistics& s) {
     ++s.counts.tiles;
@@ -44,19 +50,29 @@ void count(const TileResult& tile, RenderStatistics& s) {
 
 }  // namespace
 
-void check_joined_pictures(const PictureKey& key, const std::vector<std::string>& files, const PictureOptions& options) {
+void check_joined_pictures(const PictureKey& key, const std::vector<std::string>& files,
+                           const PictureOptions& options) {
     const Scene scene = scene_of(key, files);
-    for (const std::string& file : files) check_image_target(file);
-    if (scene.output.denoise) check_can_denoise();
-    const StreamShape shape = shape_of(key, scene);
-    if (!streams(shape, options)) return;
+    for (const std::string& file : files)
+        check_image_target(file);
     if (scene.output.denoise)
-        throw UsageError("merge into " + std::to_string(shape.width_px) + "x" + std::to_string(shape.height_px) +
-                         " pixels: more than the memory limit holds, and output.denoise = true; allowed: --memory-mib " + std::to_string(memory_to_keep_mib(shape)) + " and more");
-    for (const std::string& file : files) check_can_stream(file, shape);
+        check_can_denoise();
+    const StreamShape shape = shape_of(key, scene);
+    if (!streams(shape, options))
+        return;
+    if (scene.output.denoise)
+        throw UsageError("merge into " + std::to_string(shape.width_px) + "x" +
+                         std::to_string(shape.height_px) +
+                         " pixels: more than the memory limit holds, and output.denoise = true; "
+                         "allowed: --memory-mib " +
+                         std::to_string(memory_to_keep_mib(shape)) + " and more");
+    for (const std::string& file : files)
+        check_can_stream(file, shape);
 }
 
-RenderStatistics write_joined_pictures(const JoinedTiles& tiles, const std::vector<std::string>& files, const PictureOptions& options) {
+RenderStatistics write_joined_pictures(const JoinedTiles& tiles,
+                                       const std::vector<std::string>& files,
+                                       const PictureOptions& options) {
     const PictureKey& key = tiles.key();
     const Scene scene = scene_of(key, files);
     const StreamShape shape = shape_of(key, scene);
@@ -69,12 +85,16 @@ RenderStatistics write_joined_pictures(const JoinedTiles& tiles, const std::vect
 
     if (streams(shape, options)) {
         std::vector<std::unique_ptr<TileStream>> streams;
-        for (const std::string& file : files) streams.push_back(std::make_unique<TileStream>(file, shape, picture_info(view, world, s, false)));
+        for (const std::string& file : files)
+            streams.push_back(
+                std::make_unique<TileStream>(file, shape, picture_info(view, world, s, false)));
         tiles.each([&](TileResult&& tile) {
-            for (const auto& stream : streams) stream->add(tile);
+            for (const auto& stream : streams)
+                stream->add(tile);
             count(tile, s);
         });
-        for (const auto& stream : streams) stream->finish(s.counts.holes.size());
+        for (const auto& stream : streams)
+            stream->finish(s.counts.holes.size());
         return s;
     }
     Film film(shape.width_px, shape.height_px, shape.with_layers);
@@ -82,8 +102,11 @@ RenderStatistics write_joined_pictures(const JoinedTiles& tiles, const std::vect
         film.add(tile);
         count(tile, s);
     });
-    if (scene.output.denoise) denoise(film, options.threads);
-    thread::parallel_for(files.size(), options.threads, [&](std::size_t i) { write_image(film, files[i], picture_info(view, world, s, false)); });
+    if (scene.output.denoise)
+        denoise(film, options.threads);
+    thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
+        write_image(film, files[i], picture_info(view, world, s, false));
+    });
     return s;
 }
 

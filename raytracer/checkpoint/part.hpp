@@ -6,8 +6,9 @@
 
 namespace terravox {
 
-/// One of several coordinators' shares of a picture's tiles: "2/5" is the second of five. Every tile belongs to one part. Parts are
-/// interleaved both ways, so that each has its share of sky, ground and whatever takes long.
+/// One of several coordinators' shares of a picture's tiles: "2/5" is the second of five. Every
+/// tile belongs to one part. Parts are interleaved both ways, so that each has its share of sky,
+/// ground and whatever takes long.
 struct Part {
     static constexpr std::uint32_t kMostParts = 65'536;
     static constexpr const char* kAllowed = "I/N, part I of N, 1/1 to 65536/65536";

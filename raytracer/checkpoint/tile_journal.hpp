@@ -11,8 +11,9 @@
 
 namespace terravox {
 
-/// The finished tiles of one picture in a file, as they were when it was opened. Opening reads all of it once and checks every tile; memory
-/// is for where tiles are, not for tiles. Of a tile that is there several times the last counts. Not thread-safe.
+/// The finished tiles of one picture in a file, as they were when it was opened. Opening reads all
+/// of it once and checks every tile; memory is for where tiles are, not for tiles. Of a tile that
+/// is there several times the last counts. Not thread-safe.
 class TileJournal {
 public:
     /// @throws Error where it cannot be read, is no checkpoint, or its head is damaged
@@ -26,18 +27,23 @@ public:
     [[nodiscard]] const PictureKey& key() const noexcept { return m_key; }
     [[nodiscard]] const OpenFile& file() const noexcept { return m_file; }
     [[nodiscard]] const Entry& at(std::uint32_t cell) const { return m_entries.at(cell); }
-    [[nodiscard]] std::uint32_t count() const noexcept { return m_count; }  ///< tiles that are there
+    [[nodiscard]] std::uint32_t count() const noexcept {
+        return m_count;
+    }  ///< tiles that are there
     /// What the picture's coordinators could not read of the world's data, one line each.
     [[nodiscard]] const std::set<std::string>& damage() const noexcept { return m_damage; }
 
-    /// The bytes of encode_tile. @param cell of a tile that is there @throws Error where they cannot be read
+    /// The bytes of encode_tile. @param cell of a tile that is there @throws Error where they
+    /// cannot be read
     [[nodiscard]] std::vector<std::byte> encoded(std::uint32_t cell) const;
     /// @throws Error for damage since it was opened, and for pixels that cannot be
     [[nodiscard]] TileResult tile(std::uint32_t cell) const;
 
-    /// For a person: what was found damaged, one line; empty: nothing. A tile that is there all the same is not counted.
+    /// For a person: what was found damaged, one line; empty: nothing. A tile that is there all the
+    /// same is not counted.
     [[nodiscard]] std::string what_is_damaged() const;
-    /// Bytes that make sense; behind them lies what a coordinator that was killed had begun to write.
+    /// Bytes that make sense; behind them lies what a coordinator that was killed had begun to
+    /// write.
     [[nodiscard]] std::uint64_t end() const noexcept { return m_end; }
 
     /// For who writes to the file: what it has appended.

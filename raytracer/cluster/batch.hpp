@@ -15,14 +15,19 @@ protected:
     Batch(const SlurmOptions& options, PassedOn passed);
     ~Batch() = default;
 
-    [[nodiscard]] const Slurm* slurm() const { return m_slurm ? &*m_slurm : nullptr; }  ///< nullptr in a dry run
+    [[nodiscard]] const Slurm* slurm() const {
+        return m_slurm ? &*m_slurm : nullptr;
+    }  ///< nullptr in a dry run
     [[nodiscard]] int array_limit() const;
-    [[nodiscard]] Command command(const std::string& name) const;  ///< the program's command with the arguments that are passed on
+    [[nodiscard]] Command command(const std::string& name)
+        const;  ///< the program's command with the arguments that are passed on
     [[nodiscard]] std::string logs() const { return (m_folder.path() / "logs").string(); }
 
-    /// Submits an array that prepares LiDAR squares, and then `name`.sbatch for these tasks, as arrays one after the other.
+    /// Submits an array that prepares LiDAR squares, and then `name`.sbatch for these tasks, as
+    /// arrays one after the other.
     /// @return their numbers, ":1:2", for --dependency
-    std::string submit_tasks(Submission& submission, const std::string& name, const std::vector<int>& tasks) const;
+    std::string submit_tasks(Submission& submission, const std::string& name,
+                             const std::vector<int>& tasks) const;
 
     const SlurmOptions& m_options;
     PassedOn m_passed;

@@ -24,13 +24,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-int status_of(int raw) noexcept { return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw); }
+int status_of(int raw) noexcept {
+    return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+}
 
 /// A file without a name, for what a program says: unlike a pipe it is never full.
 class Spool {
 public:
     Spool() : m_file(::memfd_create("terravox-said", MFD_CLOEXEC)) {
-        if (m_file < 0) throw Error(std::string("start a program: no room for what it says: ") + std::strerror(errno));
+        if (m_file < 0)
+            throw Error(std::string("start a program: no room for what it says: ") +
+                        std::strerror(errno));
     }
     ~Spool() { ::close(m_file); }
     Spool(const Spool&) = delete;
@@ -39,7 +43,9 @@ public:
     [[nodiscard]] std::string text() const {
         std::string out;
         std::array<char, 65536> part{};
-        for (ssize_t n = 0; (n = ::pread(m_file, part.data(), part.size(), static_cast<off_t>(out.size()))) > 0;) out.append(part.data(), static_cast<std::size_t>(n));
+        for (ssize_t n = 0;
+             (n = ::pread(m_file, part.data(), part.size(), static_cast<off_t>(out.size()))) > 0;)
+            out.append(part.data(), static_cast<std::size_t>(n));
         return out;
     }
 
@@ -61,7 +67,9 @@ private:
 
 std::vector<char*> arguments_of(const Command& command) {
     std::vector<char*> argv;
-    for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));  // the C interface; nothing is written there
+    for (const std::string& word : command)
+        argv.push_back(
+            const_cast<char*>(word.c_str()));  // the C interface; nothing is written there
     argv.push_back(nullptr);
     return argv;
 }
@@ -69,7 +77,9 @@ std::vector<char*> arguments_of(const Command& command) {
 pid_t start(const Command& command, FileActions& actions) {
     const std::vector<char*> argv = arguments_of(command);
     pid_t child = 0;
-    if (const int failed = ::posix_spawnp(&child, argv[0], actions.get(), nullptr, argv.data(), environ); failed != 0)
+    if (const int failed =
+            ::posix_spawnp(&child, argv[0], actions.get(), nullptr, argv.data(), environ);
+        failed != 0)
         throw Error("start " + command.front() + ": " + std::strerror(failed));
     return child;
 }
@@ -78,54 +88,72 @@ pid_t start(const Command& command, FileActions& actions) {
 
 Child::Child(const Command& command) : m_name(command.front()) {
     const std::string program = find_program(command.front()).string();
-    if (program.empty()) throw Error("start " + m_name + ": there is no such program");
+    if (program.empty())
+        throw Error("start " + m_name + ": there is no such program");
     const std::vector<char*> argv = arguments_of(command);
     std::array<int, 2> wrong{};  // closed by the program's start, or says why there is none
-    if (::pipe2(wrong.data(), O_CLOEXEC) != 0) throw Error("start " + m_name + ": " + std::strerror(errno));
+    if (::pipe2(wrong.data(), O_CLOEXEC) != 0)
+        throw Error("start " + m_name + ": " + std::strerror(errno));
     const pid_t parent = ::getpid();
     m_pid = ::fork();
     if (m_pid == 0) {
         // posix_spawn cannot ask for this: it ends with this program, however that ends.
-        const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);  // what is typed at the terminal is for this program
-        if (::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == parent && null >= 0 && ::dup2(null, STDIN_FILENO) >= 0) ::execv(program.c_str(), argv.data());
+        const int null =
+            ::open("/dev/null",
+                   O_RDONLY | O_CLOEXEC);  // what is typed at the terminal is for this program
+        if (::prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && ::getppid() == parent && null >= 0 &&
+            ::dup2(null, STDIN_FILENO) >= 0)
+            ::execv(program.c_str(), argv.data());
         const int code = errno;
         [[maybe_unused]] const ssize_t told = ::write(wrong[1], &code, sizeof code);
         ::_exit(127);
     }
     int code = m_pid < 0 ? errno : 0;
     ::close(wrong[1]);
-    if (m_pid > 0 && ::read(wrong[0], &code, sizeof code) == sizeof code) ::waitpid(m_pid, nullptr, 0);
+    if (m_pid > 0 && ::read(wrong[0], &code, sizeof code) == sizeof code)
+        ::waitpid(m_pid, nullptr, 0);
     ::close(wrong[0]);
-    if (code != 0) throw Error("start " + m_name + ": " + std::strerror(code));
+    if (code != 0)
+        throw Error("start " + m_name + ": " + std::strerror(code));
 }
 
-Child::~Child() { stop(); }
+Child::~Child() {
+    stop();
+}
 
 std::optional<int> Child::wait(std::chrono::milliseconds most) {
     const auto end = Clock::now() + most;
     while (!m_status) {
         int raw = 0;
         const pid_t got = ::waitpid(m_pid, &raw, WNOHANG);
-        if (got == m_pid) m_status = status_of(raw);
-        else if (got < 0 && errno != EINTR) throw Error("wait for " + m_name + ": " + std::strerror(errno));
+        if (got == m_pid)
+            m_status = status_of(raw);
+        else if (got < 0 && errno != EINTR)
+            throw Error("wait for " + m_name + ": " + std::strerror(errno));
         else {
-            const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
-            if (left.count() <= 0) break;
+            const auto left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+            if (left.count() <= 0)
+                break;
             constexpr std::chrono::milliseconds kLook{50};
-            if (::poll(nullptr, 0, static_cast<int>(std::min(left, kLook).count())) < 0) break;
+            if (::poll(nullptr, 0, static_cast<int>(std::min(left, kLook).count())) < 0)
+                break;
         }
     }
     return m_status;
 }
 
 int Child::stop(std::chrono::milliseconds patience) noexcept {
-    if (m_status) return *m_status;
+    if (m_status)
+        return *m_status;
     ::kill(m_pid, SIGTERM);
     const auto end = Clock::now() + patience;
     int raw = 0;
     for (pid_t got = 0; (got = ::waitpid(m_pid, &raw, WNOHANG)) != m_pid;) {
-        if (got < 0 && errno != EINTR) break;
-        if (Clock::now() >= end) ::kill(m_pid, SIGKILL);
+        if (got < 0 && errno != EINTR)
+            break;
+        if (Clock::now() >= end)
+            ::kill(m_pid, SIGKILL);
         ::poll(nullptr, 0, 20);
     }
     m_status = status_of(raw);
@@ -143,11 +171,13 @@ Finished run_to_end(const Command& command, const std::filesystem::path& folder)
     ::posix_spawn_file_actions_addopen(actions.get(), STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_adddup2(actions.get(), out.file(), STDOUT_FILENO);
     ::posix_spawn_file_actions_adddup2(actions.get(), err.file(), STDERR_FILENO);
-    if (!folder.empty()) ::posix_spawn_file_actions_addchdir_np(actions.get(), folder.c_str());
+    if (!folder.empty())
+        ::posix_spawn_file_actions_addchdir_np(actions.get(), folder.c_str());
     const pid_t child = start(command, actions);
     int raw = 0;
     while (::waitpid(child, &raw, 0) < 0)
-        if (errno != EINTR) throw Error("wait for " + command.front() + ": " + std::strerror(errno));
+        if (errno != EINTR)
+            throw Error("wait for " + command.front() + ": " + std::strerror(errno));
     return {status_of(raw), out.text(), err.text()};
 }
 

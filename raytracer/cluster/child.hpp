@@ -10,10 +10,11 @@
 
 namespace terravox::cluster {
 
-using Command = std::vector<std::string>;  ///< program (looked for in PATH) and arguments; no shell reads them
+using Command =
+    std::vector<std::string>;  ///< program (looked for in PATH) and arguments; no shell reads them
 
-/// A program that was started; it gets SIGTERM should this one (or the thread that made the object) end without a word. Its status: 0 to 255, or
-/// 128 and the signal that ended it. Not thread-safe.
+/// A program that was started; it gets SIGTERM should this one (or the thread that made the object)
+/// end without a word. Its status: 0 to 255, or 128 and the signal that ended it. Not thread-safe.
 class Child {
 public:
     /// What it says goes where this program's goes. @throws Error when it cannot be started
@@ -39,7 +40,8 @@ struct Finished {
     /// The first line that it said on standard error, or else its status, for messages.
     [[nodiscard]] std::string reason() const;
 };
-/// Runs a program to its end, reading nothing. @param folder where it runs; empty: here @throws Error when it cannot be started
+/// Runs a program to its end, reading nothing. @param folder where it runs; empty: here @throws
+/// Error when it cannot be started
 [[nodiscard]] Finished run_to_end(const Command& command, const std::filesystem::path& folder = {});
 
 }  // namespace terravox::cluster

@@ -10,7 +10,8 @@ class App;
 
 namespace terravox {
 
-/// Adds `cluster` with its commands (slurm, openjd, kubernetes, bake) to the program's. @return runs the one that was named
+/// Adds `cluster` with its commands (slurm, openjd, kubernetes, bake) to the program's. @return
+/// runs the one that was named
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<ExitCode()> add_cluster_command(CLI::App& app);
 

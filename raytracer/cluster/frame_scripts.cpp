@@ -7,9 +7,13 @@ namespace terravox::cluster {
 
 std::string frames_body(const Command& command, const TaskPlan& plan, const std::string& task) {
     const std::string per = std::to_string(plan.per_task), last = std::to_string(plan.frames.last);
-    return shell_array("command", command) + "task=" + task + "\nfirst=$((" + std::to_string(plan.frames.first) + " + task * " + per + "))\n" +
-           "last=$((first + " + per + " - 1))\n"
-           "((last <= " + last + ")) || last=" + last + "\n"
+    return shell_array("command", command) + "task=" + task + "\nfirst=$((" +
+           std::to_string(plan.frames.first) + " + task * " + per + "))\n" + "last=$((first + " +
+           per +
+           " - 1))\n"
+           "((last <= " +
+           last + ")) || last=" + last +
+           "\n"
            "exec \"${command[@]}\" --first \"$first\" --last \"$last\"\n";
 }
 
@@ -19,9 +23,15 @@ std::string merge_frames_body(const std::string& pattern, Range frames, const Co
     const std::size_t at = pattern.find('%'), end = pattern.find('d', at) + 1;
     const std::string look =
         "missing=0\n"
-        "for ((frame = " + std::to_string(frames.first) + "; frame <= " + std::to_string(frames.last) + "; ++frame)); do\n"
-        "    printf -v number '" + pattern.substr(at, end - at) + "' \"$frame\"\n"
-        "    picture=" + shell_word(pattern.substr(0, at)) + "$number" + shell_word(pattern.substr(end)) + "\n"
+        "for ((frame = " +
+        std::to_string(frames.first) + "; frame <= " + std::to_string(frames.last) +
+        "; ++frame)); do\n"
+        "    printf -v number '" +
+        pattern.substr(at, end - at) +
+        "' \"$frame\"\n"
+        "    picture=" +
+        shell_word(pattern.substr(0, at)) + "$number" + shell_word(pattern.substr(end)) +
+        "\n"
         "    [[ -s $picture ]] && continue\n"
         "    printf 'missing: %s\\n' \"$picture\" >&2\n"
         "    missing=$((missing + 1))\n"
@@ -30,7 +40,8 @@ std::string merge_frames_body(const std::string& pattern, Range frames, const Co
         "    printf 'terravox: join the frames: %s are missing\\n' \"$missing\" >&2\n"
         "    exit 1\n"
         "fi\n";
-    if (command.empty()) return look + "echo 'all frames are there'\n";
+    if (command.empty())
+        return look + "echo 'all frames are there'\n";
     return look + shell_array("command", command) + "exec \"${command[@]}\"\n";
 }
 

@@ -11,37 +11,58 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json step(const std::string& name, const FrameJob& job, const std::string& body, Json arguments) {
-    const std::string script = "set -euo pipefail\n" + (job.work.empty() ? "" : "cd -- " + shell_word(job.work) + "\n") + body;
-    // A word between double braces would be taken for a value of the scheduler's, and there is no way to say that it is none.
+    const std::string script = "set -euo pipefail\n" +
+                               (job.work.empty() ? "" : "cd -- " + shell_word(job.work) + "\n") +
+                               body;
+    // A word between double braces would be taken for a value of the scheduler's, and there is no
+    // way to say that it is none.
     if (script.find("{{") != std::string::npos || script.find("}}") != std::string::npos)
-        throw UsageError("cluster openjd: an argument holds {{ or }}; allowed: arguments without them, which Open Job Description takes for its own");
+        throw UsageError(
+            "cluster openjd: an argument holds {{ or }}; allowed: arguments without them, which "
+            "Open Job Description takes for its own");
     arguments.insert(arguments.begin(), "{{Task.File.Run}}");
     Json out{{"name", name}};
     Json& run = out["script"];
-    run["actions"]["onRun"] = {{"command", "bash"}, {"args", arguments}, {"cancelation", {{"mode", "NOTIFY_THEN_TERMINATE"}, {"notifyPeriodInSeconds", 30}}}};
-    run["embeddedFiles"] = Json::array({{{"name", "Run"}, {"type", "TEXT"}, {"filename", name + ".sh"}, {"data", script}}});
+    run["actions"]["onRun"] = {
+        {"command", "bash"},
+        {"args", arguments},
+        {"cancelation", {{"mode", "NOTIFY_THEN_TERMINATE"}, {"notifyPeriodInSeconds", 30}}}};
+    run["embeddedFiles"] = Json::array(
+        {{{"name", "Run"}, {"type", "TEXT"}, {"filename", name + ".sh"}, {"data", script}}});
     Json amounts = Json::array();
-    if (job.cpus > 0) amounts.push_back({{"name", "amount.worker.vcpu"}, {"min", job.cpus}});
-    if (job.memory_mib > 0) amounts.push_back({{"name", "amount.worker.memory"}, {"min", job.memory_mib}});
-    if (!amounts.empty()) out["hostRequirements"]["amounts"] = amounts;
+    if (job.cpus > 0)
+        amounts.push_back({{"name", "amount.worker.vcpu"}, {"min", job.cpus}});
+    if (job.memory_mib > 0)
+        amounts.push_back({{"name", "amount.worker.memory"}, {"min", job.memory_mib}});
+    if (!amounts.empty())
+        out["hostRequirements"]["amounts"] = amounts;
     return out;
 }
 
 }  // namespace
 
 std::string openjd_job(const FrameJob& job) {
-    Json frames = step("Frames", job, frames_body(job.animate, job.plan, "$1"), Json::array({"{{Task.Param.Task}}"}));
+    Json frames = step("Frames", job, frames_body(job.animate, job.plan, "$1"),
+                       Json::array({"{{Task.Param.Task}}"}));
     const int last = job.plan.tasks() - 1;
-    frames["parameterSpace"]["taskParameterDefinitions"] = Json::array({{{"name", "Task"}, {"type", "INT"}, {"range", last == 0 ? "0" : "0-" + std::to_string(last)}}});
+    frames["parameterSpace"]["taskParameterDefinitions"] =
+        Json::array({{{"name", "Task"},
+                      {"type", "INT"},
+                      {"range", last == 0 ? "0" : "0-" + std::to_string(last)}}});
     Command video;
-    if (!job.video.empty()) video = job.animate, video.insert(video.end(), {"--video", job.video});
-    Json merge = step("Merge", job, merge_frames_body(job.pattern, job.plan.frames, video), Json::array());
+    if (!job.video.empty())
+        video = job.animate, video.insert(video.end(), {"--video", job.video});
+    Json merge =
+        step("Merge", job, merge_frames_body(job.pattern, job.plan.frames, video), Json::array());
     merge["dependencies"] = Json::array({{{"dependsOn", "Frames"}}});
-    const Json out{{"specificationVersion", "jobtemplate-2023-09"}, {"name", job.name}, {"steps", Json::array({frames, merge})}};
+    const Json out{{"specificationVersion", "jobtemplate-2023-09"},
+                   {"name", job.name},
+                   {"steps", Json::array({frames, merge})}};
     try {
         return out.dump(2) + "\n";
     } catch (const Json::type_error&) {
-        throw UsageError("cluster openjd: an argument is no UTF-8; allowed: UTF-8, which JSON is written in");
+        throw UsageError(
+            "cluster openjd: an argument is no UTF-8; allowed: UTF-8, which JSON is written in");
     }
 }
 

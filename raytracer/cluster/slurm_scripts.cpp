@@ -10,8 +10,10 @@
 namespace terravox::cluster {
 namespace {
 
-/// @param name of the job, and of its logs @param array whether Slurm runs it as an array @param again whether it is put back into the queue when its node dies
-std::string head(const JobPlace& place, const std::string& name, std::string_view what, bool array, bool again = true) {
+/// @param name of the job, and of its logs @param array whether Slurm runs it as an array @param
+/// again whether it is put back into the queue when its node dies
+std::string head(const JobPlace& place, const std::string& name, std::string_view what, bool array,
+                 bool again = true) {
     const Needs& n = place.needs;
     std::string out = "#!/bin/bash\n# " + std::string(what) + "\n";
     const auto ask = [&](const std::string& line) { out += "#SBATCH " + line + "\n"; };
@@ -20,13 +22,20 @@ std::string head(const JobPlace& place, const std::string& name, std::string_vie
     ask("--open-mode=append");  // what a task has said stays when it is put back into the queue
     ask(again ? "--requeue" : "--no-requeue");
     ask("--nodes=1 --ntasks=1");
-    if (n.cpus > 0) ask("--cpus-per-task=" + std::to_string(n.cpus));
-    else ask("--exclusive");
-    if (n.memory_mib > 0) ask("--mem=" + std::to_string(n.memory_mib) + "M");
-    else if (n.cpus == 0) ask("--mem=0");
-    if (!n.partition.empty()) ask("--partition=" + n.partition);
-    if (!n.time.empty()) ask("--time=" + n.time);
-    for (const std::string& line : n.extra) ask(line);
+    if (n.cpus > 0)
+        ask("--cpus-per-task=" + std::to_string(n.cpus));
+    else
+        ask("--exclusive");
+    if (n.memory_mib > 0)
+        ask("--mem=" + std::to_string(n.memory_mib) + "M");
+    else if (n.cpus == 0)
+        ask("--mem=0");
+    if (!n.partition.empty())
+        ask("--partition=" + n.partition);
+    if (!n.time.empty())
+        ask("--time=" + n.time);
+    for (const std::string& line : n.extra)
+        ask(line);
     return out + "set -euo pipefail\ncd -- " + shell_word(place.work.string()) + "\n";
 }
 
@@ -36,26 +45,43 @@ constexpr const char* kTask = "$((${1:-0} + SLURM_ARRAY_TASK_ID))";
 }  // namespace
 
 void Needs::check() const {
-    const auto refuse = [](const std::string& flag, const std::string& value, const char* allowed) { throw UsageError("cluster: " + flag + " " + value + "; allowed: " + allowed); };
+    const auto refuse = [](const std::string& flag, const std::string& value, const char* allowed) {
+        throw UsageError("cluster: " + flag + " " + value + "; allowed: " + allowed);
+    };
     const auto plain = [](const std::string& text) {
         return std::all_of(text.begin(), text.end(), [](char c) {
-            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || std::string_view("_-:.,").find(c) != std::string_view::npos;
+            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                   std::string_view("_-:.,").find(c) != std::string_view::npos;
         });
     };
-    if (!plain(partition)) refuse("--partition", partition, "letters, digits, _ - : . ,");
-    if (!plain(time)) refuse("--time", time, "as sbatch takes it, such as 4:00:00");
+    if (!plain(partition))
+        refuse("--partition", partition, "letters, digits, _ - : . ,");
+    if (!plain(time))
+        refuse("--time", time, "as sbatch takes it, such as 4:00:00");
     for (const std::string& line : extra)
-        if (!line.starts_with('-') || std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }))
-            refuse("--sbatch", comment_text(line), "options of sbatch on one line, such as \"--account=film --qos=low\"");
+        if (!line.starts_with('-') || std::any_of(line.begin(), line.end(), [](char c) {
+                return static_cast<unsigned char>(c) < 0x20;
+            }))
+            refuse("--sbatch", comment_text(line),
+                   "options of sbatch on one line, such as \"--account=film --qos=low\"");
 }
 
 std::string pool_script(const JobPlace& place, const PoolScript& pool) {
-    std::string out = head(place, "worker", "Workers for one picture: each task lends its node to the coordinator until the array is cancelled.", true);
-    // When the picture is done, or its coordinator has gone for good, the node goes back without anybody's help.
-    Command command{place.program.string(), "worker", "--once", "--idle-s", "600", "--token-file", pool.token_file.string()};
-    if (place.needs.cpus > 0) command.insert(command.end(), {"--threads", std::to_string(place.needs.cpus)});
+    std::string out = head(place, "worker",
+                           "Workers for one picture: each task lends its node to the coordinator "
+                           "until the array is cancelled.",
+                           true);
+    // When the picture is done, or its coordinator has gone for good, the node goes back without
+    // anybody's help.
+    Command command{place.program.string(),  "worker", "--once", "--idle-s", "600", "--token-file",
+                    pool.token_file.string()};
+    if (place.needs.cpus > 0)
+        command.insert(command.end(), {"--threads", std::to_string(place.needs.cpus)});
     // A quarter is for what is not boxes: the program, tiles, and threads.
-    if (place.needs.memory_mib > 0) command.insert(command.end(), {"--memory-mib", std::to_string(std::max(1, place.needs.memory_mib / 4 * 3))});
+    if (place.needs.memory_mib > 0)
+        command.insert(
+            command.end(),
+            {"--memory-mib", std::to_string(std::max(1, place.needs.memory_mib / 4 * 3))});
     if (!pool.address.empty()) {
         command.insert(command.end(), {"--join", pool.address});
         return out + shell_array("command", command) + "exec \"${command[@]}\"\n";
@@ -64,55 +90,96 @@ std::string pool_script(const JobPlace& place, const PoolScript& pool) {
     return out + shell_array("command", command) +
            "# The coordinator says where it is once its job runs.\n"
            "for ((waited_s = 0; waited_s < 300; ++waited_s)); do\n"
-           "    [[ -s " + file + " ]] && break\n"
+           "    [[ -s " +
+           file +
+           " ]] && break\n"
            "    sleep 1\n"
            "done\n"
-           "read -r address < " + file + "\n"
+           "read -r address < " +
+           file +
+           "\n"
            "exec \"${command[@]}\" --join \"$address\"\n";
 }
 
-std::string coordinator_script(const JobPlace& place, const Command& command, const std::string& host, const std::filesystem::path& address_file) {
+std::string coordinator_script(const JobPlace& place, const Command& command,
+                               const std::string& host, const std::filesystem::path& address_file) {
     const std::string file = shell_word(address_file.string());
-    return head(place, "coordinator", "The coordinator: renders the picture with the workers that join it.", false, false) + shell_array("command", command) +
+    return head(place, "coordinator",
+                "The coordinator: renders the picture with the workers that join it.", false,
+                false) +
+           shell_array("command", command) +
            "# The first port that nobody answers at.\n"
            "port=$((20000 + SLURM_JOB_ID % 10000))\n"
            "while (exec 3<>\"/dev/tcp/127.0.0.1/$port\") 2>/dev/null; do port=$((port + 1)); done\n"
-           "printf '%s:%s\\n' " + (host.empty() ? std::string("\"$HOSTNAME\"") : shell_word(host)) + " \"$port\" > " + file + ".part\n"
-           "mv -- " + file + ".part " + file + "\n"
+           "printf '%s:%s\\n' " +
+           (host.empty() ? std::string("\"$HOSTNAME\"") : shell_word(host)) + " \"$port\" > " +
+           file +
+           ".part\n"
+           "mv -- " +
+           file + ".part " + file +
+           "\n"
            "exec \"${command[@]}\" --listen \":$port\"\n";
 }
 
-std::string bake_script(const JobPlace& place, const std::string& passed, const Command& words, int tasks) {
+std::string bake_script(const JobPlace& place, const std::string& passed, const Command& words,
+                        int tasks) {
     const std::string of = std::to_string(tasks);
-    return head(place, "bake", "Prepares LiDAR squares: task N of " + of + " takes the N-th and each " + of + "th after it. What is prepared is left as it is.", true) +
-           shell_array("words", words) + "exec " + shell_word(place.program.string()) + " cluster bake --for " + passed + " --part \"$((SLURM_ARRAY_TASK_ID + 1))/" + of + "\" \"${words[@]}\"\n";
+    return head(place, "bake",
+                "Prepares LiDAR squares: task N of " + of + " takes the N-th and each " + of +
+                    "th after it. What is prepared is left as it is.",
+                true) +
+           shell_array("words", words) + "exec " + shell_word(place.program.string()) +
+           " cluster bake --for " + passed + " --part \"$((SLURM_ARRAY_TASK_ID + 1))/" + of +
+           "\" \"${words[@]}\"\n";
 }
 
 std::string frames_script(const JobPlace& place, const Command& command, const TaskPlan& plan) {
-    return head(place, "frames", "Renders frames " + std::to_string(plan.frames.first) + " to " + std::to_string(plan.frames.last) + ", " + std::to_string(plan.per_task) +
-                                     " a task. Frames that are done are left as they are: a task may run twice.", true) + frames_body(command, plan, kTask);
+    return head(place, "frames",
+                "Renders frames " + std::to_string(plan.frames.first) + " to " +
+                    std::to_string(plan.frames.last) + ", " + std::to_string(plan.per_task) +
+                    " a task. Frames that are done are left as they are: a task may run twice.",
+                true) +
+           frames_body(command, plan, kTask);
 }
 
-std::string merge_frames_script(const JobPlace& place, const std::string& pattern, Range frames, const Command& command) {
-    return head(place, "merge", "Looks whether all frames are there" + std::string(command.empty() ? "." : ", then makes the video."), false) + merge_frames_body(pattern, frames, command);
+std::string merge_frames_script(const JobPlace& place, const std::string& pattern, Range frames,
+                                const Command& command) {
+    return head(place, "merge",
+                "Looks whether all frames are there" +
+                    std::string(command.empty() ? "." : ", then makes the video."),
+                false) +
+           merge_frames_body(pattern, frames, command);
 }
 
 std::string parts_script(const JobPlace& place, const Command& command, int parts) {
     const std::string of = std::to_string(parts);
-    return head(place, "parts", "Renders one picture in " + of + " parts, a file of tiles for each. Tiles that are in such a file are not rendered again.", true) +
-           shell_array("command", command) + "task=" + kTask + "\nexec \"${command[@]}\" --resume --part \"$((task + 1))/" + of + "\"\n";
+    return head(place, "parts",
+                "Renders one picture in " + of +
+                    " parts, a file of tiles for each. Tiles that are in such a file are not "
+                    "rendered again.",
+                true) +
+           shell_array("command", command) + "task=" + kTask +
+           "\nexec \"${command[@]}\" --resume --part \"$((task + 1))/" + of + "\"\n";
 }
 
-std::string merge_parts_script(const JobPlace& place, const std::vector<std::string>& outputs, int parts, const std::filesystem::path& picture) {
+std::string merge_parts_script(const JobPlace& place, const std::vector<std::string>& outputs,
+                               int parts, const std::filesystem::path& picture) {
     Command names;
-    for (const std::string& output : outputs) names.insert(names.end(), {"-o", output});
+    for (const std::string& output : outputs)
+        names.insert(names.end(), {"-o", output});
     const std::string of = std::to_string(parts);
-    return head(place, "merge", "Joins the parts of the picture.", false) + shell_array("outputs", names) +
+    return head(place, "merge", "Joins the parts of the picture.", false) +
+           shell_array("outputs", names) +
            "tiles=()\n"
-           "for ((part = 1; part <= " + of + "; ++part)); do\n"
-           "    tiles+=(" + shell_word(picture.string() + ".part-") + "\"$part\"-of-" + of + ".tiles)\n"
+           "for ((part = 1; part <= " +
+           of +
+           "; ++part)); do\n"
+           "    tiles+=(" +
+           shell_word(picture.string() + ".part-") + "\"$part\"-of-" + of +
+           ".tiles)\n"
            "done\n"
-           "exec " + shell_word(place.program.string()) + " merge \"${tiles[@]}\" \"${outputs[@]}\"\n";
+           "exec " +
+           shell_word(place.program.string()) + " merge \"${tiles[@]}\" \"${outputs[@]}\"\n";
 }
 
 }  // namespace terravox::cluster

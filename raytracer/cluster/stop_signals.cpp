@@ -16,22 +16,27 @@ std::array<struct sigaction, kSignals.size()> g_before;
 
 StopSignals::StopSignals() {
     g_came = 0;
-    struct sigaction note {};
+    struct sigaction note{};
     note.sa_handler = [](int) { g_came = 1; };
     sigemptyset(&note.sa_mask);
-    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &note, &g_before[i]);
+    for (std::size_t i = 0; i < kSignals.size(); ++i)
+        ::sigaction(kSignals[i], &note, &g_before[i]);
 }
 
 StopSignals::~StopSignals() {
-    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &g_before[i], nullptr);
+    for (std::size_t i = 0; i < kSignals.size(); ++i)
+        ::sigaction(kSignals[i], &g_before[i], nullptr);
 }
 
-bool StopSignals::came() noexcept { return g_came != 0; }
+bool StopSignals::came() noexcept {
+    return g_came != 0;
+}
 
 bool StopSignals::wait_ms(int most_ms) noexcept {
     // In short steps: one that comes between the question and the wait is seen soon all the same.
     constexpr int kStep_ms = 100;
-    for (int waited_ms = 0; waited_ms < most_ms && !came(); waited_ms += kStep_ms) ::poll(nullptr, 0, most_ms - waited_ms < kStep_ms ? most_ms - waited_ms : kStep_ms);
+    for (int waited_ms = 0; waited_ms < most_ms && !came(); waited_ms += kStep_ms)
+        ::poll(nullptr, 0, most_ms - waited_ms < kStep_ms ? most_ms - waited_ms : kStep_ms);
     return came();
 }
 

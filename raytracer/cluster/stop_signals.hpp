@@ -2,7 +2,8 @@
 
 namespace terravox::cluster {
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program. One at a time.
+/// While it lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program. One at a
+/// time.
 class StopSignals {
 public:
     StopSignals();

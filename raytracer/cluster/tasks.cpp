@@ -11,13 +11,18 @@ Range parse_range(const std::string& what, const std::string& text, Range allowe
     Range out{-1, -1};
     const char *begin = text.data(), *end = begin + text.size();
     auto read = std::from_chars(begin, end, out.first);
-    if (read.ec == std::errc{} && read.ptr == end) out.last = out.first;
+    if (read.ec == std::errc{} && read.ptr == end)
+        out.last = out.first;
     else if (read.ec == std::errc{} && *read.ptr == '-') {
         read = std::from_chars(read.ptr + 1, end, out.last);
-        if (read.ec != std::errc{} || read.ptr != end) out.last = -1;
+        if (read.ec != std::errc{} || read.ptr != end)
+            out.last = -1;
     }
-    if (begin == end || out.first < allowed.first || out.last < out.first || out.last > allowed.last)
-        throw UsageError(what + " " + text + "; allowed: one number or two with a dash between, from " + std::to_string(allowed.first) + " to " + std::to_string(allowed.last));
+    if (begin == end || out.first < allowed.first || out.last < out.first ||
+        out.last > allowed.last)
+        throw UsageError(what + " " + text +
+                         "; allowed: one number or two with a dash between, from " +
+                         std::to_string(allowed.first) + " to " + std::to_string(allowed.last));
     return out;
 }
 
@@ -31,9 +36,11 @@ std::string array_text(const std::vector<int>& sorted) {
     std::string out;
     for (std::size_t i = 0; i < sorted.size();) {
         std::size_t end = i + 1;
-        while (end < sorted.size() && sorted[end] == sorted[end - 1] + 1) ++end;
+        while (end < sorted.size() && sorted[end] == sorted[end - 1] + 1)
+            ++end;
         out += (out.empty() ? "" : ",") + std::to_string(sorted[i]);
-        if (end - i > 1) out += "-" + std::to_string(sorted[end - 1]);
+        if (end - i > 1)
+            out += "-" + std::to_string(sorted[end - 1]);
         i = end;
     }
     return out;
@@ -43,7 +50,8 @@ std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int most) {
     std::vector<ArrayPiece> out;
     for (const int task : tasks) {
         const int offset = task / most * most;
-        if (out.empty() || out.back().offset != offset) out.push_back({offset, {}});
+        if (out.empty() || out.back().offset != offset)
+            out.push_back({offset, {}});
         out.back().indices.push_back(task - offset);
     }
     return out;

@@ -20,11 +20,14 @@ struct TaskPlan {
     Range frames;
     int per_task = 1;
     [[nodiscard]] int tasks() const noexcept { return (frames.count() + per_task - 1) / per_task; }
-    [[nodiscard]] int task_of(int frame) const noexcept { return (frame - frames.first) / per_task; }
+    [[nodiscard]] int task_of(int frame) const noexcept {
+        return (frame - frames.first) / per_task;
+    }
 };
 
-/// How many frames a task has when nobody says: a node gets about eight tasks. Fewer would leave nodes idle at the end; each one more opens the world
-/// again, and costs the scheduler some tenths of a second.
+/// How many frames a task has when nobody says: a node gets about eight tasks. Fewer would leave
+/// nodes idle at the end; each one more opens the world again, and costs the scheduler some tenths
+/// of a second.
 [[nodiscard]] int usual_per_task(int frames, int nodes) noexcept;
 
 /// @param sorted rising, none twice @return "0-3,7,9-10", as sbatch --array takes it
@@ -35,7 +38,8 @@ struct ArrayPiece {
     int offset = 0;
     std::vector<int> indices;
 };
-/// Schedulers limit the numbers of an array. @param tasks rising @param most numbers of an array are below this; at least 1
+/// Schedulers limit the numbers of an array. @param tasks rising @param most numbers of an array
+/// are below this; at least 1
 [[nodiscard]] std::vector<ArrayPiece> array_pieces(const std::vector<int>& tasks, int most);
 
 }  // namespace terravox::cluster

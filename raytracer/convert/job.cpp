@@ -38,9 +38,12 @@ voxel::ColumnExtent Job::column(std::int32_t bx, std::int32_t bz) {
 
 bool Job::may_hold(const ColumnBlock& columns) {
     voxel::BoxRange range = part.boxes();
-    range.min.bx = std::max(range.min.bx, columns.min_bx), range.min.bz = std::max(range.min.bz, columns.min_bz);
-    range.max.bx = std::min(range.max.bx, columns.max_bx), range.max.bz = std::min(range.max.bz, columns.max_bz);
-    if (range.min.bx >= range.max.bx || range.min.bz >= range.max.bz) return false;
+    range.min.bx = std::max(range.min.bx, columns.min_bx),
+    range.min.bz = std::max(range.min.bz, columns.min_bz);
+    range.max.bx = std::min(range.max.bx, columns.max_bx),
+    range.max.bz = std::min(range.max.bz, columns.max_bz);
+    if (range.min.bx >= range.max.bx || range.min.bz >= range.max.bz)
+        return false;
     try {
         return m_world.may_hold(range);
     } catch (const voxel::ChangedError&) {
@@ -52,7 +55,8 @@ bool Job::may_hold(const ColumnBlock& columns) {
 }
 
 Columns Job::columns(std::size_t edge) {
-    Columns made(block_of(part.boxes()), edge, [this](const ColumnBlock& block) { return may_hold(block); });
+    Columns made(block_of(part.boxes()), edge,
+                 [this](const ColumnBlock& block) { return may_hold(block); });
     meter.add(made.left_out());
     return made;
 }
@@ -60,7 +64,9 @@ Columns Job::columns(std::size_t edge) {
 void Job::hole(const voxel::BoxKey& key, const char* what) {
     const std::lock_guard lock(m_mutex);
     constexpr std::size_t kMostTold = 20;
-    if (m_holes.insert(key).second) spdlog::log(m_holes.size() <= kMostTold ? spdlog::level::err : spdlog::level::debug, "{}", what);
+    if (m_holes.insert(key).second)
+        spdlog::log(m_holes.size() <= kMostTold ? spdlog::level::err : spdlog::level::debug, "{}",
+                    what);
 }
 
 void Job::wrote(const std::filesystem::path& file) {

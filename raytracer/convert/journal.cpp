@@ -13,7 +13,8 @@
 
 namespace terravox::convert {
 
-Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(std::move(file)), m_what(what) {
+Journal::Journal(std::filesystem::path file, const std::string& what)
+    : m_path(std::move(file)), m_what(what) {
     lock();
     bool goes_on = false;
     if (std::ifstream in(m_path); in) {
@@ -24,7 +25,9 @@ Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(s
             std::istringstream words(line);
             std::uint64_t voxels = 0, end = 0;
             std::string name, last;
-            if (!(words >> voxels >> end >> name >> last) || last != ";" || !m_names.insert(name).second) continue;
+            if (!(words >> voxels >> end >> name >> last) || last != ";" ||
+                !m_names.insert(name).second)
+                continue;
             m_voxels_before += voxels, ++m_files_before, m_end_before = std::max(m_end_before, end);
         }
     }
@@ -32,13 +35,16 @@ Journal::Journal(std::filesystem::path file, const std::string& what) : m_path(s
 }
 
 Journal::~Journal() {
-    if (m_lock >= 0) ::close(m_lock);
+    if (m_lock >= 0)
+        ::close(m_lock);
 }
 
 void Journal::lock() {
     m_lock = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (m_lock < 0) throw Error("write the journal " + m_path.string() + ": " + std::strerror(errno));
-    if (::flock(m_lock, LOCK_EX | LOCK_NB) == 0) return;
+    if (m_lock < 0)
+        throw Error("write the journal " + m_path.string() + ": " + std::strerror(errno));
+    if (::flock(m_lock, LOCK_EX | LOCK_NB) == 0)
+        return;
     ::close(m_lock);
     throw Error("write the journal " + m_path.string() + ": another conversion is writing there");
 }
@@ -47,7 +53,8 @@ void Journal::open(bool goes_on) {
     m_out.open(m_path, goes_on ? std::ios::app : std::ios::trunc);
     // A line break first: the last line may have been cut off.
     m_out << (goes_on ? "" : m_what) << '\n' << std::flush;
-    if (!m_out) throw Error("write the journal " + m_path.string() + ": cannot be written");
+    if (!m_out)
+        throw Error("write the journal " + m_path.string() + ": cannot be written");
 }
 
 bool Journal::has(const std::string& name) const {
@@ -59,7 +66,8 @@ void Journal::add(const std::string& name, std::uint64_t voxels, std::uint64_t e
     const std::lock_guard lock(m_mutex);
     m_names.insert(name);
     m_out << voxels << ' ' << end << ' ' << name << " ;\n" << std::flush;
-    if (!m_out) throw Error("write the journal " + m_path.string() + ": disk full, or cannot be written");
+    if (!m_out)
+        throw Error("write the journal " + m_path.string() + ": disk full, or cannot be written");
 }
 
 void Journal::forget() {

@@ -9,12 +9,14 @@
 
 namespace terravox::convert {
 
-/// What of a conversion into many files is done, so that one that was cut off goes on where it was: a text file with one name a line, below a line
-/// that says what is being converted. One whose first line says something else belongs to another conversion, and is begun anew.
-/// A name (without blanks) is added only when its file lies whole under its name. Thread-safe.
+/// What of a conversion into many files is done, so that one that was cut off goes on where it was:
+/// a text file with one name a line, below a line that says what is being converted. One whose
+/// first line says something else belongs to another conversion, and is begun anew. A name (without
+/// blanks) is added only when its file lies whole under its name. Thread-safe.
 class Journal {
 public:
-    /// @param what names the conversion: two that are alike in everything that shapes their files have the same; no line breaks
+    /// @param what names the conversion: two that are alike in everything that shapes their files
+    /// have the same; no line breaks
     /// @throws Error when it cannot be written, or another conversion is at work there
     Journal(std::filesystem::path file, const std::string& what);
     ~Journal();
@@ -22,7 +24,8 @@ public:
     Journal& operator=(const Journal&) = delete;
 
     [[nodiscard]] bool has(const std::string& name) const;
-    /// @param voxels that went into the file, for the report of a run that goes on @param end of what was written, where all goes into one file
+    /// @param voxels that went into the file, for the report of a run that goes on @param end of
+    /// what was written, where all goes into one file
     void add(const std::string& name, std::uint64_t voxels, std::uint64_t end = 0);
     /// Of what was there when the journal was opened: voxels in all, files, the farthest end.
     [[nodiscard]] std::uint64_t voxels_before() const noexcept { return m_voxels_before; }
@@ -41,7 +44,8 @@ private:
     std::uint64_t m_voxels_before = 0, m_end_before = 0;
     std::size_t m_files_before = 0;
     std::ofstream m_out;
-    int m_lock = -1;  ///< the file again, locked: two conversions to one place would spoil each other
+    int m_lock =
+        -1;  ///< the file again, locked: two conversions to one place would spoil each other
 };
 
 }  // namespace terravox::convert

@@ -7,7 +7,8 @@
 
 namespace terravox::convert {
 
-/// Tells a person how far a conversion is: a bar on a terminal, a plain line now and then elsewhere. Writes to standard error. Thread-safe.
+/// Tells a person how far a conversion is: a bar on a terminal, a plain line now and then
+/// elsewhere. Writes to standard error. Thread-safe.
 class Meter {
 public:
     /// @param what stands before the bar @param total steps @param quiet say nothing

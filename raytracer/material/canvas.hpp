@@ -18,19 +18,24 @@ struct Dot {
     float opacity = 1;  ///< [0, 1]
 };
 
-/// What a texture is drawn on: s to the right, t up (of a top face: s east, t south; of a roof: t up the slope). Goes round at its edges.
+/// What a texture is drawn on: s to the right, t up (of a top face: s east, t south; of a roof: t
+/// up the slope). Goes round at its edges.
 class Canvas {
 public:
     [[nodiscard]] Dot& at(int s, int t) noexcept { return m_dots[index(s, t)]; }
     [[nodiscard]] const Dot& at(int s, int t) const noexcept { return m_dots[index(s, t)]; }
     /// draw(dot, s, t) for every texel, row by row.
-    template <class Draw> void each(const Draw& draw) {
+    template <class Draw>
+    void each(const Draw& draw) {
         for (int t = 0; t < kTexels; ++t)
-            for (int s = 0; s < kTexels; ++s) draw(at(s, t), s, t);
+            for (int s = 0; s < kTexels; ++s)
+                draw(at(s, t), s, t);
     }
 
 private:
-    [[nodiscard]] static std::size_t index(int s, int t) noexcept { return static_cast<std::size_t>((t & (kTexels - 1)) * kTexels + (s & (kTexels - 1))); }
+    [[nodiscard]] static std::size_t index(int s, int t) noexcept {
+        return static_cast<std::size_t>((t & (kTexels - 1)) * kTexels + (s & (kTexels - 1)));
+    }
     std::array<Dot, kTexels * kTexels> m_dots;
 };
 
@@ -50,9 +55,9 @@ private:
 class Stones {
 public:
     struct At {
-        int id = 0;        ///< of the stone
-        float edge = 0;    ///< distance to its border, texels
-        float up = 0;      ///< how far above its middle, texels
+        int id = 0;      ///< of the stone
+        float edge = 0;  ///< distance to its border, texels
+        float up = 0;    ///< how far above its middle, texels
     };
     /// @param per_edge stones along each edge of the canvas
     Stones(int per_edge, std::uint64_t seed);

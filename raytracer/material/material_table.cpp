@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "common/util/log.hpp"
 #include "common/util/det_math.hpp"
+#include "common/util/log.hpp"
 #include "raytracer/material/waves.hpp"
 
 namespace terravox {
@@ -21,32 +21,40 @@ struct OnFace {
 OnFace on_face(const FacePoint& at) noexcept {
     const int axis = axis_of(at.face);
     const auto u = static_cast<float>(at.u), v = static_cast<float>(at.v);
-    return {axis == 0 ? at.voxel.z : at.voxel.x, axis == 1 ? at.voxel.z : at.voxel.y, at.voxel[axis], axis == 2 ? u : v, axis == 2 ? v : u};
+    return {axis == 0 ? at.voxel.z : at.voxel.x, axis == 1 ? at.voxel.z : at.voxel.y,
+            at.voxel[axis], axis == 2 ? u : v, axis == 2 ? v : u};
 }
 
 std::uint64_t scrambled(std::int32_t a, std::int32_t b, std::uint32_t c) noexcept {
-    std::uint64_t h = static_cast<std::uint32_t>(a) * 0x9e3779b97f4a7c15u ^ static_cast<std::uint32_t>(b) * 0xc2b2ae3d27d4eb4fu;
+    std::uint64_t h = static_cast<std::uint32_t>(a) * 0x9e3779b97f4a7c15u ^
+                      static_cast<std::uint32_t>(b) * 0xc2b2ae3d27d4eb4fu;
     h ^= c * std::uint64_t{0x165667b19e3779f9};
     h = (h ^ h >> 29) * 0xbf58476d1ce4e5b9u;
     return h ^ h >> 32;
 }
 
 // Voxels, log2, that a drawing of about a metre spans.
-int span_shift(double voxel_m) noexcept { return voxel_m >= 0.7 ? 0 : voxel_m >= 0.35 ? 1 : voxel_m >= 0.17 ? 2 : voxel_m >= 0.08 ? 3 : 4; }
+int span_shift(double voxel_m) noexcept {
+    return voxel_m >= 0.7 ? 0 : voxel_m >= 0.35 ? 1 : voxel_m >= 0.17 ? 2 : voxel_m >= 0.08 ? 3 : 4;
+}
 
-// The turn that lets t run up a roof, by what stands around the voxel above it: bits as in Seen. kNoSlope: it tells none.
+// The turn that lets t run up a roof, by what stands around the voxel above it: bits as in Seen.
+// kNoSlope: it tells none.
 constexpr std::uint8_t kNoSlope = 8;
 constexpr std::array<std::uint8_t, 256> kSlopeTurn = [] {
     std::array<std::uint8_t, 256> out{};
     for (int around = 0; around < 256; ++around) {
         int east = 0, south = 0;
         for (int bit = 0; bit < 8; ++bit) {
-            if ((around >> bit & 1) == 0) continue;
+            if ((around >> bit & 1) == 0)
+                continue;
             const int place = bit < 4 ? bit : bit + 1;
             south += place / 3 - 1, east += place % 3 - 1;
         }
         const bool along_z = south * south >= east * east;
-        const int turn = south == 0 && east == 0 ? int{kNoSlope} : along_z ? (south > 0 ? 0 : 2) : 4 | (east > 0 ? 0 : 2);
+        const int turn = south == 0 && east == 0 ? int{kNoSlope}
+                         : along_z               ? (south > 0 ? 0 : 2)
+                                                 : 4 | (east > 0 ? 0 : 2);
         out[static_cast<std::size_t>(around)] = static_cast<std::uint8_t>(turn);
     }
     return out;
@@ -63,9 +71,14 @@ PaintPoint paint_point(const PaintedFace& face, const FacePoint& at, OnFace on) 
         on.voxel_s >>= shift, on.voxel_t >>= shift, on.into >>= shift;
     }
     out.s = on.s, out.t = on.t;
-    out.mips = material::MipPair::of(static_cast<float>(at.footprint) * material::kTexels / static_cast<float>(1 << shift));
-    const std::uint64_t hash = scrambled(on.voxel_s, on.voxel_t, static_cast<std::uint32_t>(on.into) * 8 + static_cast<std::uint32_t>(at.face));
-    const auto pick = [&](std::uint32_t count) { return static_cast<std::uint32_t>((hash & 0xffff) * count >> 16); };
+    out.mips = material::MipPair::of(static_cast<float>(at.footprint) * material::kTexels /
+                                     static_cast<float>(1 << shift));
+    const std::uint64_t hash =
+        scrambled(on.voxel_s, on.voxel_t,
+                  static_cast<std::uint32_t>(on.into) * 8 + static_cast<std::uint32_t>(at.face));
+    const auto pick = [&](std::uint32_t count) {
+        return static_cast<std::uint32_t>((hash & 0xffff) * count >> 16);
+    };
     out.variant = pick(face.variants);
     out.turn = static_cast<std::uint32_t>(hash >> 20) & static_cast<std::uint32_t>(face.turn);
     if (face.turn == material::Turn::kSlope) {
@@ -74,7 +87,8 @@ PaintPoint paint_point(const PaintedFace& face, const FacePoint& at, OnFace on) 
         out.variant = pick(half) + (turn == kNoSlope ? half : 0);
     }
     if (face.layered) {
-        const auto layout = static_cast<std::uint32_t>(scrambled(on.voxel_t, 0, 0) >> 7) % material::kLayouts;
+        const auto layout =
+            static_cast<std::uint32_t>(scrambled(on.voxel_t, 0, 0) >> 7) % material::kLayouts;
         out.variant = pick(face.variants / material::kLayouts) * material::kLayouts + layout;
     }
     return out;
@@ -86,8 +100,10 @@ material::Looks MaterialTable::checked(const std::filesystem::path& file) {
     const material::MaterialFile read = material::read_materials(file);
     if (!read.missing.empty()) {
         std::string names;
-        for (const std::string& name : read.missing) names += (names.empty() ? "" : ", ") + name;
-        spdlog::warn("the materials {} lack {}: shown in the colour of unknown", file.string(), names);
+        for (const std::string& name : read.missing)
+            names += (names.empty() ? "" : ", ") + name;
+        spdlog::warn("the materials {} lack {}: shown in the colour of unknown", file.string(),
+                     names);
     }
     return read.looks;
 }
@@ -97,14 +113,17 @@ MaterialTable::MaterialTable(const material::Looks& looks) {
     for (std::size_t i = 0; i < looks.size(); ++i) {
         Entry& entry = m_entries[i];
         entry.look = looks[i];
-        const material::Texture& texture = textures[static_cast<std::size_t>(entry.look.texture) % textures.size()];
-        // The top first: it may have more variants than a side of the same drawing, which then finds them there.
+        const material::Texture& texture =
+            textures[static_cast<std::size_t>(entry.look.texture) % textures.size()];
+        // The top first: it may have more variants than a side of the same drawing, which then
+        // finds them there.
         entry.faces[2] = m_pool.add(texture.top);
         entry.faces[0] = m_pool.add(texture.side);
         entry.faces[1] = m_pool.add(texture.bottom);
         entry.windows = texture.windows;
         entry.waves = texture.waves;
-        if (texture.own != voxel::Material::kAir) entry.own = looks[static_cast<std::size_t>(texture.own)].colour;
+        if (texture.own != voxel::Material::kAir)
+            entry.own = looks[static_cast<std::size_t>(texture.own)].colour;
     }
 }
 
@@ -115,21 +134,26 @@ Texel MaterialTable::texel(voxel::Material material, const FacePoint& at) const 
     if (face.variants != 0) {
         const OnFace on = on_face(at);
         PaintPoint point;
-        if (at.level == 0) point = paint_point(face, at, on);
-        else point.mips.fine = material::kMips - 1;
+        if (at.level == 0)
+            point = paint_point(face, at, on);
+        else
+            point.mips.fine = material::kMips - 1;
         m_pool.look_up(face, point, out);
         out.own = out.own * entry.own;
         if (at.level > 0 && face.has_holes) {
             float through = 1 - out.opacity;
-            for (int level = std::min(at.level, 5); level > 0; --level) through *= through;
+            for (int level = std::min(at.level, 5); level > 0; --level)
+                through *= through;
             out.opacity = 1 - through;
         }
         if (entry.windows && axis_of(at.face) != 1)
-            m_windows.draw({on.voxel_s, on.voxel_t, on.into, on.s, on.t, axis_of(at.face) == 2}, at, out);
+            m_windows.draw({on.voxel_s, on.voxel_t, on.into, on.s, on.t, axis_of(at.face) == 2}, at,
+                           out);
     }
     if (entry.waves && at.face == Face::kTop) {
         const double size_m = at.voxel_m * det::exp2_int(at.level);
-        out.tilt = material::water_tilt((at.voxel.x + at.v) * size_m, (at.voxel.z + at.u) * size_m, at.footprint * at.voxel_m);
+        out.tilt = material::water_tilt((at.voxel.x + at.v) * size_m, (at.voxel.z + at.u) * size_m,
+                                        at.footprint * at.voxel_m);
     }
     return out;
 }

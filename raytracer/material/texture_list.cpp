@@ -69,11 +69,14 @@ constexpr std::array kTextures = {
 
 }  // namespace
 
-std::span<const Texture> textures() noexcept { return kTextures; }
+std::span<const Texture> textures() noexcept {
+    return kTextures;
+}
 
 int texture_number(std::string_view name) noexcept {
     for (std::size_t i = 0; i < kTextures.size(); ++i)
-        if (kTextures[i].name == name) return static_cast<int>(i);
+        if (kTextures[i].name == name)
+            return static_cast<int>(i);
     return -1;
 }
 

@@ -9,13 +9,14 @@
 
 namespace terravox::material {
 
-/// How a drawing may be laid on a face, chosen by the voxel's hash, so that its repetition does not show. Its low three bits are those of
-/// PaintPoint::turn that the hash sets.
+/// How a drawing may be laid on a face, chosen by the voxel's hash, so that its repetition does not
+/// show. Its low three bits are those of PaintPoint::turn that the hash sets.
 enum class Turn : std::uint8_t {
     kNone = 0,
     kMirror = 1,  ///< left and right change places
     kAny = 7,     ///< and up and down, and both with each other
-    kSlope = 9,   ///< its t runs up a roof's slope; mirrored. The second half of its variants is for faces that tell no slope.
+    kSlope = 9,  ///< its t runs up a roof's slope; mirrored. The second half of its variants is for
+                 ///< faces that tell no slope.
 };
 
 inline constexpr int kLayouts = 4;
@@ -26,7 +27,8 @@ struct Drawing {
     int variants = 1;
     Turn turn = Turn::kNone;
     bool metric = false;   ///< keeps to about one metre where voxels are finer: what people built
-    bool layered = false;  ///< `variant % kLayouts` goes by height alone, so that layers run through all voxels of a height
+    bool layered = false;  ///< `variant % kLayouts` goes by height alone, so that layers run
+                           ///< through all voxels of a height
 };
 
 /// What the faces of a material show, under the name that stands in config/materials.toml.
@@ -35,7 +37,8 @@ struct Texture {
     Drawing top, side, bottom;
     bool windows = false;  ///< on its side faces
     bool waves = false;    ///< on its top faces
-    voxel::Material own = voxel::Material::kAir;  ///< whose colour Dot::own is a ratio of; kAir: none is used
+    voxel::Material own =
+        voxel::Material::kAir;  ///< whose colour Dot::own is a ratio of; kAir: none is used
 };
 
 /// All textures; the first is "none".

@@ -18,7 +18,8 @@ inline constexpr std::array<std::uint32_t, kMips + 1> kMipAt = {0, 256, 320, 336
 /// About the binary logarithm of x, between whole numbers along the chord; x > 0, normal.
 [[nodiscard]] inline float rough_log2(float x) noexcept {
     const auto bits = std::bit_cast<std::uint32_t>(x);
-    return static_cast<float>(static_cast<int>(bits >> 23) - 127) + static_cast<float>(bits & 0x7fffff) * 0x1p-23f;
+    return static_cast<float>(static_cast<int>(bits >> 23) - 127) +
+           static_cast<float>(bits & 0x7fffff) * 0x1p-23f;
 }
 
 /// Two of the mips, and how much of the second.
@@ -28,7 +29,8 @@ struct MipPair {
 
     /// @param texels that a pixel covers along an edge
     [[nodiscard]] static MipPair of(float texels) noexcept {
-        if (!(texels > 1)) return {};
+        if (!(texels > 1))
+            return {};
         const float at = std::min(rough_log2(texels), static_cast<float>(kMips - 1));
         const int fine = static_cast<int>(at);
         return {fine, at - static_cast<float>(fine)};
@@ -45,8 +47,10 @@ struct PaintedFace {
 
 /// Where a face's drawing is looked at.
 struct PaintPoint {
-    std::uint32_t variant = 0, turn = 0;  ///< bits of `turn`: 4 s and t change places, then 1 s mirrored, 2 t mirrored
-    float s = 0, t = 0;                   ///< [0, 1)
+    std::uint32_t
+        variant = 0,
+        turn = 0;  ///< bits of `turn`: 4 s and t change places, then 1 s mirrored, 2 t mirrored
+    float s = 0, t = 0;  ///< [0, 1)
     MipPair mips;
 };
 
@@ -58,13 +62,20 @@ public:
     /// Sets ratio, opacity, own (a ratio to be multiplied by a colour) and own_share.
     void look_up(const PaintedFace& face, const PaintPoint& at, Texel& out) const noexcept;
     /// One texel of one mip: for tests and the sheet of textures.
-    [[nodiscard]] Dot dot(const PaintedFace& face, std::uint32_t variant, int mip, int s, int t) const noexcept;
-    [[nodiscard]] std::size_t memory_bytes() const noexcept { return (m_ratio.size() + m_own.size()) * sizeof(Packed); }
+    [[nodiscard]] Dot dot(const PaintedFace& face, std::uint32_t variant, int mip, int s,
+                          int t) const noexcept;
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return (m_ratio.size() + m_own.size()) * sizeof(Packed);
+    }
 
 private:
-    using Packed = std::array<float, 4>;  ///< a colour ratio, and opacity or share: four numbers to be loaded and mixed at once
+    using Packed = std::array<float, 4>;  ///< a colour ratio, and opacity or share: four numbers to
+                                          ///< be loaded and mixed at once
     void add_variant(const Canvas& canvas, PaintedFace& face);
-    struct Known { void (*draw)(Canvas&, int); PaintedFace face; };
+    struct Known {
+        void (*draw)(Canvas&, int);
+        PaintedFace face;
+    };
     std::vector<Packed> m_ratio, m_own;
     std::vector<Known> m_known;
 };

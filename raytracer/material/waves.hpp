@@ -4,8 +4,8 @@
 
 namespace terravox::material {
 
-/// How a water surface leans at a place: trains of waves, ruffled in patches. Smooth over the whole world, the same for all sizes of
-/// voxel; waves that a pixel cannot show are left out.
+/// How a water surface leans at a place: trains of waves, ruffled in patches. Smooth over the whole
+/// world, the same for all sizes of voxel; waves that a pixel cannot show are left out.
 /// @param x_m, z_m east and south, metres, within 1e8 of the origin
 /// @param footprint_m edge of what a pixel covers, metres
 /// @return x and z of the normal whose y is 1; each mostly below 0.06

@@ -10,8 +10,9 @@
 
 namespace terravox {
 
-/// A file that OpenImageIO writes to through us. What OpenEXR and OpenImageIO open themselves is closed without a look at what
-/// that says: the last bytes of a picture could be missing on a full disk, and nobody was told. Not thread-safe.
+/// A file that OpenImageIO writes to through us. What OpenEXR and OpenImageIO open themselves is
+/// closed without a look at what that says: the last bytes of a picture could be missing on a full
+/// disk, and nobody was told. Not thread-safe.
 class CheckedFile {
 public:
     /// @param attempt  begins the messages, such as "write the picture a.exr"
@@ -20,9 +21,11 @@ public:
     CheckedFile(const CheckedFile&) = delete;
     CheckedFile& operator=(const CheckedFile&) = delete;
 
-    /// Makes an output that is opened with `spec` write here. The output must be closed before this object goes.
+    /// Makes an output that is opened with `spec` write here. The output must be closed before this
+    /// object goes.
     void attach_to(OIIO::ImageSpec& spec);
-    /// After the output was closed. @throws Error when not all bytes could be written, with the system's reason
+    /// After the output was closed. @throws Error when not all bytes could be written, with the
+    /// system's reason
     void close();
 
 private:

@@ -8,21 +8,26 @@
 
 namespace terravox {
 
-/// A line of text at the lower right of a picture, light with a soft dark edge, so that it can be read on any ground. Its height is about
-/// a sixtieth of the picture's; a text that is wider than the picture is set smaller, then in several lines. Safe to share between threads.
+/// A line of text at the lower right of a picture, light with a soft dark edge, so that it can be
+/// read on any ground. Its height is about a sixtieth of the picture's; a text that is wider than
+/// the picture is set smaller, then in several lines. Safe to share between threads.
 class CreditLine {
 public:
     /// @param text UTF-8; what small_font.hpp has no letter for becomes '?'
     CreditLine(std::string_view text, int width_px, int height_px);
 
-    /// The pixel at (x, y) from the upper left with what of the text lies over it. @param display sRGB in [0, 1]
+    /// The pixel at (x, y) from the upper left with what of the text lies over it. @param display
+    /// sRGB in [0, 1]
     [[nodiscard]] Colour over(Colour display, int x, int y) const noexcept {
-        if (y < m_y0 || x < m_x0 || y >= m_y0 + m_height || x >= m_x0 + m_width) return display;
+        if (y < m_y0 || x < m_x0 || y >= m_y0 + m_height || x >= m_x0 + m_width)
+            return display;
         const Ink ink = m_inks[index(x, y)];
-        return mix(display * (1 - static_cast<float>(ink.dark) / 255), {kLight, kLight, kLight}, static_cast<float>(ink.light) / 255);
+        return mix(display * (1 - static_cast<float>(ink.dark) / 255), {kLight, kLight, kLight},
+                   static_cast<float>(ink.light) / 255);
     }
     [[nodiscard]] bool covers(int x, int y) const noexcept {
-        return y >= m_y0 && x >= m_x0 && y < m_y0 + m_height && x < m_x0 + m_width && (m_inks[index(x, y)].dark != 0 || m_inks[index(x, y)].light != 0);
+        return y >= m_y0 && x >= m_x0 && y < m_y0 + m_height && x < m_x0 + m_width &&
+               (m_inks[index(x, y)].dark != 0 || m_inks[index(x, y)].light != 0);
     }
 
 private:
@@ -30,8 +35,10 @@ private:
     struct Ink {
         std::uint8_t light = 0, dark = 0;
     };
-    [[nodiscard]] std::size_t index(int x, int y) const noexcept { return static_cast<std::size_t>(y - m_y0) * static_cast<std::size_t>(m_width) +
-        static_cast<std::size_t>(x - m_x0); }
+    [[nodiscard]] std::size_t index(int x, int y) const noexcept {
+        return static_cast<std::size_t>(y - m_y0) * static_cast<std::size_t>(m_width) +
+               static_cast<std::size_t>(x - m_x0);
+    }
     int m_x0 = 0, m_y0 = 0, m_width = 0, m_height = 0;
     std::vector<Ink> m_inks;
 };

@@ -14,14 +14,16 @@ namespace terravox {
 /// Ref: Appleby, "MurmurHash3" 2011: MurmurHash3_x86_32.
 [[nodiscard]] std::uint32_t murmur3_32(std::string_view bytes, std::uint32_t seed = 0) noexcept;
 
-/// The number that stands for a name in the pixels: its hash as the bits of a float, with an exponent that makes it an ordinary number
-/// (neither zero, denormal, infinite nor NaN, which compositing programs do not keep).
+/// The number that stands for a name in the pixels: its hash as the bits of a float, with an
+/// exponent that makes it an ordinary number (neither zero, denormal, infinite nor NaN, which
+/// compositing programs do not keep).
 [[nodiscard]] std::uint32_t cryptomatte_id(std::string_view name) noexcept;
 
-/// One set of mattes of a picture: which of the named things cover each pixel, so that a compositing program can cut each of them out
-/// with its soft edge. Channels: three layers of two ranks, the most covering first; a rank is the id of a thing and its share.
-/// Ref: Friedman, Jones, "Fully automatic ID mattes with support for motion blur and transparency", SIGGRAPH 2015 posters; Psyop,
-/// "Cryptomatte specification" version 1.2. Safe to share between threads.
+/// One set of mattes of a picture: which of the named things cover each pixel, so that a
+/// compositing program can cut each of them out with its soft edge. Channels: three layers of two
+/// ranks, the most covering first; a rank is the id of a thing and its share. Ref: Friedman, Jones,
+/// "Fully automatic ID mattes with support for motion blur and transparency", SIGGRAPH 2015
+/// posters; Psyop, "Cryptomatte specification" version 1.2. Safe to share between threads.
 class Cryptomatte {
 public:
     static constexpr std::size_t kChannels = 2 * Matte::kMost;

@@ -9,17 +9,22 @@
 namespace terravox {
 
 /// Words of output.tone.
-inline constexpr std::array<std::string_view, 4> kTones = {"photographic", "filmic", "agx", "linear"};
+inline constexpr std::array<std::string_view, 4> kTones = {"photographic", "filmic", "agx",
+                                                           "linear"};
 
 /// Takes linear light through exposure and a tone curve to what a display shows. Of the curves
-///   photographic  1 - e^-c for each primary: highlights roll off, shadows stay as they are; bright colours stay strong
-///   filmic        with a toe and a shoulder that ends in white 1.9 stops above a white wall in the sun.
+///   photographic  1 - e^-c for each primary: highlights roll off, shadows stay as they are; bright
+///   colours stay strong filmic        with a toe and a shoulder that ends in white 1.9 stops above
+///   a white wall in the sun.
 ///                 Ref: Hable, "Filmic Tonemapping for Real-time Rendering", SIGGRAPH 2010 course
-///   agx           primaries are drawn in towards white, a sigmoid over log2 of light from 10 stops below middle grey to 6.5 above, and
-///                 primaries drawn out again: bright colours pale towards white and keep their hue. Ref: Sobotka, "AgX" 2022
+///   agx           primaries are drawn in towards white, a sigmoid over log2 of light from 10 stops
+///   below middle grey to 6.5 above, and
+///                 primaries drawn out again: bright colours pale towards white and keep their hue.
+///                 Ref: Sobotka, "AgX" 2022
 ///   linear        cut off at 1
-/// Middle grey comes out alike to a quarter of a stop. Greys stay grey, more light never gives a darker grey, 0 gives 0, and all light gives
-/// at most 1. The same bits on every machine. Cheap to copy, safe to share between threads.
+/// Middle grey comes out alike to a quarter of a stop. Greys stay grey, more light never gives a
+/// darker grey, 0 gives 0, and all light gives at most 1. The same bits on every machine. Cheap to
+/// copy, safe to share between threads.
 class Developer {
 public:
     /// @throws UsageError for a tone that is not one of kTones
@@ -36,8 +41,9 @@ private:
 /// One pixel through a Developer made for it.
 [[nodiscard]] Colour develop(Colour linear, double exposure_ev, std::string_view tone);
 
-/// sRGB in [0, 1] as bytes. What lies between two bytes goes to the upper one at as many places as it is nearer to it (a hash of the
-/// place decides, the same for the three primaries): skies show no bands. 0, 1 and whole bytes stay what they are.
+/// sRGB in [0, 1] as bytes. What lies between two bytes goes to the upper one at as many places as
+/// it is nearer to it (a hash of the place decides, the same for the three primaries): skies show
+/// no bands. 0, 1 and whole bytes stay what they are.
 [[nodiscard]] std::array<std::uint8_t, 3> dithered_bytes(Colour display, int x, int y) noexcept;
 
 }  // namespace terravox

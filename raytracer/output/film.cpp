@@ -5,7 +5,10 @@
 namespace terravox {
 
 Film::Film(int width_px, int height_px, bool with_layers)
-    : m_width(width_px), m_height(height_px), m_pixels(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)), m_layers(with_layers ? m_pixels.size() : 0) {}
+    : m_width(width_px),
+      m_height(height_px),
+      m_pixels(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)),
+      m_layers(with_layers ? m_pixels.size() : 0) {}
 
 void Film::add(const TileResult& result) {
     std::size_t next = 0;
@@ -18,12 +21,17 @@ void Film::add(const TileResult& result) {
                 PixelSample& pixel = m_pixels[index(px, py)];
                 if (result.tile.first_sample == 0) {
                     pixel = sample;
-                    if (has_layers()) m_layers[index(px, py)] = result.layers[own];
+                    if (has_layers())
+                        m_layers[index(px, py)] = result.layers[own];
                     continue;
                 }
-                const auto count = [](const PixelSample& s) { return static_cast<float>(s.samples); };
+                const auto count = [](const PixelSample& s) {
+                    return static_cast<float>(s.samples);
+                };
                 if (has_layers())
-                    m_layers[index(px, py)].merge(result.layers[own], count(pixel), count(sample), count(pixel) * pixel.alpha, count(sample) * sample.alpha);
+                    m_layers[index(px, py)].merge(result.layers[own], count(pixel), count(sample),
+                                                  count(pixel) * pixel.alpha,
+                                                  count(sample) * sample.alpha);
                 pixel.merge(sample);
             }
     });
@@ -32,7 +40,8 @@ void Film::add(const TileResult& result) {
 bool Film::error_above(const RenderTile& tile, double share) const noexcept {
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x)
-            if (!at(x, y).is_known(share)) return true;
+            if (!at(x, y).is_known(share))
+                return true;
     return false;
 }
 

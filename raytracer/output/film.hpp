@@ -8,37 +8,46 @@
 
 namespace terravox {
 
-/// The picture as it grows: linear light and depth, row by row from the top left. A coarse sample stands for its whole block of
-/// pixels until finer passes replace it. Not thread-safe.
+/// The picture as it grows: linear light and depth, row by row from the top left. A coarse sample
+/// stands for its whole block of pixels until finer passes replace it. Not thread-safe.
 class Film final : public TileSink {
 public:
     Film(int width_px, int height_px, bool with_layers = false);
 
-    /// Passes must be added in order, tiles of a pass in any order. Later samples of the same pixels join the mean of the earlier ones.
+    /// Passes must be added in order, tiles of a pass in any order. Later samples of the same
+    /// pixels join the mean of the earlier ones.
     void add(const TileResult& result) override;
     /// As long as it has no more than the first samples.
     [[nodiscard]] bool replaces() const noexcept override { return true; }
 
     /// What a film of that size takes.
-    [[nodiscard]] static std::uint64_t bytes(int width_px, int height_px, bool with_layers) noexcept {
-        return static_cast<std::uint64_t>(width_px) * static_cast<std::uint64_t>(height_px) * (sizeof(PixelSample) + (with_layers ? sizeof(LayerSample) : 0));
+    [[nodiscard]] static std::uint64_t bytes(int width_px, int height_px,
+                                             bool with_layers) noexcept {
+        return static_cast<std::uint64_t>(width_px) * static_cast<std::uint64_t>(height_px) *
+               (sizeof(PixelSample) + (with_layers ? sizeof(LayerSample) : 0));
     }
 
     /// Whether a pixel of the tile is not known that well yet: PixelSample::is_known.
     [[nodiscard]] bool error_above(const RenderTile& tile, double share) const noexcept;
     [[nodiscard]] int width_px() const noexcept { return m_width; }
     [[nodiscard]] int height_px() const noexcept { return m_height; }
-    [[nodiscard]] const PixelSample& at(int x, int y) const noexcept { return m_pixels[index(x, y)]; }
+    [[nodiscard]] const PixelSample& at(int x, int y) const noexcept {
+        return m_pixels[index(x, y)];
+    }
     /// All samples, row by row.
     [[nodiscard]] const std::vector<PixelSample>& samples() const noexcept { return m_pixels; }
     /// Colour and nothing else, for who makes the picture better as a whole.
     void set_colour(int x, int y, Colour colour) noexcept { m_pixels[index(x, y)].colour = colour; }
     [[nodiscard]] bool has_layers() const noexcept { return !m_layers.empty(); }
-    [[nodiscard]] const LayerSample& layers_at(int x, int y) const noexcept { return m_layers[index(x, y)]; }
+    [[nodiscard]] const LayerSample& layers_at(int x, int y) const noexcept {
+        return m_layers[index(x, y)];
+    }
 
 private:
-    [[nodiscard]] std::size_t index(int x, int y) const noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(m_width) +
-        static_cast<std::size_t>(x); }
+    [[nodiscard]] std::size_t index(int x, int y) const noexcept {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(m_width) +
+               static_cast<std::size_t>(x);
+    }
     int m_width, m_height;
     std::vector<PixelSample> m_pixels;
     std::vector<LayerSample> m_layers;

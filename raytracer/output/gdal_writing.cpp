@@ -16,15 +16,19 @@ namespace {
 
 void CPL_STDCALL remember(CPLErr kind, CPLErrorNum, const char* said) noexcept {
     auto* failure = static_cast<std::string*>(CPLGetErrorHandlerUserData());
-    if (kind < CE_Failure || failure == nullptr || !failure->empty()) return;
+    if (kind < CE_Failure || failure == nullptr || !failure->empty())
+        return;
     *failure = said != nullptr && *said != '\0' ? said : "GDAL failed and did not say why";
     for (char& c : *failure)
-        if (c == '\n' || c == '\r') c = ' ';
+        if (c == '\n' || c == '\r')
+            c = ' ';
 }
 
 const char* tag_of(const std::string& name) noexcept {
-    return name == "Software" ? "TIFFTAG_SOFTWARE" : name == "Copyright" ? "TIFFTAG_COPYRIGHT" : name == "ImageDescription" ? "TIFFTAG_IMAGEDESCRIPTION"
-        : nullptr;
+    return name == "Software"           ? "TIFFTAG_SOFTWARE"
+           : name == "Copyright"        ? "TIFFTAG_COPYRIGHT"
+           : name == "ImageDescription" ? "TIFFTAG_IMAGEDESCRIPTION"
+                                        : nullptr;
 }
 
 geo::Crs crs_of(const std::string& wkt, const GdalWatch& watch) {
@@ -49,22 +53,31 @@ GdalWatch::~GdalWatch() {
 }
 
 void GdalWatch::check(bool done) const {
-    if (!m_failure.empty()) throw Error(m_attempt + ": " + m_failure);
-    if (!done) throw Error(m_attempt + ": GDAL failed and did not say why");
+    if (!m_failure.empty())
+        throw Error(m_attempt + ": " + m_failure);
+    if (!done)
+        throw Error(m_attempt + ": GDAL failed and did not say why");
 }
 
 void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
     check(true);
     const auto missing = geo::missing_of_tiff(file);
-    if (missing) throw Error(m_attempt + ": not all could be written (the disk may be full); missing: " + *missing);
+    if (missing)
+        throw Error(m_attempt +
+                    ": not all could be written (the disk may be full); missing: " + *missing);
 }
 
-GdalQuiet::GdalQuiet() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-GdalQuiet::~GdalQuiet() { CPLPopErrorHandler(); }
+GdalQuiet::GdalQuiet() {
+    CPLPushErrorHandler(CPLQuietErrorHandler);
+}
+GdalQuiet::~GdalQuiet() {
+    CPLPopErrorHandler();
+}
 
 GdalOptions::GdalOptions(std::initializer_list<std::pair<const char*, std::string>> options) {
     m_pointers.push_back(nullptr);
-    for (const auto& [name, value] : options) add(name, value);
+    for (const auto& [name, value] : options)
+        add(name, value);
 }
 
 void GdalOptions::add(const std::string& name, const std::string& value) {
@@ -79,13 +92,16 @@ void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalW
         watch.check(GDALSetGeoTransform(dataset, transform.data()) == CE_None);
         if (!info.geo->crs_wkt.empty()) {
             const geo::Crs crs = crs_of(info.geo->crs_wkt, watch);
-            watch.check(GDALSetSpatialRef(dataset, OGRSpatialReference::ToHandle(const_cast<OGRSpatialReference*>(&crs.ogr()))) == CE_None);
+            watch.check(GDALSetSpatialRef(
+                            dataset, OGRSpatialReference::ToHandle(
+                                         const_cast<OGRSpatialReference*>(&crs.ogr()))) == CE_None);
         }
     }
     GDALSetMetadataItem(dataset, "AREA_OR_POINT", "Area", nullptr);
     for (const auto& [name, value] : info.metadata) {
         const char* tag = tag_of(name);
-        GDALSetMetadataItem(dataset, tag != nullptr ? tag : gdal_name(name).c_str(), value.c_str(), nullptr);
+        GDALSetMetadataItem(dataset, tag != nullptr ? tag : gdal_name(name).c_str(), value.c_str(),
+                            nullptr);
     }
 }
 

@@ -12,7 +12,8 @@
 
 namespace terravox {
 
-/// Remembers what GDAL has to complain of on this thread while it lives, and keeps GDAL from writing files beside the picture (.aux.xml).
+/// Remembers what GDAL has to complain of on this thread while it lives, and keeps GDAL from
+/// writing files beside the picture (.aux.xml).
 class GdalWatch {
 public:
     explicit GdalWatch(std::string attempt);
@@ -21,7 +22,8 @@ public:
     GdalWatch& operator=(const GdalWatch&) = delete;
     /// @throws Error "attempt: what GDAL said" when anything has failed, or when `done` is false
     void check(bool done) const;
-    /// After the last dataset of a TIFF file was closed. @throws Error as check(), and when the end of the file is missing
+    /// After the last dataset of a TIFF file was closed. @throws Error as check(), and when the end
+    /// of the file is missing
     void check_closed_tiff(const std::filesystem::path& file) const;
     [[nodiscard]] const std::string& attempt() const noexcept { return m_attempt; }
 
@@ -29,8 +31,8 @@ private:
     std::string m_attempt, m_failure;
 };
 
-/// While it lives, nothing that GDAL says on this thread is printed: once started it also gets what other users of libtiff do not care
-/// for, such as the tags that OpenImageIO tries in vain.
+/// While it lives, nothing that GDAL says on this thread is printed: once started it also gets what
+/// other users of libtiff do not care for, such as the tags that OpenImageIO tries in vain.
 struct GdalQuiet {
     GdalQuiet();
     ~GdalQuiet();
@@ -55,10 +57,12 @@ private:
     std::vector<char*> m_pointers;
 };
 
-/// The name under which metadata stand in GDAL, which takes what follows a colon for the value: terravox_holes for terravox:holes.
+/// The name under which metadata stand in GDAL, which takes what follows a colon for the value:
+/// terravox_holes for terravox:holes.
 [[nodiscard]] std::string gdal_name(std::string name);
 
-/// Place on Earth, and metadata: the three names that TIFF has tags for go there. @throws Error for a CRS that cannot be read
+/// Place on Earth, and metadata: the three names that TIFF has tags for go there. @throws Error for
+/// a CRS that cannot be read
 void describe_geotiff(GDALDatasetH dataset, const PictureInfo& info, const GdalWatch& watch);
 
 }  // namespace terravox

@@ -12,15 +12,21 @@ namespace {
 constexpr int kBands = 4;
 
 /// The picture as GDAL sees it where it lies in memory: nothing is copied.
-void add_bands(GDALDatasetH memory, const void* first, GDALDataType type, std::size_t sample_bytes, std::size_t pixel_bytes, std::size_t row_bytes,
-    const GdalWatch& watch) {
-    constexpr std::array<GDALColorInterp, kBands> kMeaning = {GCI_RedBand, GCI_GreenBand, GCI_BlueBand, GCI_AlphaBand};
+void add_bands(GDALDatasetH memory, const void* first, GDALDataType type, std::size_t sample_bytes,
+               std::size_t pixel_bytes, std::size_t row_bytes, const GdalWatch& watch) {
+    constexpr std::array<GDALColorInterp, kBands> kMeaning = {GCI_RedBand, GCI_GreenBand,
+                                                              GCI_BlueBand, GCI_AlphaBand};
     for (std::size_t band = 0; band < kBands; ++band) {
         char pointer[32];
-        std::snprintf(pointer, sizeof pointer, "%p", static_cast<const void*>(static_cast<const std::byte*>(first) + band * sample_bytes));
-        GdalOptions options = {{"DATAPOINTER", pointer}, {"PIXELOFFSET", std::to_string(pixel_bytes)}, {"LINEOFFSET", std::to_string(row_bytes)}};
+        std::snprintf(
+            pointer, sizeof pointer, "%p",
+            static_cast<const void*>(static_cast<const std::byte*>(first) + band * sample_bytes));
+        GdalOptions options = {{"DATAPOINTER", pointer},
+                               {"PIXELOFFSET", std::to_string(pixel_bytes)},
+                               {"LINEOFFSET", std::to_string(row_bytes)}};
         watch.check(GDALAddBand(memory, type, options.list()) == CE_None);
-        GDALSetRasterColorInterpretation(GDALGetRasterBand(memory, static_cast<int>(band) + 1), kMeaning[band]);
+        GDALSetRasterColorInterpretation(GDALGetRasterBand(memory, static_cast<int>(band) + 1),
+                                         kMeaning[band]);
     }
 }
 
@@ -28,13 +34,18 @@ void add_bands(GDALDatasetH memory, const void* first, GDALDataType type, std::s
 void write_copy(GDALDatasetH from, const std::string& path, bool floats, const GdalWatch& watch) {
     const std::string predictor = floats ? "3" : "2";
     GDALDriverH cog = GDALGetDriverByName("COG");
-    GdalOptions options = {{"COMPRESS", "DEFLATE"}, {"PREDICTOR", predictor}, {"BIGTIFF", "IF_SAFER"}, {"NUM_THREADS", "ALL_CPUS"}};
+    GdalOptions options = {{"COMPRESS", "DEFLATE"},
+                           {"PREDICTOR", predictor},
+                           {"BIGTIFF", "IF_SAFER"},
+                           {"NUM_THREADS", "ALL_CPUS"}};
     if (cog != nullptr) {
         options.add("BLOCKSIZE", "512"), options.add("OVERVIEW_RESAMPLING", "AVERAGE");
     } else {
-        options.add("TILED", "YES"), options.add("BLOCKXSIZE", "512"), options.add("BLOCKYSIZE", "512");
+        options.add("TILED", "YES"), options.add("BLOCKXSIZE", "512"),
+            options.add("BLOCKYSIZE", "512");
     }
-    GdalDataset out(GDALCreateCopy(cog != nullptr ? cog : GDALGetDriverByName("GTiff"), path.c_str(), from, FALSE, options.list(), nullptr, nullptr));
+    GdalDataset out(GDALCreateCopy(cog != nullptr ? cog : GDALGetDriverByName("GTiff"),
+                                   path.c_str(), from, FALSE, options.list(), nullptr, nullptr));
     watch.check(out != nullptr);
     out.reset();  // writes what is left
     watch.check_closed_tiff(path);
@@ -48,18 +59,21 @@ void write_geotiff(const Film& film, const std::filesystem::path& file, const Pi
     const auto columns = static_cast<std::size_t>(width);
     const bool floats = info.tiff_holds_floats();
     std::vector<std::uint8_t> bytes;  // outlives the dataset that looks at it
-    const GdalDataset memory(GDALCreate(GDALGetDriverByName("MEM"), "", width, height, 0, GDT_Byte, nullptr));
+    const GdalDataset memory(
+        GDALCreate(GDALGetDriverByName("MEM"), "", width, height, 0, GDT_Byte, nullptr));
     watch.check(memory != nullptr);
     if (floats) {
         // Red, green, blue and alpha are the first four floats of each sample.
         static_assert(offsetof(PixelSample, alpha) == 3 * sizeof(float));
-        add_bands(memory.get(), film.samples().data(), GDT_Float32, sizeof(float), sizeof(PixelSample), columns * sizeof(PixelSample), watch);
+        add_bands(memory.get(), film.samples().data(), GDT_Float32, sizeof(float),
+                  sizeof(PixelSample), columns * sizeof(PixelSample), watch);
     } else {
         const PixelBytes make(info, width, height);
         bytes.resize(columns * static_cast<std::size_t>(height) * kBands);
         std::uint8_t* to = bytes.data();
         for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x, to += kBands) make.put_with_alpha(film.at(x, y), x, y, to);
+            for (int x = 0; x < width; ++x, to += kBands)
+                make.put_with_alpha(film.at(x, y), x, y, to);
         add_bands(memory.get(), bytes.data(), GDT_Byte, 1, kBands, columns * kBands, watch);
     }
     describe_geotiff(memory.get(), info, watch);

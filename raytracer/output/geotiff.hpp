@@ -7,9 +7,10 @@
 
 namespace terravox {
 
-/// Writes a picture that looks straight down as a GeoTIFF that a GIS lays under its maps: tiles of 512 pixels, deflate, overviews ("cloud
-/// optimized", where GDAL has its COG driver), the CRS, and an alpha band that is 0 where the view misses the world. Samples: by
-/// PictureInfo::tiff_samples, 8-bit sRGB with exposure and tone curve, or linear 32-bit float. All metadata are kept, with
+/// Writes a picture that looks straight down as a GeoTIFF that a GIS lays under its maps: tiles of
+/// 512 pixels, deflate, overviews ("cloud optimized", where GDAL has its COG driver), the CRS, and
+/// an alpha band that is 0 where the view misses the world. Samples: by PictureInfo::tiff_samples,
+/// 8-bit sRGB with exposure and tone curve, or linear 32-bit float. All metadata are kept, with
 /// underscores for colons (terravox_holes).
 /// Whole or not at all. @param info with `geo` @throws Error
 void write_geotiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info);

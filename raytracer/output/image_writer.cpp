@@ -11,8 +11,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/output/exr_channels.hpp"
 #include "raytracer/output/checked_file.hpp"
+#include "raytracer/output/exr_channels.hpp"
 #include "raytracer/output/gdal_writing.hpp"
 #include "raytracer/output/geotiff.hpp"
 #include "raytracer/output/pixel_bytes.hpp"
@@ -25,27 +25,38 @@ constexpr std::array kByteEndings = {".png", ".jpg", ".jpeg"};
 
 std::string ending_of(const std::filesystem::path& file) {
     std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return ending;
 }
 
-bool is_tiff(const std::filesystem::path& file) { return ending_of(file).starts_with(".tif"); }
+bool is_tiff(const std::filesystem::path& file) {
+    return ending_of(file).starts_with(".tif");
+}
 
-template <class List> bool contains(const List& list, const std::string& value) { return std::find(list.begin(), list.end(), value) != list.end(); }
+template <class List>
+bool contains(const List& list, const std::string& value) {
+    return std::find(list.begin(), list.end(), value) != list.end();
+}
 
-/// A band of rows at a time: a picture's memory must not double because it is written, and a format that compresses bands in parallel can.
+/// A band of rows at a time: a picture's memory must not double because it is written, and a format
+/// that compresses bands in parallel can.
 /// @param pixel (x, y, where its bytes go)
-template <class Pixel> void write_rows(OIIO::ImageOutput& out, const Film& film, OIIO::TypeDesc type, std::size_t pixel_bytes, const std::string& name,
-    const Pixel& pixel) {
+template <class Pixel>
+void write_rows(OIIO::ImageOutput& out, const Film& film, OIIO::TypeDesc type,
+                std::size_t pixel_bytes, const std::string& name, const Pixel& pixel) {
     constexpr int kBandRows = 128;
     const std::size_t row_bytes = static_cast<std::size_t>(film.width_px()) * pixel_bytes;
     std::vector<std::byte> band(row_bytes * kBandRows);
     for (int y0 = 0; y0 < film.height_px(); y0 += kBandRows) {
         const int y1 = std::min(y0 + kBandRows, film.height_px());
         for (int y = y0; y < y1; ++y)
-            for (int x = 0; x < film.width_px(); ++x) pixel(x, y, &band[static_cast<std::size_t>(y - y0) * row_bytes +
-                static_cast<std::size_t>(x) * pixel_bytes]);
-        if (!out.write_scanlines(y0, y1, 0, type, band.data())) throw Error("write the picture " + name + ": " + out.geterror());
+            for (int x = 0; x < film.width_px(); ++x)
+                pixel(x, y,
+                      &band[static_cast<std::size_t>(y - y0) * row_bytes +
+                            static_cast<std::size_t>(x) * pixel_bytes]);
+        if (!out.write_scanlines(y0, y1, 0, type, band.data()))
+            throw Error("write the picture " + name + ": " + out.geterror());
     }
 }
 
@@ -56,15 +67,19 @@ struct Writing {
     std::string name;
     std::unique_ptr<OIIO::ImageOutput> out;
 
-    Writing(const Film& from, const std::filesystem::path& file, const PictureInfo& what) : film(from), info(what), name(file.string()),
-        out(OIIO::ImageOutput::create(name)) {
-        if (!out) throw Error("write the picture " + name + ": " + OIIO::geterror());
+    Writing(const Film& from, const std::filesystem::path& file, const PictureInfo& what)
+        : film(from), info(what), name(file.string()), out(OIIO::ImageOutput::create(name)) {
+        if (!out)
+            throw Error("write the picture " + name + ": " + OIIO::geterror());
     }
-    template <class Pixel> void write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, std::size_t pixel_bytes,
-        const Pixel& pixel) const {
-        if (!out->open(path, spec)) throw Error("write the picture " + name + ": " + out->geterror());
+    template <class Pixel>
+    void write(const std::string& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+               std::size_t pixel_bytes, const Pixel& pixel) const {
+        if (!out->open(path, spec))
+            throw Error("write the picture " + name + ": " + out->geterror());
         write_rows(*out, film, type, pixel_bytes, name, pixel);
-        if (!out->close()) throw Error("write the picture " + name + ": " + out->geterror());
+        if (!out->close())
+            throw Error("write the picture " + name + ": " + out->geterror());
     }
 };
 
@@ -78,8 +93,10 @@ void write_exr(const Film& film, const std::filesystem::path& file, const Pictur
     util::AtomicFile target(file);
     CheckedFile checked(target.temporary_path(), "write the picture " + file.string());
     checked.attach_to(spec);
-    writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::UNKNOWN, channels.pixel_bytes(),
-                  [&](int x, int y, std::byte* to) { channels.put(film.at(x, y), layers ? &film.layers_at(x, y) : nullptr, to); });
+    writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::UNKNOWN,
+                  channels.pixel_bytes(), [&](int x, int y, std::byte* to) {
+                      channels.put(film.at(x, y), layers ? &film.layers_at(x, y) : nullptr, to);
+                  });
     checked.close();
     target.commit();
 }
@@ -90,20 +107,24 @@ void check_closed_tiff(const util::AtomicFile& written, const std::filesystem::p
     watch.check_closed_tiff(written.temporary_path());
 }
 
-void write_float_tiff(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
+void write_float_tiff(const Film& film, const std::filesystem::path& file,
+                      const PictureInfo& info) {
     const GdalQuiet quiet;
     const Writing writing(film, file, info);
     OIIO::ImageSpec spec(film.width_px(), film.height_px(), 4, OIIO::TypeDesc::FLOAT);
     spec.alpha_channel = 3;
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
-    for (const auto& [key, value] : info.metadata) spec.attribute(key, value);
+    for (const auto& [key, value] : info.metadata)
+        spec.attribute(key, value);
     util::AtomicFile target(file);
-    writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::FLOAT, 4 * sizeof(float), [&](int x, int y, std::byte* to) {
-        const PixelSample& p = film.at(x, y);
-        const std::array<float, 4> rgba = {p.colour.r, p.colour.g, p.colour.b, p.alpha};
-        std::memcpy(to, rgba.data(), sizeof rgba);
-    });
+    writing.write(target.temporary_path().string(), spec, OIIO::TypeDesc::FLOAT, 4 * sizeof(float),
+                  [&](int x, int y, std::byte* to) {
+                      const PixelSample& p = film.at(x, y);
+                      const std::array<float, 4> rgba = {p.colour.r, p.colour.g, p.colour.b,
+                                                         p.alpha};
+                      std::memcpy(to, rgba.data(), sizeof rgba);
+                  });
     check_closed_tiff(target, file);
     target.commit();
 }
@@ -114,11 +135,13 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
     OIIO::ImageSpec spec(film.width_px(), film.height_px(), 3, OIIO::TypeDesc::UINT8);
     spec.attribute("compression", is_tiff(file) ? "zip" : "jpeg:95");
     spec.attribute("oiio:ColorSpace", "sRGB");
-    for (const auto& [key, value] : info.metadata) spec.attribute(key, value);
+    for (const auto& [key, value] : info.metadata)
+        spec.attribute(key, value);
     const PixelBytes bytes(info, film.width_px(), film.height_px());
     const auto write_all = [&](const std::string& path) {
-        writing.write(path, spec, OIIO::TypeDesc::UINT8, 3, [&](int x, int y, std::byte* to) { bytes.put(film.at(x, y), x, y,
-            reinterpret_cast<std::uint8_t*>(to)); });
+        writing.write(path, spec, OIIO::TypeDesc::UINT8, 3, [&](int x, int y, std::byte* to) {
+            bytes.put(film.at(x, y), x, y, reinterpret_cast<std::uint8_t*>(to));
+        });
     };
     if (is_tiff(file)) {
         util::AtomicFile target(file);
@@ -127,11 +150,12 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
         target.commit();
         return;
     }
-    // libpng's and libjpeg's writers do not tell when a disk is full (the second even ends the process), so these small files are
-    // made in memory, and written by us.
+    // libpng's and libjpeg's writers do not tell when a disk is full (the second even ends the
+    // process), so these small files are made in memory, and written by us.
     OIIO::Filesystem::IOVecOutput memory;
-    if (!writing.out->supports("ioproxy")) throw Error("write the picture " + writing.name + ": this OpenImageIO cannot encode " + ending_of(file) +
-        " in memory");
+    if (!writing.out->supports("ioproxy"))
+        throw Error("write the picture " + writing.name + ": this OpenImageIO cannot encode " +
+                    ending_of(file) + " in memory");
     OIIO::Filesystem::IOProxy* proxy = &memory;
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     write_all(writing.name);
@@ -143,15 +167,19 @@ void write_bytes(const Film& film, const std::filesystem::path& file, const Pict
 void check_image_target(const std::filesystem::path& file) {
     const std::string ending = ending_of(file);
     if (!contains(kFloatEndings, ending) && !contains(kByteEndings, ending))
-        throw UsageError("write the picture " + file.string() + ": ending '" + ending + "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
+        throw UsageError("write the picture " + file.string() + ": ending '" + ending +
+                         "'; allowed: .png .jpg (8-bit), .exr .tif (float)");
     util::check_writable(file);
 }
 
 void write_image(const Film& film, const std::filesystem::path& file, const PictureInfo& info) {
     OIIO::attribute("exr_threads", 0);  // one for each core
-    if (!is_tiff(file) && contains(kFloatEndings, ending_of(file))) return write_exr(film, file, info);
-    if (is_tiff(file) && info.geo) return write_geotiff(film, file, info);
-    if (is_tiff(file) && info.tiff_holds_floats()) return write_float_tiff(film, file, info);
+    if (!is_tiff(file) && contains(kFloatEndings, ending_of(file)))
+        return write_exr(film, file, info);
+    if (is_tiff(file) && info.geo)
+        return write_geotiff(film, file, info);
+    if (is_tiff(file) && info.tiff_holds_floats())
+        return write_float_tiff(film, file, info);
     write_bytes(film, file, info);
 }
 

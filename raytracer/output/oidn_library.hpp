@@ -6,8 +6,9 @@
 
 namespace terravox {
 
-/// The few functions of Intel Open Image Denoise (C interface of versions 1 and 2) that are needed, found in the library when it is asked
-/// for: the programs do not depend on it. Ref: Open Image Denoise documentation, "API".
+/// The few functions of Intel Open Image Denoise (C interface of versions 1 and 2) that are needed,
+/// found in the library when it is asked for: the programs do not depend on it. Ref: Open Image
+/// Denoise documentation, "API".
 struct OidnLibrary {
     enum : int { kCpuDevice = 1, kFloat3 = 3 };
     void* (*new_device)(int type) = nullptr;
@@ -18,15 +19,17 @@ struct OidnLibrary {
     void (*set_device_bool)(void* device, const char* name, bool value) = nullptr;
     void* (*new_filter)(void* device, const char* type) = nullptr;
     void (*release_filter)(void* filter) = nullptr;
-    void (*set_image)(void* filter, const char* name, void* first, int format, std::size_t width, std::size_t height, std::size_t offset,
-        std::size_t pixel_stride, std::size_t row_stride) = nullptr;
+    void (*set_image)(void* filter, const char* name, void* first, int format, std::size_t width,
+                      std::size_t height, std::size_t offset, std::size_t pixel_stride,
+                      std::size_t row_stride) = nullptr;
     void (*set_filter_bool)(void* filter, const char* name, bool value) = nullptr;
     void (*commit_filter)(void* filter) = nullptr;
     void (*execute_filter)(void* filter) = nullptr;
     std::string file;  ///< where it was found
 
-    /// Looks in $TERRAVOX_OIDN (the library, or a folder: itself, lib, or where Python's package `oidn` keeps it), then where the system's
-    /// loader looks. Loaded once, for good. @throws UsageError that says how to get it; Error for a library that lacks a function
+    /// Looks in $TERRAVOX_OIDN (the library, or a folder: itself, lib, or where Python's package
+    /// `oidn` keeps it), then where the system's loader looks. Loaded once, for good. @throws
+    /// UsageError that says how to get it; Error for a library that lacks a function
     static const OidnLibrary& get();
 };
 

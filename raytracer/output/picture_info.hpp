@@ -8,36 +8,42 @@
 
 namespace terravox {
 
-/// Text stored in the picture: name and value, both UTF-8. "Software", "Copyright" and "ImageDescription" go where each format has a
-/// place of its own for them.
+/// Text stored in the picture: name and value, both UTF-8. "Software", "Copyright" and
+/// "ImageDescription" go where each format has a place of its own for them.
 using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
 /// Where a picture that looks straight down lies on Earth.
 struct GeoPlacement {
-    /// As GDAL has it: x = t[0] + column * t[1] + row * t[2], y = t[3] + column * t[4] + row * t[5], in units of the CRS, of a pixel's
-    /// upper left corner.
+    /// As GDAL has it: x = t[0] + column * t[1] + row * t[2], y = t[3] + column * t[4] + row *
+    /// t[5], in units of the CRS, of a pixel's upper left corner.
     std::array<double, 6> transform{};
     std::string crs_wkt;
 };
 
-/// All that is stored beside a picture's light, and how its light becomes what a display shows. Filled by who renders.
+/// All that is stored beside a picture's light, and how its light becomes what a display shows.
+/// Filled by who renders.
 struct PictureInfo {
     double exposure_ev = 0;             ///< of 8-bit pictures, stops
     std::string tone = "photographic";  ///< of 8-bit pictures: kTones (develop.hpp)
-    std::string credit;                 ///< a line at the lower right of 8-bit pictures, UTF-8; empty: none
-    ImageMetadata metadata;             ///< TIFF keeps the three names above only, but for GeoTIFF
+    std::string credit;      ///< a line at the lower right of 8-bit pictures, UTF-8; empty: none
+    ImageMetadata metadata;  ///< TIFF keeps the three names above only, but for GeoTIFF
 
-    /// Row by row, for row vectors (v * M, as in OpenEXR: a shift stands in the last row). World: metres from PictureFrame's origin,
-    /// x east, y up, z south. EXR's worldToCamera (the camera looks along -z, y is up) and worldToNDC ((0, 0) is the
-    /// upper left corner, (1, 1) the lower right one).
+    /// Row by row, for row vectors (v * M, as in OpenEXR: a shift stands in the last row). World:
+    /// metres from PictureFrame's origin, x east, y up, z south. EXR's worldToCamera (the camera
+    /// looks along -z, y is up) and worldToNDC ((0, 0) is the upper left corner, (1, 1) the lower
+    /// right one).
     std::optional<std::array<float, 16>> world_to_camera, world_to_ndc;
-    bool layers = true;                     ///< EXR: write the film's layers, where it has any
-    std::vector<std::string> square_names;  ///< by the SquareGrid's index; those beyond its end are all called "unknown"
+    bool layers = true;  ///< EXR: write the film's layers, where it has any
+    std::vector<std::string>
+        square_names;  ///< by the SquareGrid's index; those beyond its end are all called "unknown"
 
     std::optional<GeoPlacement> geo;  ///< makes of .tif a GeoTIFF (geotiff.hpp)
-    /// Of .tif. kAuto: 8-bit of a GeoTIFF, which a person lays under a map, and linear 32-bit float of any other.
+    /// Of .tif. kAuto: 8-bit of a GeoTIFF, which a person lays under a map, and linear 32-bit float
+    /// of any other.
     enum class TiffSamples { kAuto, kByte, kFloat } tiff_samples = TiffSamples::kAuto;
-    [[nodiscard]] bool tiff_holds_floats() const noexcept { return tiff_samples == TiffSamples::kFloat || (tiff_samples == TiffSamples::kAuto && !geo); }
+    [[nodiscard]] bool tiff_holds_floats() const noexcept {
+        return tiff_samples == TiffSamples::kFloat || (tiff_samples == TiffSamples::kAuto && !geo);
+    }
 };
 
 }  // namespace terravox

@@ -9,19 +9,23 @@
 
 namespace terravox {
 
-/// Makes the pixels of an 8-bit picture: exposure, tone curve, credit line, dithering. Safe to share between threads.
+/// Makes the pixels of an 8-bit picture: exposure, tone curve, credit line, dithering. Safe to
+/// share between threads.
 class PixelBytes {
 public:
     /// @throws UsageError for an unknown tone
-    PixelBytes(const PictureInfo& info, int width_px, int height_px) : m_develop(info.exposure_ev, info.tone), m_credit(info.credit, width_px, height_px) {}
+    PixelBytes(const PictureInfo& info, int width_px, int height_px)
+        : m_develop(info.exposure_ev, info.tone), m_credit(info.credit, width_px, height_px) {}
 
     /// Red, green, blue.
     void put(const PixelSample& sample, int x, int y, std::uint8_t* rgb) const noexcept {
         const auto bytes = dithered_bytes(m_credit.over(m_develop(sample.colour), x, y), x, y);
         rgb[0] = bytes[0], rgb[1] = bytes[1], rgb[2] = bytes[2];
     }
-    /// Red, green, blue, and how much of the pixel shows the world; all of it where the credit line stands.
-    void put_with_alpha(const PixelSample& sample, int x, int y, std::uint8_t* rgba) const noexcept {
+    /// Red, green, blue, and how much of the pixel shows the world; all of it where the credit line
+    /// stands.
+    void put_with_alpha(const PixelSample& sample, int x, int y,
+                        std::uint8_t* rgba) const noexcept {
         put(sample, x, y, rgba);
         const float alpha = m_credit.covers(x, y) ? 1 : sample.alpha;
         rgba[3] = static_cast<std::uint8_t>(alpha >= 1 ? 255 : alpha > 0 ? alpha * 255 + 0.5f : 0);

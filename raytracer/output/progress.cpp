@@ -9,53 +9,81 @@ namespace {
 
 constexpr double kTerminalEvery_s = 0.1, kPlainEvery_s = 5;
 
-double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+double seconds(std::chrono::steady_clock::duration d) {
+    return std::chrono::duration<double>(d).count();
+}
 
 }  // namespace
 
 Progress::Progress(std::uint64_t total_tiles, std::uint64_t total_pixels, bool quiet, double time_s)
-    : m_total_tiles(total_tiles), m_total_pixels(total_pixels), m_time_s(time_s), m_quiet(quiet), m_terminal(::isatty(STDERR_FILENO) == 1),
-      m_start(std::chrono::steady_clock::now()), m_last(m_start) {}
+    : m_total_tiles(total_tiles),
+      m_total_pixels(total_pixels),
+      m_time_s(time_s),
+      m_quiet(quiet),
+      m_terminal(::isatty(STDERR_FILENO) == 1),
+      m_start(std::chrono::steady_clock::now()),
+      m_last(m_start) {}
 
-void Progress::tile_done(std::uint64_t pixels, std::uint64_t rays) { ++m_tiles, m_pixels += pixels, m_rays += rays; }
+void Progress::tile_done(std::uint64_t pixels, std::uint64_t rays) {
+    ++m_tiles, m_pixels += pixels, m_rays += rays;
+}
 
 void Progress::look(const std::function<std::vector<std::string>()>& details) {
     const auto now = std::chrono::steady_clock::now();
-    if (m_quiet || seconds(now - m_last) < (m_terminal ? kTerminalEvery_s : kPlainEvery_s)) return;
+    if (m_quiet || seconds(now - m_last) < (m_terminal ? kTerminalEvery_s : kPlainEvery_s))
+        return;
     m_last = now;
-    if (details) m_details = details();
+    if (details)
+        m_details = details();
     show(false);
 }
 
 void Progress::finish() {
-    if (m_shown) show(true);
+    if (m_shown)
+        show(true);
 }
 
 // Lines below the bar are written anew each time: the cursor goes back up to the bar's line.
 void Progress::erase_details() {
-    if (m_below > 0) std::fprintf(stderr, "\x1b[%zuA", m_below);
+    if (m_below > 0)
+        std::fprintf(stderr, "\x1b[%zuA", m_below);
     m_below = 0;
 }
 
 void Progress::show(bool last) {
-    if (m_quiet) return;
+    if (m_quiet)
+        return;
     m_shown = true;
-    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start), share = std::min(1.0, m_time_s > 0 ? elapsed / m_time_s : static_cast<double>(m_pixels) / static_cast<double>(std::max<std::uint64_t>(m_total_pixels, 1)));
+    const double elapsed = seconds(std::chrono::steady_clock::now() - m_start),
+                 share =
+                     std::min(1.0, m_time_s > 0 ? elapsed / m_time_s
+                                                : static_cast<double>(m_pixels) /
+                                                      static_cast<double>(std::max<std::uint64_t>(
+                                                          m_total_pixels, 1)));
     const double left = share > 0 ? elapsed / share - elapsed : 0;
-    const auto tiles = static_cast<unsigned long long>(m_tiles), total = static_cast<unsigned long long>(m_total_tiles);
+    const auto tiles = static_cast<unsigned long long>(m_tiles),
+               total = static_cast<unsigned long long>(m_total_tiles);
     const double rate = static_cast<double>(m_rays) / 1e6 / (elapsed > 0 ? elapsed : 1);
     if (m_terminal) {
         constexpr int kWidth = 32;
         std::string bar(kWidth, '.');
-        for (int i = 0; i < static_cast<int>(share * kWidth) && i < kWidth; ++i) bar[static_cast<std::size_t>(i)] = '#';
+        for (int i = 0; i < static_cast<int>(share * kWidth) && i < kWidth; ++i)
+            bar[static_cast<std::size_t>(i)] = '#';
         erase_details();
-        std::fprintf(stderr, "\r[%s] %3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left \x1b[K%s", bar.c_str(), share * 100, tiles, total, rate, left, last && m_details.empty() ? "\n" : "");
-        for (const std::string& line : m_details) std::fprintf(stderr, "\n%s\x1b[K", line.c_str());
+        std::fprintf(stderr,
+                     "\r[%s] %3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left \x1b[K%s",
+                     bar.c_str(), share * 100, tiles, total, rate, left,
+                     last && m_details.empty() ? "\n" : "");
+        for (const std::string& line : m_details)
+            std::fprintf(stderr, "\n%s\x1b[K", line.c_str());
         m_below = m_details.size();
-        if (m_below > 0) std::fprintf(stderr, "\x1b[J%s", last ? "\n" : "");  // there may have been more lines
+        if (m_below > 0)
+            std::fprintf(stderr, "\x1b[J%s", last ? "\n" : "");  // there may have been more lines
     } else {
-        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left\n", share * 100, tiles, total, rate, left);
-        for (const std::string& line : m_details) std::fprintf(stderr, "%s\n", line.c_str());
+        std::fprintf(stderr, "%3.0f %%  tile %llu of %llu  %.2f Mray/s  %.0f s left\n", share * 100,
+                     tiles, total, rate, left);
+        for (const std::string& line : m_details)
+            std::fprintf(stderr, "%s\n", line.c_str());
     }
     std::fflush(stderr);
 }

@@ -4,12 +4,17 @@
 
 namespace terravox {
 
-/// Through OpenImageIO, tiles in any order, as OpenEXR's random line order allows: nothing waits in memory.
-[[nodiscard]] std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info);
+/// Through OpenImageIO, tiles in any order, as OpenEXR's random line order allows: nothing waits in
+/// memory.
+[[nodiscard]] std::unique_ptr<TileStream::Format> make_exr_stream(const std::filesystem::path& file,
+                                                                  const StreamShape& shape,
+                                                                  PictureInfo info);
 /// Through GDAL, whose cache of blocks (common/geo/gdal.hpp) is all that waits in memory.
-[[nodiscard]] std::unique_ptr<TileStream::Format> make_tiff_stream(const std::filesystem::path& file, const StreamShape& shape, PictureInfo info);
+[[nodiscard]] std::unique_ptr<TileStream::Format> make_tiff_stream(
+    const std::filesystem::path& file, const StreamShape& shape, PictureInfo info);
 
-/// Edge of the tiles in the file: that of the plan's tiles or a part of it, so that each of those fills whole tiles of the file.
+/// Edge of the tiles in the file: that of the plan's tiles or a part of it, so that each of those
+/// fills whole tiles of the file.
 [[nodiscard]] int file_tile_px(int tile_px, int multiple_of) noexcept;
 
 }  // namespace terravox

@@ -10,12 +10,12 @@
 #include "raytracer/preview/hole_watch.hpp"
 #include "raytracer/preview/log_tail.hpp"
 #include "raytracer/preview/navigator.hpp"
+#include "raytracer/preview/pane.hpp"
 #include "raytracer/preview/panels/files_panel.hpp"
 #include "raytracer/preview/panels/map_panel.hpp"
 #include "raytracer/preview/panels/path_panel.hpp"
 #include "raytracer/preview/panels/places_panel.hpp"
 #include "raytracer/preview/panels/processors_panel.hpp"
-#include "raytracer/preview/pane.hpp"
 #include "raytracer/preview/pick_tool.hpp"
 #include "raytracer/preview/probe_processor.hpp"
 #include "raytracer/preview/window.hpp"
@@ -23,8 +23,8 @@
 namespace terravox {
 
 struct AppOptions {
-    CrewOptions crew;         ///< of the preview
-    CrewOptions final_crew;   ///< of final pictures
+    CrewOptions crew;        ///< of the preview
+    CrewOptions final_crew;  ///< of final pictures
     std::string scene_file;
     bool light = false;
     std::shared_ptr<LogTail> log;  ///< what the person is told of it
@@ -32,8 +32,9 @@ struct AppOptions {
 
 /// The window of an open world: input, panels, picture, frame by frame. docs/adr/0020.
 ///
-/// All of it is on the main thread, but for processors, picks and final pictures. A frame takes input, draws panels, traces for what
-/// is left of a sixtieth of a second, and shows what has changed.
+/// All of it is on the main thread, but for processors, picks and final pictures. A frame takes
+/// input, draws panels, traces for what is left of a sixtieth of a second, and shows what has
+/// changed.
 class App {
 public:
     App(Window& window, Scene scene, std::shared_ptr<LoadedWorld> world, const AppOptions& options);
@@ -68,7 +69,8 @@ private:
     Desk m_desk;
     FinalRender m_final;
     Crew m_crew;
-    std::shared_ptr<ProbeProcessor> m_probe;  ///< of the picture under way, where a layer of walks is shown
+    std::shared_ptr<ProbeProcessor>
+        m_probe;  ///< of the picture under way, where a layer of walks is shown
     Progressive m_picture;
     MapPanel m_map;
     PickTool m_pick;
@@ -88,17 +90,19 @@ private:
     std::array<int, 2> m_window_px{};
     Pane m_pane;
     int m_first_step = 8;
-    int m_lively = 0;  ///< frames that follow one another, though nothing is to be done
+    int m_lively = 0;      ///< frames that follow one another, though nothing is to be done
     bool m_rests = false;  ///< after the frame before
-    std::optional<Clock::time_point> m_changed;  ///< when what is under way was asked for; until it has been seen
-    bool m_develop_all = false;    ///< once the picture is whole: what the screen has was developed otherwise
+    std::optional<Clock::time_point>
+        m_changed;  ///< when what is under way was asked for; until it has been seen
+    bool m_develop_all =
+        false;  ///< once the picture is whole: what the screen has was developed otherwise
     Clock::time_point m_frame_began, m_started, m_settled, m_probed, m_idle_since;
     double m_probe_wait_s = 0;
     std::size_t m_probe_missing = 0;
     std::shared_ptr<LogTail> m_log;
     bool m_final_ran = false;
     bool m_world_changed = false;  ///< and the person was told
-    double m_drawing_s = 0.004;  ///< of a frame, beside tracing
+    double m_drawing_s = 0.004;    ///< of a frame, beside tracing
     std::uint64_t m_pictures = 0;
     bool m_moving = false;
     bool m_far = false;  ///< the world is a server's, or an archive elsewhere

@@ -12,48 +12,62 @@ namespace terravox {
 namespace {
 
 /// What moves between keys, where it differs; the camera's place always does.
-constexpr std::array<std::string_view, 12> kMoving{"camera.fov_deg", "camera.height_m", "camera.aperture_m", "camera.focus_m", "camera.roll_deg", "camera.azimuth_deg", "sun.time_h", "sun.altitude_deg",
-    "sun.azimuth_deg", "sky.turbidity", "sky.clouds", "output.exposure_ev"};
+constexpr std::array<std::string_view, 12> kMoving{
+    "camera.fov_deg",  "camera.height_m",    "camera.aperture_m", "camera.focus_m",
+    "camera.roll_deg", "camera.azimuth_deg", "sun.time_h",        "sun.altitude_deg",
+    "sun.azimuth_deg", "sky.turbidity",      "sky.clouds",        "output.exposure_ev"};
 
-bool is_place(std::string_view path) { return path == "camera.position" || path == "camera.target"; }
+bool is_place(std::string_view path) {
+    return path == "camera.position" || path == "camera.target";
+}
 
 /// As TOML has it: what the command line writes "a,b,c" is a list.
-std::string value_of(const FieldText& field) { return is_place(field.path) ? "[" + *field.text + "]" : *field.text; }
+std::string value_of(const FieldText& field) {
+    return is_place(field.path) ? "[" + *field.text + "]" : *field.text;
+}
 
 }  // namespace
 
 std::size_t CameraPath::put(double time_s, const Scene& scene) {
     const double frame_s = 1 / fps, at_s = std::max(time_s, 0.0);
     std::erase_if(m_keys, [&](const Key& k) { return std::abs(k.time_s - at_s) < frame_s / 2; });
-    const auto later = std::upper_bound(m_keys.begin(), m_keys.end(), at_s, [](double t, const Key& k) { return t < k.time_s; });
+    const auto later = std::upper_bound(m_keys.begin(), m_keys.end(), at_s,
+                                        [](double t, const Key& k) { return t < k.time_s; });
     const auto there = m_keys.insert(later, Key{at_s, scene});
     return static_cast<std::size_t>(there - m_keys.begin());
 }
 
 void CameraPath::move(std::size_t key, double time_s) {
     const double frame_s = 1 / fps;
-    const double from_s = key > 0 ? m_keys[key - 1].time_s + frame_s : 0, to_s = key + 1 < m_keys.size() ? m_keys[key + 1].time_s - frame_s : time_s;
-    if (from_s <= to_s || key + 1 == m_keys.size()) m_keys[key].time_s = std::clamp(time_s, from_s, std::max(from_s, to_s));
+    const double from_s = key > 0 ? m_keys[key - 1].time_s + frame_s : 0,
+                 to_s = key + 1 < m_keys.size() ? m_keys[key + 1].time_s - frame_s : time_s;
+    if (from_s <= to_s || key + 1 == m_keys.size())
+        m_keys[key].time_s = std::clamp(time_s, from_s, std::max(from_s, to_s));
 }
 
 std::string CameraPath::to_toml(const Scene& base) const {
     std::set<std::string> moving;
     for (const Key& key : m_keys)
         for (const FieldText& field : changed_fields(key.scene, m_keys.front().scene))
-            if (std::find(kMoving.begin(), kMoving.end(), field.path) != kMoving.end()) moving.insert(field.path);
+            if (std::find(kMoving.begin(), kMoving.end(), field.path) != kMoving.end())
+                moving.insert(field.path);
     // A field that some keys leave to the default cannot move.
     for (const Key& key : m_keys)
         for (const FieldText& field : field_texts(key.scene))
-            if (!field.text) moving.erase(field.path);
+            if (!field.text)
+                moving.erase(field.path);
     Scene shared = base;
     shared.camera.look.clear();
-    if (!m_keys.empty()) shared.camera.space = m_keys.front().scene.camera.space;
+    if (!m_keys.empty())
+        shared.camera.space = m_keys.front().scene.camera.space;
     std::ostringstream out;
-    out << "fps = " << fps << "\nease = " << (ease ? "true" : "false") << "\n" << terravox::to_toml(shared);
+    out << "fps = " << fps << "\nease = " << (ease ? "true" : "false") << "\n"
+        << terravox::to_toml(shared);
     for (const Key& key : m_keys) {
         out << "\n[[key]]\ntime_s = " << key.time_s << "\n";
         for (const FieldText& field : field_texts(key.scene))
-            if (field.text && (is_place(field.path) || moving.contains(field.path))) out << field.path << " = " << value_of(field) << "\n";
+            if (field.text && (is_place(field.path) || moving.contains(field.path)))
+                out << field.path << " = " << value_of(field) << "\n";
     }
     return out.str();
 }

@@ -8,15 +8,20 @@ namespace terravox {
 namespace {
 
 Scene for_a_window(Scene scene) {
-    scene.camera.look.clear();           // what the view says stands in the fields
-    scene.camera.inside_rock = true;     // flying through a roof must not end the preview
-    scene.processing.threads.reset();    // who renders the preview is no part of the picture
+    scene.camera.look.clear();         // what the view says stands in the fields
+    scene.camera.inside_rock = true;   // flying through a roof must not end the preview
+    scene.processing.threads.reset();  // who renders the preview is no part of the picture
     return scene;
 }
 
 }  // namespace
 
-Desk::Desk(Scene first, std::shared_ptr<LoadedWorld> of) : scene(for_a_window(std::move(first))), opened(scene), world(std::move(of)), viewpoint(viewpoint_of(scene)), history(scene) {}
+Desk::Desk(Scene first, std::shared_ptr<LoadedWorld> of)
+    : scene(for_a_window(std::move(first))),
+      opened(scene),
+      world(std::move(of)),
+      viewpoint(viewpoint_of(scene)),
+      history(scene) {}
 
 Viewpoint Desk::viewpoint_of(const Scene& of) const {
     const voxel::VoxelBounds& bounds = info().framed_bounds();
@@ -24,7 +29,8 @@ Viewpoint Desk::viewpoint_of(const Scene& of) const {
     Viewpoint out = Viewpoint::of(camera, (bounds.min[1] + bounds.max[1]) / 2.0);
     if (of.camera.target) {
         out.target = to_voxels(*of.camera.target, of.camera.space, info());
-        if (of.camera.position) out.position = to_voxels(*of.camera.position, of.camera.space, info());
+        if (of.camera.position)
+            out.position = to_voxels(*of.camera.position, of.camera.space, info());
     }
     return out;
 }
@@ -37,7 +43,8 @@ void Desk::take(Scene other) {
 
 void Desk::show(Scene other) {
     other = for_a_window(std::move(other));
-    other.world = opened.world, other.generated = opened.generated, other.processing = opened.processing;
+    other.world = opened.world, other.generated = opened.generated,
+    other.processing = opened.processing;
     viewpoint = viewpoint_of(other);
     scene = std::move(other);
 }
@@ -61,10 +68,13 @@ void Desk::undo() {
 }
 
 void Desk::redo() {
-    if (can_redo()) show(history.redo());
+    if (can_redo())
+        show(history.redo());
 }
 
-void Desk::heard(std::string line) { said = std::move(line), said_bad = true, said_at = std::chrono::steady_clock::now(); }
+void Desk::heard(std::string line) {
+    said = std::move(line), said_bad = true, said_at = std::chrono::steady_clock::now();
+}
 
 void Desk::say(std::string line, bool bad) {
     spdlog::log(bad ? spdlog::level::warn : spdlog::level::info, "{}", line);

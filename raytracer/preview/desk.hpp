@@ -14,7 +14,8 @@
 
 namespace terravox {
 
-/// All that a person at the window works with. Panels show and change it; whoever draws the picture sees what is different.
+/// All that a person at the window works with. Panels show and change it; whoever draws the picture
+/// sees what is different.
 struct Desk {
     Desk(Scene first, std::shared_ptr<LoadedWorld> world);
 
@@ -27,19 +28,23 @@ struct Desk {
     Layer layer = Layer::kBeauty;
     double resolution = 1;  ///< pixels of the preview to pixels of the window, along an edge
     bool fly = false;       ///< the mouse turns the head; else it circles the target
-    bool fills = false;     ///< the picture fills the window; else it has the shape of the final one
+    bool fills = false;  ///< the picture fills the window; else it has the shape of the final one
     bool measures = false;  ///< a click is an end of what is measured
-    bool light = false, shows_panel = true, shows_map = true, shows_path = false, shows_help = false;
+    bool light = false, shows_panel = true, shows_map = true, shows_path = false,
+         shows_help = false;
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept { return world->world->info(); }
     /// The viewpoint has changed: into the scene with it.
     void moved() { viewpoint.apply(scene, info()); }
-    /// Another scene altogether, but for what the open world was made of, and who renders. What was there before can be come back to.
+    /// Another scene altogether, but for what the open world was made of, and who renders. What was
+    /// there before can be come back to.
     /// @throws UsageError when no camera can be placed by it; then nothing has changed
     void take(Scene other);
-    /// The same, as one of many that follow one another: there is no way back to each. @throws as take()
+    /// The same, as one of many that follow one another: there is no way back to each. @throws as
+    /// take()
     void show(Scene other);
-    /// The scene with the viewpoint written out in the world's own coordinates, wherever it comes from.
+    /// The scene with the viewpoint written out in the world's own coordinates, wherever it comes
+    /// from.
     [[nodiscard]] Scene placed() const;
     /// The whole world in the picture.
     void frame_all();

@@ -14,7 +14,8 @@ constexpr int kGivesWay = 10;  // nice: the window's threads come first
 
 }  // namespace
 
-void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene, std::vector<std::string> files, const CrewOptions& crew) {
+void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene,
+                        std::vector<std::string> files, const CrewOptions& crew) {
     stop();
     m_stop = false;
     m_start = std::chrono::steady_clock::now();
@@ -24,7 +25,10 @@ void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene, 
         m_status.state = State::kRunning;
     }
     try {
-        m_thread = thread::start_thread("the picture", [this, world = std::move(world), scene, files = std::move(files), crew] { run(world, scene, files, crew); });
+        m_thread = thread::start_thread(
+            "the picture", [this, world = std::move(world), scene, files = std::move(files), crew] {
+                run(world, scene, files, crew);
+            });
     } catch (const Error& e) {
         const std::lock_guard lock(m_mutex);
         m_status.state = State::kFailed;
@@ -34,10 +38,12 @@ void FinalRender::start(std::shared_ptr<LoadedWorld> world, const Scene& scene, 
 
 void FinalRender::stop() noexcept {
     m_stop = true;
-    if (m_thread.joinable()) m_thread.join();
+    if (m_thread.joinable())
+        m_thread.join();
 }
 
-void FinalRender::run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene, const std::vector<std::string>& files, const CrewOptions& crew) {
+void FinalRender::run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene,
+                      const std::vector<std::string>& files, const CrewOptions& crew) {
     // Of this thread and those that it makes.
     (void)::setpriority(PRIO_PROCESS, 0, kGivesWay);
     State state = State::kDone;
@@ -51,20 +57,26 @@ void FinalRender::run(const std::shared_ptr<LoadedWorld>& world, const Scene& sc
         });
         const RenderStatistics statistics = renderer.render(scene, files);
         message = "wrote";
-        for (const std::string& file : files) message += " " + file;
-        if (!statistics.counts.holes.empty()) message += "; it has holes: " + std::to_string(statistics.counts.holes.size()) + " boxes could not be had";
+        for (const std::string& file : files)
+            message += " " + file;
+        if (!statistics.counts.holes.empty())
+            message += "; it has holes: " + std::to_string(statistics.counts.holes.size()) +
+                       " boxes could not be had";
     } catch (const std::exception& e) {
         state = State::kFailed, message = m_stop ? kGivenUp : e.what();
     }
     const std::lock_guard lock(m_mutex);
     m_status.state = state, m_status.message = std::move(message);
-    m_status.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    m_status.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
 }
 
 FinalRender::Status FinalRender::status() const {
     const std::lock_guard lock(m_mutex);
     Status out = m_status;
-    if (out.state == State::kRunning) out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    if (out.state == State::kRunning)
+        out.seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
     return out;
 }
 

@@ -12,13 +12,14 @@
 
 namespace terravox {
 
-/// The picture of a scene in files, as `terravox render` makes it, on a thread beside the window: bit for bit the same. Threads that trace
-/// for it give way to the window's.
+/// The picture of a scene in files, as `terravox render` makes it, on a thread beside the window:
+/// bit for bit the same. Threads that trace for it give way to the window's.
 class FinalRender {
 public:
     ~FinalRender() { stop(); }
     /// One that was under way is waited for. @param world whose boxes it shares
-    void start(std::shared_ptr<LoadedWorld> world, const Scene& scene, std::vector<std::string> files, const CrewOptions& crew);
+    void start(std::shared_ptr<LoadedWorld> world, const Scene& scene,
+               std::vector<std::string> files, const CrewOptions& crew);
     void give_up() noexcept { m_stop = true; }  ///< soon; not once it is being written
     /// Gives it up, and waits until that is so.
     void stop() noexcept;
@@ -35,7 +36,8 @@ public:
     [[nodiscard]] bool runs() const { return status().state == State::kRunning; }
 
 private:
-    void run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene, const std::vector<std::string>& files, const CrewOptions& crew);
+    void run(const std::shared_ptr<LoadedWorld>& world, const Scene& scene,
+             const std::vector<std::string>& files, const CrewOptions& crew);
 
     std::atomic<bool> m_stop{false};
     mutable std::mutex m_mutex;

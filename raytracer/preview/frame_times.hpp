@@ -10,9 +10,13 @@ namespace terravox {
 /// How smooth the window was: what the report says of it.
 class FrameTimes {
 public:
-    void frame(double seconds) { note(m_frames, seconds); }          ///< of a frame in which there was something to do
-    void first_picture(double seconds) { note(m_firsts, seconds); }  ///< from a change until each pixel is of the new picture, as shown
-    void stop(double seconds) { note(m_stops, seconds); }            ///< that ending the picture before took
+    void frame(double seconds) {
+        note(m_frames, seconds);
+    }  ///< of a frame in which there was something to do
+    void first_picture(double seconds) {
+        note(m_firsts, seconds);
+    }  ///< from a change until each pixel is of the new picture, as shown
+    void stop(double seconds) { note(m_stops, seconds); }  ///< that ending the picture before took
     [[nodiscard]] double frame_s() const noexcept { return m_recent_s; }  ///< lately
 
     [[nodiscard]] nlohmann::json report() const;

@@ -6,17 +6,22 @@
 
 namespace terravox {
 
-bool HoleWatch::look(const std::set<voxel::BoxKey>& holes, std::optional<Clock::time_point> idle_since, Clock::time_point now) {
+bool HoleWatch::look(const std::set<voxel::BoxKey>& holes,
+                     std::optional<Clock::time_point> idle_since, Clock::time_point now) {
     if (m_asked) {
-        if (!m_came) return false;
+        if (!m_came)
+            return false;
         const BlockPin pin = m_blocks.find(*std::exchange(m_asked, std::nullopt));
         const bool there = pin && !pin->hole;
         m_since = now, m_wait = there ? kFirst : std::min(m_wait * 2, kMost);
         return there;
     }
-    if (!idle_since) return false;
-    if (holes.empty()) m_wait = kFirst;
-    if (holes.empty() || now - std::max(m_since, *idle_since) < m_wait) return false;
+    if (!idle_since)
+        return false;
+    if (holes.empty())
+        m_wait = kFirst;
+    if (holes.empty() || now - std::max(m_since, *idle_since) < m_wait)
+        return false;
     // Another one each time: some may be damaged for ever.
     m_asked = *std::next(holes.begin(), static_cast<std::ptrdiff_t>(m_turn++ % holes.size()));
     m_came = false;

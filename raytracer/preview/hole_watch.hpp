@@ -10,7 +10,8 @@
 
 namespace terravox {
 
-/// Asks again, now and then, for one of the boxes that a picture lacks, and more and more seldom: a server may be back. Used by one thread.
+/// Asks again, now and then, for one of the boxes that a picture lacks, and more and more seldom: a
+/// server may be back. Used by one thread.
 class HoleWatch final : public BlockListener {
 public:
     using Clock = std::chrono::steady_clock;
@@ -21,10 +22,12 @@ public:
     HoleWatch& operator=(const HoleWatch&) = delete;
 
     /// To be called often: a box that has come stays in memory until then.
-    /// @param holes that the last picture met @param idle_since when it was finished; nullopt: one is being rendered. All holes are forgotten when
+    /// @param holes that the last picture met @param idle_since when it was finished; nullopt: one
+    /// is being rendered. All holes are forgotten when
     ///        one is asked for, which is never done meanwhile
     /// @return one of them has come: the picture can be begun anew
-    [[nodiscard]] bool look(const std::set<voxel::BoxKey>& holes, std::optional<Clock::time_point> idle_since, Clock::time_point now);
+    [[nodiscard]] bool look(const std::set<voxel::BoxKey>& holes,
+                            std::optional<Clock::time_point> idle_since, Clock::time_point now);
 
     bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return m_came = true; }
 

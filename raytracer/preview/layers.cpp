@@ -10,20 +10,28 @@ namespace {
 
 constexpr Colour kNothing{0.06f, 0.06f, 0.07f};  // where a ray meets nothing
 
-/// Colours that can be told apart, whatever the number: hues by the golden ratio, which come near each other where numbers are a Fibonacci number apart;
-/// brightness and saturation differ there. Ref: Knuth, The Art of Computer Programming 3, 6.4.
+/// Colours that can be told apart, whatever the number: hues by the golden ratio, which come near
+/// each other where numbers are a Fibonacci number apart; brightness and saturation differ there.
+/// Ref: Knuth, The Art of Computer Programming 3, 6.4.
 Colour hue(std::uint32_t number) noexcept {
     constexpr double kGolden = 0.6180339887498949;
     constexpr std::array kBrightness{0.95, 0.6, 0.78};
     constexpr std::array kPale{0.05, 0.33};
-    const double h = std::fmod((number + 1) * kGolden, 1.0) * 6, bright = kBrightness[number % 3], pale = kPale[number / 3 % 2];
-    const auto channel = [&](double shift) { return static_cast<float>(bright * std::clamp(std::abs(std::fmod(h + shift, 6.0) - 3) - 1, pale, 1.0)); };
+    const double h = std::fmod((number + 1) * kGolden, 1.0) * 6, bright = kBrightness[number % 3],
+                 pale = kPale[number / 3 % 2];
+    const auto channel = [&](double shift) {
+        return static_cast<float>(
+            bright * std::clamp(std::abs(std::fmod(h + shift, 6.0) - 3) - 1, pale, 1.0));
+    };
     return {channel(0), channel(4), channel(2)};
 }
 
-Colour plain(float v) noexcept { return {v, v, v}; }
+Colour plain(float v) noexcept {
+    return {v, v, v};
+}
 
-/// How far from the eye the world's nearest and farthest point can be, metres; at the least one and two.
+/// How far from the eye the world's nearest and farthest point can be, metres; at the least one and
+/// two.
 struct DepthRange {
     float near_m, far_m;
 };
@@ -32,46 +40,66 @@ DepthRange depths_of(const View& view) noexcept {
     const Vec3 eye = view.camera.position();
     double near2 = 0, far2 = 0;
     const auto axis = [&](double at, double low, double high) {
-        const double out = std::max({low - at, at - high, 0.0}), through = std::max(std::abs(at - low), std::abs(at - high));
+        const double out = std::max({low - at, at - high, 0.0}),
+                     through = std::max(std::abs(at - low), std::abs(at - high));
         near2 += out * out, far2 += through * through;
     };
-    axis(eye.x, b.min[0], b.max[0]), axis(eye.y, b.min[1], b.max[1]), axis(eye.z, b.min[2], b.max[2]);
+    axis(eye.x, b.min[0], b.max[0]), axis(eye.y, b.min[1], b.max[1]),
+        axis(eye.z, b.min[2], b.max[2]);
     const double near_m = std::max(std::sqrt(near2) * view.voxel_m, 1.0);
-    return {static_cast<float>(near_m), static_cast<float>(std::max(std::sqrt(far2) * view.voxel_m, 2 * near_m))};
+    return {static_cast<float>(near_m),
+            static_cast<float>(std::max(std::sqrt(far2) * view.voxel_m, 2 * near_m))};
 }
 
 /// From near, white, to far, nearly black; each grey step is a factor.
 Colour of_depth(float metres, const DepthRange& range) noexcept {
-    if (!std::isfinite(metres)) return kNothing;
-    const float share = std::clamp(std::log(std::max(metres, range.near_m) / range.near_m) / std::log(range.far_m / range.near_m), 0.0f, 1.0f);
+    if (!std::isfinite(metres))
+        return kNothing;
+    const float share = std::clamp(std::log(std::max(metres, range.near_m) / range.near_m) /
+                                       std::log(range.far_m / range.near_m),
+                                   0.0f, 1.0f);
     return plain(1 - 0.85f * share);
 }
 
-Colour of_normal(const std::array<float, 3>& n) noexcept { return {0.5f + 0.5f * n[0], 0.5f + 0.5f * n[1], 0.5f + 0.5f * n[2]}; }
+Colour of_normal(const std::array<float, 3>& n) noexcept {
+    return {0.5f + 0.5f * n[0], 0.5f + 0.5f * n[1], 0.5f + 0.5f * n[2]};
+}
 
 Colour of_matte(const Matte& matte) noexcept {
     Colour out;
-    for (std::size_t i = 0; i < Matte::kMost && matte.share[i] > 0; ++i) out = out + hue(matte.object[i]) * matte.share[i];
+    for (std::size_t i = 0; i < Matte::kMost && matte.share[i] > 0; ++i)
+        out = out + hue(matte.object[i]) * matte.share[i];
     return out;
 }
 
-float ratio(float of, float to) noexcept { return to > 0 ? of / to : 0; }
+float ratio(float of, float to) noexcept {
+    return to > 0 ? of / to : 0;
+}
 
 /// What a layer says of a pixel, as shown on a screen, but for layers of light.
-Colour value_of(Layer layer, const PixelSample& pixel, const LayerSample& l, const DepthRange& depths) noexcept {
+Colour value_of(Layer layer, const PixelSample& pixel, const LayerSample& l,
+                const DepthRange& depths) noexcept {
     switch (layer) {
         case Layer::kDepth: return of_depth(pixel.depth_m, depths);
         case Layer::kNormal: return pixel.alpha > 0 ? of_normal(l.normal) : kNothing;
-        case Layer::kAlbedo: return {linear_to_srgb(l.albedo.r), linear_to_srgb(l.albedo.g), linear_to_srgb(l.albedo.b)};
+        case Layer::kAlbedo:
+            return {linear_to_srgb(l.albedo.r), linear_to_srgb(l.albedo.g),
+                    linear_to_srgb(l.albedo.b)};
         case Layer::kMaterial: return pixel.alpha > 0 ? of_matte(l.materials) : kNothing;
         case Layer::kSunlight: return pixel.alpha > 0 ? plain(l.sun) : kNothing;
         case Layer::kSquares: return pixel.alpha > 0 ? of_matte(l.squares) : kNothing;
-        case Layer::kOcclusion: return pixel.alpha > 0 ? plain(linear_to_srgb(std::min(ratio(luminance(l.direct), luminance(l.albedo) * pixel.alpha), 1.0f))) : kNothing;
+        case Layer::kOcclusion:
+            return pixel.alpha > 0
+                       ? plain(linear_to_srgb(std::min(
+                             ratio(luminance(l.direct), luminance(l.albedo) * pixel.alpha), 1.0f)))
+                       : kNothing;
         default: return pixel.colour;  // a probe's: as it is to be seen
     }
 }
 
-bool is_light(Layer layer) noexcept { return layer == Layer::kBeauty || layer == Layer::kDirect || layer == Layer::kIndirect; }
+bool is_light(Layer layer) noexcept {
+    return layer == Layer::kBeauty || layer == Layer::kDirect || layer == Layer::kIndirect;
+}
 
 /// How much of a film a layer needs: pixels alone, or layers too; and which light.
 enum class FilmKind : std::uint8_t { kPixels, kLayers, kEvenLight, kLevels, kSteps, kCache };
@@ -90,56 +118,81 @@ FilmKind kind_of(Layer layer) noexcept {
 
 Scene scene_for(Layer layer, Scene scene) {
     const FilmKind kind = kind_of(layer);
-    scene.output.layers = kind == FilmKind::kLayers || kind == FilmKind::kEvenLight ? "all" : "beauty";
+    scene.output.layers =
+        kind == FilmKind::kLayers || kind == FilmKind::kEvenLight ? "all" : "beauty";
     scene.output.denoise = false;
     if (kind == FilmKind::kEvenLight) {
-        // What comes of an even sky to a surface is its ambient occlusion, times what the surface sends back.
-        scene.sky.model = "uniform", scene.sky.colour.reset(), scene.sky.strength = 1, scene.sky.visibility_km = 0;
+        // What comes of an even sky to a surface is its ambient occlusion, times what the surface
+        // sends back.
+        scene.sky.model = "uniform", scene.sky.colour.reset(), scene.sky.strength = 1,
+        scene.sky.visibility_km = 0;
         scene.sun.strength = 0;
-        scene.quality.integrator = "direct", scene.quality.ambient_occlusion = true, scene.quality.ao_strength = 1;
+        scene.quality.integrator = "direct", scene.quality.ambient_occlusion = true,
+        scene.quality.ao_strength = 1;
         scene.quality.ao_rays = std::max(scene.quality.ao_rays, 4);
         scene.quality.reflections = scene.quality.refraction = false;
     }
-    if (is_probe(layer)) scene.quality.samples = 1;
+    if (is_probe(layer))
+        scene.quality.samples = 1;
     return scene;
 }
 
 bool same_film(Layer a, Layer b) noexcept {
-    const auto film = [](Layer l) { return kind_of(l) == FilmKind::kPixels ? FilmKind::kLayers : kind_of(l); };
+    const auto film = [](Layer l) {
+        return kind_of(l) == FilmKind::kPixels ? FilmKind::kLayers : kind_of(l);
+    };
     // A film with layers has the picture, too; one without lacks the layers.
-    return a == b || (film(a) == film(b) && kind_of(b) == FilmKind::kPixels) || (kind_of(a) == kind_of(b) && kind_of(a) == FilmKind::kLayers);
+    return a == b || (film(a) == film(b) && kind_of(b) == FilmKind::kPixels) ||
+           (kind_of(a) == kind_of(b) && kind_of(a) == FilmKind::kLayers);
 }
 
 void ScreenPicture::resize(int width, int height) {
-    if (width == width_px && height == height_px) return;
+    if (width == width_px && height == height_px)
+        return;
     width_px = width, height_px = height;
     rgb.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3, 40);
 }
 
-void show(const Film& film, const View& view, const Scene::Output& output, Layer layer, const RenderTile& tile, ScreenPicture& to) {
+void show(const Film& film, const View& view, const Scene::Output& output, Layer layer,
+          const RenderTile& tile, ScreenPicture& to) {
     // The view's exposure holds the adaptation to its daylight beside what the person asks for.
-    const Developer develop(view.exposure_ev - view.scene.output.exposure_ev + output.exposure_ev, output.tone);
+    const Developer develop(view.exposure_ev - view.scene.output.exposure_ev + output.exposure_ev,
+                            output.tone);
     const DepthRange depths = depths_of(view);
     static const LayerSample none;
-    const auto place = [&](int x, int y) { return &to.rgb[(static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width_px) + static_cast<std::size_t>(x)) * 3]; };
+    const auto place = [&](int x, int y) {
+        return &to.rgb[(static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width_px) +
+                        static_cast<std::size_t>(x)) *
+                       3];
+    };
     tile.each_pixel([&](int x, int y) {
         const PixelSample& pixel = film.at(x, y);
         const LayerSample& layers = film.has_layers() ? film.layers_at(x, y) : none;
-        const Colour c = !is_light(layer) ? value_of(layer, pixel, layers, depths) : develop(layer == Layer::kBeauty ? pixel.colour : layer == Layer::kDirect ? layers.direct : layers.indirect);
+        const Colour c = !is_light(layer) ? value_of(layer, pixel, layers, depths)
+                                          : develop(layer == Layer::kBeauty   ? pixel.colour
+                                                    : layer == Layer::kDirect ? layers.direct
+                                                                              : layers.indirect);
         const auto bytes = dithered_bytes(c, x, y);
-        const int width = std::min(tile.step, to.width_px - x), height = std::min(tile.step, to.height_px - y);
+        const int width = std::min(tile.step, to.width_px - x),
+                  height = std::min(tile.step, to.height_px - y);
         std::uint8_t* row = place(x, y);
-        for (int i = 0; i < width; ++i) std::copy(bytes.begin(), bytes.end(), row + static_cast<std::ptrdiff_t>(i) * 3);
-        for (int i = 1; i < height; ++i) std::copy(row, row + static_cast<std::ptrdiff_t>(width) * 3, place(x, y + i));
+        for (int i = 0; i < width; ++i)
+            std::copy(bytes.begin(), bytes.end(), row + static_cast<std::ptrdiff_t>(i) * 3);
+        for (int i = 1; i < height; ++i)
+            std::copy(row, row + static_cast<std::ptrdiff_t>(width) * 3, place(x, y + i));
     });
 }
 
 voxel::Rgb8 colour_of_material(voxel::Material material) noexcept {
     const Colour c = hue(static_cast<std::uint32_t>(material));
-    const auto byte = [](float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255)); };
+    const auto byte = [](float v) {
+        return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
+    };
     return {byte(c.r), byte(c.g), byte(c.b)};
 }
 
-Colour colour_of_level(int level) noexcept { return level == 0 ? Colour{0.92f, 0.92f, 0.92f} : hue(static_cast<std::uint32_t>(level)); }
+Colour colour_of_level(int level) noexcept {
+    return level == 0 ? Colour{0.92f, 0.92f, 0.92f} : hue(static_cast<std::uint32_t>(level));
+}
 
 }  // namespace terravox

@@ -12,7 +12,21 @@
 namespace terravox {
 
 /// What of a picture is looked at.
-enum class Layer : std::uint8_t { kBeauty, kDirect, kIndirect, kDepth, kNormal, kAlbedo, kMaterial, kSunlight, kSquares, kOcclusion, kLevels, kSteps, kCache };
+enum class Layer : std::uint8_t {
+    kBeauty,
+    kDirect,
+    kIndirect,
+    kDepth,
+    kNormal,
+    kAlbedo,
+    kMaterial,
+    kSunlight,
+    kSquares,
+    kOcclusion,
+    kLevels,
+    kSteps,
+    kCache
+};
 
 struct LayerFacts {
     Layer layer;
@@ -24,7 +38,9 @@ inline constexpr std::array<LayerFacts, 13> kLayers{{
     {Layer::kBeauty, "beauty", "the picture"},
     {Layer::kDirect, "direct light", "from sun and sky alone"},
     {Layer::kIndirect, "indirect light", "by way of other things"},
-    {Layer::kDepth, "depth", "distance, from the world's nearest point, bright, to its farthest; each grey step is a factor"},
+    {Layer::kDepth, "depth",
+     "distance, from the world's nearest point, bright, to its farthest; each grey step is a "
+     "factor"},
     {Layer::kNormal, "normal", "east red, up green, south blue"},
     {Layer::kAlbedo, "albedo", "share of light that surfaces send back"},
     {Layer::kMaterial, "material", "a colour for each material"},
@@ -33,18 +49,25 @@ inline constexpr std::array<LayerFacts, 13> kLayers{{
     {Layer::kOcclusion, "ambient occlusion", "light under an even sky"},
     {Layer::kLevels, "box levels", "level of the boxes that are met: 0 white, then a colour each"},
     {Layer::kSteps, "steps per ray", "cells that a ray visits: blue few, red many"},
-    {Layer::kCache, "cache state", "boxes in memory in a chequer; orange: not in memory; magenta: a hole"},
+    {Layer::kCache, "cache state",
+     "boxes in memory in a chequer; orange: not in memory; magenta: a hole"},
 }};
 
-[[nodiscard]] constexpr const LayerFacts& facts_of(Layer layer) noexcept { return kLayers[static_cast<std::size_t>(layer)]; }
+[[nodiscard]] constexpr const LayerFacts& facts_of(Layer layer) noexcept {
+    return kLayers[static_cast<std::size_t>(layer)];
+}
 
 /// What has to be rendered for a layer, instead of the picture of the scene.
 [[nodiscard]] Scene scene_for(Layer layer, Scene scene);
 /// Layers that come from walking rays rather than from shading: a ProbeProcessor makes them.
-[[nodiscard]] constexpr bool is_probe(Layer layer) noexcept { return layer == Layer::kLevels || layer == Layer::kSteps || layer == Layer::kCache; }
+[[nodiscard]] constexpr bool is_probe(Layer layer) noexcept {
+    return layer == Layer::kLevels || layer == Layer::kSteps || layer == Layer::kCache;
+}
 
 /// Whether a film for this layer is one of the scene's picture, too.
-[[nodiscard]] constexpr bool has_picture(Layer layer) noexcept { return !is_probe(layer) && layer != Layer::kOcclusion; }
+[[nodiscard]] constexpr bool has_picture(Layer layer) noexcept {
+    return !is_probe(layer) && layer != Layer::kOcclusion;
+}
 /// Whether two layers can be shown of the same film: no new picture is needed.
 [[nodiscard]] bool same_film(Layer a, Layer b) noexcept;
 /// Bytes as a screen shows them: RGB, 8-bit sRGB, rows from the top.
@@ -57,7 +80,8 @@ struct ScreenPicture {
 
 /// Shows the pixels of a tile of a film, coarse ones as squares.
 /// @param output exposure and tone; the view may be of others @param to as large as the film
-void show(const Film& film, const View& view, const Scene::Output& output, Layer layer, const RenderTile& tile, ScreenPicture& to);
+void show(const Film& film, const View& view, const Scene::Output& output, Layer layer,
+          const RenderTile& tile, ScreenPicture& to);
 
 /// The colour that Layer::kMaterial shows a material in.
 [[nodiscard]] voxel::Rgb8 colour_of_material(voxel::Material material) noexcept;

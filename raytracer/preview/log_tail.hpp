@@ -8,7 +8,8 @@
 
 namespace terravox {
 
-/// Keeps the newest warning or error of the log, for who cannot see it: workers that are lost, boxes that cannot be had. Thread-safe.
+/// Keeps the newest warning or error of the log, for who cannot see it: workers that are lost,
+/// boxes that cannot be had. Thread-safe.
 class LogTail final : public spdlog::sinks::base_sink<std::mutex> {
 public:
     LogTail() { set_level(spdlog::level::warn); }
@@ -19,7 +20,9 @@ public:
     }
 
 protected:
-    void sink_it_(const spdlog::details::log_msg& message) override { m_line.assign(message.payload.data(), message.payload.size()); }
+    void sink_it_(const spdlog::details::log_msg& message) override {
+        m_line.assign(message.payload.data(), message.payload.size());
+    }
     void flush_() override {}
 
 private:

@@ -7,7 +7,8 @@
 
 namespace terravox {
 
-/// The world straight from above, north up, in a small picture that is made in time that is left over.
+/// The world straight from above, north up, in a small picture that is made in time that is left
+/// over.
 class MiniMap {
 public:
     /// @param edge_px of the longer side @throws Error for a world that cannot be drawn
@@ -21,9 +22,14 @@ public:
     /// Counts up whenever screen() changes.
     [[nodiscard]] std::uint64_t version() const noexcept { return m_version; }
 
-    /// Between places on the map, level-0 voxels (x east, z south), and shares of the picture's width and height, from the upper left corner.
-    [[nodiscard]] std::array<double, 2> share_of(double x, double z) const noexcept { return {(x - m_west) / m_width, (z - m_north) / m_height}; }
-    [[nodiscard]] std::array<double, 2> place_of(double right, double down) const noexcept { return {m_west + right * m_width, m_north + down * m_height}; }
+    /// Between places on the map, level-0 voxels (x east, z south), and shares of the picture's
+    /// width and height, from the upper left corner.
+    [[nodiscard]] std::array<double, 2> share_of(double x, double z) const noexcept {
+        return {(x - m_west) / m_width, (z - m_north) / m_height};
+    }
+    [[nodiscard]] std::array<double, 2> place_of(double right, double down) const noexcept {
+        return {m_west + right * m_width, m_north + down * m_height};
+    }
 
 private:
     double m_west, m_north, m_width, m_height;  ///< level-0 voxels

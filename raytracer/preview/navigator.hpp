@@ -9,10 +9,12 @@
 
 namespace terravox {
 
-/// Moves the viewpoint by mouse, keys and gamepad, and tells clicks from drags. Positions: pixels of the window.
+/// Moves the viewpoint by mouse, keys and gamepad, and tells clicks from drags. Positions: pixels
+/// of the window.
 class Navigator {
 public:
-    /// After ImGui has begun the frame. @param seconds since the last @return the viewpoint has moved
+    /// After ImGui has begun the frame. @param seconds since the last @return the viewpoint has
+    /// moved
     bool handle(Desk& desk, const Gamepad& pad, double seconds);
 
     struct Click {

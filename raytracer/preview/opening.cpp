@@ -6,18 +6,20 @@
 
 namespace terravox {
 
-Opening::Opening(WorldArguments from, const Scene& scene) : m_thread([this, from = std::move(from), scene](const std::stop_token& stop) {
-        std::shared_ptr<LoadedWorld> world;
-        std::string failure;
-        try {
-            world = std::make_shared<LoadedWorld>(from, scene, stop);
-            if (world->world->info().bounds.empty()) throw Error("show the world '" + world->world->info().title + "': it is empty");
-        } catch (const std::exception& e) {
-            world.reset(), failure = e.what();
-        }
-        const std::lock_guard lock(m_mutex);
-        m_world = std::move(world), m_failure = std::move(failure), m_done = true;
-    }) {}
+Opening::Opening(WorldArguments from, const Scene& scene)
+    : m_thread([this, from = std::move(from), scene](const std::stop_token& stop) {
+          std::shared_ptr<LoadedWorld> world;
+          std::string failure;
+          try {
+              world = std::make_shared<LoadedWorld>(from, scene, stop);
+              if (world->world->info().bounds.empty())
+                  throw Error("show the world '" + world->world->info().title + "': it is empty");
+          } catch (const std::exception& e) {
+              world.reset(), failure = e.what();
+          }
+          const std::lock_guard lock(m_mutex);
+          m_world = std::move(world), m_failure = std::move(failure), m_done = true;
+      }) {}
 
 Opening::~Opening() {
     m_thread.request_stop();

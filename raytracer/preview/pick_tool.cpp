@@ -14,12 +14,17 @@ Measured measure(const Picked& from, const Picked& to, double voxel_m) noexcept 
     Measured out;
     out.level_m = std::hypot(way.x, way.z), out.height_m = way.y, out.length_m = length(way);
     out.heading_deg = std::atan2(way.x, -way.z) * 180 / std::numbers::pi;
-    if (out.heading_deg < 0) out.heading_deg += 360;
+    if (out.heading_deg < 0)
+        out.heading_deg += 360;
     return out;
 }
 
-void PickTool::click(const Desk& desk, const Navigator::Click& click, const Ray& ray, const std::shared_ptr<const View>& view) {
-    m_picker.ask(click.twice ? Picker::Use::kFocus : desk.measures ? Picker::Use::kMeasure : Picker::Use::kRead, view, ray);
+void PickTool::click(const Desk& desk, const Navigator::Click& click, const Ray& ray,
+                     const std::shared_ptr<const View>& view) {
+    m_picker.ask(click.twice     ? Picker::Use::kFocus
+                 : desk.measures ? Picker::Use::kMeasure
+                                 : Picker::Use::kRead,
+                 view, ray);
 }
 
 void PickTool::go(const Desk& desk, double x, double z, const std::shared_ptr<const View>& view) {
@@ -29,7 +34,8 @@ void PickTool::go(const Desk& desk, double x, double z, const std::shared_ptr<co
 
 bool PickTool::update(Desk& desk) {
     const auto answer = m_picker.take();
-    if (!answer) return false;
+    if (!answer)
+        return false;
     using Use = Picker::Use;
     const auto& picked = answer->picked;
     switch (answer->use) {
@@ -40,42 +46,52 @@ bool PickTool::update(Desk& desk) {
                 return false;
             }
             m_facts = facts_of(*picked, desk.info());
-            for (const PickedFact& fact : m_facts) spdlog::debug("picked {}: {}", fact.name, fact.value);
+            for (const PickedFact& fact : m_facts)
+                spdlog::debug("picked {}: {}", fact.name, fact.value);
             return false;
         case Use::kMeasure:
-            if (!picked) desk.say("nothing there to measure: the ray leaves the world");
-            else if (!m_first || m_second) m_first = picked, m_second.reset();
-            else m_second = picked;
+            if (!picked)
+                desk.say("nothing there to measure: the ray leaves the world");
+            else if (!m_first || m_second)
+                m_first = picked, m_second.reset();
+            else
+                m_second = picked;
             if (m_second) {
                 const Measured m = measure(*m_first, *m_second, desk.info().voxel_m);
-                spdlog::debug("measured {:.2f} m on the map, {:.2f} m up, {:.2f} m in all", m.level_m, m.height_m, m.length_m);
+                spdlog::debug("measured {:.2f} m on the map, {:.2f} m up, {:.2f} m in all",
+                              m.level_m, m.height_m, m.length_m);
             }
             return false;
         case Use::kFocus:
-            if (!picked) return false;
+            if (!picked)
+                return false;
             desk.viewpoint.face(picked->point);
             break;
-        case Use::kGo:
-            desk.viewpoint.go_to(picked ? picked->point : m_go);
-            break;
+        case Use::kGo: desk.viewpoint.go_to(picked ? picked->point : m_go); break;
     }
     desk.moved();
     return true;
 }
 
 void PickTool::draw_marks(const View& view, const Pane& pane) const {
-    constexpr ImU32 kDark = IM_COL32(0, 0, 0, 200), kReading = IM_COL32(90, 220, 255, 255), kMeasuring = IM_COL32(255, 210, 60, 255);
+    constexpr ImU32 kDark = IM_COL32(0, 0, 0, 200), kReading = IM_COL32(90, 220, 255, 255),
+                    kMeasuring = IM_COL32(255, 210, 60, 255);
     ImDrawList& above = *ImGui::GetBackgroundDrawList();
-    above.PushClipRect({static_cast<float>(pane.x), static_cast<float>(pane.y)}, {static_cast<float>(pane.x + pane.width), static_cast<float>(pane.y + pane.height)});
+    above.PushClipRect(
+        {static_cast<float>(pane.x), static_cast<float>(pane.y)},
+        {static_cast<float>(pane.x + pane.width), static_cast<float>(pane.y + pane.height)});
     const auto place_of = [&](const std::optional<Picked>& p) -> std::optional<ImVec2> {
         const auto at = p ? pixel_of(view.camera, p->point, pane.width, pane.height) : std::nullopt;
-        if (!at) return std::nullopt;
+        if (!at)
+            return std::nullopt;
         return ImVec2{static_cast<float>(pane.x + (*at)[0]), static_cast<float>(pane.y + (*at)[1])};
     };
     const auto from = place_of(m_first), to = place_of(m_second);
-    if (from && to) above.AddLine(*from, *to, kDark, 4), above.AddLine(*from, *to, kMeasuring, 2);
+    if (from && to)
+        above.AddLine(*from, *to, kDark, 4), above.AddLine(*from, *to, kMeasuring, 2);
     const auto mark = [&](const std::optional<ImVec2>& at, ImU32 colour) {
-        if (at) above.AddCircle(*at, 6, kDark, 0, 4), above.AddCircle(*at, 6, colour, 0, 2);
+        if (at)
+            above.AddCircle(*at, 6, kDark, 0, 4), above.AddCircle(*at, 6, colour, 0, 2);
     };
     mark(place_of(m_read), kReading), mark(from, kMeasuring), mark(to, kMeasuring);
     above.PopClipRect();
@@ -83,13 +99,18 @@ void PickTool::draw_marks(const View& view, const Pane& pane) const {
 
 void PickTool::draw(Desk& desk, const View& view, const Pane& pane, std::array<int, 2> window_px) {
     draw_marks(view, pane);
-    if (!m_read && !m_first && !m_picker.busy()) return;
+    if (!m_read && !m_first && !m_picker.busy())
+        return;
     const float font = ImGui::GetFontSize();
-    ImGui::SetNextWindowPos({static_cast<float>(window_px[0]) - font, font * 3}, ImGuiCond_Always, {1, 0});
+    ImGui::SetNextWindowPos({static_cast<float>(window_px[0]) - font, font * 3}, ImGuiCond_Always,
+                            {1, 0});
     ImGui::SetNextWindowSize({font * 26, 0});
     bool open = true;
-    ImGui::Begin(desk.measures ? "Distance" : "Voxel", &open, ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
-    if (m_picker.busy()) ImGui::TextDisabled("looking it up ...");
+    ImGui::Begin(desk.measures ? "Distance" : "Voxel", &open,
+                 ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav |
+                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
+    if (m_picker.busy())
+        ImGui::TextDisabled("looking it up ...");
     const auto row = [&](const std::string& name, const std::string& value) {
         ImGui::TextDisabled("%s", name.c_str());
         ImGui::SameLine(font * 8);
@@ -103,27 +124,34 @@ void PickTool::draw(Desk& desk, const View& view, const Pane& pane, std::array<i
     if (desk.measures) {
         if (m_first && m_second) {
             const Measured m = measure(*m_first, *m_second, desk.info().voxel_m);
-            row("on the map", metres(m.level_m)), row("height", metres(m.height_m)), row("in all", metres(m.length_m));
+            row("on the map", metres(m.level_m)), row("height", metres(m.height_m)),
+                row("in all", metres(m.length_m));
             row("towards", std::to_string(std::lround(m.heading_deg)) + "\u00b0");
         } else if (m_first) {
             ImGui::TextUnformatted("click on the other end");
         }
     } else if (m_read) {
         std::string all;
-        for (const PickedFact& fact : m_facts) row(fact.name, fact.value), all += fact.name + ": " + fact.value + "\n";
+        for (const PickedFact& fact : m_facts)
+            row(fact.name, fact.value), all += fact.name + ": " + fact.value + "\n";
         if (m_read->attr.has_colour() && !m_read->hole) {
             const voxel::Rgb8 c = m_read->attr.colour;
             ImGui::SameLine();
-            ImGui::ColorButton("##colour", {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1}, ImGuiColorEditFlags_NoTooltip, {font, font});
+            ImGui::ColorButton("##colour", {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1},
+                               ImGuiColorEditFlags_NoTooltip, {font, font});
         }
-        if (ImGui::Button("Copy")) ImGui::SetClipboardText(all.c_str());
+        if (ImGui::Button("Copy"))
+            ImGui::SetClipboardText(all.c_str());
         ImGui::SameLine();
-        if (ImGui::Button("Look at it")) desk.viewpoint.face(m_read->point), desk.moved();
+        if (ImGui::Button("Look at it"))
+            desk.viewpoint.face(m_read->point), desk.moved();
         ImGui::SameLine();
-        if (ImGui::Button("Focus lens")) desk.scene.camera.focus_m = std::clamp(m_read->distance_m, 0.001, 1e7);
+        if (ImGui::Button("Focus lens"))
+            desk.scene.camera.focus_m = std::clamp(m_read->distance_m, 0.001, 1e7);
     }
     ImGui::End();
-    if (!open) clear();
+    if (!open)
+        clear();
 }
 
 }  // namespace terravox

@@ -12,9 +12,9 @@ namespace terravox {
 
 /// A distance between two voxels.
 struct Measured {
-    double level_m = 0;  ///< on the map
-    double height_m = 0; ///< second less first
-    double length_m = 0; ///< through the air
+    double level_m = 0;   ///< on the map
+    double height_m = 0;  ///< second less first
+    double length_m = 0;  ///< through the air
     double heading_deg = 0;
 };
 [[nodiscard]] Measured measure(const Picked& from, const Picked& to, double voxel_m) noexcept;
@@ -25,7 +25,8 @@ public:
     explicit PickTool(BlockManager& blocks) : m_picker(blocks) {}
 
     /// @param ray through the click @param view of the picture that is seen
-    void click(const Desk& desk, const Navigator::Click& click, const Ray& ray, const std::shared_ptr<const View>& view);
+    void click(const Desk& desk, const Navigator::Click& click, const Ray& ray,
+               const std::shared_ptr<const View>& view);
     /// The ground at a place on the map, to go there. @param x, z level-0 voxels
     void go(const Desk& desk, double x, double z, const std::shared_ptr<const View>& view);
     /// What has come of clicks. @return the viewpoint has moved
@@ -41,7 +42,7 @@ private:
     Picker m_picker;
     std::optional<Picked> m_read, m_first, m_second;
     std::vector<PickedFact> m_facts;  ///< of m_read
-    Vec3 m_go;  ///< where there may be no ground
+    Vec3 m_go;                        ///< where there may be no ground
 };
 
 }  // namespace terravox

@@ -18,7 +18,7 @@ namespace terravox {
 struct Picked {
     VoxelCoord voxel;  ///< of `level`
     int level = 0;
-    Vec3 point;        ///< where the ray meets it, level-0 voxels
+    Vec3 point;  ///< where the ray meets it, level-0 voxels
     double distance_m = 0;
     bool hole = false;  ///< not a voxel: its box could not be had
     voxel::VoxelAttr attr;
@@ -30,8 +30,9 @@ struct PickedFact {
 };
 [[nodiscard]] std::vector<PickedFact> facts_of(const Picked& picked, const voxel::WorldInfo& world);
 
-/// Finds the voxel that a ray meets, on a thread of its own: a box may take seconds to come, and a window shall not wait. Who asks again
-/// before the answer is there gets the answer to the last question alone.
+/// Finds the voxel that a ray meets, on a thread of its own: a box may take seconds to come, and a
+/// window shall not wait. Who asks again before the answer is there gets the answer to the last
+/// question alone.
 class Picker {
 public:
     enum class Use : std::uint8_t { kRead, kFocus, kMeasure, kGo };
@@ -40,7 +41,8 @@ public:
         std::optional<Picked> picked;  ///< none: the ray leaves the world
     };
 
-    /// @param blocks outlives the picker; its world must have been stopped before the picker goes, or the box it waits for must come
+    /// @param blocks outlives the picker; its world must have been stopped before the picker goes,
+    /// or the box it waits for must come
     explicit Picker(BlockManager& blocks);
     ~Picker();
 

@@ -36,20 +36,28 @@ Colour of_steps(std::uint64_t steps) noexcept {
 
 Colour chequer(const Hit& hit) noexcept {
     const int shift = 6, high = 8;
-    const bool odd = (((hit.voxel.x >> shift) + (hit.voxel.y >> high) + (hit.voxel.z >> shift)) & 1) != 0;
+    const bool odd =
+        (((hit.voxel.x >> shift) + (hit.voxel.y >> high) + (hit.voxel.z >> shift)) & 1) != 0;
     return odd ? Colour{0.35f, 0.75f, 0.45f} : Colour{0.25f, 0.55f, 0.75f};
 }
 
 }  // namespace
 
-ProbeProcessor::ProbeProcessor(const View& view, BlockManager& blocks, Layer layer) : m_view(view), m_blocks(blocks), m_layer(layer), m_reader(blocks), m_walk(m_reader, view.cut) {}
+ProbeProcessor::ProbeProcessor(const View& view, BlockManager& blocks, Layer layer)
+    : m_view(view),
+      m_blocks(blocks),
+      m_layer(layer),
+      m_reader(blocks),
+      m_walk(m_reader, view.cut) {}
 
 Colour ProbeProcessor::probe(double px, double py, PixelSample& sample) {
     sample.alpha = 0, sample.depth_m = std::numeric_limits<float>::infinity();
     const auto ray = m_view.camera.ray(px, py, 0.5, 0.5);
-    if (!ray) return kSky;
+    if (!ray)
+        return kSky;
     RayState state(*ray);
-    if (!state.enter(m_view.cut.entry_bounds())) return kSky;
+    if (!state.enter(m_view.cut.entry_bounds()))
+        return kSky;
     const std::uint64_t before = m_walk.counts().steps;
     Hit hit;
     const WalkEnd end = m_walk.first_hit(state, StopAt::kSolid, kFar, hit);
@@ -58,17 +66,22 @@ Colour ProbeProcessor::probe(double px, double py, PixelSample& sample) {
         m_missing.insert(m_walk.missing());
         return kMissing;
     }
-    if (m_layer == Layer::kSteps) return of_steps(steps);
-    if (end == WalkEnd::kMiss) return kSky;
+    if (m_layer == Layer::kSteps)
+        return of_steps(steps);
+    if (end == WalkEnd::kMiss)
+        return kSky;
     sample.alpha = 1, sample.depth_m = static_cast<float>(hit.t * m_view.voxel_m);
-    if (hit.hole) return kHole;
-    return (m_layer == Layer::kLevels ? colour_of_level(hit.level) : chequer(hit)) * light_on(hit.face);
+    if (hit.hole)
+        return kHole;
+    return (m_layer == Layer::kLevels ? colour_of_level(hit.level) : chequer(hit)) *
+           light_on(hit.face);
 }
 
 bool ProbeProcessor::go_on(std::chrono::steady_clock::time_point until) {
     do {
         if (!m_begun) {
-            if (m_waiting.empty()) return false;
+            if (m_waiting.empty())
+                return false;
             m_under_way = {};
             m_under_way.tile = m_waiting.front();
             m_waiting.pop_front();
@@ -80,23 +93,28 @@ bool ProbeProcessor::go_on(std::chrono::steady_clock::time_point until) {
         const std::size_t end = std::min(m_next + kPixelsAtOnce, m_pixels.size());
         for (; m_next < end; ++m_next) {
             PixelSample& sample = m_under_way.samples[m_next];
-            sample.colour = probe(m_pixels[m_next].first + 0.5, m_pixels[m_next].second + 0.5, sample);
+            sample.colour =
+                probe(m_pixels[m_next].first + 0.5, m_pixels[m_next].second + 0.5, sample);
         }
         if (m_next == m_pixels.size()) {
             m_result = std::move(m_under_way);
             m_begun = false;
             // Where no ray waits for it nobody else would ask for it.
-            if (m_waiting.empty() && !m_missing.empty()) m_blocks.prefetch({m_missing.begin(), m_missing.end()});
+            if (m_waiting.empty() && !m_missing.empty())
+                m_blocks.prefetch({m_missing.begin(), m_missing.end()});
             return true;
         }
     } while (std::chrono::steady_clock::now() < until);
     return false;
 }
 
-bool ProbeProcessor::wait(std::chrono::milliseconds most) { return m_result || m_closed || go_on(std::chrono::steady_clock::now() + most); }
+bool ProbeProcessor::wait(std::chrono::milliseconds most) {
+    return m_result || m_closed || go_on(std::chrono::steady_clock::now() + most);
+}
 
 std::optional<TileResult> ProbeProcessor::take() {
-    while (!m_result && !m_closed && go_on(std::chrono::steady_clock::time_point::max())) {}
+    while (!m_result && !m_closed && go_on(std::chrono::steady_clock::time_point::max())) {
+    }
     return std::exchange(m_result, std::nullopt);
 }
 

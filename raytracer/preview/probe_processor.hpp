@@ -8,8 +8,9 @@
 
 namespace terravox {
 
-/// Tiles of what walking the middle ray of each pixel takes, as colours for a screen: levels, steps, what is in memory. It waits for no box: where
-/// one is missing, the pixel says so, and the box is asked for. It works while somebody waits for it, on their thread, and is for one thread.
+/// Tiles of what walking the middle ray of each pixel takes, as colours for a screen: levels,
+/// steps, what is in memory. It waits for no box: where one is missing, the pixel says so, and the
+/// box is asked for. It works while somebody waits for it, on their thread, and is for one thread.
 class ProbeProcessor final : public TileProcessor {
 public:
     /// @param layer of which is_probe() says so @param view, blocks outlive the processor

@@ -9,8 +9,10 @@
 namespace terravox {
 namespace {
 
-constexpr std::chrono::milliseconds kLeast{1};  // of a call: a picture whose slices are all too short must come to its end, too
-constexpr int kTilePixels = 16;  // along an edge, of those that a pass traces: smaller tiles take more to hand out than to trace
+constexpr std::chrono::milliseconds kLeast{
+    1};  // of a call: a picture whose slices are all too short must come to its end, too
+constexpr int kTilePixels = 16;  // along an edge, of those that a pass traces: smaller tiles take
+                                 // more to hand out than to trace
 
 }  // namespace
 
@@ -25,7 +27,8 @@ void Progressive::start(const Scene& scene, int first_step) {
     m_whole = false;
     m_view = std::make_shared<const View>(m_views.make(scene, m_blocks));
     const auto [width, height] = scene.output.size_px;
-    if (!m_film || m_film->width_px() != width || m_film->height_px() != height || m_film->has_layers() != m_view->wants_layers())
+    if (!m_film || m_film->width_px() != width || m_film->height_px() != height ||
+        m_film->has_layers() != m_view->wants_layers())
         m_film = std::make_unique<Film>(width, height, m_view->wants_layers());
     m_first_step = first_step;
     m_samples = 0, m_rays = 0;
@@ -45,7 +48,10 @@ void Progressive::plan() {
     m_passes.clear();
     for (int step = m_first_step; step >= 1; step /= 2) {
         // A tile of a coarse pass is larger, so that there is something to do in it.
-        auto tiles = plan_tiles(width, height, step, std::max(q.tile.in_picture(width), step * kTilePixels), q.tile_order).front();
+        auto tiles =
+            plan_tiles(width, height, step, std::max(q.tile.in_picture(width), step * kTilePixels),
+                       q.tile_order)
+                .front();
         for (RenderTile& tile : tiles) {
             tile.pass = static_cast<std::uint32_t>(m_passes.size());
             tile.refines = step != m_first_step;
@@ -55,7 +61,8 @@ void Progressive::plan() {
     }
 }
 
-// The next pass, or more samples: as many again as there are, of tiles that are not known well enough.
+// The next pass, or more samples: as many again as there are, of tiles that are not known well
+// enough.
 void Progressive::next_pass() {
     m_submitted = 0;
     m_done.clear();
@@ -64,37 +71,53 @@ void Progressive::next_pass() {
         return;
     }
     const auto& q = m_view->scene.quality;
-    const std::uint32_t more = std::min(m_samples, static_cast<std::uint32_t>(q.samples) - m_samples);
+    const std::uint32_t more =
+        std::min(m_samples, static_cast<std::uint32_t>(q.samples) - m_samples);
     m_tiles.clear();
     for (RenderTile tile : m_passes.back()) {
         tile.step = 1, tile.refines = false;
         tile.first_sample = m_samples, tile.samples = more;
-        if (q.noise == 0 || m_samples < static_cast<std::uint32_t>(q.min_samples) || m_film->error_above(tile, q.noise)) m_tiles.push_back(tile);
+        if (q.noise == 0 || m_samples < static_cast<std::uint32_t>(q.min_samples) ||
+            m_film->error_above(tile, q.noise))
+            m_tiles.push_back(tile);
     }
 }
 
 void Progressive::work(Clock::time_point until) {
-    if (!m_processor) return;
+    if (!m_processor)
+        return;
     try {
         for (bool first = true;; first = false) {
             if (m_done.size() == m_tiles.size()) {
                 m_whole = true;
-                if (m_first_s == 0) m_first_s = seconds();
-                if (m_pass == m_passes.size()) m_samples += std::max(m_tiles.empty() ? 1 : m_tiles.front().samples, 1U);
-                const bool finished = m_tiles.empty() || m_samples >= static_cast<std::uint32_t>(m_view->scene.quality.samples);
-                if (!finished) next_pass();
+                if (m_first_s == 0)
+                    m_first_s = seconds();
+                if (m_pass == m_passes.size())
+                    m_samples += std::max(m_tiles.empty() ? 1 : m_tiles.front().samples, 1U);
+                const bool finished =
+                    m_tiles.empty() ||
+                    m_samples >= static_cast<std::uint32_t>(m_view->scene.quality.samples);
+                if (!finished)
+                    next_pass();
                 if (finished || m_tiles.empty()) {
                     m_all_s = seconds();
                     return stop();
                 }
             }
-            while (m_submitted < m_tiles.size() && m_submitted - m_done.size() < static_cast<std::size_t>(m_processor->capacity())) m_processor->submit(m_tiles[m_submitted++]);
-            const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
-            if (left.count() <= 0 && !first) return;
-            if (!m_processor->wait(std::max(left, kLeast))) continue;
-            (void)m_processor->take_doubted();  // they come again, and take the place of what is there
+            while (m_submitted < m_tiles.size() &&
+                   m_submitted - m_done.size() < static_cast<std::size_t>(m_processor->capacity()))
+                m_processor->submit(m_tiles[m_submitted++]);
+            const auto left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
+            if (left.count() <= 0 && !first)
+                return;
+            if (!m_processor->wait(std::max(left, kLeast)))
+                continue;
+            (void)m_processor
+                ->take_doubted();  // they come again, and take the place of what is there
             const auto result = m_processor->take();
-            if (!result) throw Error("render: the processor ended before the picture was finished");
+            if (!result)
+                throw Error("render: the processor ended before the picture was finished");
             add(*result);
         }
     } catch (...) {
@@ -114,11 +137,14 @@ void Progressive::add(const TileResult& result) {
 
 Progressive::Status Progressive::status() const {
     Status out;
-    if (!m_view) return out;
+    if (!m_view)
+        return out;
     const auto& tiles = m_tiles;
     out.step = tiles.empty() ? 1 : tiles.front().step;
-    out.samples = m_samples, out.of_samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
-    out.share = tiles.empty() ? 1 : static_cast<double>(m_done.size()) / static_cast<double>(tiles.size());
+    out.samples = m_samples,
+    out.of_samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);
+    out.share =
+        tiles.empty() ? 1 : static_cast<double>(m_done.size()) / static_cast<double>(tiles.size());
     out.first_s = m_first_s;
     out.seconds = busy() ? seconds() : m_all_s;
     out.rays = m_rays, out.holes = m_holes.size();

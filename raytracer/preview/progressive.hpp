@@ -12,46 +12,55 @@
 
 namespace terravox {
 
-/// A picture that refines itself, in slices of somebody's time: passes coarse to fine with one sample of each pixel, then more samples. A new
-/// one begins at once; what was under way for the old one is given up. Used by one thread.
+/// A picture that refines itself, in slices of somebody's time: passes coarse to fine with one
+/// sample of each pixel, then more samples. A new one begins at once; what was under way for the
+/// old one is given up. Used by one thread.
 class Progressive {
 public:
     using Clock = std::chrono::steady_clock;
-    /// Who renders a picture of this view. The next is asked for when nobody owns the last any more.
+    /// Who renders a picture of this view. The next is asked for when nobody owns the last any
+    /// more.
     using Begin = std::function<std::shared_ptr<TileProcessor>(const View&)>;
 
     Progressive(BlockManager& blocks, Begin begin) : m_blocks(blocks), m_begin(std::move(begin)) {}
     ~Progressive() { stop(); }
 
-    /// What is seen stays until tiles of the new picture take its place. @param first_step edge of the first pass's pixels, a power of two
+    /// What is seen stays until tiles of the new picture take its place. @param first_step edge of
+    /// the first pass's pixels, a power of two
     /// @throws UsageError for a scene that cannot be; then there is no picture under way
     void start(const Scene& scene, int first_step);
     void stop() noexcept;
 
-    /// Goes on until then, a millisecond at the least, or until the picture is finished: traces, where green takes part, and waits for others.
+    /// Goes on until then, a millisecond at the least, or until the picture is finished: traces,
+    /// where green takes part, and waits for others.
     /// @throws what a tile threw; the picture is stopped then
     void work(Clock::time_point until);
 
     [[nodiscard]] bool busy() const noexcept { return m_processor != nullptr; }
-    [[nodiscard]] bool whole() const noexcept { return m_whole; }  ///< each pixel is of this picture, if coarse
+    [[nodiscard]] bool whole() const noexcept {
+        return m_whole;
+    }  ///< each pixel is of this picture, if coarse
     /// Nothing before the first start().
     [[nodiscard]] const Film* film() const noexcept { return m_film.get(); }
     [[nodiscard]] const std::shared_ptr<const View>& view() const noexcept { return m_view; }
 
-    /// Tiles that have come into the film since the last call. Their coarse pixels may reach beyond them.
+    /// Tiles that have come into the film since the last call. Their coarse pixels may reach beyond
+    /// them.
     [[nodiscard]] std::vector<RenderTile> take_changes() { return std::exchange(m_changes, {}); }
 
     struct Status {
-        int step = 0;  ///< of the pass under way
+        int step = 0;                               ///< of the pass under way
         std::uint32_t samples = 0, of_samples = 0;  ///< of each pixel, once all passes are done
-        double share = 0;    ///< done of the pass, or of the samples
+        double share = 0;                           ///< done of the pass, or of the samples
         double first_s = 0;  ///< until each pixel was of this picture; 0: not yet
         double seconds = 0;  ///< since it began; of a finished one: all
         std::uint64_t rays = 0;
         std::size_t holes = 0;
     };
     [[nodiscard]] Status status() const;
-    [[nodiscard]] const std::set<voxel::BoxKey>& holes() const noexcept { return m_holes; }  ///< that its rays met
+    [[nodiscard]] const std::set<voxel::BoxKey>& holes() const noexcept {
+        return m_holes;
+    }  ///< that its rays met
     /// Time that ending the picture before took: cancelling what was under way, and more.
     [[nodiscard]] double last_stop_s() const noexcept { return m_stop_s; }
 
@@ -59,7 +68,9 @@ private:
     void plan();
     void next_pass();
     void add(const TileResult& result);
-    [[nodiscard]] double seconds() const noexcept { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
+    [[nodiscard]] double seconds() const noexcept {
+        return std::chrono::duration<double>(Clock::now() - m_start).count();
+    }
 
     BlockManager& m_blocks;
     const Begin m_begin;

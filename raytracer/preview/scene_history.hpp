@@ -11,9 +11,12 @@ namespace terravox {
 class SceneHistory {
 public:
     explicit SceneHistory(const Scene& first) : m_scenes{first} {}
-    /// The scene is like this now. What was undone is forgotten; nothing happens where it is the same. The oldest goes when there are too many.
+    /// The scene is like this now. What was undone is forgotten; nothing happens where it is the
+    /// same. The oldest goes when there are too many.
     void note(const Scene& scene);
-    [[nodiscard]] const Scene& now() const noexcept { return m_scenes[m_at]; }  ///< as noted, or gone back to
+    [[nodiscard]] const Scene& now() const noexcept {
+        return m_scenes[m_at];
+    }  ///< as noted, or gone back to
     [[nodiscard]] bool can_undo() const noexcept { return m_at > 0; }
     [[nodiscard]] bool can_redo() const noexcept { return m_at + 1 < m_scenes.size(); }
     /// @return the scene as it was; the oldest there is when there is none before

@@ -17,7 +17,9 @@ Vec3 direction_of(double heading_deg, double down_deg) {
     return {std::sin(h) * std::cos(d), -std::sin(d), -std::cos(h) * std::cos(d)};
 }
 
-double to_millimetres(double v) { return std::round(v * 1000) / 1000; }
+double to_millimetres(double v) {
+    return std::round(v * 1000) / 1000;
+}
 
 }  // namespace
 
@@ -31,8 +33,11 @@ Viewpoint Viewpoint::of(const Camera& camera, double ground_y) {
 void Viewpoint::apply(Scene& scene, const voxel::WorldInfo& world) const {
     const bool on_earth = !world.crs.empty();
     const auto place = [&](Vec3 v) -> std::array<double, 3> {
-        if (!on_earth) return {to_millimetres(v.x), to_millimetres(v.y), to_millimetres(v.z)};
-        return {to_millimetres(v.x * world.crs_units_per_voxel), to_millimetres(-v.z * world.crs_units_per_voxel), to_millimetres(v.y * world.voxel_m)};
+        if (!on_earth)
+            return {to_millimetres(v.x), to_millimetres(v.y), to_millimetres(v.z)};
+        return {to_millimetres(v.x * world.crs_units_per_voxel),
+                to_millimetres(-v.z * world.crs_units_per_voxel),
+                to_millimetres(v.y * world.voxel_m)};
     };
     scene.camera.space = on_earth ? "crs" : "voxel";
     scene.camera.position = place(position), scene.camera.target = place(target);
@@ -46,21 +51,31 @@ double Viewpoint::heading_deg() const noexcept {
     return deg < 0 ? deg + 360 : deg;
 }
 
-double Viewpoint::down_deg() const noexcept { return std::asin(std::clamp((position.y - target.y) / distance(), -1.0, 1.0)) / kRad; }
-
-void Viewpoint::set_direction(double heading, double down, bool target_stays) noexcept {
-    const Vec3 way = direction_of(heading, std::clamp(down, -kSteepest_deg, kSteepest_deg)) * distance();
-    if (target_stays) position = target - way;
-    else target = position + way;
+double Viewpoint::down_deg() const noexcept {
+    return std::asin(std::clamp((position.y - target.y) / distance(), -1.0, 1.0)) / kRad;
 }
 
-void Viewpoint::orbit(double right_deg, double up_deg) noexcept { set_direction(heading_deg() - right_deg, down_deg() + up_deg, true); }
+void Viewpoint::set_direction(double heading, double down, bool target_stays) noexcept {
+    const Vec3 way =
+        direction_of(heading, std::clamp(down, -kSteepest_deg, kSteepest_deg)) * distance();
+    if (target_stays)
+        position = target - way;
+    else
+        target = position + way;
+}
 
-void Viewpoint::look(double right_deg, double down) noexcept { set_direction(heading_deg() + right_deg, down_deg() + down, false); }
+void Viewpoint::orbit(double right_deg, double up_deg) noexcept {
+    set_direction(heading_deg() - right_deg, down_deg() + up_deg, true);
+}
+
+void Viewpoint::look(double right_deg, double down) noexcept {
+    set_direction(heading_deg() + right_deg, down_deg() + down, false);
+}
 
 void Viewpoint::walk(double right, double up, double forward) noexcept {
     const double h = heading_deg() * kRad;
-    const Vec3 way = Vec3{std::cos(h), 0, std::sin(h)} * right + Vec3{0, up, 0} + Vec3{std::sin(h), 0, -std::cos(h)} * forward;
+    const Vec3 way = Vec3{std::cos(h), 0, std::sin(h)} * right + Vec3{0, up, 0} +
+                     Vec3{std::sin(h), 0, -std::cos(h)} * forward;
     position = position + way, target = target + way;
 }
 
@@ -82,24 +97,32 @@ void Viewpoint::go_to(Vec3 point) noexcept {
 
 void Viewpoint::face(Vec3 point) noexcept {
     const double reach = length(point - position);
-    if (!(reach >= kNearest)) return;
+    if (!(reach >= kNearest))
+        return;
     target = point;
     set_direction(heading_deg(), down_deg(), false);
 }
 
-std::optional<std::array<double, 2>> pixel_of(const Camera& camera, Vec3 point, int width_px, int height_px) noexcept {
+std::optional<std::array<double, 2>> pixel_of(const Camera& camera, Vec3 point, int width_px,
+                                              int height_px) noexcept {
     const auto to_ndc = camera.world_to_ndc();
-    if (!to_ndc) return std::nullopt;
+    if (!to_ndc)
+        return std::nullopt;
     const auto& m = *to_ndc;
     const auto origin = camera.picture_origin();
     const double metres = camera.voxel_m();
-    const std::array<double, 4> v{(point.x - static_cast<double>(origin[0])) * metres, (point.y - static_cast<double>(origin[1])) * metres,
+    const std::array<double, 4> v{(point.x - static_cast<double>(origin[0])) * metres,
+                                  (point.y - static_cast<double>(origin[1])) * metres,
                                   (point.z - static_cast<double>(origin[2])) * metres, 1};
     std::array<double, 4> out{};
     for (std::size_t column = 0; column < 4; ++column)
-        for (std::size_t row = 0; row < 4; ++row) out[column] += v[row] * m[row * 4 + column];
-    if (dot(point - camera.position(), camera.forward()) <= 0 && camera.projection() == Projection::kPerspective) return std::nullopt;
-    if (!(std::abs(out[3]) > 1e-12)) return std::nullopt;
+        for (std::size_t row = 0; row < 4; ++row)
+            out[column] += v[row] * m[row * 4 + column];
+    if (dot(point - camera.position(), camera.forward()) <= 0 &&
+        camera.projection() == Projection::kPerspective)
+        return std::nullopt;
+    if (!(std::abs(out[3]) > 1e-12))
+        return std::nullopt;
     return std::array{out[0] / out[3] * width_px, out[1] / out[3] * height_px};
 }
 

@@ -5,18 +5,21 @@
 
 namespace terravox {
 
-/// Where a person stands in a world, and the point that they look at: what mouse, keys and gamepad move. Level-0 voxels.
+/// Where a person stands in a world, and the point that they look at: what mouse, keys and gamepad
+/// move. Level-0 voxels.
 struct Viewpoint {
     Vec3 position, target;
 
     /// What a camera shows, with the point where its middle ray meets the height `ground_y`.
     [[nodiscard]] static Viewpoint of(const Camera& camera, double ground_y);
-    /// Into the fields of a scene: in the world's CRS, in voxels where it has none, rounded to millimetres.
+    /// Into the fields of a scene: in the world's CRS, in voxels where it has none, rounded to
+    /// millimetres.
     void apply(Scene& scene, const voxel::WorldInfo& world) const;
 
     [[nodiscard]] double distance() const noexcept { return length(target - position); }
-    [[nodiscard]] double heading_deg() const noexcept;  ///< of the line of sight, clockwise from north, [0, 360)
-    [[nodiscard]] double down_deg() const noexcept;     ///< how steeply it goes down, [-90, 90]
+    [[nodiscard]] double heading_deg()
+        const noexcept;  ///< of the line of sight, clockwise from north, [0, 360)
+    [[nodiscard]] double down_deg() const noexcept;  ///< how steeply it goes down, [-90, 90]
 
     /// Around the target: to the right, and up. Never over the top.
     void orbit(double right_deg, double up_deg) noexcept;
@@ -40,7 +43,9 @@ private:
     void set_direction(double heading_deg, double down_deg, bool target_stays) noexcept;
 };
 
-/// Where a camera shows a point, pixels from the upper left corner. @return nullopt behind it, and for panoramas and fisheyes
-[[nodiscard]] std::optional<std::array<double, 2>> pixel_of(const Camera& camera, Vec3 point, int width_px, int height_px) noexcept;
+/// Where a camera shows a point, pixels from the upper left corner. @return nullopt behind it, and
+/// for panoramas and fisheyes
+[[nodiscard]] std::optional<std::array<double, 2>> pixel_of(const Camera& camera, Vec3 point,
+                                                            int width_px, int height_px) noexcept;
 
 }  // namespace terravox

@@ -2,11 +2,11 @@
 
 // OpenGL 3.x functions by their prototypes: Mesa, NVIDIA and GLVND export them all.
 #define GL_GLEXT_PROTOTYPES
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include <GLFW/glfw3.h>
-#include <backends/imgui_impl_glfw.h>
-#include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -27,11 +27,13 @@ std::string glfw_reason() {
     return glfwGetError(&text) != GLFW_NO_ERROR && text != nullptr ? text : "no reason given";
 }
 
-constexpr CursorInput kNowhere{-static_cast<double>(FLT_MAX), -static_cast<double>(FLT_MAX)};  // Dear ImGui's value for no mouse
+constexpr CursorInput kNowhere{-static_cast<double>(FLT_MAX),
+                               -static_cast<double>(FLT_MAX)};  // Dear ImGui's value for no mouse
 
 bool any_button_down(GLFWwindow* window) {
     for (int button = 0; button <= GLFW_MOUSE_BUTTON_LAST; ++button)
-        if (glfwGetMouseButton(window, button) == GLFW_PRESS) return true;
+        if (glfwGetMouseButton(window, button) == GLFW_PRESS)
+            return true;
     return false;
 }
 
@@ -40,7 +42,8 @@ constexpr const char* kInstead = "; without a window: terravox render WORLD -o p
 }  // namespace
 
 Texture::~Texture() {
-    if (m_name != 0) glDeleteTextures(1, &m_name);
+    if (m_name != 0)
+        glDeleteTextures(1, &m_name);
 }
 
 void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
@@ -55,16 +58,21 @@ void Texture::set(const ScreenPicture& picture, int first_row, int end_row) {
     glBindTexture(GL_TEXTURE_2D, m_name);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     if (m_width != picture.width_px || m_height != picture.height_px) {
-        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, picture.width_px, picture.height_px, 0, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data());
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, picture.width_px, picture.height_px, 0, GL_RGB,
+                     GL_UNSIGNED_BYTE, picture.rgb.data());
         m_width = picture.width_px, m_height = picture.height_px;
         return;
     }
-    const std::size_t offset = static_cast<std::size_t>(first_row) * static_cast<std::size_t>(m_width) * 3;
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, first_row, m_width, end_row - first_row, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data() + offset);
+    const std::size_t offset =
+        static_cast<std::size_t>(first_row) * static_cast<std::size_t>(m_width) * 3;
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, first_row, m_width, end_row - first_row, GL_RGB,
+                    GL_UNSIGNED_BYTE, picture.rgb.data() + offset);
 }
 
-Window::Window(int width_px, int height_px, const char* title, double scale) : m_asked_scale(scale) {
-    if (glfwInit() == GLFW_FALSE) throw Error("open the preview window: " + glfw_reason() + kInstead);
+Window::Window(int width_px, int height_px, const char* title, double scale)
+    : m_asked_scale(scale) {
+    if (glfwInit() == GLFW_FALSE)
+        throw Error("open the preview window: " + glfw_reason() + kInstead);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -73,7 +81,8 @@ Window::Window(int width_px, int height_px, const char* title, double scale) : m
     if (m_window == nullptr) {
         const std::string reason = glfw_reason();
         glfwTerminate();
-        throw Error("open the preview window: " + reason + "; OpenGL 3.3 is needed, Mesa's llvmpipe will do" + kInstead);
+        throw Error("open the preview window: " + reason +
+                    "; OpenGL 3.3 is needed, Mesa's llvmpipe will do" + kInstead);
     }
     glfwMakeContextCurrent(m_window);
     // The picture's work is timed by the clock: a swap that waits would take from it.
@@ -103,10 +112,18 @@ Window::~Window() {
     glfwTerminate();
 }
 
-bool Window::open() const noexcept { return glfwWindowShouldClose(m_window) == GLFW_FALSE; }
-void Window::close() noexcept { glfwSetWindowShouldClose(m_window, GLFW_TRUE); }
-void Window::set_title(const std::string& title) { glfwSetWindowTitle(m_window, title.c_str()); }
-void Window::copy_text(const std::string& text) { glfwSetClipboardString(m_window, text.c_str()); }
+bool Window::open() const noexcept {
+    return glfwWindowShouldClose(m_window) == GLFW_FALSE;
+}
+void Window::close() noexcept {
+    glfwSetWindowShouldClose(m_window, GLFW_TRUE);
+}
+void Window::set_title(const std::string& title) {
+    glfwSetWindowTitle(m_window, title.c_str());
+}
+void Window::copy_text(const std::string& text) {
+    glfwSetClipboardString(m_window, text.c_str());
+}
 
 std::pair<int, int> Window::size_px() const noexcept {
     int width = 0, height = 0;
@@ -127,7 +144,8 @@ void Window::restyle() {
         font.SizePixels = std::round(kText_px * static_cast<float>(m_scale));
         ImGui::GetIO().Fonts->Clear();
         ImGui::GetIO().Fonts->AddFontDefault(&font);
-        // Not all that it has of OpenGL: 1.86 would take its new, empty buffers for as large as the old ones.
+        // Not all that it has of OpenGL: 1.86 would take its new, empty buffers for as large as the
+        // old ones.
         ImGui_ImplOpenGL3_DestroyFontsTexture();
         ImGui_ImplOpenGL3_CreateFontsTexture();
     }
@@ -140,28 +158,39 @@ void Window::queue_input() {
     static constexpr auto kQueue = [](GLFWwindow* window) -> InputQueue& {
         return static_cast<Window*>(glfwGetWindowUserPointer(window))->m_input;
     };
-    glfwSetKeyCallback(m_window, [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
-        // Dear ImGui repeats keys itself.
-        if (action != GLFW_REPEAT) kQueue(w).push(KeyInput{key, scancode, mods, action == GLFW_PRESS});
+    glfwSetKeyCallback(m_window,
+                       [](GLFWwindow* w, int key, int scancode, int action, int mods) noexcept {
+                           // Dear ImGui repeats keys itself.
+                           if (action != GLFW_REPEAT)
+                               kQueue(w).push(KeyInput{key, scancode, mods, action == GLFW_PRESS});
+                       });
+    glfwSetCharCallback(m_window, [](GLFWwindow* w, unsigned code_point) noexcept {
+        kQueue(w).push(CharacterInput{code_point});
     });
-    glfwSetCharCallback(m_window, [](GLFWwindow* w, unsigned code_point) noexcept { kQueue(w).push(CharacterInput{code_point}); });
-    glfwSetCursorPosCallback(m_window, [](GLFWwindow* w, double x, double y) noexcept { kQueue(w).push(CursorInput{x, y}); });
+    glfwSetCursorPosCallback(m_window, [](GLFWwindow* w, double x, double y) noexcept {
+        kQueue(w).push(CursorInput{x, y});
+    });
     glfwSetMouseButtonCallback(m_window, [](GLFWwindow* w, int button, int action, int) noexcept {
         kQueue(w).push(ButtonInput{button, action == GLFW_PRESS});
     });
-    glfwSetScrollCallback(m_window, [](GLFWwindow* w, double x, double y) noexcept { kQueue(w).push(WheelInput{x, y}); });
+    glfwSetScrollCallback(m_window, [](GLFWwindow* w, double x, double y) noexcept {
+        kQueue(w).push(WheelInput{x, y});
+    });
     glfwSetCursorEnterCallback(m_window, [](GLFWwindow* w, int entered) noexcept {
         CursorInput cursor = kNowhere;
-        if (entered == GLFW_TRUE) glfwGetCursorPos(w, &cursor.x, &cursor.y);
+        if (entered == GLFW_TRUE)
+            glfwGetCursorPos(w, &cursor.x, &cursor.y);
         // A drag goes on outside of the window, with positions there.
-        else if (any_button_down(w)) return;
+        else if (any_button_down(w))
+            return;
         kQueue(w).push(cursor);
     });
 }
 
 void Window::hand_over(const InputEvent& event) {
     if (const auto* key = std::get_if<KeyInput>(&event)) {
-        ImGui_ImplGlfw_KeyCallback(m_window, key->key, key->scancode, key->down ? GLFW_PRESS : GLFW_RELEASE, key->mods);
+        ImGui_ImplGlfw_KeyCallback(m_window, key->key, key->scancode,
+                                   key->down ? GLFW_PRESS : GLFW_RELEASE, key->mods);
     } else if (const auto* character = std::get_if<CharacterInput>(&event)) {
         ImGui_ImplGlfw_CharCallback(m_window, character->code_point);
     } else if (const auto* wheel = std::get_if<WheelInput>(&event)) {
@@ -170,7 +199,8 @@ void Window::hand_over(const InputEvent& event) {
         m_cursor = *cursor;
     } else if (const auto* button = std::get_if<ButtonInput>(&event)) {
         const auto number = static_cast<std::size_t>(button->button);
-        if (number < m_buttons_down.size()) m_buttons_down[number] = button->down;
+        if (number < m_buttons_down.size())
+            m_buttons_down[number] = button->down;
     }
 }
 
@@ -178,12 +208,17 @@ void Window::begin_frame(double wait_s) {
     wait_s > 0 && m_input.empty() ? glfwWaitEventsTimeout(wait_s) : glfwPollEvents();
     const std::vector<InputEvent> events = m_input.next_frame();
     m_had_input = !events.empty();
-    for (const InputEvent& event : events) hand_over(event);
+    for (const InputEvent& event : events)
+        hand_over(event);
     float x = 1, y = 1;
     glfwGetWindowContentScale(m_window, &x, &y);
-    m_scale = m_asked_scale > 0 ? m_asked_scale : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMostScale);
+    m_scale =
+        m_asked_scale > 0
+            ? m_asked_scale
+            : std::clamp(std::round(static_cast<double>(std::max(x, y)) * 4) / 4, 1.0, kMostScale);
     ImGui_ImplOpenGL3_NewFrame();
-    if (m_styled != std::pair(m_scale, m_light)) restyle();
+    if (m_styled != std::pair(m_scale, m_light))
+        restyle();
     ImGui_ImplGlfw_NewFrame();
     // It has read the mouse as it is now; events that are still in the queue would be overtaken.
     ImGuiIO& io = ImGui::GetIO();
@@ -192,34 +227,48 @@ void Window::begin_frame(double wait_s) {
     ImGui::NewFrame();
 }
 
-// WantTextInput is still set in the frame after the one in which Return or Escape has left the field; no item is active then.
-bool Window::typing() noexcept { return ImGui::GetIO().WantTextInput && ImGui::IsAnyItemActive(); }
+// WantTextInput is still set in the frame after the one in which Return or Escape has left the
+// field; no item is active then.
+bool Window::typing() noexcept {
+    return ImGui::GetIO().WantTextInput && ImGui::IsAnyItemActive();
+}
 
-void Window::hide() noexcept { glfwHideWindow(m_window); }
+void Window::hide() noexcept {
+    glfwHideWindow(m_window);
+}
 
 int Window::key_of(char letter) {
     for (int key = GLFW_KEY_A; key <= GLFW_KEY_Z; ++key) {
         const char* name = glfwGetKeyName(key, 0);
-        if (name != nullptr && name[0] == letter && name[1] == 0) return key;
+        if (name != nullptr && name[0] == letter && name[1] == 0)
+            return key;
     }
     return GLFW_KEY_A + (letter - 'a');
 }
 
 bool Window::has_gamepad() {
     for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id)
-        if (glfwJoystickIsGamepad(id) == GLFW_TRUE) return true;
+        if (glfwJoystickIsGamepad(id) == GLFW_TRUE)
+            return true;
     return false;
 }
 
 Gamepad Window::gamepad() {
     GLFWgamepadstate state;
     for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
-        if (glfwJoystickIsGamepad(id) == GLFW_FALSE || glfwGetGamepadState(id, &state) == GLFW_FALSE) continue;
-        const auto at_rest = [](double v) { return std::abs(v) < 0.15 ? 0.0 : std::clamp(v, -1.0, 1.0); };  // neither rests where it should
+        if (glfwJoystickIsGamepad(id) == GLFW_FALSE ||
+            glfwGetGamepadState(id, &state) == GLFW_FALSE)
+            continue;
+        const auto at_rest = [](double v) {
+            return std::abs(v) < 0.15 ? 0.0 : std::clamp(v, -1.0, 1.0);
+        };  // neither rests where it should
         const auto stick = [&](int axis) { return at_rest(static_cast<double>(state.axes[axis])); };
-        const auto trigger = [&](int axis) { return at_rest((static_cast<double>(state.axes[axis]) + 1) / 2); };
-        return {stick(GLFW_GAMEPAD_AXIS_LEFT_X), stick(GLFW_GAMEPAD_AXIS_LEFT_Y), stick(GLFW_GAMEPAD_AXIS_RIGHT_X), stick(GLFW_GAMEPAD_AXIS_RIGHT_Y), trigger(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER),
-                trigger(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER)};
+        const auto trigger = [&](int axis) {
+            return at_rest((static_cast<double>(state.axes[axis]) + 1) / 2);
+        };
+        return {stick(GLFW_GAMEPAD_AXIS_LEFT_X),         stick(GLFW_GAMEPAD_AXIS_LEFT_Y),
+                stick(GLFW_GAMEPAD_AXIS_RIGHT_X),        stick(GLFW_GAMEPAD_AXIS_RIGHT_Y),
+                trigger(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER), trigger(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER)};
     }
     return {};
 }
@@ -234,10 +283,13 @@ void Window::end_frame(const Pane& pane) {
     if (m_picture->name() != 0 && width > 0 && height > 0) {
         // Copies the texture; flipped, because OpenGL counts rows from the bottom.
         glBindFramebuffer(GL_READ_FRAMEBUFFER, m_framebuffer);
-        glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, m_picture->name(), 0);
-        const bool same = m_picture->width_px() == pane.width && m_picture->height_px() == pane.height;
-        glBlitFramebuffer(0, m_picture->height_px(), m_picture->width_px(), 0, pane.x, height - pane.y - pane.height, pane.x + pane.width, height - pane.y, GL_COLOR_BUFFER_BIT,
-                          same ? GL_NEAREST : GL_LINEAR);
+        glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                               m_picture->name(), 0);
+        const bool same =
+            m_picture->width_px() == pane.width && m_picture->height_px() == pane.height;
+        glBlitFramebuffer(0, m_picture->height_px(), m_picture->width_px(), 0, pane.x,
+                          height - pane.y - pane.height, pane.x + pane.width, height - pane.y,
+                          GL_COLOR_BUFFER_BIT, same ? GL_NEAREST : GL_LINEAR);
         glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
     }
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());

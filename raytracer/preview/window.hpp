@@ -24,7 +24,9 @@ public:
     Texture& operator=(const Texture&) = delete;
     /// Only rows in which something has changed are sent, where the size stays.
     void set(const ScreenPicture& picture, int first_row, int end_row);
-    [[nodiscard]] unsigned name() const noexcept { return m_name; }  ///< of OpenGL; 0: nothing was set
+    [[nodiscard]] unsigned name() const noexcept {
+        return m_name;
+    }  ///< of OpenGL; 0: nothing was set
     [[nodiscard]] int width_px() const noexcept { return m_width; }
     [[nodiscard]] int height_px() const noexcept { return m_height; }
 
@@ -33,15 +35,18 @@ private:
     int m_width = 0, m_height = 0;
 };
 
-/// Both sticks and the triggers of a gamepad, -1 to 1 (triggers 0 to 1); right and down are positive. Without one all are 0.
+/// Both sticks and the triggers of a gamepad, -1 to 1 (triggers 0 to 1); right and down are
+/// positive. Without one all are 0.
 struct Gamepad {
     double left_x = 0, left_y = 0, right_x = 0, right_y = 0, left_trigger = 0, right_trigger = 0;
 };
 
-/// A GLFW window with an OpenGL 3.3 context, Dear ImGui, and one picture. Use from the main thread only.
+/// A GLFW window with an OpenGL 3.3 context, Dear ImGui, and one picture. Use from the main thread
+/// only.
 class Window {
 public:
-    /// @param scale of text and handles, 1 on a plain monitor; 0: as the monitor says @throws Error when there is no display or no OpenGL 3.3
+    /// @param scale of text and handles, 1 on a plain monitor; 0: as the monitor says @throws Error
+    /// when there is no display or no OpenGL 3.3
     Window(int width_px, int height_px, const char* title, double scale);
     ~Window();
     Window(const Window&) = delete;
@@ -50,7 +55,8 @@ public:
     [[nodiscard]] bool open() const noexcept;
     void close() noexcept;
     void set_title(const std::string& title);
-    /// Handles input, waiting for some up to wait_s, and begins what is drawn. Afterwards the style suits the monitor's scale.
+    /// Handles input, waiting for some up to wait_s, and begins what is drawn. Afterwards the style
+    /// suits the monitor's scale.
     void begin_frame(double wait_s);
     /// Draws the picture where it belongs, and panels and marks above it, and shows it all.
     void end_frame(const Pane& pane);
@@ -64,7 +70,8 @@ public:
     void copy_text(const std::string& text);
     [[nodiscard]] static Gamepad gamepad();
     [[nodiscard]] static bool has_gamepad();
-    /// The key that the person's layout has a letter on, 'a' to 'z'; GLFW's own numbers are those of places.
+    /// The key that the person's layout has a letter on, 'a' to 'z'; GLFW's own numbers are those
+    /// of places.
     [[nodiscard]] static int key_of(char letter);
     /// A text field takes the keys of this frame.
     [[nodiscard]] static bool typing() noexcept;
@@ -84,9 +91,9 @@ private:
     bool m_light = false;
     std::pair<double, bool> m_styled{0, false};  ///< scale and light that the style is for
     std::vector<std::string> m_dropped;
-    InputQueue m_input;        ///< what Dear ImGui has not received yet
+    InputQueue m_input;  ///< what Dear ImGui has not received yet
     bool m_had_input = false;
-    CursorInput m_cursor;      ///< as of the events that it has received
+    CursorInput m_cursor;  ///< as of the events that it has received
     std::array<bool, 5> m_buttons_down{};
 };
 

@@ -15,20 +15,25 @@ struct CrewOptions {
     int threads = 1;     ///< of this process; 0: none
     bool green = false;  ///< the thread that coordinates traces, too, in slices
     FarmOptions farm;
-    std::optional<std::chrono::milliseconds> give_up;  ///< how long to wait when nobody is left; none: for ever
-    bool changes = false;  ///< who takes part may change while a picture is under way; there may be nobody for a while
+    std::optional<std::chrono::milliseconds>
+        give_up;           ///< how long to wait when nobody is left; none: for ever
+    bool changes = false;  ///< who takes part may change while a picture is under way; there may be
+                           ///< nobody for a while
 };
 
 /// Who renders the pictures of a world: threads of this process, workers elsewhere, or both.
 ///
-/// Pictures are begun, and the crew is changed, by one thread at a time; who takes part may be asked by any.
+/// Pictures are begun, and the crew is changed, by one thread at a time; who takes part may be
+/// asked by any.
 class Crew {
 public:
-    /// @param source where workers may have boxes from @throws UsageError when nobody is left to render; Error when it cannot listen
+    /// @param source where workers may have boxes from @throws UsageError when nobody is left to
+    /// render; Error when it cannot listen
     Crew(const CrewOptions& options, BlockManager& blocks, const BoxSource& source);
     ~Crew();
 
-    /// All of them as one, for a picture. When the last owner lets go the picture ends, whatever is under way; only then the next may begin.
+    /// All of them as one, for a picture. When the last owner lets go the picture ends, whatever is
+    /// under way; only then the next may begin.
     /// @param view outlives what is returned; the crew does, too @throws Error
     [[nodiscard]] std::shared_ptr<TileProcessor> begin(const View& view);
 
@@ -42,12 +47,16 @@ public:
     [[nodiscard]] int threads() const noexcept { return m_options.threads; }
     [[nodiscard]] bool green() const noexcept { return m_options.green; }
     /// Addresses that are dialled, there or not.
-    [[nodiscard]] std::vector<std::string> dialled() const { return m_farm ? m_farm->dialled() : std::vector<std::string>{}; }
+    [[nodiscard]] std::vector<std::string> dialled() const {
+        return m_farm ? m_farm->dialled() : std::vector<std::string>{};
+    }
 
     /// Whether others than threads of this process take part.
     [[nodiscard]] bool is_farm() const noexcept { return m_farm != nullptr; }
     /// Whether this process traces, beside what it makes again for checks.
-    [[nodiscard]] bool traces_here() const noexcept { return m_options.threads > 0 || m_options.green; }
+    [[nodiscard]] bool traces_here() const noexcept {
+        return m_options.threads > 0 || m_options.green;
+    }
 
     /// Those who render now, or rendered the last picture.
     struct Hand {
@@ -57,10 +66,13 @@ public:
     };
     [[nodiscard]] std::vector<Hand> hands() const;
     [[nodiscard]] ProcessorPool::Counts counts() const;
-    /// hands() in lines for a person: a heading and one for each; empty where it is threads of this process alone.
+    /// hands() in lines for a person: a heading and one for each; empty where it is threads of this
+    /// process alone.
     [[nodiscard]] std::vector<std::string> table() const;
     /// How many tiles there are, and how many are done, for who asks from outside.
-    void set_progress(std::uint64_t tiles_done, std::uint64_t tiles) noexcept { m_tiles_done = tiles_done, m_tiles = tiles; }
+    void set_progress(std::uint64_t tiles_done, std::uint64_t tiles) noexcept {
+        m_tiles_done = tiles_done, m_tiles = tiles;
+    }
 
 private:
     class Shift;

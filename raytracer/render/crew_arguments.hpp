@@ -19,7 +19,8 @@ struct CredentialArguments {
 
     /// What is named, or in the environment; nullopt: nothing is. @throws UsageError, Error
     [[nodiscard]] std::optional<net::Credentials> find() const;
-    /// @param listens without any token one is made, and told on standard error, where `how` says what to do with it
+    /// @param listens without any token one is made, and told on standard error, where `how` says
+    /// what to do with it
     /// @throws UsageError, Error
     [[nodiscard]] net::Credentials credentials(bool listens, const std::string& how) const;
 };
@@ -39,6 +40,7 @@ struct CrewArguments {
 void add_crew_arguments(CLI::App& command, CrewArguments& args);
 
 /// A span of time such as 90, 90s, 5m or 2h. @throws UsageError naming the flag
-[[nodiscard]] std::chrono::milliseconds parse_time(const std::string& flag, const std::string& text);
+[[nodiscard]] std::chrono::milliseconds parse_time(const std::string& flag,
+                                                   const std::string& text);
 
 }  // namespace terravox

@@ -9,12 +9,17 @@
 namespace terravox {
 namespace {
 
-/// Where workers may have boxes from themselves. A server on this machine is none that they can reach.
+/// Where workers may have boxes from themselves. A server on this machine is none that they can
+/// reach.
 BoxSource box_source(const WorldArguments& world, const Scene& base, const std::stop_token& stop) {
     BoxSource out;
     const std::string& input = world.inputs.front();
     switch (recognise(input)) {
-        case Origin::kGenerated: out.generated = input.find(':') != std::string::npos ? input : "generated:" + std::to_string(base.generated.seed); break;
+        case Origin::kGenerated:
+            out.generated = input.find(':') != std::string::npos
+                                ? input
+                                : "generated:" + std::to_string(base.generated.seed);
+            break;
         case Origin::kServer:
         case Origin::kFarArchive: {
             // By where it leads, not by how it is written: workers elsewhere would ask themselves.
@@ -30,9 +35,13 @@ BoxSource box_source(const WorldArguments& world, const Scene& base, const std::
 
 }  // namespace
 
-LoadedWorld::LoadedWorld(const WorldArguments& from, const Scene& scene, const std::stop_token& stop)
-    : inputs(from.inputs), orthophotos(from.orthophoto_paths()), source(box_source(from, scene, stop)),
+LoadedWorld::LoadedWorld(const WorldArguments& from, const Scene& scene,
+                         const std::stop_token& stop)
+    : inputs(from.inputs),
+      orthophotos(from.orthophoto_paths()),
+      source(box_source(from, scene, stop)),
       world(open_world(inputs, orthophotos, scene, times, util::cache_dir(from.cache), stop)),
-      blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20, world->worth_asking(thread::thread_count(scene.processing.threads.value_or(0)))) {}
+      blocks(*world, static_cast<std::size_t>(scene.processing.memory_mib) << 20,
+             world->worth_asking(thread::thread_count(scene.processing.threads.value_or(0)))) {}
 
 }  // namespace terravox

@@ -13,7 +13,8 @@
 
 namespace terravox {
 
-/// A world with its boxes in memory, and what it was opened from: for pictures one after the other, or side by side.
+/// A world with its boxes in memory, and what it was opened from: for pictures one after the other,
+/// or side by side.
 struct LoadedWorld {
     /// @param scene world and processing count @param stop as open_world @throws Error, UsageError
     LoadedWorld(const WorldArguments& from, const Scene& scene, const std::stop_token& stop = {});

@@ -22,34 +22,46 @@ std::atomic<bool> g_stop{false};
 
 StreamShape shape_of(const Scene& scene) {
     const auto [width, height] = scene.output.size_px;
-    return {width, height, scene.quality.tile.in_picture(width), scene.output.layers != "beauty" || scene.output.denoise};
+    return {width, height, scene.quality.tile.in_picture(width),
+            scene.output.layers != "beauty" || scene.output.denoise};
 }
 
-bool streams(const Scene& scene) { return must_stream(shape_of(scene), (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2); }
+bool streams(const Scene& scene) {
+    return must_stream(shape_of(scene),
+                       (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2);
+}
 
 bool is_exr(const std::string& file) {
     std::string ending = std::filesystem::path(file).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return ending == ".exr";
 }
 
-/// Tiles on their way to a file may take the memory that is spared the film, and no more. No picture depends on their size.
+/// Tiles on their way to a file may take the memory that is spared the film, and no more. No
+/// picture depends on their size.
 TileSize tiles_that_fit(const Scene& scene) {
     constexpr int kSmallEnough_px = 64, kTiffTiles = 16;
     const StreamShape shape = shape_of(scene);
-    const auto in_flight = static_cast<std::uint64_t>(ThreadProcessor::tiles_in_flight(thread::thread_count(scene.processing.threads.value_or(0))));
-    const auto bytes = [&](int edge_px) { return Film::bytes(edge_px, edge_px, shape.with_layers) * in_flight; };
+    const auto in_flight = static_cast<std::uint64_t>(ThreadProcessor::tiles_in_flight(
+        thread::thread_count(scene.processing.threads.value_or(0))));
+    const auto bytes = [&](int edge_px) {
+        return Film::bytes(edge_px, edge_px, shape.with_layers) * in_flight;
+    };
     int edge_px = shape.tile_px;
-    while (edge_px > kSmallEnough_px && bytes(edge_px) > (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2)
+    while (edge_px > kSmallEnough_px &&
+           bytes(edge_px) > (static_cast<std::uint64_t>(scene.processing.memory_mib) << 20) / 2)
         edge_px = std::max(edge_px / 2 / kTiffTiles * kTiffTiles, kSmallEnough_px);
     return edge_px == shape.tile_px ? scene.quality.tile : TileSize{edge_px, 0};
 }
 
-/// What is asked for, less what would take memory for nothing. Layers go into EXR files alone: for others they would take seven times the
-/// memory, and be thrown away.
+/// What is asked for, less what would take memory for nothing. Layers go into EXR files alone: for
+/// others they would take seven times the memory, and be thrown away.
 Scene thrifty(Scene scene, const std::vector<std::string>& files, bool fit = true) {
-    if (std::none_of(files.begin(), files.end(), is_exr)) scene.output.layers = "beauty";
-    if (fit && streams(scene)) scene.quality.tile = tiles_that_fit(scene);
+    if (std::none_of(files.begin(), files.end(), is_exr))
+        scene.output.layers = "beauty";
+    if (fit && streams(scene))
+        scene.quality.tile = tiles_that_fit(scene);
     return scene;
 }
 
@@ -57,11 +69,13 @@ Scene thrifty(Scene scene, const std::vector<std::string>& files, bool fit = tru
 class Streams final : public TileSink {
 public:
     void add(const TileResult& result) override {
-        for (const auto& stream : m_streams) stream->add(result);
+        for (const auto& stream : m_streams)
+            stream->add(result);
     }
     void to(std::unique_ptr<TileStream> stream) { m_streams.push_back(std::move(stream)); }
     void finish(std::uint64_t holes) {
-        for (const auto& stream : m_streams) stream->finish(holes);
+        for (const auto& stream : m_streams)
+            stream->finish(holes);
     }
 
 private:
@@ -70,87 +84,131 @@ private:
 
 }  // namespace
 
-PictureRenderer::PictureRenderer(const WorldArguments& world, const CrewOptions& crew, const Scene& base, bool quiet)
+PictureRenderer::PictureRenderer(const WorldArguments& world, const CrewOptions& crew,
+                                 const Scene& base, bool quiet)
     : PictureRenderer(std::make_shared<LoadedWorld>(world, base), crew, base, quiet, g_stop) {
-    // Before this, a signal just ends the program: nothing is half done, and a world may take minutes to open.
+    // Before this, a signal just ends the program: nothing is half done, and a world may take
+    // minutes to open.
     std::signal(SIGINT, [](int) { g_stop = true; });
     std::signal(SIGTERM, [](int) { g_stop = true; });
 }
 
-PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world, const CrewOptions& crew, const Scene& base, bool quiet, const std::atomic<bool>& stop)
-    : m_loaded(std::move(world)), m_quiet(quiet), m_threads(thread::thread_count(base.processing.threads.value_or(0))), m_stop(stop),
+PictureRenderer::PictureRenderer(std::shared_ptr<LoadedWorld> world, const CrewOptions& crew,
+                                 const Scene& base, bool quiet, const std::atomic<bool>& stop)
+    : m_loaded(std::move(world)),
+      m_quiet(quiet),
+      m_threads(thread::thread_count(base.processing.threads.value_or(0))),
+      m_stop(stop),
       m_crew(std::make_unique<Crew>(crew, m_loaded->blocks, m_loaded->source)) {}
 
 PictureRenderer::~PictureRenderer() = default;
 
 void PictureRenderer::check(const Scene& asked, const std::vector<std::string>& files) {
     const Scene scene = thrifty(asked, files);
-    for (const std::string& file : files) check_image_target(file);
-    if (scene.output.denoise) check_can_denoise();
-    if (!streams(scene)) return;
+    for (const std::string& file : files)
+        check_image_target(file);
+    if (scene.output.denoise)
+        check_can_denoise();
+    if (!streams(scene))
+        return;
     const auto [width, height] = scene.output.size_px;
-    const std::string attempt = "render " + std::to_string(width) + "x" + std::to_string(height) + " pixels: more than the memory limit holds, so they go straight into the file; ";
-    const std::string memory = ", or --memory-mib " + std::to_string(memory_to_keep_mib(shape_of(scene))) + " and more";
-    if (scene.output.denoise) throw UsageError(attempt + "output.denoise = true; allowed: false" + memory);
-    if (scene.quality.time_s > 0) throw UsageError(attempt + "quality.time_s is set; allowed: 0" + memory);
-    for (const std::string& file : files) check_can_stream(file, shape_of(scene));
+    const std::string attempt =
+        "render " + std::to_string(width) + "x" + std::to_string(height) +
+        " pixels: more than the memory limit holds, so they go straight into the file; ";
+    const std::string memory =
+        ", or --memory-mib " + std::to_string(memory_to_keep_mib(shape_of(scene))) + " and more";
+    if (scene.output.denoise)
+        throw UsageError(attempt + "output.denoise = true; allowed: false" + memory);
+    if (scene.quality.time_s > 0)
+        throw UsageError(attempt + "quality.time_s is set; allowed: 0" + memory);
+    for (const std::string& file : files)
+        check_can_stream(file, shape_of(scene));
 }
 
-RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<std::string>& files, const KeepOptions& keep, std::chrono::steady_clock::time_point start) {
+RenderStatistics PictureRenderer::render(const Scene& asked, const std::vector<std::string>& files,
+                                         const KeepOptions& keep,
+                                         std::chrono::steady_clock::time_point start) {
     RenderStatistics statistics;
     statistics.threads = m_threads;
     Scene scene = thrifty(asked, files, !keep.part);
     m_part = keep.part;
-    // Parts and checkpoints know whole tiles. Coarse passes are for who looks on. Each ends with workers that wait for the last.
-    const bool keeps = keep.resume || keep.part || (m_crew->is_farm() && keep.on_farms && scene.quality.time_s == 0);
-    if (keeps || m_crew->is_farm()) scene.quality.coarse_step = 1;
+    // Parts and checkpoints know whole tiles. Coarse passes are for who looks on. Each ends with
+    // workers that wait for the last.
+    const bool keeps = keep.resume || keep.part ||
+                       (m_crew->is_farm() && keep.on_farms && scene.quality.time_s == 0);
+    if (keeps || m_crew->is_farm())
+        scene.quality.coarse_step = 1;
     m_view = std::make_unique<View>(m_views.make(scene, m_loaded->blocks));
-    if (const std::string why = out_of_sight(*m_view, m_loaded->world->info()); !why.empty() && !std::exchange(m_warned, true)) spdlog::warn("{}", why);
-    if (m_crew->traces_here()) foresee_boxes(*m_view, m_loaded->blocks);
+    if (const std::string why = out_of_sight(*m_view, m_loaded->world->info());
+        !why.empty() && !std::exchange(m_warned, true))
+        spdlog::warn("{}", why);
+    if (m_crew->traces_here())
+        foresee_boxes(*m_view, m_loaded->blocks);
     m_checkpoint.reset();
-    if (keeps) open_checkpoint(scene, files, keep);
-    if (m_part) render_part(statistics, start);
-    else if (streams(scene)) render_to_files(statistics, files, start);
-    else render_to_film(statistics, files, start);
-    if (m_checkpoint && (m_part || statistics.counts.missing > 0)) m_checkpoint->close();
-    else if (m_checkpoint) m_checkpoint->finish();
+    if (keeps)
+        open_checkpoint(scene, files, keep);
+    if (m_part)
+        render_part(statistics, start);
+    else if (streams(scene))
+        render_to_files(statistics, files, start);
+    else
+        render_to_film(statistics, files, start);
+    if (m_checkpoint && (m_part || statistics.counts.missing > 0))
+        m_checkpoint->close();
+    else if (m_checkpoint)
+        m_checkpoint->finish();
     finish(statistics, start);
     m_checkpoint.reset();
     return statistics;
 }
 
-void PictureRenderer::open_checkpoint(const Scene& scene, const std::vector<std::string>& files, const KeepOptions& keep) {
+void PictureRenderer::open_checkpoint(const Scene& scene, const std::vector<std::string>& files,
+                                      const KeepOptions& keep) {
     check_can_checkpoint(scene);
     const auto path = checkpoint_path(files.front(), keep.part);
-    const auto existing = keep.resume || keep.part ? Checkpoint::Existing::kGoOn : Checkpoint::Existing::kRefuse;
+    const auto existing =
+        keep.resume || keep.part ? Checkpoint::Existing::kGoOn : Checkpoint::Existing::kRefuse;
     auto inputs = name_inputs(m_loaded->inputs, m_loaded->orthophotos, scene);
-    if (const std::string edition = m_loaded->world->edition(); !edition.empty()) inputs.push_back("state of the archive: " + edition);
-    m_checkpoint = std::make_unique<Checkpoint>(path, key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
-    if (m_checkpoint->count() > 0 && !m_quiet) spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
+    if (const std::string edition = m_loaded->world->edition(); !edition.empty())
+        inputs.push_back("state of the archive: " + edition);
+    m_checkpoint = std::make_unique<Checkpoint>(
+        path, key_of(scene, m_loaded->world->info(), std::move(inputs)), existing);
+    if (m_checkpoint->count() > 0 && !m_quiet)
+        spdlog::info("{} tiles are in {} already", m_checkpoint->count(), path.string());
 }
 
-void PictureRenderer::render_part(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) {
+void PictureRenderer::render_part(RenderStatistics& statistics,
+                                  std::chrono::steady_clock::time_point start) {
     struct Nowhere final : TileSink {
         void add(const TileResult&) override {}
         [[nodiscard]] bool replaces() const noexcept override { return true; }
     } nowhere;
     const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-    render_with_crew([&](TileProcessor& processor) { statistics.counts = render_stream(job(processor, start), nowhere); }, statistics);
+    render_with_crew(
+        [&](TileProcessor& processor) {
+            statistics.counts = render_stream(job(processor, start), nowhere);
+        },
+        statistics);
 }
 
-void PictureRenderer::finish(RenderStatistics& statistics, std::chrono::steady_clock::time_point start) const {
+void PictureRenderer::finish(RenderStatistics& statistics,
+                             std::chrono::steady_clock::time_point start) const {
     statistics.blocks = m_loaded->blocks.stats();
     statistics.damage = m_loaded->world->damage();
     // Of what earlier runs could not read there are tiles in the picture, too.
     if (m_checkpoint)
         for (const std::string& line : m_checkpoint->damage())
-            if (std::find(statistics.damage.begin(), statistics.damage.end(), line) == statistics.damage.end()) statistics.damage.push_back(line);
+            if (std::find(statistics.damage.begin(), statistics.damage.end(), line) ==
+                statistics.damage.end())
+                statistics.damage.push_back(line);
     statistics.limit_bytes = m_loaded->blocks.limit_bytes();
     statistics.peak_rss_bytes = peak_rss_bytes();
-    statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    statistics.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clock::time_point start) {
+RenderJob PictureRenderer::job(TileProcessor& processor,
+                               std::chrono::steady_clock::time_point start) {
     RenderJob out{*m_view, processor, m_quiet, &m_stop};
     out.start = start;
     out.checkpoint = m_checkpoint.get(), out.part = m_part;
@@ -158,7 +216,8 @@ RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clo
     out.damage = [this] { return m_loaded->world->damage(); };
     out.on_progress = [this](std::uint64_t done, std::uint64_t of) {
         m_crew->set_progress(done, of);
-        if (m_told) m_told(done, of);
+        if (m_told)
+            m_told(done, of);
     };
     if (m_crew->is_farm()) {
         out.details = [this] { return m_crew->table(); };
@@ -166,7 +225,8 @@ RenderJob PictureRenderer::job(TileProcessor& processor, std::chrono::steady_clo
     return out;
 }
 
-void PictureRenderer::render_with_crew(const std::function<void(TileProcessor&)>& work, RenderStatistics& statistics) {
+void PictureRenderer::render_with_crew(const std::function<void(TileProcessor&)>& work,
+                                       RenderStatistics& statistics) {
     while (true) {
         try {
             const auto processor = m_crew->begin(*m_view);
@@ -177,16 +237,23 @@ void PictureRenderer::render_with_crew(const std::function<void(TileProcessor&)>
             spdlog::error("{}; the picture begins anew", e.what());
         }
     }
-    for (const Crew::Hand& hand : m_crew->hands()) statistics.hands.push_back(hand.status);
+    for (const Crew::Hand& hand : m_crew->hands())
+        statistics.hands.push_back(hand.status);
     statistics.pool = m_crew->counts();
 }
 
-void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+void PictureRenderer::render_to_film(RenderStatistics& statistics,
+                                     const std::vector<std::string>& files,
+                                     std::chrono::steady_clock::time_point start) {
     const Scene& scene = m_view->scene;
     Film film(scene.output.size_px[0], scene.output.size_px[1], m_view->wants_layers());
     {
         const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-        render_with_crew([&](TileProcessor& processor) { statistics.counts = render_film(job(processor, start), film); }, statistics);
+        render_with_crew(
+            [&](TileProcessor& processor) {
+                statistics.counts = render_film(job(processor, start), film);
+            },
+            statistics);
     }
     finish(statistics, start);
     if (scene.output.denoise) {
@@ -195,22 +262,31 @@ void PictureRenderer::render_to_film(RenderStatistics& statistics, const std::ve
     }
     const util::StageTimes::Scope timed(m_loaded->times, "write pictures");
     thread::parallel_for(files.size(), m_threads, [&](std::size_t i) {
-        write_image(film, files[i], picture_info(*m_view, m_loaded->world->info(), statistics, is_exr(files[i])));
+        write_image(film, files[i],
+                    picture_info(*m_view, m_loaded->world->info(), statistics, is_exr(files[i])));
     });
 }
 
-void PictureRenderer::render_to_files(RenderStatistics& statistics, const std::vector<std::string>& files, std::chrono::steady_clock::time_point start) {
+void PictureRenderer::render_to_files(RenderStatistics& statistics,
+                                      const std::vector<std::string>& files,
+                                      std::chrono::steady_clock::time_point start) {
     const util::StageTimes::Clock timed(m_loaded->times, "ray tracing (clock)");
-    const auto samples = static_cast<std::uint32_t>(m_view->scene.quality.samples);  // known before: it goes into the file first
+    const auto samples = static_cast<std::uint32_t>(
+        m_view->scene.quality.samples);  // known before: it goes into the file first
     statistics.counts.samples = samples;
     const PictureInfo info = picture_info(*m_view, m_loaded->world->info(), statistics, false);
-    render_with_crew([&](TileProcessor& processor) {
-        Streams sinks;
-        for (const std::string& file : files) sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), info));
-        statistics.counts = render_stream(job(processor, start), sinks);
-        if (statistics.counts.missing > 0) throw Error("render: " + std::to_string(statistics.counts.missing) + " tiles are missing; no picture was written");
-        sinks.finish(statistics.counts.holes.size());
-    }, statistics);
+    render_with_crew(
+        [&](TileProcessor& processor) {
+            Streams sinks;
+            for (const std::string& file : files)
+                sinks.to(std::make_unique<TileStream>(file, shape_of(m_view->scene), info));
+            statistics.counts = render_stream(job(processor, start), sinks);
+            if (statistics.counts.missing > 0)
+                throw Error("render: " + std::to_string(statistics.counts.missing) +
+                            " tiles are missing; no picture was written");
+            sinks.finish(statistics.counts.holes.size());
+        },
+        statistics);
 }
 
 }  // namespace terravox

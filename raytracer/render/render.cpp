@@ -23,14 +23,17 @@ namespace {
 constexpr std::size_t kMostForeseen = 65'536;
 constexpr std::chrono::milliseconds kStopPeriod{50};
 
-bool stopped(const RenderJob& job) noexcept { return job.stop != nullptr && *job.stop; }
+bool stopped(const RenderJob& job) noexcept {
+    return job.stop != nullptr && *job.stop;
+}
 
 /// Whether a voxel of a level is solid; waits for its box.
 bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int level) {
     BlockReader reader(blocks);
     Surroundings surroundings(reader, cut);
     bool solid = false;
-    while (!surroundings.look(at, level, solid)) (void)blocks.get(surroundings.missing());
+    while (!surroundings.look(at, level, solid))
+        (void)blocks.get(surroundings.missing());
     blocks.check_world();  // a hole counts as solid
     return solid;
 }
@@ -38,25 +41,39 @@ bool solid_at(BlockManager& blocks, const LevelCut& cut, VoxelCoord at, int leve
 /// Stops that make up for a dim sun and sky, by what they send to level ground.
 double adaptation_ev(const Sky& sky, double share) noexcept {
     constexpr double kFullDay = 1, kDarkest = 1e-6, kMost_ev = 9, kLn2 = 0.693147180559945309417;
-    const double level = static_cast<double>(luminance(sky.ambient({0, 1, 0}) + sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));
-    return std::clamp(-share * det::log(std::max(level, kDarkest) / kFullDay) / kLn2, 0.0, kMost_ev);
+    const double level = static_cast<double>(
+        luminance(sky.ambient({0, 1, 0}) +
+                  sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y))));
+    return std::clamp(-share * det::log(std::max(level, kDarkest) / kFullDay) / kLn2, 0.0,
+                      kMost_ev);
 }
 
 void check_camera(const View& view, BlockManager& blocks) {
-    if (view.scene.camera.inside_rock) return;
+    if (view.scene.camera.inside_rock)
+        return;
     const int level = view.scene.quality.level;
     const Vec3 p = view.camera.position() * (1.0 / (1 << level));
     for (const double c : {p.x, p.y, p.z})
-        if (!(std::abs(c) < 1.0e9)) throw UsageError("place the camera: its position lies beyond 10^9 voxels");
-    VoxelCoord at{static_cast<std::int32_t>(std::floor(p.x)), static_cast<std::int32_t>(std::floor(p.y)), static_cast<std::int32_t>(std::floor(p.z))};
+        if (!(std::abs(c) < 1.0e9))
+            throw UsageError("place the camera: its position lies beyond 10^9 voxels");
+    VoxelCoord at{static_cast<std::int32_t>(std::floor(p.x)),
+                  static_cast<std::int32_t>(std::floor(p.y)),
+                  static_cast<std::int32_t>(std::floor(p.z))};
     const voxel::VoxelBounds& bounds = view.cut.bounds(level);
     for (int a = 0; a < 3; ++a)
-        if (at[a] < bounds.min[static_cast<std::size_t>(a)] || at[a] >= bounds.max[static_cast<std::size_t>(a)]) return;
-    if (!solid_at(blocks, view.cut, at, level)) return;
+        if (at[a] < bounds.min[static_cast<std::size_t>(a)] ||
+            at[a] >= bounds.max[static_cast<std::size_t>(a)])
+            return;
+    if (!solid_at(blocks, view.cut, at, level))
+        return;
     const VoxelCoord found = at;
-    while (at.y < bounds.max[1] && solid_at(blocks, view.cut, at, level)) ++at.y;
-    throw UsageError("place the camera: voxel (" + std::to_string(found.x) + ", " + std::to_string(found.y) + ", " + std::to_string(found.z) +
-                     ") is solid; allowed: " + std::to_string(static_cast<int>(std::ceil((at.y - found.y) * view.voxel_m * (1 << level)))) +
+    while (at.y < bounds.max[1] && solid_at(blocks, view.cut, at, level))
+        ++at.y;
+    throw UsageError("place the camera: voxel (" + std::to_string(found.x) + ", " +
+                     std::to_string(found.y) + ", " + std::to_string(found.z) +
+                     ") is solid; allowed: " +
+                     std::to_string(static_cast<int>(
+                         std::ceil((at.y - found.y) * view.voxel_m * (1 << level)))) +
                      " m higher, or --camera-inside-rock yes");
 }
 
@@ -66,41 +83,64 @@ namespace {
 
 /// @param sky_of makes the sky
 template <class SkyOf>
-View assemble(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials, const SkyOf& sky_of) {
+View assemble(const Scene& scene, const voxel::WorldInfo& world,
+              std::shared_ptr<const MaterialTable> materials, const SkyOf& sky_of) {
     const int level = scene.quality.level;
-    if (level >= world.levels) throw UsageError("choose the level: quality.level = " + std::to_string(level) + "; this world has 0 to " + std::to_string(world.levels - 1));
-    if (world.bounds.empty()) throw Error("render the world '" + world.title + "': it is empty");
+    if (level >= world.levels)
+        throw UsageError("choose the level: quality.level = " + std::to_string(level) +
+                         "; this world has 0 to " + std::to_string(world.levels - 1));
+    if (world.bounds.empty())
+        throw Error("render the world '" + world.title + "': it is empty");
     const Camera camera = make_camera(scene, world, world.framed_bounds());
     const LevelCut cut(world.bounds, camera, scene.quality.detail, level, world.levels - 1);
     const geo::SunPosition sun = sun_of(scene.sun, world.centre ? &*world.centre : nullptr);
     constexpr double kLampsOn_deg = -2;
     const auto origin = camera.picture_origin();
-    View view{scene, camera, sky_of(ViewMaker::SkyAsked{sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m, camera.position() * world.voxel_m}),
-              std::move(materials), cut, world.voxel_m, SquareGrid(world),
-              {static_cast<double>(origin[0]), static_cast<double>(origin[1]), static_cast<double>(origin[2])}, sun.altitude_deg < kLampsOn_deg};
+    View view{
+        scene,
+        camera,
+        sky_of(ViewMaker::SkyAsked{sun, scene.sun, scene.sky, world.bounds.min[1] * world.voxel_m,
+                                   camera.position() * world.voxel_m}),
+        std::move(materials),
+        cut,
+        world.voxel_m,
+        SquareGrid(world),
+        {static_cast<double>(origin[0]), static_cast<double>(origin[1]),
+         static_cast<double>(origin[2])},
+        sun.altitude_deg < kLampsOn_deg};
     view.exposure_ev = scene.output.exposure_ev + adaptation_ev(view.sky, scene.output.adaptation);
-    if (scene.quality.integrator == "path") view.most_indirect = static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
+    if (scene.quality.integrator == "path")
+        view.most_indirect =
+            static_cast<float>(scene.quality.clamp * det::pow(2, -view.exposure_ev));
     return view;
 }
 
-Sky make_sky(const ViewMaker::SkyAsked& asked) { return {asked.sun, asked.sun_settings, asked.sky_settings, asked.place_height_m, asked.eye_m}; }
+Sky make_sky(const ViewMaker::SkyAsked& asked) {
+    return {asked.sun, asked.sun_settings, asked.sky_settings, asked.place_height_m, asked.eye_m};
+}
 
 }  // namespace
 
-View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials) {
+View make_view(const Scene& scene, const voxel::WorldInfo& world,
+               std::shared_ptr<const MaterialTable> materials) {
     return assemble(scene, world, std::move(materials), make_sky);
 }
 
-View make_view(const Scene& scene, BlockManager& blocks) { return ViewMaker{}.make(scene, blocks); }
+View make_view(const Scene& scene, BlockManager& blocks) {
+    return ViewMaker{}.make(scene, blocks);
+}
 
 View ViewMaker::make(const Scene& scene, BlockManager& blocks) {
     if (!m_materials || m_named != scene.quality.materials) {
-        m_materials = std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials));
+        m_materials =
+            std::make_shared<MaterialTable>(material::find_materials(scene.quality.materials));
         m_named = scene.quality.materials;
     }
     View view = assemble(scene, blocks.world_info(), m_materials, [this](SkyAsked asked) {
-        if (asked.sky_settings.clouds == 0) asked.eye_m = {};
-        if (!m_sky || m_sky->first != asked) m_sky.emplace(asked, make_sky(asked));
+        if (asked.sky_settings.clouds == 0)
+            asked.eye_m = {};
+        if (!m_sky || m_sky->first != asked)
+            m_sky.emplace(asked, make_sky(asked));
         return m_sky->second;
     });
     check_camera(view, blocks);
@@ -112,16 +152,20 @@ namespace {
 /// Sends tiles through the processor to where they go.
 class PassRunner {
 public:
-    PassRunner(const RenderJob& job, TileSink& sink, Progress& progress) : m_job(job), m_sink(sink), m_progress(progress) {}
+    PassRunner(const RenderJob& job, TileSink& sink, Progress& progress)
+        : m_job(job), m_sink(sink), m_progress(progress) {}
 
     /// @return false: nobody is left to render, and it was not to be waited for longer
     bool run(const std::vector<RenderTile>& tiles) {
         std::size_t submitted = 0;
         std::unordered_set<std::uint32_t> done;
         while (done.size() < tiles.size()) {
-            while (submitted < tiles.size() && submitted - done.size() < static_cast<std::size_t>(m_job.processor.capacity())) m_job.processor.submit(tiles[submitted++]);
+            while (submitted < tiles.size() &&
+                   submitted - done.size() < static_cast<std::size_t>(m_job.processor.capacity()))
+                m_job.processor.submit(tiles[submitted++]);
             // A world may take minutes over a box: who asks to stop is heard all the same.
-            while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job)) m_progress.look(m_job.details);
+            while (!m_job.processor.wait(kStopPeriod) && !stopped(m_job))
+                m_progress.look(m_job.details);
             if (stopped(m_job)) {
                 m_job.processor.cancel();
                 throw Error("render: interrupted; no picture was written" + kept());
@@ -129,13 +173,15 @@ public:
             try {
                 forget_doubted(tiles);
                 const auto result = m_job.processor.take();
-                if (!result) throw Error("render: the processor ended before the picture was finished");
+                if (!result)
+                    throw Error("render: the processor ended before the picture was finished");
                 check_world();  // a hole is known there before a tile can be finished that has it
                 add(*result, done.insert(result->tile.index).second);
             } catch (const GivenUp& e) {
                 check_world();
                 spdlog::error("{}", e.what());
-                m_counts.missing += tiles.size() - done.size() + m_doubted.size();  // those, too, are not as they should be
+                m_counts.missing += tiles.size() - done.size() +
+                                    m_doubted.size();  // those, too, are not as they should be
                 return false;
             }
         }
@@ -144,10 +190,15 @@ public:
     /// What is in the checkpoint goes into the picture. @return the tiles that are left to render
     std::vector<RenderTile> resume(std::vector<RenderTile> tiles) {
         if (m_job.part) {
-            const int edge_px = m_job.view.scene.quality.tile.in_picture(m_job.view.scene.output.size_px[0]);
-            std::erase_if(tiles, [&](const RenderTile& t) { return !m_job.part->has(static_cast<std::uint32_t>(t.x0 / edge_px), static_cast<std::uint32_t>(t.y0 / edge_px)); });
+            const int edge_px =
+                m_job.view.scene.quality.tile.in_picture(m_job.view.scene.output.size_px[0]);
+            std::erase_if(tiles, [&](const RenderTile& t) {
+                return !m_job.part->has(static_cast<std::uint32_t>(t.x0 / edge_px),
+                                        static_cast<std::uint32_t>(t.y0 / edge_px));
+            });
         }
-        if (m_job.checkpoint == nullptr) return tiles;
+        if (m_job.checkpoint == nullptr)
+            return tiles;
         m_job.checkpoint->each([&](TileResult&& result) {
             m_sink.add(result);
             ++m_counts.resumed;
@@ -157,14 +208,16 @@ public:
         return tiles;
     }
     [[nodiscard]] RenderCounts& counts() noexcept {
-        for (auto& [tile, holes] : std::exchange(m_holes, {})) m_counts.holes.merge(holes);
+        for (auto& [tile, holes] : std::exchange(m_holes, {}))
+            m_counts.holes.merge(holes);
         return m_counts;
     }
 
 private:
     void check_world() const {
         try {
-            if (m_job.check_world) m_job.check_world();
+            if (m_job.check_world)
+                m_job.check_world();
         } catch (...) {
             m_job.processor.cancel();
             throw;
@@ -174,27 +227,38 @@ private:
     void forget_doubted(const std::vector<RenderTile>& tiles) {
         for (const std::uint32_t index : m_job.processor.take_doubted())
             for (const RenderTile& t : tiles)
-                if (t.index == index && m_doubted.insert(index).second && m_job.checkpoint != nullptr) m_job.checkpoint->forget(t);
+                if (t.index == index && m_doubted.insert(index).second &&
+                    m_job.checkpoint != nullptr)
+                    m_job.checkpoint->forget(t);
     }
     [[nodiscard]] std::string kept() const {
-        return m_job.checkpoint == nullptr ? "" : "; " + std::to_string(m_job.checkpoint->count()) + " tiles are kept in " + m_job.checkpoint->path().string() + ", --resume goes on with them";
+        return m_job.checkpoint == nullptr
+                   ? ""
+                   : "; " + std::to_string(m_job.checkpoint->count()) + " tiles are kept in " +
+                         m_job.checkpoint->path().string() + ", --resume goes on with them";
     }
     void add(const TileResult& result, bool first) {
-        if (!first && !m_sink.replaces()) throw Spoiled("render: a tile that is in the picture already was not right");
+        if (!first && !m_sink.replaces())
+            throw Spoiled("render: a tile that is in the picture already was not right");
         if (m_job.checkpoint != nullptr) {
-            if (m_job.damage) m_job.checkpoint->note_damage(m_job.damage());
+            if (m_job.damage)
+                m_job.checkpoint->note_damage(m_job.damage());
             m_job.checkpoint->add(result);
         }
         m_sink.add(result);
         const std::pair key{result.tile.pass, result.tile.index};
-        if (result.holes.empty()) m_holes.erase(key);
-        else m_holes[key] = result.holes;
+        if (result.holes.empty())
+            m_holes.erase(key);
+        else
+            m_holes[key] = result.holes;
         m_doubted.erase(result.tile.index);
-        if (!first) return;  // its rays are counted
+        if (!first)
+            return;  // its rays are counted
         ++m_counts.tiles;
         m_counts.trace.add(result.counts);
         m_progress.tile_done(result.samples.size(), result.counts.all_rays());
-        if (m_job.on_progress) m_job.on_progress(m_counts.tiles, m_progress.total_tiles());
+        if (m_job.on_progress)
+            m_job.on_progress(m_counts.tiles, m_progress.total_tiles());
         m_progress.look(m_job.details);
     }
 
@@ -203,33 +267,45 @@ private:
     Progress& m_progress;
     RenderCounts m_counts;
     std::set<std::uint32_t> m_doubted;  ///< tiles that are in the picture, and are to be mended
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>> m_holes;  ///< by pass and tile; of later samples as of the first
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<voxel::BoxKey>>
+        m_holes;  ///< by pass and tile; of later samples as of the first
 };
 
 std::uint64_t pixels_of(const std::vector<RenderTile>& tiles) {
     std::uint64_t out = 0;
-    for (const RenderTile& t : tiles) out += LeaseBook::pixels_of(t);
+    for (const RenderTile& t : tiles)
+        out += LeaseBook::pixels_of(t);
     return out;
 }
 
-/// More samples for the whole picture, as many again as it has, as long as there is time; tiles whose noise is low enough are left out.
+/// More samples for the whole picture, as many again as it has, as long as there is time; tiles
+/// whose noise is low enough are left out.
 /// @return samples of a pixel at the end
-std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& tiles, const Film& film, std::uint32_t samples, PassRunner& runner) {
+std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& tiles,
+                          const Film& film, std::uint32_t samples, PassRunner& runner) {
     const auto& q = job.view.scene.quality;
-    const auto seconds = [start = job.start] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    const auto seconds = [start = job.start] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
     double per_sample_s = seconds() / samples;
     while (samples < static_cast<std::uint32_t>(q.samples)) {
         const double before = seconds(), left = q.time_s - before;
-        const auto affordable = static_cast<std::uint32_t>(std::clamp(left / std::max(per_sample_s, 1e-6), 0.0, 1e6));
-        const std::uint32_t more = std::min({affordable, samples, static_cast<std::uint32_t>(q.samples) - samples});
-        if (more == 0) break;
+        const auto affordable =
+            static_cast<std::uint32_t>(std::clamp(left / std::max(per_sample_s, 1e-6), 0.0, 1e6));
+        const std::uint32_t more =
+            std::min({affordable, samples, static_cast<std::uint32_t>(q.samples) - samples});
+        if (more == 0)
+            break;
         std::vector<RenderTile> noisy;
         for (RenderTile tile : tiles) {
             tile.first_sample = samples, tile.samples = more;
             // Two samples may agree by chance.
-            if (q.noise == 0 || samples < static_cast<std::uint32_t>(q.min_samples) || film.error_above(tile, q.noise)) noisy.push_back(tile);
+            if (q.noise == 0 || samples < static_cast<std::uint32_t>(q.min_samples) ||
+                film.error_above(tile, q.noise))
+                noisy.push_back(tile);
         }
-        if (noisy.empty() || !runner.run(noisy)) break;
+        if (noisy.empty() || !runner.run(noisy))
+            break;
         samples += more;
         per_sample_s = (seconds() - before) / more;
     }
@@ -241,11 +317,13 @@ std::uint32_t add_samples(const RenderJob& job, const std::vector<RenderTile>& t
 RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
     const auto& scene = job.view.scene;
     const auto [width, height] = scene.output.size_px;
-    const auto passes = plan_tiles(width, height, 1, scene.quality.tile.in_picture(width), scene.quality.tile_order);
+    const auto passes = plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
+                                   scene.quality.tile_order);
     Progress progress(passes.front().size(), pixels_of(passes.front()), job.quiet);
     PassRunner runner(job, sink, progress);
     const auto tiles = runner.resume(passes.front());
-    progress.leave_out(passes.front().size() - tiles.size(), pixels_of(passes.front()) - pixels_of(tiles));
+    progress.leave_out(passes.front().size() - tiles.size(),
+                       pixels_of(passes.front()) - pixels_of(tiles));
     (void)runner.run(tiles);
     runner.counts().samples = static_cast<std::uint32_t>(scene.quality.samples);
     progress.finish();
@@ -254,26 +332,32 @@ RenderCounts render_stream(const RenderJob& job, TileSink& sink) {
 
 RenderCounts render_film(const RenderJob& job, Film& film) {
     const auto& q = job.view.scene.quality;
-    auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step, q.tile.in_picture(film.width_px()), q.tile_order);
+    auto passes = plan_tiles(film.width_px(), film.height_px(), q.coarse_step,
+                             q.tile.in_picture(film.width_px()), q.tile_order);
     std::uint64_t pixels = 0;
-    for (const auto& tiles : passes) pixels += pixels_of(tiles);
+    for (const auto& tiles : passes)
+        pixels += pixels_of(tiles);
     Progress progress(passes.size() * passes.front().size(), pixels, job.quiet, q.time_s);
     PassRunner runner(job, film, progress);
     const bool in_time = q.time_s > 0;
     constexpr int kFirstSamples = 2;
-    const auto first = static_cast<std::uint32_t>(in_time ? std::min(kFirstSamples, q.samples) : q.samples);
+    const auto first =
+        static_cast<std::uint32_t>(in_time ? std::min(kFirstSamples, q.samples) : q.samples);
     for (auto& tiles : passes) {
-        for (RenderTile& tile : tiles) tile.samples = first;
+        for (RenderTile& tile : tiles)
+            tile.samples = first;
         if (job.checkpoint != nullptr) {
             const std::size_t before = tiles.size();
             const std::uint64_t before_px = pixels_of(tiles);
             tiles = runner.resume(std::move(tiles));
             progress.leave_out(before - tiles.size(), before_px - pixels_of(tiles));
         }
-        if (!runner.run(tiles)) break;
+        if (!runner.run(tiles))
+            break;
     }
     if (in_time && runner.counts().missing == 0) {
-        const auto whole = plan_tiles(film.width_px(), film.height_px(), 1, q.tile.in_picture(film.width_px()), q.tile_order);
+        const auto whole = plan_tiles(film.width_px(), film.height_px(), 1,
+                                      q.tile.in_picture(film.width_px()), q.tile_order);
         runner.counts().samples = add_samples(job, whole.front(), film, first, runner);
     } else {
         runner.counts().samples = first;
@@ -284,18 +368,26 @@ RenderCounts render_film(const RenderJob& job, Film& film) {
 
 namespace {
 
-/// A place as a person would look for it on the map: easting and northing in units of the CRS, height in metres; without a CRS voxels.
+/// A place as a person would look for it on the map: easting and northing in units of the CRS,
+/// height in metres; without a CRS voxels.
 std::string place_of(Vec3 at, const voxel::WorldInfo& world) {
     const bool placed = !world.crs.empty();
-    const Vec3 p = placed ? Vec3{at.x * world.crs_units_per_voxel, -at.z * world.crs_units_per_voxel, at.y * world.voxel_m} : at;
-    const auto whole = [](double v) { return std::to_string(static_cast<std::int64_t>(std::floor(v + 0.5))); };
-    return whole(p.x) + ", " + whole(p.y) + ", " + whole(p.z) + (placed && world.crs_units_per_voxel == world.voxel_m ? " m" : "");
+    const Vec3 p = placed ? Vec3{at.x * world.crs_units_per_voxel,
+                                 -at.z * world.crs_units_per_voxel, at.y * world.voxel_m}
+                          : at;
+    const auto whole = [](double v) {
+        return std::to_string(static_cast<std::int64_t>(std::floor(v + 0.5)));
+    };
+    return whole(p.x) + ", " + whole(p.y) + ", " + whole(p.z) +
+           (placed && world.crs_units_per_voxel == world.voxel_m ? " m" : "");
 }
 
 /// Whether a place lies farther from the world, on the map, than the world is wide.
 bool far_off(Vec3 at, const voxel::VoxelBounds& b) noexcept {
-    const double x = std::max({b.min[0] - at.x, at.x - b.max[0], 0.0}), z = std::max({b.min[2] - at.z, at.z - b.max[2], 0.0});
-    return std::hypot(x, z) > std::hypot(static_cast<double>(b.max[0]) - b.min[0], static_cast<double>(b.max[2]) - b.min[2]);
+    const double x = std::max({b.min[0] - at.x, at.x - b.max[0], 0.0}),
+                 z = std::max({b.min[2] - at.z, at.z - b.max[2], 0.0});
+    return std::hypot(x, z) > std::hypot(static_cast<double>(b.max[0]) - b.min[0],
+                                         static_cast<double>(b.max[2]) - b.min[2]);
 }
 
 }  // namespace
@@ -305,17 +397,23 @@ std::string out_of_sight(const View& view, const voxel::WorldInfo& world) {
     const auto [width, height] = view.scene.output.size_px;
     const bool seen = !boxes_in_sight(view.camera, width, height, view.cut, 1).empty();
     std::optional<Vec3> target;
-    if (camera.target) target = to_voxels(*camera.target, camera.space, world);
-    if (seen && !(target && far_off(*target, world.bounds))) return {};
+    if (camera.target)
+        target = to_voxels(*camera.target, camera.space, world);
+    if (seen && !(target && far_off(*target, world.bounds)))
+        return {};
     const auto& b = world.bounds;
     // The world's lower left corner on the map is its south-west: z grows to the south.
-    const Vec3 low{static_cast<double>(b.min[0]), static_cast<double>(b.min[1]), static_cast<double>(b.max[2])};
-    const Vec3 high{static_cast<double>(b.max[0]), static_cast<double>(b.max[1]), static_cast<double>(b.min[2])};
+    const Vec3 low{static_cast<double>(b.min[0]), static_cast<double>(b.min[1]),
+                   static_cast<double>(b.max[2])};
+    const Vec3 high{static_cast<double>(b.max[0]), static_cast<double>(b.max[1]),
+                    static_cast<double>(b.min[2])};
     std::string out = camera.look.empty() ? "the camera" : "the view '" + camera.look + "'";
     out += seen ? " looks at what is far from the world" : " shows nothing of the world";
     out += ": it stands at " + place_of(view.camera.position(), world);
-    if (target) out += " and looks at " + place_of(*target, world);
-    return out + "; the world reaches from " + place_of(low, world) + " to " + place_of(high, world) + (world.crs.empty() ? ", voxels" : " in " + world.crs);
+    if (target)
+        out += " and looks at " + place_of(*target, world);
+    return out + "; the world reaches from " + place_of(low, world) + " to " +
+           place_of(high, world) + (world.crs.empty() ? ", voxels" : " in " + world.crs);
 }
 
 void foresee_boxes(const View& view, BlockManager& blocks) {

@@ -20,7 +20,7 @@ namespace terravox {
 struct RenderCounts {
     TraceCounts trace;
     std::uint64_t tiles = 0;
-    std::uint32_t samples = 0;  ///< of a pixel at most
+    std::uint32_t samples = 0;      ///< of a pixel at most
     std::set<voxel::BoxKey> holes;  ///< boxes that rays needed and that could not be had
     std::uint64_t resumed = 0;      ///< tiles that were done before
     std::uint64_t missing = 0;      ///< tiles that nobody was left to render
@@ -34,28 +34,37 @@ struct RenderJob {
     const std::atomic<bool>* stop = nullptr;  ///< asks to end early
     std::function<void(std::uint64_t done, std::uint64_t of)> on_progress = {};  ///< tiles
     std::function<std::vector<std::string>()> details = {};  ///< lines to show below the progress
-    Checkpoint* checkpoint = nullptr;  ///< of a single pass: what is in it is not rendered again, what is finished goes into it
+    Checkpoint* checkpoint = nullptr;  ///< of a single pass: what is in it is not rendered again,
+                                       ///< what is finished goes into it
     std::optional<Part> part = {};     ///< only these tiles
-    std::function<void()> check_world = {};  ///< throws once tiles may no longer be taken (BlockManager::check_world)
-    std::function<std::vector<std::string>()> damage = {};  ///< of the world's data, for the checkpoint
-    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
+    std::function<void()> check_world =
+        {};  ///< throws once tiles may no longer be taken (BlockManager::check_world)
+    std::function<std::vector<std::string>()> damage =
+        {};  ///< of the world's data, for the checkpoint
+    std::chrono::steady_clock::time_point start =
+        std::chrono::steady_clock::now();  ///< from which Scene::quality.time_s counts
 };
 
 /// The passes of a picture through a processor into a film.
-/// @throws Error "interrupted" when asked to stop, and as check_world; Spoiled when a tile came again for which the film has no place; whatever a tile threw
+/// @throws Error "interrupted" when asked to stop, and as check_world; Spoiled when a tile came
+/// again for which the film has no place; whatever a tile threw
 [[nodiscard]] RenderCounts render_film(const RenderJob& job, Film& film);
 
-/// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory. The time to keep (quality.time_s) needs a film.
+/// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory.
+/// The time to keep (quality.time_s) needs a film.
 [[nodiscard]] RenderCounts render_stream(const RenderJob& job, TileSink& sink);
 
 /// The view that a scene gives of a world. A function of its arguments, on every machine.
 /// @throws UsageError for a level the world does not have, ...; Error for an empty world
-[[nodiscard]] View make_view(const Scene& scene, const voxel::WorldInfo& world, std::shared_ptr<const MaterialTable> materials);
+[[nodiscard]] View make_view(const Scene& scene, const voxel::WorldInfo& world,
+                             std::shared_ptr<const MaterialTable> materials);
 
-/// The same with the materials that the scene names. @throws UsageError for a camera inside rock, too
+/// The same with the materials that the scene names. @throws UsageError for a camera inside rock,
+/// too
 [[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
 
-/// Views of one world, one after the other. What the next has in common with the last is kept: materials and sky, which take some ten milliseconds.
+/// Views of one world, one after the other. What the next has in common with the last is kept:
+/// materials and sky, which take some ten milliseconds.
 class ViewMaker {
 public:
     /// @throws as make_view
@@ -77,7 +86,8 @@ private:
     std::optional<std::pair<SkyAsked, Sky>> m_sky;
 };
 
-/// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks at lies farther from the world than the world is wide.
+/// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks
+/// at lies farther from the world than the world is wide.
 /// @return a line that says where the view is and where the world; empty: all is well
 [[nodiscard]] std::string out_of_sight(const View& view, const voxel::WorldInfo& world);
 

@@ -15,25 +15,31 @@ namespace terravox {
 struct RenderStatistics {
     RenderCounts counts;
     BlockStats blocks;
-    std::size_t limit_bytes = 0;  ///< for boxes
+    std::size_t limit_bytes = 0;       ///< for boxes
     std::uint64_t peak_rss_bytes = 0;  ///< of the whole process; 0: not known
     double seconds = 0;
     int threads = 1;
-    std::vector<ProcessorPool::Status> hands;  ///< who rendered; empty: threads of this process alone
+    std::vector<ProcessorPool::Status>
+        hands;  ///< who rendered; empty: threads of this process alone
     ProcessorPool::Counts pool;
     std::vector<std::string> damage;  ///< of the world's data, as World::damage()
 
-    [[nodiscard]] bool has_holes() const noexcept { return !counts.holes.empty() || counts.missing > 0 || !damage.empty(); }
+    [[nodiscard]] bool has_holes() const noexcept {
+        return !counts.holes.empty() || counts.missing > 0 || !damage.empty();
+    }
 };
 
 /// Most memory that this process has had so far, bytes; 0 where the system does not say.
 [[nodiscard]] std::uint64_t peak_rss_bytes() noexcept;
 
-[[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics, const util::StageTimes& times, const View& view);
+[[nodiscard]] nlohmann::json report_of(const RenderStatistics& statistics,
+                                       const util::StageTimes& times, const View& view);
 /// A few lines for a person.
 void print_statistics(const RenderStatistics& statistics, const util::StageTimes& times);
-/// All that is stored in a picture beside its light. The same for each run that makes the same picture, but for `with_run`: what this run
-/// took, for formats that are kept for work (EXR), not for those that are compared byte by byte.
-[[nodiscard]] PictureInfo picture_info(const View& view, const voxel::WorldInfo& world, const RenderStatistics& statistics, bool with_run);
+/// All that is stored in a picture beside its light. The same for each run that makes the same
+/// picture, but for `with_run`: what this run took, for formats that are kept for work (EXR), not
+/// for those that are compared byte by byte.
+[[nodiscard]] PictureInfo picture_info(const View& view, const voxel::WorldInfo& world,
+                                       const RenderStatistics& statistics, bool with_run);
 
 }  // namespace terravox

@@ -17,10 +17,12 @@ namespace terravox {
 struct WorldArguments {
     std::vector<std::string> inputs, orthophotos;
     std::string scene_file, log_level = "info";
-    std::string cache;  ///< util::cache_dir
+    std::string cache;                                        ///< util::cache_dir
     std::vector<std::pair<std::string, std::string>> fields;  ///< path and text, in the order given
 
-    [[nodiscard]] std::vector<std::filesystem::path> orthophoto_paths() const { return {orthophotos.begin(), orthophotos.end()}; }
+    [[nodiscard]] std::vector<std::filesystem::path> orthophoto_paths() const {
+        return {orthophotos.begin(), orthophotos.end()};
+    }
     /// The scene file with all flags applied over it. @throws UsageError
     [[nodiscard]] Scene scene() const;
 };
@@ -28,6 +30,7 @@ struct WorldArguments {
 /// Adds the flags to a command. `args` must outlive the parsing.
 void add_world_arguments(CLI::App& command, WorldArguments& args);
 /// The same but for the inputs. @param sections of the scene whose fields are flags; empty: all
-void add_opening_arguments(CLI::App& command, WorldArguments& args, const std::vector<std::string>& sections);
+void add_opening_arguments(CLI::App& command, WorldArguments& args,
+                           const std::vector<std::string>& sections);
 
 }  // namespace terravox

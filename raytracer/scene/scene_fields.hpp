@@ -10,96 +10,274 @@ namespace terravox {
 
 /// What may stand in a field of a scene.
 struct FieldRule {
-    std::string_view doc;    ///< one line with the unit
-    double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();  ///< closed, for numbers
-    std::vector<std::string_view> words = {};  ///< allowed words, for text; empty = any
-    std::string_view alias = {};               ///< a shorter flag beside --section-field
+    std::string_view doc;  ///< one line with the unit
+    double min = -std::numeric_limits<double>::infinity(),
+           max = std::numeric_limits<double>::infinity();  ///< closed, for numbers
+    std::vector<std::string_view> words = {};              ///< allowed words, for text; empty = any
+    std::string_view alias = {};  ///< a shorter flag beside --section-field
 };
 
-/// The one list of a scene's fields. Calls visit(path, field, rule) for each; `path` is "section.field", as in TOML.
-/// File reader, command line, and writer are visitors: a field added here is everywhere.
+/// The one list of a scene's fields. Calls visit(path, field, rule) for each; `path` is
+/// "section.field", as in TOML. File reader, command line, and writer are visitors: a field added
+/// here is everywhere.
 template <class SceneType, class Visit>
 void visit_fields(SceneType& s, Visit&& visit) {
-    visit("camera.look", s.camera.look, FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
-    visit("camera.projection", s.camera.projection, FieldRule{"how space comes into the picture", 0, 0, {"perspective", "orthographic", "isometric", "panorama", "fisheye"}, "--projection"});
-    visit("camera.fov_deg", s.camera.fov_deg, FieldRule{"vertical field of view, degrees; of a fisheye up to 360, across the shorter side", 1, 360, {}, "--fov"});
-    visit("camera.height_m", s.camera.height_m, FieldRule{"orthographic, isometric: metres that the picture's height covers; default: frames the world", 0.001, 1e7});
-    visit("camera.aperture_m", s.camera.aperture_m, FieldRule{"diameter of the lens, metres; 0 = everything is sharp", 0, 10000});
-    visit("camera.focus_m", s.camera.focus_m, FieldRule{"distance that is sharp, metres; default: the target's", 0.001, 1e7});
-    visit("camera.roll_deg", s.camera.roll_deg, FieldRule{"turn about the line of sight, clockwise, degrees", -360, 360});
-    visit("camera.azimuth_deg", s.camera.azimuth_deg, FieldRule{"where the framing camera stands, clockwise from north, degrees", -360, 360});
-    visit("camera.down_deg", s.camera.down_deg, FieldRule{"how steeply the framing camera looks down, degrees", -30, 90});
-    visit("camera.margin", s.camera.margin, FieldRule{"border around the framed world, share of the picture", 0, 0.45});
-    visit("camera.zoom", s.camera.zoom, FieldRule{"above 1: nearer than framing asks", 0.05, 50, {}, "--zoom"});
-    visit("camera.position", s.camera.position, FieldRule{"where the camera is: a,b,c in camera.space; default: frames the world"});
-    visit("camera.target", s.camera.target, FieldRule{"what the camera looks at: a,b,c in camera.space"});
-    visit("camera.space", s.camera.space, FieldRule{"of position and target: crs = E,N,height_m; latlon = lat,lon,height_m; voxel = x,y,z", 0, 0, {"crs", "latlon", "voxel"}});
-    visit("camera.inside_rock", s.camera.inside_rock, FieldRule{"allow a camera inside a solid voxel"});
+    visit("camera.look", s.camera.look,
+          FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
+    visit("camera.projection", s.camera.projection,
+          FieldRule{"how space comes into the picture",
+                    0,
+                    0,
+                    {"perspective", "orthographic", "isometric", "panorama", "fisheye"},
+                    "--projection"});
+    visit("camera.fov_deg", s.camera.fov_deg,
+          FieldRule{
+              "vertical field of view, degrees; of a fisheye up to 360, across the shorter side",
+              1,
+              360,
+              {},
+              "--fov"});
+    visit("camera.height_m", s.camera.height_m,
+          FieldRule{"orthographic, isometric: metres that the picture's height covers; default: "
+                    "frames the world",
+                    0.001, 1e7});
+    visit("camera.aperture_m", s.camera.aperture_m,
+          FieldRule{"diameter of the lens, metres; 0 = everything is sharp", 0, 10000});
+    visit("camera.focus_m", s.camera.focus_m,
+          FieldRule{"distance that is sharp, metres; default: the target's", 0.001, 1e7});
+    visit("camera.roll_deg", s.camera.roll_deg,
+          FieldRule{"turn about the line of sight, clockwise, degrees", -360, 360});
+    visit("camera.azimuth_deg", s.camera.azimuth_deg,
+          FieldRule{"where the framing camera stands, clockwise from north, degrees", -360, 360});
+    visit("camera.down_deg", s.camera.down_deg,
+          FieldRule{"how steeply the framing camera looks down, degrees", -30, 90});
+    visit("camera.margin", s.camera.margin,
+          FieldRule{"border around the framed world, share of the picture", 0, 0.45});
+    visit("camera.zoom", s.camera.zoom,
+          FieldRule{"above 1: nearer than framing asks", 0.05, 50, {}, "--zoom"});
+    visit("camera.position", s.camera.position,
+          FieldRule{"where the camera is: a,b,c in camera.space; default: frames the world"});
+    visit("camera.target", s.camera.target,
+          FieldRule{"what the camera looks at: a,b,c in camera.space"});
+    visit(
+        "camera.space", s.camera.space,
+        FieldRule{
+            "of position and target: crs = E,N,height_m; latlon = lat,lon,height_m; voxel = x,y,z",
+            0,
+            0,
+            {"crs", "latlon", "voxel"}});
+    visit("camera.inside_rock", s.camera.inside_rock,
+          FieldRule{"allow a camera inside a solid voxel"});
     visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD"});
     visit("sun.time_h", s.sun.time_h, FieldRule{"clock time, hours", 0, 24});
-    visit("sun.utc_offset_h", s.sun.utc_offset_h, FieldRule{"clock time minus UTC, hours; default: sun.zone, else the zone of the place's longitude", -14, 14});
-    visit("sun.zone", s.sun.zone, FieldRule{"IANA time zone with its summer time, such as Europe/Ljubljana"});
-    visit("sun.altitude_deg", s.sun.altitude_deg, FieldRule{"with azimuth_deg instead of date and time, degrees", -90, 90});
-    visit("sun.azimuth_deg", s.sun.azimuth_deg, FieldRule{"clockwise from north, degrees", -360, 360});
+    visit("sun.utc_offset_h", s.sun.utc_offset_h,
+          FieldRule{"clock time minus UTC, hours; default: sun.zone, else the zone of the place's "
+                    "longitude",
+                    -14, 14});
+    visit("sun.zone", s.sun.zone,
+          FieldRule{"IANA time zone with its summer time, such as Europe/Ljubljana"});
+    visit("sun.altitude_deg", s.sun.altitude_deg,
+          FieldRule{"with azimuth_deg instead of date and time, degrees", -90, 90});
+    visit("sun.azimuth_deg", s.sun.azimuth_deg,
+          FieldRule{"clockwise from north, degrees", -360, 360});
     visit("sun.strength", s.sun.strength, FieldRule{"times the natural light", 0, 100});
-    visit("sun.size", s.sun.size, FieldRule{"radius of the disc, times the true 0.27 degrees; 0 = hard shadows", 0, 100});
-    visit("sun.light", s.sun.light, FieldRule{"r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0, 1e6});
-    visit("sky.model", s.sky.model, FieldRule{"where its light comes from", 0, 0, {"atmosphere", "uniform"}});
-    visit("sky.colour", s.sky.colour, FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
-    visit("sky.turbidity", s.sky.turbidity, FieldRule{"haze of the whole air: 2 very clear, 3 clear, 6 hazy", 1.5, 10, {}, "--turbidity"});
-    visit("sky.clouds", s.sky.clouds, FieldRule{"share of the sky that clouds cover", 0, 1, {}, "--clouds"});
-    visit("sky.cloud_height_m", s.sky.cloud_height_m, FieldRule{"height of the clouds above the lowest ground, metres", 100, 12000});
+    visit("sun.size", s.sun.size,
+          FieldRule{"radius of the disc, times the true 0.27 degrees; 0 = hard shadows", 0, 100});
+    visit("sun.light", s.sun.light,
+          FieldRule{
+              "r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0,
+              1e6});
+    visit("sky.model", s.sky.model,
+          FieldRule{"where its light comes from", 0, 0, {"atmosphere", "uniform"}});
+    visit("sky.colour", s.sky.colour,
+          FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
+    visit("sky.turbidity", s.sky.turbidity,
+          FieldRule{
+              "haze of the whole air: 2 very clear, 3 clear, 6 hazy", 1.5, 10, {}, "--turbidity"});
+    visit("sky.clouds", s.sky.clouds,
+          FieldRule{"share of the sky that clouds cover", 0, 1, {}, "--clouds"});
+    visit("sky.cloud_height_m", s.sky.cloud_height_m,
+          FieldRule{"height of the clouds above the lowest ground, metres", 100, 12000});
     visit("sky.strength", s.sky.strength, FieldRule{"times the natural light", 0, 100});
-    visit("sky.visibility_km", s.sky.visibility_km, FieldRule{"distance at which haze leaves 5 % of the contrast, km; 0 = no haze; default: by turbidity", 0, 100000});
-    visit("output.size", s.output.size_px, FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
-    visit("output.exposure_ev", s.output.exposure_ev, FieldRule{"exposure, stops, beside what adaptation gives", -20, 20, {}, "--exposure"});
-    visit("output.adaptation", s.output.adaptation, FieldRule{"how far the exposure follows dusk and night: 0 = as at noon, 1 = as bright as by day", 0, 1});
-    visit("output.tone", s.output.tone, FieldRule{"tone curve of 8-bit pictures", 0, 0, {"photographic", "filmic", "agx", "linear"}, "--tone"});
-    visit("output.layers", s.output.layers, FieldRule{"of EXR files", 0, 0, {"beauty", "all"}, "--layers"});
-    visit("output.tiff", s.output.tiff, FieldRule{"samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats", 0, 0, {"auto", "byte", "float"}});
-    visit("output.denoise", s.output.denoise, FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
-    visit("output.credit", s.output.credit, FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
-    visit("quality.integrator", s.quality.integrator, FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0, {"direct", "path"}, "--integrator"});
-    visit("quality.samples", s.quality.samples, FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
-    visit("quality.noise", s.quality.noise, FieldRule{"error of a pixel's mean that is good enough, share of its brightness; 0 = all samples everywhere", 0, 1, {}, "--noise"});
-    visit("quality.min_samples", s.quality.min_samples, FieldRule{"samples before noise is asked for", 4, 65536});
-    visit("quality.time_s", s.quality.time_s, FieldRule{"samples go on as long as this, seconds; 0 = until all are done", 0, 1e7, {}, "--time"});
-    visit("quality.seed", s.quality.seed, FieldRule{"of the noise: another number, other noise", 0, 2147483647});
-    visit("quality.bounces", s.quality.bounces, FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
-    visit("quality.clamp", s.quality.clamp, FieldRule{"most light of one indirect sample of a path, 1 = white; 0 = no limit", 0, 1e6});
-    visit("quality.level", s.quality.level, FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size", 0, 20, {}, "--level"});
-    visit("quality.detail", s.quality.detail, FieldRule{"pixels that a voxel of a coarser level may cover, far away; 0 = the finest level everywhere", 0, 64, {}, "--detail"});
-    visit("quality.coarse_step", s.quality.coarse_step, FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});
-    visit("quality.tile", s.quality.tile, FieldRule{"edge of a tile: 1 to 4096 pixels, or 0.1% to 100% of the picture's width", 0, 0, {}, "--tile"});
-    visit("quality.tile_order", s.quality.tile_order, FieldRule{"order of the tiles", 0, 0, {"spiral", "vertical", "vertical-split", "hilbert", "rows"}});
+    visit("sky.visibility_km", s.sky.visibility_km,
+          FieldRule{"distance at which haze leaves 5 % of the contrast, km; 0 = no haze; default: "
+                    "by turbidity",
+                    0, 100000});
+    visit("output.size", s.output.size_px,
+          FieldRule{"picture size, WIDTHxHEIGHT in pixels", 1, 65536, {}, "--size"});
+    visit("output.exposure_ev", s.output.exposure_ev,
+          FieldRule{"exposure, stops, beside what adaptation gives", -20, 20, {}, "--exposure"});
+    visit(
+        "output.adaptation", s.output.adaptation,
+        FieldRule{
+            "how far the exposure follows dusk and night: 0 = as at noon, 1 = as bright as by day",
+            0, 1});
+    visit("output.tone", s.output.tone,
+          FieldRule{"tone curve of 8-bit pictures",
+                    0,
+                    0,
+                    {"photographic", "filmic", "agx", "linear"},
+                    "--tone"});
+    visit("output.layers", s.output.layers,
+          FieldRule{"of EXR files", 0, 0, {"beauty", "all"}, "--layers"});
+    visit(
+        "output.tiff", s.output.tiff,
+        FieldRule{
+            "samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats",
+            0,
+            0,
+            {"auto", "byte", "float"}});
+    visit("output.denoise", s.output.denoise,
+          FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
+    visit("output.credit", s.output.credit,
+          FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
+    visit("quality.integrator", s.quality.integrator,
+          FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces",
+                    0,
+                    0,
+                    {"direct", "path"},
+                    "--integrator"});
+    visit("quality.samples", s.quality.samples,
+          FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
+    visit("quality.noise", s.quality.noise,
+          FieldRule{"error of a pixel's mean that is good enough, share of its brightness; 0 = all "
+                    "samples everywhere",
+                    0,
+                    1,
+                    {},
+                    "--noise"});
+    visit("quality.min_samples", s.quality.min_samples,
+          FieldRule{"samples before noise is asked for", 4, 65536});
+    visit("quality.time_s", s.quality.time_s,
+          FieldRule{"samples go on as long as this, seconds; 0 = until all are done",
+                    0,
+                    1e7,
+                    {},
+                    "--time"});
+    visit("quality.seed", s.quality.seed,
+          FieldRule{"of the noise: another number, other noise", 0, 2147483647});
+    visit("quality.bounces", s.quality.bounces,
+          FieldRule{"of a path, and of mirrors", 0, 64, {}, "--bounces"});
+    visit(
+        "quality.clamp", s.quality.clamp,
+        FieldRule{"most light of one indirect sample of a path, 1 = white; 0 = no limit", 0, 1e6});
+    visit("quality.level", s.quality.level,
+          FieldRule{"finest level of the boxes: n = voxels of 2^n times the base size",
+                    0,
+                    20,
+                    {},
+                    "--level"});
+    visit("quality.detail", s.quality.detail,
+          FieldRule{"pixels that a voxel of a coarser level may cover, far away; 0 = the finest "
+                    "level everywhere",
+                    0,
+                    64,
+                    {},
+                    "--detail"});
+    visit("quality.coarse_step", s.quality.coarse_step,
+          FieldRule{"first pass: one of n x n pixels, a power of two; 1 = a single pass", 1, 64});
+    visit("quality.tile", s.quality.tile,
+          FieldRule{"edge of a tile: 1 to 4096 pixels, or 0.1% to 100% of the picture's width",
+                    0,
+                    0,
+                    {},
+                    "--tile"});
+    visit("quality.tile_order", s.quality.tile_order,
+          FieldRule{"order of the tiles",
+                    0,
+                    0,
+                    {"spiral", "vertical", "vertical-split", "hilbert", "rows"}});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
     visit("quality.reflections", s.quality.reflections, FieldRule{"mirrors: water, window panes"});
     visit("quality.refraction", s.quality.refraction, FieldRule{"rays into water, ice and glass"});
-    visit("quality.ao_rays", s.quality.ao_rays, FieldRule{"ambient-occlusion rays for each hit; 0 = dark corners without rays", 0, 1024, {}, "--ao-rays"});
-    visit("quality.ao_range_m", s.quality.ao_range_m, FieldRule{"how far ambient-occlusion rays look, metres", 0.01, 1e6});
-    visit("quality.ao_strength", s.quality.ao_strength, FieldRule{"1 = as the rays say, 0 = none", 0, 1});
-    visit("quality.materials", s.quality.materials, FieldRule{"looks of the materials: NAME for config/materials-NAME.toml, or a path; default: config/materials.toml", 0, 0, {}, "--materials"});
-    visit("quality.textures", s.quality.textures, FieldRule{"what is drawn on the faces of voxels"});
+    visit("quality.ao_rays", s.quality.ao_rays,
+          FieldRule{"ambient-occlusion rays for each hit; 0 = dark corners without rays",
+                    0,
+                    1024,
+                    {},
+                    "--ao-rays"});
+    visit("quality.ao_range_m", s.quality.ao_range_m,
+          FieldRule{"how far ambient-occlusion rays look, metres", 0.01, 1e6});
+    visit("quality.ao_strength", s.quality.ao_strength,
+          FieldRule{"1 = as the rays say, 0 = none", 0, 1});
+    visit("quality.materials", s.quality.materials,
+          FieldRule{"looks of the materials: NAME for config/materials-NAME.toml, or a path; "
+                    "default: config/materials.toml",
+                    0,
+                    0,
+                    {},
+                    "--materials"});
+    visit("quality.textures", s.quality.textures,
+          FieldRule{"what is drawn on the faces of voxels"});
     visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
-    visit("quality.colour", s.quality.colour, FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});
-    visit("quality.colour_mix", s.quality.colour_mix, FieldRule{"share of the true colour for mix", 0, 1});
-    visit("processing.threads", s.processing.threads, FieldRule{"threads of this machine; default: one for each core; 0 = none: workers render", 0, 1024, {}, "--threads"});
-    visit("processing.memory_mib", s.processing.memory_mib, FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
-    visit("processing.box_patience_s", s.processing.box_patience_s, FieldRule{"how long to try for a box of a voxel server, seconds", 1, 86400});
-    visit("world.crs", s.world.crs, FieldRule{"coordinate reference system of LiDAR files and rasters, instead of their own", 0, 0, {}, "--crs"});
-    visit("world.classes", s.world.classes, FieldRule{"class table of the LiDAR files: an id of config/classes, or a path", 0, 0, {}, "--classes"});
-    visit("world.vertical_unit", s.world.vertical_unit, FieldRule{"of the heights of LiDAR files and rasters; default: from the CRS", 0, 0, {"", "m", "ft", "us-ft"}});
-    visit("world.settings", s.world.settings, FieldRule{"which voxelization steps run and how: a TOML file; default: config/voxelize.toml", 0, 0, {}, "--settings"});
-    visit("world.memory_mib", s.world.memory_mib, FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
-    visit("world.voxel_m", s.world.voxel_m, FieldRule{"edge of a voxel, metres; not of Minecraft worlds, archives and servers", 0.01, 1000, {}, "--voxel"});
-    visit("world.dimension", s.world.dimension, FieldRule{"of a Minecraft world: overworld, nether, end, or another's name", 0, 0, {}, "--dimension"});
-    visit("world.base_m", s.world.base_m, FieldRule{"of rasters of heights: rock down to here, metres; default: a little below the lowest", -12000, 12000});
-    visit("generated.water_level", s.generated.water_level, FieldRule{"height of the sea, voxels", -4096, 4096});
-    visit("generated.world_height", s.generated.world_height, FieldRule{"how far the highest summits rise above the sea, voxels", 8, 4096});
-    visit("generated.harmonics", s.generated.harmonics, FieldRule{"octaves of hills and ridges, each twice as fine as the one before", 1, 16});
-    visit("generated.frequency", s.generated.frequency, FieldRule{"of the broadest hills, 1 / voxels", 1e-5, 0.1});
-    visit("generated.smoothness", s.generated.smoothness, FieldRule{"height of an octave to that of the one before: 0 smooth, 1 jagged", 0, 1});
+    visit("quality.colour", s.quality.colour,
+          FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});
+    visit("quality.colour_mix", s.quality.colour_mix,
+          FieldRule{"share of the true colour for mix", 0, 1});
+    visit("processing.threads", s.processing.threads,
+          FieldRule{"threads of this machine; default: one for each core; 0 = none: workers render",
+                    0,
+                    1024,
+                    {},
+                    "--threads"});
+    visit("processing.memory_mib", s.processing.memory_mib,
+          FieldRule{"limit for boxes in memory, MiB", 1, 1048576, {}, "--memory-mib"});
+    visit("processing.box_patience_s", s.processing.box_patience_s,
+          FieldRule{"how long to try for a box of a voxel server, seconds", 1, 86400});
+    visit("world.crs", s.world.crs,
+          FieldRule{"coordinate reference system of LiDAR files and rasters, instead of their own",
+                    0,
+                    0,
+                    {},
+                    "--crs"});
+    visit("world.classes", s.world.classes,
+          FieldRule{"class table of the LiDAR files: an id of config/classes, or a path",
+                    0,
+                    0,
+                    {},
+                    "--classes"});
+    visit("world.vertical_unit", s.world.vertical_unit,
+          FieldRule{"of the heights of LiDAR files and rasters; default: from the CRS",
+                    0,
+                    0,
+                    {"", "m", "ft", "us-ft"}});
+    visit("world.settings", s.world.settings,
+          FieldRule{
+              "which voxelization steps run and how: a TOML file; default: config/voxelize.toml",
+              0,
+              0,
+              {},
+              "--settings"});
+    visit("world.memory_mib", s.world.memory_mib,
+          FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
+    visit("world.voxel_m", s.world.voxel_m,
+          FieldRule{"edge of a voxel, metres; not of Minecraft worlds, archives and servers",
+                    0.01,
+                    1000,
+                    {},
+                    "--voxel"});
+    visit("world.dimension", s.world.dimension,
+          FieldRule{"of a Minecraft world: overworld, nether, end, or another's name",
+                    0,
+                    0,
+                    {},
+                    "--dimension"});
+    visit(
+        "world.base_m", s.world.base_m,
+        FieldRule{
+            "of rasters of heights: rock down to here, metres; default: a little below the lowest",
+            -12000, 12000});
+    visit("generated.water_level", s.generated.water_level,
+          FieldRule{"height of the sea, voxels", -4096, 4096});
+    visit("generated.world_height", s.generated.world_height,
+          FieldRule{"how far the highest summits rise above the sea, voxels", 8, 4096});
+    visit("generated.harmonics", s.generated.harmonics,
+          FieldRule{"octaves of hills and ridges, each twice as fine as the one before", 1, 16});
+    visit("generated.frequency", s.generated.frequency,
+          FieldRule{"of the broadest hills, 1 / voxels", 1e-5, 0.1});
+    visit("generated.smoothness", s.generated.smoothness,
+          FieldRule{"height of an octave to that of the one before: 0 smooth, 1 jagged", 0, 1});
     visit("generated.trees", s.generated.trees, FieldRule{"trees, bushes and grass"});
 }
 

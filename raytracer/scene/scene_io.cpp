@@ -26,13 +26,17 @@ std::string number(double v) {
 }
 
 /// Of a whole number all digits, as long as they are few: 100000, not 1e+05.
-std::string plain(double v) { return v == std::floor(v) && std::abs(v) < 1e15 ? std::to_string(static_cast<std::int64_t>(v)) : number(v); }
+std::string plain(double v) {
+    return v == std::floor(v) && std::abs(v) < 1e15 ? std::to_string(static_cast<std::int64_t>(v))
+                                                    : number(v);
+}
 
 std::string allowed(const FieldRule& rule) {
     if (!rule.words.empty()) {
         std::string out;
         for (const auto w : rule.words)
-            if (!w.empty()) out += (out.empty() ? "" : ", ") + std::string(w);
+            if (!w.empty())
+                out += (out.empty() ? "" : ", ") + std::string(w);
         return out;
     }
     return number(rule.min) + " to " + number(rule.max);
@@ -46,7 +50,8 @@ public:
     void put(double value, double& field) const { field = checked(value); }
     void put(double value, std::optional<double>& field) const { field = checked(value); }
     void put(double value, int& field) const {
-        if (value != std::floor(value)) fail(number(value), "whole numbers from " + allowed(m_rule));
+        if (value != std::floor(value))
+            fail(number(value), "whole numbers from " + allowed(m_rule));
         field = static_cast<int>(checked(value));
     }
     void put(double value, std::optional<int>& field) const {
@@ -56,32 +61,43 @@ public:
     }
     void put(bool value, bool& field) const { field = value; }
     void put(const std::string& value, std::string& field) const {
-        if (!m_rule.words.empty() && std::find(m_rule.words.begin(), m_rule.words.end(), value) == m_rule.words.end()) fail("'" + value + "'", allowed(m_rule));
+        if (!m_rule.words.empty() &&
+            std::find(m_rule.words.begin(), m_rule.words.end(), value) == m_rule.words.end())
+            fail("'" + value + "'", allowed(m_rule));
         field = value;
     }
     void put(const std::vector<double>& value, std::optional<Triple>& field) const {
-        if (value.size() != 3) fail(std::to_string(value.size()) + " numbers", "three finite numbers");
+        if (value.size() != 3)
+            fail(std::to_string(value.size()) + " numbers", "three finite numbers");
         if (!std::all_of(value.begin(), value.end(), [](double v) { return std::isfinite(v); }))
-            fail("(" + number(value[0]) + ", " + number(value[1]) + ", " + number(value[2]) + ")", "three finite numbers");
-        for (const double v : value) (void)checked(v);
+            fail("(" + number(value[0]) + ", " + number(value[1]) + ", " + number(value[2]) + ")",
+                 "three finite numbers");
+        for (const double v : value)
+            (void)checked(v);
         field = Triple{value[0], value[1], value[2]};
     }
     void put(const std::vector<double>& value, Size& field) const {
-        if (value.size() != 2) fail(std::to_string(value.size()) + " numbers", "WIDTHxHEIGHT");
+        if (value.size() != 2)
+            fail(std::to_string(value.size()) + " numbers", "WIDTHxHEIGHT");
         for (const double v : value)
-            if (v != std::floor(v) || !(v >= m_rule.min && v <= m_rule.max)) fail(plain(v), "whole numbers from " + allowed(m_rule));
+            if (v != std::floor(v) || !(v >= m_rule.min && v <= m_rule.max))
+                fail(plain(v), "whole numbers from " + allowed(m_rule));
         field = {static_cast<int>(value[0]), static_cast<int>(value[1])};
     }
     void put(const std::string& value, TileSize& field) const {
         const auto size = TileSize::parse(value);
-        if (!size) fail("'" + value + "'", TileSize::kAllowed);
+        if (!size)
+            fail("'" + value + "'", TileSize::kAllowed);
         field = *size;
     }
-    [[noreturn]] void fail(const std::string& value, const std::string& range) const { throw UsageError(m_where + " = " + value + "; allowed: " + range); }
+    [[noreturn]] void fail(const std::string& value, const std::string& range) const {
+        throw UsageError(m_where + " = " + value + "; allowed: " + range);
+    }
 
 private:
     [[nodiscard]] double checked(double value) const {
-        if (!(value >= m_rule.min && value <= m_rule.max)) fail(number(value), allowed(m_rule));
+        if (!(value >= m_rule.min && value <= m_rule.max))
+            fail(number(value), allowed(m_rule));
         return value;
     }
     std::string m_where;
@@ -92,38 +108,63 @@ double parse_number(const Setter& setter, const std::string& text) {
     double value = 0;
     const char* end = text.data() + text.size();
     const auto [at, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || at != end) setter.fail("'" + text + "'", "a number");
+    if (failed != std::errc{} || at != end)
+        setter.fail("'" + text + "'", "a number");
     return value;
 }
 
 std::vector<double> parse_numbers(const Setter& setter, const std::string& text, char separator) {
     std::vector<double> out;
-    if (text.ends_with(separator)) setter.fail("'" + text + "'", "numbers with '" + std::string(1, separator) + "' between them");
+    if (text.ends_with(separator))
+        setter.fail("'" + text + "'",
+                    "numbers with '" + std::string(1, separator) + "' between them");
     std::istringstream stream(text);
-    for (std::string part; std::getline(stream, part, separator);) out.push_back(parse_number(setter, part));
+    for (std::string part; std::getline(stream, part, separator);)
+        out.push_back(parse_number(setter, part));
     return out;
 }
 
-void put_text(const Setter& s, const std::string& text, double& f) { s.put(parse_number(s, text), f); }
-void put_text(const Setter& s, const std::string& text, std::optional<double>& f) { s.put(parse_number(s, text), f); }
-void put_text(const Setter& s, const std::string& text, int& f) { s.put(parse_number(s, text), f); }
-void put_text(const Setter& s, const std::string& text, std::optional<int>& f) { s.put(parse_number(s, text), f); }
-void put_text(const Setter& s, const std::string& text, std::string& f) { s.put(text, f); }
-void put_text(const Setter& s, const std::string& text, std::optional<Triple>& f) { s.put(parse_numbers(s, text, ','), f); }
-void put_text(const Setter& s, const std::string& text, Size& f) { s.put(parse_numbers(s, text, 'x'), f); }
-void put_text(const Setter& s, const std::string& text, TileSize& f) { s.put(text, f); }
+void put_text(const Setter& s, const std::string& text, double& f) {
+    s.put(parse_number(s, text), f);
+}
+void put_text(const Setter& s, const std::string& text, std::optional<double>& f) {
+    s.put(parse_number(s, text), f);
+}
+void put_text(const Setter& s, const std::string& text, int& f) {
+    s.put(parse_number(s, text), f);
+}
+void put_text(const Setter& s, const std::string& text, std::optional<int>& f) {
+    s.put(parse_number(s, text), f);
+}
+void put_text(const Setter& s, const std::string& text, std::string& f) {
+    s.put(text, f);
+}
+void put_text(const Setter& s, const std::string& text, std::optional<Triple>& f) {
+    s.put(parse_numbers(s, text, ','), f);
+}
+void put_text(const Setter& s, const std::string& text, Size& f) {
+    s.put(parse_numbers(s, text, 'x'), f);
+}
+void put_text(const Setter& s, const std::string& text, TileSize& f) {
+    s.put(text, f);
+}
 void put_text(const Setter& s, const std::string& text, bool& f) {
-    if (text == "true" || text == "yes" || text == "on" || text == "1") f = true;
-    else if (text == "false" || text == "no" || text == "off" || text == "0") f = false;
-    else s.fail("'" + text + "'", "yes, no");
+    if (text == "true" || text == "yes" || text == "on" || text == "1")
+        f = true;
+    else if (text == "false" || text == "no" || text == "off" || text == "0")
+        f = false;
+    else
+        s.fail("'" + text + "'", "yes, no");
 }
 
 void put_node(const Setter& s, const toml::node& node, bool& f) {
-    if (!node.is_boolean()) s.fail("a value of another kind", "true, false");
+    if (!node.is_boolean())
+        s.fail("a value of another kind", "true, false");
     f = **node.as_boolean();
 }
 void put_node(const Setter& s, const toml::node& node, std::string& f) {
-    if (!node.is_string()) s.fail("a value of another kind", "text in quotes");
+    if (!node.is_string())
+        s.fail("a value of another kind", "text in quotes");
     s.put(**node.as_string(), f);
 }
 std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
@@ -131,48 +172,87 @@ std::vector<double> numbers_of(const Setter& s, const toml::node& node) {
     if (const auto* array = node.as_array())
         for (const auto& item : *array) {
             const auto v = item.value<double>();
-            if (!v) s.fail("a list with other things than numbers", "numbers");
+            if (!v)
+                s.fail("a list with other things than numbers", "numbers");
             out.push_back(*v);
         }
     return out;
 }
-void put_node(const Setter& s, const toml::node& node, std::optional<Triple>& f) { s.put(numbers_of(s, node), f); }
+void put_node(const Setter& s, const toml::node& node, std::optional<Triple>& f) {
+    s.put(numbers_of(s, node), f);
+}
 void put_node(const Setter& s, const toml::node& node, Size& f) {
-    if (const auto text = node.value<std::string>()) put_text(s, *text, f);
-    else s.put(numbers_of(s, node), f);
+    if (const auto text = node.value<std::string>())
+        put_text(s, *text, f);
+    else
+        s.put(numbers_of(s, node), f);
 }
 void put_node(const Setter& s, const toml::node& node, TileSize& f) {
-    if (!node.is_string() && !node.is_integer()) s.fail("a value of another kind", std::string("a whole number, or text: ") + TileSize::kAllowed);
+    if (!node.is_string() && !node.is_integer())
+        s.fail("a value of another kind",
+               std::string("a whole number, or text: ") + TileSize::kAllowed);
     s.put(node.is_integer() ? std::to_string(**node.as_integer()) : **node.as_string(), f);
 }
-template <class Number> void put_node(const Setter& s, const toml::node& node, Number& f) {
+template <class Number>
+void put_node(const Setter& s, const toml::node& node, Number& f) {
     const auto v = node.value<double>();
-    if (!v) s.fail("a value of another kind", "a number");
+    if (!v)
+        s.fail("a value of another kind", "a number");
     s.put(*v, f);
 }
 
-void write(std::ostream& out, double v) { out << number(v) << (std::isfinite(v) && number(v).find_first_of(".e") == std::string::npos ? ".0" : ""); }
-void write(std::ostream& out, int v) { out << v; }
-void write(std::ostream& out, bool v) { out << (v ? "true" : "false"); }
-void write(std::ostream& out, const std::string& v) { out << toml::value<std::string>(v); }
-void write(std::ostream& out, const Size& v) { out << '"' << v[0] << 'x' << v[1] << '"'; }
-void write(std::ostream& out, const TileSize& v) { write(out, v.text()); }
+void write(std::ostream& out, double v) {
+    out << number(v)
+        << (std::isfinite(v) && number(v).find_first_of(".e") == std::string::npos ? ".0" : "");
+}
+void write(std::ostream& out, int v) {
+    out << v;
+}
+void write(std::ostream& out, bool v) {
+    out << (v ? "true" : "false");
+}
+void write(std::ostream& out, const std::string& v) {
+    out << toml::value<std::string>(v);
+}
+void write(std::ostream& out, const Size& v) {
+    out << '"' << v[0] << 'x' << v[1] << '"';
+}
+void write(std::ostream& out, const TileSize& v) {
+    write(out, v.text());
+}
 void write(std::ostream& out, const Triple& v) {
     out << '[';
-    for (std::size_t i = 0; i < 3; ++i) out << (i == 0 ? "" : ", "), write(out, v[i]);
+    for (std::size_t i = 0; i < 3; ++i)
+        out << (i == 0 ? "" : ", "), write(out, v[i]);
     out << ']';
 }
 
-template <class T> constexpr bool kOptional = false;
-template <class T> constexpr bool kOptional<std::optional<T>> = true;
+template <class T>
+constexpr bool kOptional = false;
+template <class T>
+constexpr bool kOptional<std::optional<T>> = true;
 
-std::string flag_text(double v) { return plain(v); }
-std::string flag_text(int v) { return std::to_string(v); }
-std::string flag_text(bool v) { return v ? "yes" : "no"; }
-std::string flag_text(const std::string& v) { return v; }
-std::string flag_text(const Size& v) { return std::to_string(v[0]) + "x" + std::to_string(v[1]); }
-std::string flag_text(const TileSize& v) { return v.text(); }
-std::string flag_text(const Triple& v) { return plain(v[0]) + "," + plain(v[1]) + "," + plain(v[2]); }
+std::string flag_text(double v) {
+    return plain(v);
+}
+std::string flag_text(int v) {
+    return std::to_string(v);
+}
+std::string flag_text(bool v) {
+    return v ? "yes" : "no";
+}
+std::string flag_text(const std::string& v) {
+    return v;
+}
+std::string flag_text(const Size& v) {
+    return std::to_string(v[0]) + "x" + std::to_string(v[1]);
+}
+std::string flag_text(const TileSize& v) {
+    return v.text();
+}
+std::string flag_text(const Triple& v) {
+    return plain(v[0]) + "," + plain(v[1]) + "," + plain(v[2]);
+}
 
 }  // namespace
 
@@ -181,16 +261,21 @@ void read_scene_table(const toml::table& root, const std::string& attempt, Scene
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
         known.emplace(path), sections.emplace(path.substr(0, path.find('.')));
         const auto node = root.at_path(path);
-        if (node) put_node(Setter(attempt + ": " + std::string(path), rule), *node.node(), field);
+        if (node)
+            put_node(Setter(attempt + ": " + std::string(path), rule), *node.node(), field);
     });
     for (const auto& [section, node] : root) {
         const auto* table = node.as_table();
-        if (table == nullptr) throw UsageError(attempt + ": unknown field '" + std::string(section.str()) + "'");
+        if (table == nullptr)
+            throw UsageError(attempt + ": unknown field '" + std::string(section.str()) + "'");
         for (const auto& [key, value] : *table)
-            if (const std::string path = std::string(section.str()) + "." + std::string(key.str()); !known.contains(path))
-                throw UsageError(attempt + ": unknown field '" + path + "'; docs/formats.md lists all fields");
+            if (const std::string path = std::string(section.str()) + "." + std::string(key.str());
+                !known.contains(path))
+                throw UsageError(attempt + ": unknown field '" + path +
+                                 "'; docs/formats.md lists all fields");
         if (!sections.contains(std::string(section.str())))
-            throw UsageError(attempt + ": unknown section '" + std::string(section.str()) + "'; docs/formats.md lists all sections");
+            throw UsageError(attempt + ": unknown section '" + std::string(section.str()) +
+                             "'; docs/formats.md lists all sections");
     }
 }
 
@@ -198,7 +283,8 @@ std::vector<std::string> scene_paths(const toml::table& sections) {
     std::vector<std::string> out;
     for (const auto& [section, node] : sections)
         if (const auto* table = node.as_table())
-            for (const auto& [key, value] : *table) out.push_back(std::string(section.str()) + "." + std::string(key.str()));
+            for (const auto& [key, value] : *table)
+                out.push_back(std::string(section.str()) + "." + std::string(key.str()));
     std::sort(out.begin(), out.end());
     return out;
 }
@@ -212,7 +298,9 @@ std::function<void(const std::string&)> refusing(const std::string& attempt) {
 void read_scene_root(toml::table root, const std::string& attempt, Scene& scene) {
     const auto version = root["version"].value<int>();
     if (root.contains("version") && version != kSceneVersion)
-        throw UsageError(attempt + ": version = " + (version ? std::to_string(*version) : "a value of another kind") + "; allowed: " + std::to_string(kSceneVersion));
+        throw UsageError(attempt + ": version = " +
+                         (version ? std::to_string(*version) : "a value of another kind") +
+                         "; allowed: " + std::to_string(kSceneVersion));
     root.erase("version");
     read_scene_table(root, attempt, scene);
 }
@@ -232,11 +320,13 @@ void parse_scene(const std::string& text, const std::string& name, Scene& scene)
 void set_field(Scene& scene, const std::string& path, const std::string& text) {
     bool found = false;
     visit_fields(scene, [&](std::string_view name, auto& field, const FieldRule& rule) {
-        if (name != path) return;
+        if (name != path)
+            return;
         found = true;
         put_text(Setter("set " + path, rule), text, field);
     });
-    if (!found) throw UsageError("set " + path + ": no such field of a scene");
+    if (!found)
+        throw UsageError("set " + path + ": no such field of a scene");
 }
 
 std::string to_toml(const Scene& scene) {
@@ -246,7 +336,8 @@ std::string to_toml(const Scene& scene) {
     visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule& rule) {
         using Field = std::decay_t<decltype(field)>;
         if constexpr (kOptional<Field>) {
-            if (!field) return;
+            if (!field)
+                return;
         }
         const auto dot_at = path.find('.');
         if (path.substr(0, dot_at) != section) {
@@ -254,8 +345,10 @@ std::string to_toml(const Scene& scene) {
             out << "\n[" << section << "]\n";
         }
         out << path.substr(dot_at + 1) << " = ";
-        if constexpr (kOptional<Field>) write(out, *field);
-        else write(out, field);
+        if constexpr (kOptional<Field>)
+            write(out, *field);
+        else
+            write(out, field);
         out << "  # " << rule.doc << "\n";
     });
     return out.str();
@@ -266,8 +359,10 @@ std::vector<FieldText> field_texts(const Scene& scene) {
     visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule&) {
         FieldText& to = out.emplace_back(FieldText{std::string(path), {}});
         if constexpr (kOptional<std::decay_t<decltype(field)>>) {
-            if (field) to.text = flag_text(*field);
-        } else to.text = flag_text(field);
+            if (field)
+                to.text = flag_text(*field);
+        } else
+            to.text = flag_text(field);
     });
     return out;
 }
@@ -290,7 +385,8 @@ Scene what_shows(Scene scene) {
     const Scene plain;
     scene.processing = plain.processing;
     scene.world.memory_mib = plain.world.memory_mib;
-    scene.quality.tile = plain.quality.tile, scene.quality.tile_order = plain.quality.tile_order, scene.quality.coarse_step = plain.quality.coarse_step;
+    scene.quality.tile = plain.quality.tile, scene.quality.tile_order = plain.quality.tile_order,
+    scene.quality.coarse_step = plain.quality.coarse_step;
     return scene;
 }
 
@@ -299,14 +395,19 @@ std::vector<SceneFlag> scene_flags() {
     Scene scene;
     visit_fields(scene, [&](std::string_view path, auto& field, const FieldRule& rule) {
         std::string names = flag_of(path);
-        if (!rule.alias.empty()) names += "," + std::string(rule.alias);
+        if (!rule.alias.empty())
+            names += "," + std::string(rule.alias);
         std::string help(rule.doc);
-        if (!rule.words.empty()) help += " (" + allowed(rule) + ")";
-        else if (std::isfinite(rule.min) && std::isfinite(rule.max) && rule.max > rule.min) help += " (" + allowed(rule) + ")";
+        if (!rule.words.empty())
+            help += " (" + allowed(rule) + ")";
+        else if (std::isfinite(rule.min) && std::isfinite(rule.max) && rule.max > rule.min)
+            help += " (" + allowed(rule) + ")";
         std::ostringstream preset;
         using Field = std::decay_t<decltype(field)>;
-        if constexpr (!kOptional<Field>) write(preset, field);
-        if (!preset.str().empty() && preset.str() != "''" && preset.str() != "\"\"") help += ", default " + preset.str();
+        if constexpr (!kOptional<Field>)
+            write(preset, field);
+        if (!preset.str().empty() && preset.str() != "''" && preset.str() != "\"\"")
+            help += ", default " + preset.str();
         out.push_back({names, std::string(path), help, std::is_same_v<Field, bool>});
     });
     return out;

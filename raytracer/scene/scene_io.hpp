@@ -40,7 +40,8 @@ struct FieldText {
 /// The flag of a field: "--camera-fov-deg".
 [[nodiscard]] std::string flag_of(std::string_view path);
 
-/// The scene without what no pixel depends on: what is stored in pictures, which are the same whoever made them.
+/// The scene without what no pixel depends on: what is stored in pictures, which are the same
+/// whoever made them.
 [[nodiscard]] Scene what_shows(Scene scene);
 
 /// A flag of the command line for each field: its names ("--camera-fov-deg,--fov"), path, and help.

@@ -8,11 +8,13 @@
 namespace terravox {
 namespace {
 
-template <class Number> std::optional<Number> number_in(const std::string& text, std::size_t length) {
+template <class Number>
+std::optional<Number> number_in(const std::string& text, std::size_t length) {
     Number value{};
     const char* end = text.data() + length;
     const auto [at, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || at != end) return std::nullopt;
+    if (failed != std::errc{} || at != end)
+        return std::nullopt;
     return value;
 }
 
@@ -21,23 +23,30 @@ template <class Number> std::optional<Number> number_in(const std::string& text,
 std::optional<TileSize> TileSize::parse(const std::string& text) {
     if (text.ends_with('%')) {
         const auto percent = number_in<double>(text, text.size() - 1);
-        if (!percent || !(*percent >= kLeast_percent && *percent <= kMost_percent)) return std::nullopt;
+        if (!percent || !(*percent >= kLeast_percent && *percent <= kMost_percent))
+            return std::nullopt;
         return TileSize{TileSize{}.px, *percent};
     }
     const auto px = number_in<int>(text, text.size());
-    if (!px || *px < 1 || *px > kMost_px) return std::nullopt;
+    if (!px || *px < 1 || *px > kMost_px)
+        return std::nullopt;
     return TileSize{*px, 0};
 }
 
 std::string TileSize::text() const {
-    if (percent == 0) return std::to_string(px);
+    if (percent == 0)
+        return std::to_string(px);
     std::array<char, 40> digits{};
-    return std::string(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), percent).ptr) + "%";
+    return std::string(digits.data(),
+                       std::to_chars(digits.data(), digits.data() + digits.size(), percent).ptr) +
+           "%";
 }
 
 int TileSize::in_picture(int width_px) const noexcept {
-    if (percent == 0) return px;
-    return static_cast<int>(std::clamp(std::floor(width_px * percent / 100 + 0.5), 1.0, static_cast<double>(kMost_px)));
+    if (percent == 0)
+        return px;
+    return static_cast<int>(
+        std::clamp(std::floor(width_px * percent / 100 + 0.5), 1.0, static_cast<double>(kMost_px)));
 }
 
 }  // namespace terravox

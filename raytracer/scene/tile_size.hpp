@@ -9,12 +9,14 @@ namespace terravox {
 struct TileSize {
     static constexpr int kMost_px = 4096;
     static constexpr double kLeast_percent = 0.1, kMost_percent = 100;
-    static constexpr const char* kAllowed = "1 to 4096 pixels, or 0.1% to 100% of the picture's width";
+    static constexpr const char* kAllowed =
+        "1 to 4096 pixels, or 0.1% to 100% of the picture's width";
 
     int px = 64;         ///< 1 to kMost_px; does not count when percent is not 0
     double percent = 0;  ///< of the picture's width
 
-    /// @param text "64" or "5%"; numbers as in C++ @return nullopt for anything else, and out of range
+    /// @param text "64" or "5%"; numbers as in C++ @return nullopt for anything else, and out of
+    /// range
     [[nodiscard]] static std::optional<TileSize> parse(const std::string& text);
     /// As parse takes it.
     [[nodiscard]] std::string text() const;

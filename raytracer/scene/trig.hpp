@@ -4,10 +4,17 @@
 
 namespace terravox::trig {
 
-/// The one place where cameras and animations take their angle functions from. Their values reach pixels.
-[[nodiscard]] inline double sin(double rad) noexcept { return det::sin(rad); }
-[[nodiscard]] inline double cos(double rad) noexcept { return det::cos(rad); }
-[[nodiscard]] inline double tan(double rad) noexcept { return det::tan(rad); }
+/// The one place where cameras and animations take their angle functions from. Their values reach
+/// pixels.
+[[nodiscard]] inline double sin(double rad) noexcept {
+    return det::sin(rad);
+}
+[[nodiscard]] inline double cos(double rad) noexcept {
+    return det::cos(rad);
+}
+[[nodiscard]] inline double tan(double rad) noexcept {
+    return det::tan(rad);
+}
 
 inline constexpr double kRadPerDeg = det::kPi / 180;
 

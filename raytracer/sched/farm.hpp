@@ -26,11 +26,13 @@ struct FarmOptions {
     [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen || discover; }
 };
 
-/// The workers of a coordinator: dialled, or dialling in; met, watched, and given to whatever pool renders. Outlives many pictures.
+/// The workers of a coordinator: dialled, or dialling in; met, watched, and given to whatever pool
+/// renders. Outlives many pictures.
 ///
-/// One mutex guards the workers and the picture under way. Each link has a thread that reads it; one thread pings and gives up who is
-/// silent; one for each address dials again and again. The mutex may be held while the pool's is taken and while a
-/// picture is announced to a worker, never the other way round: gone() is called without the pool's.
+/// One mutex guards the workers and the picture under way. Each link has a thread that reads it;
+/// one thread pings and gives up who is silent; one for each address dials again and again. The
+/// mutex may be held while the pool's is taken and while a picture is announced to a worker, never
+/// the other way round: gone() is called without the pool's.
 class Farm {
 public:
     /// @param source where workers may have boxes from @throws Error when it cannot listen
@@ -39,7 +41,8 @@ public:
     Farm(const Farm&) = delete;
     Farm& operator=(const Farm&) = delete;
 
-    /// Every worker, there or coming, works for this pool until end(). @param scene, view of the picture @throws Error
+    /// Every worker, there or coming, works for this pool until end(). @param scene, view of the
+    /// picture @throws Error
     void begin(ProcessorPool& pool, const Scene& scene, const View& view);
     void end();
     /// For PoolSettings::gone.
@@ -52,7 +55,9 @@ public:
     [[nodiscard]] std::vector<std::string> dialled() const;
 
     /// Where it listens; 0: nowhere.
-    [[nodiscard]] std::uint16_t port() const noexcept { return m_listener ? m_listener->port() : 0; }
+    [[nodiscard]] std::uint16_t port() const noexcept {
+        return m_listener ? m_listener->port() : 0;
+    }
     [[nodiscard]] std::size_t workers() const;
 
     struct Worker {
@@ -86,7 +91,8 @@ private:
     void dial_again_and_again(const net::Address& address, std::uint64_t turn);
     void watch();
     void attach(Place& place);
-    [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer, const std::string& dialled) const;
+    [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer,
+                                 const std::string& dialled) const;
     void ban(const WorkerLink& worker, const std::string& dialled);
 
     const FarmOptions m_options;
@@ -99,12 +105,14 @@ private:
     std::uint64_t m_next_place = 1, m_next_picture = 1;
     ProcessorPool* m_pool = nullptr;
     std::optional<PictureCall> m_call;
-    std::set<std::string> m_banned;               ///< addresses that were dialled; of who dialled in, names with their hosts
+    std::set<std::string>
+        m_banned;  ///< addresses that were dialled; of who dialled in, names with their hosts
     std::map<std::string, int> m_banned_of_host;  ///< how many of who dialled in
     std::function<farm::Status()> m_status_source;
     bool m_stop = false;
     std::unique_ptr<net::Listener> m_listener;
-    std::map<std::string, std::uint64_t> m_dialled;  ///< addresses that have a thread, and which of those it had
+    std::map<std::string, std::uint64_t>
+        m_dialled;  ///< addresses that have a thread, and which of those it had
     std::uint64_t m_next_turn = 1;
     std::vector<std::thread> m_threads;
     std::unique_ptr<net::ServiceBrowser> m_browser;

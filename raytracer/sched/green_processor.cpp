@@ -8,7 +8,8 @@ constexpr std::size_t kWaveRays = TileJob::kWaveRays / 4;
 
 }  // namespace
 
-GreenProcessor::GreenProcessor(const View& view, BlockManager& blocks) : m_blocks(blocks), m_tools(view, blocks, blocks.limit_bytes() / 8) {}
+GreenProcessor::GreenProcessor(const View& view, BlockManager& blocks)
+    : m_blocks(blocks), m_tools(view, blocks, blocks.limit_bytes() / 8) {}
 
 GreenProcessor::~GreenProcessor() {
     cancel();
@@ -17,17 +18,21 @@ GreenProcessor::~GreenProcessor() {
 
 void GreenProcessor::submit(RenderTile tile) {
     const std::lock_guard lock(m_mutex);
-    if (m_closed) return;
+    if (m_closed)
+        return;
     m_jobs.submit(tile);
     m_change.notify_all();
 }
 
-bool GreenProcessor::wait(std::chrono::milliseconds most) { return work_until(Halt::Clock::now() + most); }
+bool GreenProcessor::wait(std::chrono::milliseconds most) {
+    return work_until(Halt::Clock::now() + most);
+}
 
 std::optional<TileResult> GreenProcessor::take() {
     (void)work_until(Halt::Clock::time_point::max());
     const std::lock_guard lock(m_mutex);
-    if (m_failure) std::rethrow_exception(m_failure);
+    if (m_failure)
+        std::rethrow_exception(m_failure);
     return m_jobs.take();
 }
 
@@ -44,7 +49,8 @@ void GreenProcessor::withdraw(const RenderTile& tile) noexcept {
         ended = m_jobs.drop(tile);
         m_change.notify_all();
     }
-    if (ended) m_blocks.forget(*this, *ended);
+    if (ended)
+        m_blocks.forget(*this, *ended);
 }
 
 void GreenProcessor::close() noexcept {
@@ -64,7 +70,8 @@ void GreenProcessor::cancel() noexcept {
 bool GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
     const std::lock_guard lock(m_mutex);
     const auto goes_on = m_jobs.box_came(key, ticket);
-    if (goes_on.value_or(false)) m_change.notify_all();
+    if (goes_on.value_or(false))
+        m_change.notify_all();
     return goes_on.has_value();
 }
 
@@ -73,14 +80,17 @@ bool GreenProcessor::work_until(Halt::Clock::time_point end) {
     bool first = true;
     while (!has_answer()) {
         if (m_jobs.can_go_on()) {
-            if (!first && Halt::Clock::now() >= end) return false;
+            if (!first && Halt::Clock::now() >= end)
+                return false;
             trace(lock, end);
             first = false;
             continue;
         }
         const auto something = [&] { return has_answer() || m_jobs.can_go_on(); };
-        if (end == Halt::Clock::time_point::max()) m_change.wait(lock, something);
-        else if (!m_change.wait_until(lock, end, something)) return false;
+        if (end == Halt::Clock::time_point::max())
+            m_change.wait(lock, something);
+        else if (!m_change.wait_until(lock, end, something))
+            return false;
     }
     return true;
 }
@@ -89,7 +99,8 @@ void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time
     try {
         go_on(lock, m_jobs.next(kWaveRays), end);
     } catch (...) {
-        if (!lock.owns_lock()) lock.lock();
+        if (!lock.owns_lock())
+            lock.lock();
         m_failure = std::current_exception();
         m_closed = true;
         m_cancelled = true;
@@ -97,14 +108,17 @@ void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time
     }
 }
 
-void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn, Halt::Clock::time_point end) {
+void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
+                           Halt::Clock::time_point end) {
     lock.unlock();
     const bool finished = turn.job.job.run(m_tools, Halt(m_cancelled, turn.job.dropped, end));
     std::optional<TileResult> result;
-    if (finished) result = turn.job.job.take_result();
+    if (finished)
+        result = turn.job.job.take_result();
     const std::vector<voxel::BoxKey> missing = turn.job.job.take_missing();
     lock.lock();
-    if (m_cancelled) return;
+    if (m_cancelled)
+        return;
     if (finished) {
         m_jobs.finish(turn, std::move(*result));
         return;
@@ -112,7 +126,8 @@ void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::T
     const bool stays = m_jobs.rest(turn, turn.job.job.waits());
     lock.unlock();
     if (stays) {
-        for (const voxel::BoxKey& key : missing) m_blocks.wait_for(key, *this, turn.ticket);
+        for (const voxel::BoxKey& key : missing)
+            m_blocks.wait_for(key, *this, turn.ticket);
     } else {
         m_blocks.forget(*this, turn.ticket);
     }

@@ -14,21 +14,25 @@
 
 namespace terravox {
 
-/// Which rows of which tiles are to do, who has them, and what has come back. It knows no processor and reads no clock. Not thread-safe.
+/// Which rows of which tiles are to do, who has them, and what has come back. It knows no processor
+/// and reads no clock. Not thread-safe.
 ///
-/// A *band* is some rows of a tile of the plan; a whole tile is a band, too. A member of the pool leases bands, and a tile is whole when all
-/// its bands have come. A band may be leased to several members; the first answer counts, later ones must be equal. Of members that are not to
-/// be trusted some bands are made again by one who is (checks).
+/// A *band* is some rows of a tile of the plan; a whole tile is a band, too. A member of the pool
+/// leases bands, and a tile is whole when all its bands have come. A band may be leased to several
+/// members; the first answer counts, later ones must be equal. Of members that are not to be
+/// trusted some bands are made again by one who is (checks).
 class LeaseBook {
 public:
     using Time = std::chrono::steady_clock::time_point;
     using Member = std::uint32_t;
     using Holes = std::set<voxel::BoxKey>;
 
-    /// A tile to do. Tiles of one pass have different indices; the next pass may begin when all are handed out.
+    /// A tile to do. Tiles of one pass have different indices; the next pass may begin when all are
+    /// handed out.
     void add(const RenderTile& tile);
 
-    /// Rows that nobody has, of one tile, about so many pixels, at least eight rows. @return nullopt: there are none for this member
+    /// Rows that nobody has, of one tile, about so many pixels, at least eight rows. @return
+    /// nullopt: there are none for this member
     [[nodiscard]] std::optional<RenderTile> lease(Member member, std::size_t pixels, Time now);
     /// The same band once more for another member. @param of one of open_leases()
     [[nodiscard]] RenderTile lease_again(Member member, const RenderTile& of, Time now);
@@ -38,37 +42,40 @@ public:
     void set_deadline(Member member, const RenderTile& band, Time deadline);
 
     enum class Answer : std::uint8_t {
-        kFirst,     ///< counts
-        kLate,      ///< equal to one that came before, or not to be compared
-        kUnequal,   ///< of the two members that answered, one is wrong
-        kUnasked,   ///< the member had no such lease
-        kChecked,   ///< equal to what was to be checked
-        kFalse,     ///< unequal to what was to be checked
-        kUndecided, ///< unequal, but the check met a hole that the band's member did not: that one may have had the box
+        kFirst,      ///< counts
+        kLate,       ///< equal to one that came before, or not to be compared
+        kUnequal,    ///< of the two members that answered, one is wrong
+        kUnasked,    ///< the member had no such lease
+        kChecked,    ///< equal to what was to be checked
+        kFalse,      ///< unequal to what was to be checked
+        kUndecided,  ///< unequal, but the check met a hole that the band's member did not: that one
+                     ///< may have had the box
     };
     struct Taken {
         Answer answer = Answer::kUnasked;
-        std::optional<TileResult> whole;   ///< a tile that is whole by this
-        std::size_t pixels = 0;            ///< of the band
-        Member other = 0;                  ///< kUnequal: who answered first; of checks: whose band it was
+        std::optional<TileResult> whole;  ///< a tile that is whole by this
+        std::size_t pixels = 0;           ///< of the band
+        Member other = 0;  ///< kUnequal: who answered first; of checks: whose band it was
         std::uint64_t hash = 0, other_hash = 0;  ///< kUnequal: of this answer, and of the other's
         Holes holes, other_holes;                ///< kUnequal: of this answer, and of the other's
-        std::vector<Member> withdraw;      ///< kFirst: who else works on it
+        std::vector<Member> withdraw;            ///< kFirst: who else works on it
     };
     Taken take(Member member, TileResult&& result);
     /// A band that has come, or some rows of it, shall be made again by somebody else.
     /// @param hash hash_of_pixels of those rows
     /// @param holes that the member met in the band
     void check(Member member, const RenderTile& band, std::uint64_t hash, Holes holes);
-    /// Whether an answer is wrong where it differs from one to be trusted. Holes are the coordinator's, and once a box is one it stays
-    /// so: who is to be trusted meets every hole that the member met before it, so equal holes make equal pixels. The member may have
-    /// had a box earlier, or from a server of its own, that is a hole by now.
+    /// Whether an answer is wrong where it differs from one to be trusted. Holes are the
+    /// coordinator's, and once a box is one it stays so: who is to be trusted meets every hole that
+    /// the member met before it, so equal holes make equal pixels. The member may have had a box
+    /// earlier, or from a server of its own, that is a hole by now.
     [[nodiscard]] static bool is_comparable(const Holes& of_member, const Holes& trusted);
 
     /// What the member has goes to others. @return bands
     std::size_t give_back(Member member);
     void give_back(Member member, const RenderTile& band);
-    /// Bands whose deadline has passed go to others, too. @return the members who are late, each once
+    /// Bands whose deadline has passed go to others, too. @return the members who are late, each
+    /// once
     std::vector<Member> expire(Time now);
     /// All that came from the member is to do again. @return indices of the tiles that were whole
     [[nodiscard]] std::vector<std::uint32_t> disown(Member member);
@@ -90,14 +97,17 @@ public:
     [[nodiscard]] Load load_of(Member member) const;
     [[nodiscard]] bool has(Member member, const RenderTile& band) const;
     [[nodiscard]] std::size_t pending_pixels() const noexcept { return m_pending_pixels; }
-    [[nodiscard]] std::size_t leased_pixels() const noexcept { return m_leased_pixels; }  ///< that have not come
+    [[nodiscard]] std::size_t leased_pixels() const noexcept {
+        return m_leased_pixels;
+    }  ///< that have not come
     [[nodiscard]] std::size_t open_checks() const noexcept { return m_open_checks; }
     [[nodiscard]] bool checks_wait() const noexcept { return !m_checks.empty(); }
     /// Tiles that are not whole, for the first time or again.
     [[nodiscard]] std::size_t unfinished() const noexcept { return m_unfinished; }
 
     [[nodiscard]] static std::size_t pixels_of(const RenderTile& band) noexcept;
-    static constexpr int kLeastRows = 8;  ///< of traced pixels in a band: two rows of blocks, which beams are made of
+    static constexpr int kLeastRows =
+        8;  ///< of traced pixels in a band: two rows of blocks, which beams are made of
 
 private:
     using UnitId = std::uint64_t;
@@ -108,18 +118,19 @@ private:
     struct Slot {
         RenderTile tile;
         int rows_left = 0;
-        std::map<int, Part> parts;    ///< by the first row
-        std::vector<Member> by;       ///< who has made any of it, once it is whole
+        std::map<int, Part> parts;  ///< by the first row
+        std::vector<Member> by;     ///< who has made any of it, once it is whole
     };
     /// A band that is or was leased.
     struct Unit {
         RenderTile band;
         Holes holes;            ///< in the answer
         bool disowned = false;  ///< by who answered first: nothing is compared with it
-        bool done = false, is_check = false, waits = false;  ///< waits: in m_pending, beside those who have it
+        bool done = false, is_check = false,
+             waits = false;  ///< waits: in m_pending, beside those who have it
         int copies = 0;
-        Member by = 0;            ///< who answered first; of a check: whose it is
-        std::uint64_t hash = 0;   ///< of the answer
+        Member by = 0;           ///< who answered first; of a check: whose it is
+        std::uint64_t hash = 0;  ///< of the answer
     };
     struct Lease {
         UnitId unit;
@@ -132,7 +143,8 @@ private:
     void forget_done();
     void put_back(UnitId id);
     [[nodiscard]] RenderTile begin(Member member, UnitId id, Time now);
-    [[nodiscard]] std::vector<Lease>::iterator lease_of(std::vector<Lease>& leases, const RenderTile& band);
+    [[nodiscard]] std::vector<Lease>::iterator lease_of(std::vector<Lease>& leases,
+                                                        const RenderTile& band);
     void end_lease(Member member, std::size_t place);
     void new_pass();
     std::optional<TileResult> add_part(Member member, TileResult&& result);

@@ -14,9 +14,11 @@ namespace terravox {
 
 /// Tiles on threads of this process.
 ///
-/// One mutex guards the tiles (at most so many wait) and what has failed. A thread takes a ready job, else begins a tile, and traces without any
-/// lock until the job is finished or waits for boxes; then it takes the next. `m_work` wakes threads, `m_room` wakes submitters, `m_done`
-/// wakes takers (a result, a failure, or all threads ended). The block manager calls with its own lock held: never call it under m_mutex.
+/// One mutex guards the tiles (at most so many wait) and what has failed. A thread takes a ready
+/// job, else begins a tile, and traces without any lock until the job is finished or waits for
+/// boxes; then it takes the next. `m_work` wakes threads, `m_room` wakes submitters, `m_done` wakes
+/// takers (a result, a failure, or all threads ended). The block manager calls with its own lock
+/// held: never call it under m_mutex.
 class ThreadProcessor final : public TileProcessor, private BlockListener {
 public:
     /// @param threads at least 1; @param view, blocks outlive the processor
@@ -32,13 +34,17 @@ public:
     void cancel() noexcept override;
 
     /// The capacity of a processor of so many threads.
-    [[nodiscard]] static int tiles_in_flight(int threads) noexcept { return threads * (kJobsPerThread + 2); }
+    [[nodiscard]] static int tiles_in_flight(int threads) noexcept {
+        return threads * (kJobsPerThread + 2);
+    }
 
     /// Most tiles begun for each thread, about 2 MiB each: some wait for boxes while others go on.
     static constexpr int kJobsPerThread = 8;
 
 private:
-    [[nodiscard]] bool has_answer() const noexcept { return m_jobs.has_result() || m_failure || m_running == 0; }
+    [[nodiscard]] bool has_answer() const noexcept {
+        return m_jobs.has_result() || m_failure || m_running == 0;
+    }
     void run();
     void trace_tiles(TracerTools& tools);
     void go_on(TracerTools& tools, const TileJobs::Turn& turn);

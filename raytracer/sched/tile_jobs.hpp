@@ -13,8 +13,9 @@
 
 namespace terravox {
 
-/// Tiles of a processor of this process: submitted, begun, ready to go on since boxes came, and their results. It locks nothing: the
-/// processor's mutex guards it, and is not held while a job runs.
+/// Tiles of a processor of this process: submitted, begun, ready to go on since boxes came, and
+/// their results. It locks nothing: the processor's mutex guards it, and is not held while a job
+/// runs.
 class TileJobs {
 public:
     struct Job {
@@ -39,18 +40,23 @@ public:
     void submit(const RenderTile& tile) { m_waiting.push_back(tile); }
     [[nodiscard]] std::size_t waiting() const noexcept { return m_waiting.size(); }
     /// Whether next() has something.
-    [[nodiscard]] bool can_go_on() const noexcept { return !m_ready.empty() || (!m_waiting.empty() && m_jobs.size() < m_most); }
+    [[nodiscard]] bool can_go_on() const noexcept {
+        return !m_ready.empty() || (!m_waiting.empty() && m_jobs.size() < m_most);
+    }
     [[nodiscard]] bool idle() const noexcept { return m_waiting.empty() && m_jobs.empty(); }
-    /// What to trace now: a job that is ready, else one that begins. @param wave_rays of one that begins
+    /// What to trace now: a job that is ready, else one that begins. @param wave_rays of one that
+    /// begins
     [[nodiscard]] Turn next(std::size_t wave_rays);
-    /// The job has run, and is not finished. @param waits for boxes; else it was interrupted, and is the next to go on
+    /// The job has run, and is not finished. @param waits for boxes; else it was interrupted, and
+    /// is the next to go on
     /// @return false: it was dropped meanwhile, and has ended
     [[nodiscard]] bool rest(const Turn& turn, bool waits);
     /// The job is finished: @param result becomes the next of the results
     void finish(const Turn& turn, TileResult&& result);
     /// @return whether a job can go on by this; nullopt: none has that ticket any more
     std::optional<bool> box_came(const voxel::BoxKey& key, std::uint64_t ticket);
-    /// As TileProcessor::withdraw: waiting, it never begins; begun, it ends without a result as soon as it can.
+    /// As TileProcessor::withdraw: waiting, it never begins; begun, it ends without a result as
+    /// soon as it can.
     /// @return the ticket of a job that has ended by this: nothing must come for it any more
     std::optional<std::uint64_t> drop(const RenderTile& tile);
     void drop_waiting() noexcept { m_waiting.clear(); }
@@ -67,7 +73,7 @@ private:
     const std::size_t m_most;
     std::deque<RenderTile> m_waiting;
     std::unordered_map<std::uint64_t, std::unique_ptr<Job>> m_jobs;  ///< begun, by ticket
-    std::vector<std::unique_ptr<Job>> m_idle;                        ///< done, with megabytes of arrays for the next tile
+    std::vector<std::unique_ptr<Job>> m_idle;  ///< done, with megabytes of arrays for the next tile
     std::deque<std::uint64_t> m_ready;
     std::uint64_t m_next_ticket = 0;
     std::deque<TileResult> m_results;

@@ -7,12 +7,16 @@
 namespace terravox {
 
 bool DirectShading::needs_surroundings(const TracedRay& ray) const noexcept {
-    if (!allows_surroundings(ray) || is_transparent(m_view, ray.hit.attr.material)) return false;
-    return (m_view.scene.quality.ambient_occlusion && m_view.scene.quality.ao_rays == 0) || shows_slope(m_view, ray.hit);
+    if (!allows_surroundings(ray) || is_transparent(m_view, ray.hit.attr.material))
+        return false;
+    return (m_view.scene.quality.ambient_occlusion && m_view.scene.quality.ao_rays == 0) ||
+           shows_slope(m_view, ray.hit);
 }
 
 void DirectShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
-    add(ray, weight * (m_view.sky.radiance(ray.ray.direction) + m_view.sky.sun_disc(ray.ray.direction)), sum);
+    add(ray,
+        weight * (m_view.sky.radiance(ray.ray.direction) + m_view.sky.sun_disc(ray.ray.direction)),
+        sum);
 }
 
 void DirectShading::light_up(const Meeting& m) const {
@@ -22,7 +26,8 @@ void DirectShading::light_up(const Meeting& m) const {
     Colour weight = m.weight;
     if (s.polish > 0 && q.reflections && static_cast<int>(m.ray.depth) < q.bounces) {
         constexpr float kLeast = 0.004f;  // of a sample's light, below which nobody sees it
-        const float mirrored = s.polish * static_cast<float>(fresnel(std::min(1.0, -dot(s.direction, s.normal)), s.index));
+        const float mirrored = s.polish * static_cast<float>(fresnel(
+                                              std::min(1.0, -dot(s.direction, s.normal)), s.index));
         if (mirrored * std::max({weight.r, weight.g, weight.b}) > kLeast) {
             send_mirror(m, weight * mirrored);
             weight = weight * (1 - mirrored);
@@ -30,9 +35,12 @@ void DirectShading::light_up(const Meeting& m) const {
     }
     const Colour matt = weight * s.albedo;
     const Colour sky = matt * m_view.sky.ambient(s.normal) * through_medium(m, {0, 1, 0});
-    if (!q.ambient_occlusion) add(m.ray, sky, m.sum);
-    else if (q.ao_rays == 0) add(m.ray, sky * open_share(m.ray.hit, s.point, m.ray.around.bits), m.sum);
-    else send_ambient(m, sky);
+    if (!q.ambient_occlusion)
+        add(m.ray, sky, m.sum);
+    else if (q.ao_rays == 0)
+        add(m.ray, sky * open_share(m.ray.hit, s.point, m.ray.around.bits), m.sum);
+    else
+        send_ambient(m, sky);
     send_sun(m, matt);
 }
 
@@ -44,11 +52,14 @@ void DirectShading::send_ambient(const Meeting& m, Colour light) const {
     const int count = m.ray.depth == 0 ? q.ao_rays : 1;
     for (int i = 0; i < count; ++i) {
         const auto branch = static_cast<std::uint32_t>(kAmbientRays + i);
-        const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.part(i, count).pair(number_of(m.ray, kAmbientRays)));
-        TracedRay out = sent(m, direction, RayKind::kAmbient, light * (strength / static_cast<float>(count)), branch);
+        const Vec3 direction = cosine_direction(
+            m.surface.normal, m.sum.numbers.part(i, count).pair(number_of(m.ray, kAmbientRays)));
+        TracedRay out = sent(m, direction, RayKind::kAmbient,
+                             light * (strength / static_cast<float>(count)), branch);
         out.direct = m.ray.direct;
         out.t_max = q.ao_range_m / m_view.voxel_m;
-        if (m.ray.medium != voxel::Material::kAir) out.stop = {m.ray.medium, false};
+        if (m.ray.medium != voxel::Material::kAir)
+            out.stop = {m.ray.medium, false};
         m.next.push_back(out);
     }
 }

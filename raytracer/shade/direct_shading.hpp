@@ -4,8 +4,8 @@
 
 namespace terravox {
 
-/// The paper's set of rays: sun with shadows, the sky's light less what stands around (corners without rays, or ambient-occlusion rays),
-/// mirrors, and what lies in water.
+/// The paper's set of rays: sun with shadows, the sky's light less what stands around (corners
+/// without rays, or ambient-occlusion rays), mirrors, and what lies in water.
 class DirectShading final : public Shading {
 public:
     using Shading::Shading;
@@ -14,7 +14,9 @@ public:
 private:
     void light_up(const Meeting& m) const override;
     void leave(const TracedRay& ray, Colour weight, SampleSum& sum) const override;
-    [[nodiscard]] bool splits(const TracedRay& ray) const noexcept override { return ray.depth == 0; }
+    [[nodiscard]] bool splits(const TracedRay& ray) const noexcept override {
+        return ray.depth == 0;
+    }
     void send_ambient(const Meeting& m, Colour light) const;
 };
 

@@ -11,23 +11,29 @@ namespace terravox {
 
 /// Directions are of unit length; normals look to where light comes from.
 
-/// Share of unpolarised light that a smooth face throws back. @param cos_in of the angle to the normal, [0, 1]
-/// @param index of the medium behind the face over that before it, > 0; 1 where light is thrown back totally
-/// Ref: Fresnel's equations.
+/// Share of unpolarised light that a smooth face throws back. @param cos_in of the angle to the
+/// normal, [0, 1]
+/// @param index of the medium behind the face over that before it, > 0; 1 where light is thrown
+/// back totally Ref: Fresnel's equations.
 [[nodiscard]] inline double fresnel(double cos_in, double index) noexcept {
     const double sin2 = (1 - cos_in * cos_in) / (index * index);
-    if (sin2 >= 1) return 1;
+    if (sin2 >= 1)
+        return 1;
     const double cos_out = std::sqrt(1 - sin2);
-    const double s = (cos_in - index * cos_out) / (cos_in + index * cos_out), p = (index * cos_in - cos_out) / (index * cos_in + cos_out);
+    const double s = (cos_in - index * cos_out) / (cos_in + index * cos_out),
+                 p = (index * cos_in - cos_out) / (index * cos_in + cos_out);
     return (s * s + p * p) / 2;
 }
 
-[[nodiscard]] inline Vec3 reflect(Vec3 d, Vec3 n) noexcept { return d - n * (2 * dot(d, n)); }
+[[nodiscard]] inline Vec3 reflect(Vec3 d, Vec3 n) noexcept {
+    return d - n * (2 * dot(d, n));
+}
 
 /// Snell's law. @return nullopt: total reflection
 [[nodiscard]] inline std::optional<Vec3> refract(Vec3 d, Vec3 n, double index) noexcept {
     const double eta = 1 / index, c = -dot(d, n), k = 1 - eta * eta * (1 - c * c);
-    if (k <= 0) return std::nullopt;
+    if (k <= 0)
+        return std::nullopt;
     return normalized(d * eta + n * (eta * c - std::sqrt(k)));
 }
 
@@ -39,14 +45,17 @@ struct Frame {
         tangent = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
         bitangent = {b, sign + n.y * n.y * a, -n.y};
     }
-    [[nodiscard]] Vec3 to_world(double x, double y, double z) const noexcept { return tangent * x + bitangent * y + normal * z; }
+    [[nodiscard]] Vec3 to_world(double x, double y, double z) const noexcept {
+        return tangent * x + bitangent * y + normal * z;
+    }
     Vec3 normal, tangent, bitangent;
 };
 
 /// A direction about n with density cos / pi.
 [[nodiscard]] Vec3 cosine_direction(Vec3 n, Sampler::Pair at) noexcept;
 
-/// The normal of a facet of a rough face, about n, with the density of visible area as a flat look sees it (D cos).
+/// The normal of a facet of a rough face, about n, with the density of visible area as a flat look
+/// sees it (D cos).
 /// @param roughness [0, 1]; its square is GGX's alpha
 /// Ref: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007.
 [[nodiscard]] Vec3 facet_normal(Vec3 n, double roughness, Sampler::Pair at) noexcept;

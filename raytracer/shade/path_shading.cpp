@@ -12,14 +12,18 @@ constexpr double kInversePi = std::numbers::inv_pi;
 
 }  // namespace
 
-bool PathShading::needs_surroundings(const TracedRay& ray) const noexcept { return ray.kind != RayKind::kBounce && allows_surroundings(ray) && shows_slope(m_view, ray.hit); }
+bool PathShading::needs_surroundings(const TracedRay& ray) const noexcept {
+    return ray.kind != RayKind::kBounce && allows_surroundings(ray) && shows_slope(m_view, ray.hit);
+}
 
-// A bounce that leaves has its direction by the matt face; the sky could have been asked for the same direction.
+// A bounce that leaves has its direction by the matt face; the sky could have been asked for the
+// same direction.
 void PathShading::leave(const TracedRay& ray, Colour weight, SampleSum& sum) const {
     const Sky& sky = m_view.sky;
     Colour light = sky.radiance(ray.ray.direction);
     // The sun has been asked for directly, but by way of mirrors; through water, too, from its bed.
-    if (ray.density == 0 && !ray.sun_asked) light = light + sky.sun_disc(ray.ray.direction);
+    if (ray.density == 0 && !ray.sun_asked)
+        light = light + sky.sun_disc(ray.ray.direction);
     if (const auto own = static_cast<double>(ray.density); own > 0 && sky.uneven())
         light = light * static_cast<float>(own / (own + sky.pdf(ray.ray.direction)));
     // What comes to the first hit by a bounce has come from the sky without a detour.
@@ -31,24 +35,31 @@ void PathShading::light_up(const Meeting& m) const {
     const Surface& s = m.surface;
     add(m.ray, m.weight * s.emission, m.sum);
     if (s.polish > 0 && q.reflections) {
-        const double mirrored = static_cast<double>(s.polish) * fresnel(std::min(1.0, -dot(s.direction, s.normal)), s.index);
+        const double mirrored = static_cast<double>(s.polish) *
+                                fresnel(std::min(1.0, -dot(s.direction, s.normal)), s.index);
         if (m.sum.numbers.number(number_of(m.ray, kChoice)) < mirrored) {
-            if (static_cast<int>(m.ray.depth) < q.bounces) send_mirror(m, m.weight);
+            if (static_cast<int>(m.ray.depth) < q.bounces)
+                send_mirror(m, m.weight);
             return;
         }
     }
     const Colour matt = m.weight * s.albedo;
     send_sun(m, matt);
-    if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir) send_sky(m, matt);
-    if (static_cast<int>(m.ray.depth) < q.bounces) bounce(m, matt);
-    else if (!m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir) send_even_sky(m, matt);
+    if (m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir)
+        send_sky(m, matt);
+    if (static_cast<int>(m.ray.depth) < q.bounces)
+        bounce(m, matt);
+    else if (!m_view.sky.uneven() && m.ray.medium == voxel::Material::kAir)
+        send_even_sky(m, matt);
 }
 
 // The last face has no bounce that would meet the sky.
 void PathShading::send_even_sky(const Meeting& m, Colour weight) const {
-    const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
+    const Vec3 direction =
+        cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
     const Colour light = weight * m_view.sky.radiance(direction);
-    if (!(luminance(light) > 0)) return;
+    if (!(luminance(light) > 0))
+        return;
     TracedRay out = sent(m, direction, RayKind::kSky, light, kSkyPoint);
     out.direct = m.ray.depth == 0;
     m.next.push_back(out);
@@ -58,9 +69,12 @@ void PathShading::send_sky(const Meeting& m, Colour weight) const {
     const auto at = m.sum.numbers.pair(number_of(m.ray, kSkyPoint));
     const SkySample to = m_view.sky.sample(at.u, at.v);
     const double facing = dot(m.surface.normal, to.direction);
-    if (!(facing > 0) || !(to.pdf > 0)) return;
-    const double of_bounce = static_cast<int>(m.ray.depth) < m_view.scene.quality.bounces ? facing * kInversePi : 0;
-    const Colour light = weight * m_view.sky.radiance(to.direction) * static_cast<float>(facing * kInversePi / (to.pdf + of_bounce));
+    if (!(facing > 0) || !(to.pdf > 0))
+        return;
+    const double of_bounce =
+        static_cast<int>(m.ray.depth) < m_view.scene.quality.bounces ? facing * kInversePi : 0;
+    const Colour light = weight * m_view.sky.radiance(to.direction) *
+                         static_cast<float>(facing * kInversePi / (to.pdf + of_bounce));
     TracedRay out = sent(m, to.direction, RayKind::kSky, light, kSkyPoint);
     out.direct = m.ray.depth == 0;
     m.next.push_back(out);
@@ -70,11 +84,14 @@ void PathShading::bounce(const Meeting& m, Colour weight) const {
     // Russian roulette: dim paths end, those that go on stand for them.
     constexpr int kSafeDepth = 2;
     if (static_cast<int>(m.ray.depth) >= kSafeDepth) {
-        const float brightest = std::max({weight.r, weight.g, weight.b}), goes_on = std::clamp(brightest, 0.05f, 1.0f);
-        if (m.sum.numbers.number(number_of(m.ray, kEnd)) >= static_cast<double>(goes_on)) return;
+        const float brightest = std::max({weight.r, weight.g, weight.b}),
+                    goes_on = std::clamp(brightest, 0.05f, 1.0f);
+        if (m.sum.numbers.number(number_of(m.ray, kEnd)) >= static_cast<double>(goes_on))
+            return;
         weight = weight * (1 / goes_on);
     }
-    const Vec3 direction = cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
+    const Vec3 direction =
+        cosine_direction(m.surface.normal, m.sum.numbers.pair(number_of(m.ray, kDirection)));
     TracedRay out = sent(m, direction, RayKind::kBounce, weight, kDirection);
     out.sun_asked = m.ray.medium != voxel::Material::kAir;
     out.density = static_cast<float>(dot(direction, m.surface.normal) * kInversePi);

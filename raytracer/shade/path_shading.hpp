@@ -4,8 +4,9 @@
 
 namespace terravox {
 
-/// Path tracing: from each face one way on by chance, the sun asked for directly, the sky both ways.
-/// Ref: Kajiya, "The Rendering Equation", SIGGRAPH 1986; Veach & Guibas, "Optimally Combining Sampling Techniques", SIGGRAPH 1995 (balance heuristic).
+/// Path tracing: from each face one way on by chance, the sun asked for directly, the sky both
+/// ways. Ref: Kajiya, "The Rendering Equation", SIGGRAPH 1986; Veach & Guibas, "Optimally Combining
+/// Sampling Techniques", SIGGRAPH 1995 (balance heuristic).
 class PathShading final : public Shading {
 public:
     using Shading::Shading;

@@ -7,9 +7,10 @@
 
 namespace terravox {
 
-/// Numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so that nobody's order matters. In each
-/// dimension (a pair of numbers) the samples of a pixel, taken from 0 on, are spread evenly at every power of two.
-/// Ref: Sobol' (0,2)-sequence, padded; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl, 2021.
+/// Numbers for one sample of one pixel: a function of pixel, sample and dimension alone, so that
+/// nobody's order matters. In each dimension (a pair of numbers) the samples of a pixel, taken from
+/// 0 on, are spread evenly at every power of two. Ref: Sobol' (0,2)-sequence, padded; Burley,
+/// "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; hash constants of Vegdahl, 2021.
 class Sampler {
 public:
     struct Pair {
@@ -18,15 +19,20 @@ public:
     Sampler() = default;
     /// @param seed another one gives a picture with other noise
     Sampler(int x, int y, std::uint32_t sample, int seed = 0) noexcept
-        : m_pixel(hash64(hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 | static_cast<std::uint32_t>(x)) + static_cast<std::uint32_t>(seed))), m_sample(sample) {}
+        : m_pixel(hash64(hash64(static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32 |
+                                static_cast<std::uint32_t>(x)) +
+                         static_cast<std::uint32_t>(seed))),
+          m_sample(sample) {}
 
     [[nodiscard]] Pair pair(std::uint32_t dimension) const noexcept {
         const std::uint64_t seed = hash64(m_pixel, dimension);
         const std::uint32_t index = scramble(m_sample, static_cast<std::uint32_t>(seed));
         const std::uint64_t more = hash64(seed);
-        return {unit(reversed_scramble(index, static_cast<std::uint32_t>(more))), unit(scramble(second_dimension(index), static_cast<std::uint32_t>(more >> 32)))};
+        return {unit(reversed_scramble(index, static_cast<std::uint32_t>(more))),
+                unit(scramble(second_dimension(index), static_cast<std::uint32_t>(more >> 32)))};
     }
-    /// One of `count` that share the place of this one: together with those of the other samples they are evenly spread.
+    /// One of `count` that share the place of this one: together with those of the other samples
+    /// they are evenly spread.
     [[nodiscard]] Sampler part(int i, int count) const noexcept {
         Sampler out = *this;
         out.m_sample = m_sample * static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(i);
@@ -34,7 +40,8 @@ public:
     }
     [[nodiscard]] double number(std::uint32_t dimension) const noexcept {
         const std::uint64_t seed = hash64(m_pixel, dimension);
-        return unit(reversed_scramble(scramble(m_sample, static_cast<std::uint32_t>(seed)), static_cast<std::uint32_t>(seed >> 32)));
+        return unit(reversed_scramble(scramble(m_sample, static_cast<std::uint32_t>(seed)),
+                                      static_cast<std::uint32_t>(seed >> 32)));
     }
 
 private:
@@ -46,7 +53,8 @@ private:
         return __builtin_bswap32(v);
     }
     /// Each bit depends on those below it: Owen's scrambling of the reversed number.
-    [[nodiscard]] static constexpr std::uint32_t mix_upwards(std::uint32_t v, std::uint32_t seed) noexcept {
+    [[nodiscard]] static constexpr std::uint32_t mix_upwards(std::uint32_t v,
+                                                             std::uint32_t seed) noexcept {
         v ^= v * 0x3d20adea;
         v += seed;
         v *= (seed >> 16) | 1;
@@ -54,23 +62,34 @@ private:
         v ^= v * 0x53a22864;
         return v;
     }
-    [[nodiscard]] static constexpr std::uint32_t scramble(std::uint32_t v, std::uint32_t seed) noexcept { return reverse(mix_upwards(reverse(v), seed)); }
+    [[nodiscard]] static constexpr std::uint32_t scramble(std::uint32_t v,
+                                                          std::uint32_t seed) noexcept {
+        return reverse(mix_upwards(reverse(v), seed));
+    }
     /// scramble(first dimension of the sequence), which is the reversed index.
-    [[nodiscard]] static constexpr std::uint32_t reversed_scramble(std::uint32_t index, std::uint32_t seed) noexcept { return reverse(mix_upwards(index, seed)); }
+    [[nodiscard]] static constexpr std::uint32_t reversed_scramble(std::uint32_t index,
+                                                                   std::uint32_t seed) noexcept {
+        return reverse(mix_upwards(index, seed));
+    }
 
-    // The second dimension's generator matrix is Pascal's triangle modulo 2: a table for each byte of the index.
+    // The second dimension's generator matrix is Pascal's triangle modulo 2: a table for each byte
+    // of the index.
     static constexpr auto kTables = [] {
         std::array<std::array<std::uint32_t, 256>, 4> out{};
         std::array<std::uint32_t, 32> columns{};
-        for (std::uint32_t i = 0, column = std::uint32_t{1} << 31; i < 32; ++i, column ^= column >> 1) columns[i] = column;
+        for (std::uint32_t i = 0, column = std::uint32_t{1} << 31; i < 32;
+             ++i, column ^= column >> 1)
+            columns[i] = column;
         for (std::size_t byte = 0; byte < 4; ++byte)
             for (std::uint32_t v = 0; v < 256; ++v)
                 for (std::size_t bit = 0; bit < 8; ++bit)
-                    if ((v >> bit & 1) != 0) out[byte][v] ^= columns[8 * byte + bit];
+                    if ((v >> bit & 1) != 0)
+                        out[byte][v] ^= columns[8 * byte + bit];
         return out;
     }();
     [[nodiscard]] static constexpr std::uint32_t second_dimension(std::uint32_t i) noexcept {
-        return kTables[0][i & 255] ^ kTables[1][i >> 8 & 255] ^ kTables[2][i >> 16 & 255] ^ kTables[3][i >> 24];
+        return kTables[0][i & 255] ^ kTables[1][i >> 8 & 255] ^ kTables[2][i >> 16 & 255] ^
+               kTables[3][i >> 24];
     }
 
     std::uint64_t m_pixel = 0;

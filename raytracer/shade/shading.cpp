@@ -10,19 +10,24 @@
 namespace terravox {
 namespace {
 
-constexpr Colour kHoleColour{1.0f, 0.0f, 0.8f};  // nothing in nature looks like it: a hole must be seen
+constexpr Colour kHoleColour{1.0f, 0.0f,
+                             0.8f};  // nothing in nature looks like it: a hole must be seen
 constexpr Colour kWhole{1, 1, 1};
-constexpr float kDiffuseSpread = 0.2f;  // what a ray from a matt face stands for, beside its neighbours
+constexpr float kDiffuseSpread =
+    0.2f;  // what a ray from a matt face stands for, beside its neighbours
 
 Colour decay(Colour per_m, double metres) noexcept {
-    const auto left = [&](float c) { return static_cast<float>(det::exp(-static_cast<double>(c) * metres)); };
+    const auto left = [&](float c) {
+        return static_cast<float>(det::exp(-static_cast<double>(c) * metres));
+    };
     return {left(per_m.r), left(per_m.g), left(per_m.b)};
 }
 
 // Leaves show their holes where a pixel is small enough to show them, and are whole farther off.
 bool shows_leaves(const View& view, const Hit& hit, float footprint) noexcept {
     constexpr float kMostFootprint = 1.0f;
-    return view.scene.quality.cut_outs && view.scene.quality.textures && hit.level == 0 && footprint < kMostFootprint;
+    return view.scene.quality.cut_outs && view.scene.quality.textures && hit.level == 0 &&
+           footprint < kMostFootprint;
 }
 
 RayState behind(const TracedRay& ray) noexcept {
@@ -39,19 +44,21 @@ TracedRay Shading::primary(const Ray& ray, std::uint32_t sample) const noexcept 
     out.ray = ray;
     out.weight = kWhole;
     out.sample = sample;
-    out.footprint = static_cast<float>(m_view.camera.pixel_voxels(0)), out.spread = static_cast<float>(m_view.camera.pixel_rad());
+    out.footprint = static_cast<float>(m_view.camera.pixel_voxels(0)),
+    out.spread = static_cast<float>(m_view.camera.pixel_rad());
     return out;
 }
 
 bool Shading::allows_surroundings(const TracedRay& ray) const noexcept {
-    return ray.end == WalkEnd::kHit && !ray.asks() && !ray.hit.hole && ray.hit.face != Face::kNone &&
-           ray.hit.attr.material != voxel::Material::kAir;
+    return ray.end == WalkEnd::kHit && !ray.asks() && !ray.hit.hole &&
+           ray.hit.face != Face::kNone && ray.hit.attr.material != voxel::Material::kAir;
 }
 
 void Shading::add(bool direct, Colour light, SampleSum& sum) const noexcept {
     Colour& to = direct ? sum.direct : sum.indirect;
     const float brightest = std::max({light.r, light.g, light.b}), most = m_view.most_indirect;
-    if (!direct && most > 0 && brightest > most) light = light * (most / brightest);
+    if (!direct && most > 0 && brightest > most)
+        light = light * (most / brightest);
     to = to + light;
 }
 
@@ -61,22 +68,28 @@ void Shading::shade(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>
         return;
     }
     if (ray.end == WalkEnd::kHit) {
-        if (!ray.leaves || ray.hit.hole || !has_holes(m_view, ray.hit.attr.material)) return;
+        if (!ray.leaves || ray.hit.hole || !has_holes(m_view, ray.hit.attr.material))
+            return;
         // A face between leaves sends its rays from among them.
-        if (ray.hit.face == Face::kNone || slips_through(ray, surface_at(m_view, ray), sum)) pass(ray, next);
+        if (ray.hit.face == Face::kNone || slips_through(ray, surface_at(m_view, ray), sum))
+            pass(ray, next);
         return;
     }
     add(ray, ray.weight, sum);
-    if (ray.kind == RayKind::kShadow && ray.direct) sum.sun = 1;
+    if (ray.kind == RayKind::kShadow && ray.direct)
+        sum.sun = 1;
 }
 
-bool Shading::slips_through(const TracedRay& ray, const Surface& surface, const SampleSum& sum) const noexcept {
-    return surface.leaves && surface.opacity < 1 && shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
+bool Shading::slips_through(const TracedRay& ray, const Surface& surface,
+                            const SampleSum& sum) const noexcept {
+    return surface.leaves && surface.opacity < 1 &&
+           shows_leaves(m_view, ray.hit, footprint_at(ray)) &&
            static_cast<double>(surface.opacity) <= sum.numbers.number(number_of(ray, kOpacity));
 }
 
 void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const {
-    const bool hit = ray.end == WalkEnd::kHit, face_met = hit && !ray.hit.hole && ray.hit.face != Face::kNone;
+    const bool hit = ray.end == WalkEnd::kHit,
+               face_met = hit && !ray.hit.hole && ray.hit.face != Face::kNone;
     const Surface surface = face_met ? surface_at(m_view, ray) : Surface{};
     // Before anything is added up: what lies in front of the hole is added where the ray ends.
     if (face_met && slips_through(ray, surface, sum)) {
@@ -87,21 +100,28 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
     if (ray.medium != voxel::Material::kAir) {
         constexpr double kBottomless_m = 1000;
         const Medium medium = medium_of(m_view, ray.medium);
-        const Colour left = decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
+        const Colour left =
+            decay(medium.absorption_per_m, hit ? ray.hit.t * m_view.voxel_m : kBottomless_m);
         const Sky& sky = m_view.sky;
-        const Colour glow = medium.glow * (sky.ambient({0, 1, 0}) + sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
+        const Colour glow =
+            medium.glow * (sky.ambient({0, 1, 0}) +
+                           sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y)));
         add(ray, weight * glow * Colour{1 - left.r, 1 - left.g, 1 - left.b}, sum);
         weight = weight * left;
-        if (!hit) return;
+        if (!hit)
+            return;
     } else if (!hit) {
         leave(ray, weight, sum);
         return;
     }
     // Distant things take on the colour of the air before them.
     const auto take_air = [&] {
-        if (ray.medium != voxel::Material::kAir || ray.kind == RayKind::kBounce) return;
+        if (ray.medium != voxel::Material::kAir || ray.kind == RayKind::kBounce)
+            return;
         // Parallel rays start wherever the picture's plane stands: there is no air to look through.
-        if (ray.kind == RayKind::kPrimary && m_view.camera.projection() == Projection::kOrthographic) return;
+        if (ray.kind == RayKind::kPrimary &&
+            m_view.camera.projection() == Projection::kOrthographic)
+            return;
         const auto air = m_view.sky.air(ray.ray.direction, ray.hit.t * m_view.voxel_m);
         add(ray, weight * air.light, sum);
         weight = weight * air.transmittance;
@@ -114,8 +134,10 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
     const bool transparent = is_transparent(m_view, ray.hit.attr.material);
     if (ray.hit.face == Face::kNone) {
         // It starts in a voxel: in water it sees on, between leaves as well, inside rock nothing.
-        if (ray.kind == RayKind::kPrimary && transparent && ray.medium == voxel::Material::kAir) dive(ray, next);
-        else if (has_holes(m_view, ray.hit.attr.material)) pass(ray, next);
+        if (ray.kind == RayKind::kPrimary && transparent && ray.medium == voxel::Material::kAir)
+            dive(ray, next);
+        else if (has_holes(m_view, ray.hit.attr.material))
+            pass(ray, next);
         return;
     }
     take_air();
@@ -126,11 +148,14 @@ void Shading::see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& 
         sum.water = transparent;
     }
     const Meeting m{ray, surface, weight, sum, next};
-    if (transparent || ray.hit.attr.material == voxel::Material::kAir) meet_transparent(m);
-    else light_up(m);
+    if (transparent || ray.hit.attr.material == voxel::Material::kAir)
+        meet_transparent(m);
+    else
+        light_up(m);
 }
 
-TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) const noexcept {
+TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight,
+                        std::uint32_t branch) const noexcept {
     TracedRay out;
     out.ray = {m.surface.point, direction};
     out.state = RayState(out.ray);
@@ -139,69 +164,95 @@ TracedRay Shading::sent(const Meeting& m, Vec3 direction, RayKind kind, Colour w
     out.sample = m.ray.sample;
     out.stream = static_cast<std::uint32_t>(hash64(m.ray.stream, 0x100 + branch));
     out.footprint = footprint_at(m.ray);
-    out.spread = kind == RayKind::kBounce || kind == RayKind::kSky || kind == RayKind::kAmbient ? kDiffuseSpread : m.ray.spread;
+    out.spread = kind == RayKind::kBounce || kind == RayKind::kSky || kind == RayKind::kAmbient
+                     ? kDiffuseSpread
+                     : m.ray.spread;
     out.kind = kind;
     out.depth = static_cast<std::uint8_t>(m.ray.depth + 1);
     out.direct = false;
     out.leaves = out.asks() && shows_leaves(m_view, m.ray.hit, out.footprint);
     out.medium = m.ray.medium;
-    if (out.medium != voxel::Material::kAir) out.stop = StopAt::end_of(out.medium);
+    if (out.medium != voxel::Material::kAir)
+        out.stop = StopAt::end_of(out.medium);
     return out;
 }
 
-// Ref: Snell's law for the way of the light in the medium, Beer and Lambert's for what is left of it.
+// Ref: Snell's law for the way of the light in the medium, Beer and Lambert's for what is left of
+// it.
 Colour Shading::through_medium(const Meeting& m, Vec3 direction) const noexcept {
-    if (m.ray.medium == voxel::Material::kAir) return kWhole;
+    if (m.ray.medium == voxel::Material::kAir)
+        return kWhole;
     const Medium medium = medium_of(m_view, m.ray.medium);
     const double depth_m = m.ray.hit.t * std::abs(m.ray.ray.direction.y) * m_view.voxel_m;
-    const double sin2 = (1 - direction.y * direction.y) / (medium.index * medium.index), cos = std::sqrt(std::max(1e-6, 1 - sin2));
-    return decay(medium.absorption_per_m, depth_m / cos) * static_cast<float>(1 - fresnel(std::max(direction.y, 0.0), medium.index));
+    const double sin2 = (1 - direction.y * direction.y) / (medium.index * medium.index),
+                 cos = std::sqrt(std::max(1e-6, 1 - sin2));
+    return decay(medium.absorption_per_m, depth_m / cos) *
+           static_cast<float>(1 - fresnel(std::max(direction.y, 0.0), medium.index));
 }
 
 void Shading::send_sun(const Meeting& m, Colour weight) const {
     const Sky& sky = m_view.sky;
-    if (!sky.sun_up()) return;
+    if (!sky.sun_up())
+        return;
     const auto at = m.sum.numbers.pair(number_of(m.ray, kSunPoint));
     const Vec3 direction = sky.sample_sun(at.u, at.v);
     const double facing = dot(m.surface.normal, direction);
-    if (!(facing > 0) || !(direction.y > 0)) return;
-    Colour light = weight * sky.sun_light() * static_cast<float>(facing) * sky.cloud_shadow(m.surface.point * m_view.voxel_m);
-    if (m.ray.medium != voxel::Material::kAir) light = light * through_medium(m, direction);
+    if (!(facing > 0) || !(direction.y > 0))
+        return;
+    Colour light = weight * sky.sun_light() * static_cast<float>(facing) *
+                   sky.cloud_shadow(m.surface.point * m_view.voxel_m);
+    if (m.ray.medium != voxel::Material::kAir)
+        light = light * through_medium(m, direction);
     TracedRay out = sent(m, direction, RayKind::kShadow, light, kSunPoint);
     out.direct = m.ray.depth == 0;
     if (!m_view.scene.quality.shadows) {
         add(out, light, m.sum);
-        if (out.direct) m.sum.sun = 1;
+        if (out.direct)
+            m.sum.sun = 1;
         return;
     }
-    if (m.ray.medium != voxel::Material::kAir) out.stop = {m.ray.medium, false};
+    if (m.ray.medium != voxel::Material::kAir)
+        out.stop = {m.ray.medium, false};
     m.next.push_back(out);
 }
 
 void Shading::send_mirror(const Meeting& m, Colour weight) const {
     const Surface& s = m.surface;
-    const Vec3 facet = s.roughness > 0 ? facet_normal(s.smooth_normal, s.roughness, m.sum.numbers.pair(number_of(m.ray, kFacet))) : s.smooth_normal;
+    const Vec3 facet = s.roughness > 0 ? facet_normal(s.smooth_normal, s.roughness,
+                                                      m.sum.numbers.pair(number_of(m.ray, kFacet)))
+                                       : s.smooth_normal;
     Vec3 direction = reflect(s.direction, facet);
     // What a tilted facet would throw into the face comes back out of it.
-    if (const double into = dot(direction, s.normal); into < 1e-4) direction = normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
+    if (const double into = dot(direction, s.normal); into < 1e-4)
+        direction = normalized(direction + s.normal * (1e-4 - 2 * std::min(into, 0.0)));
     m.next.push_back(sent(m, direction, RayKind::kMirror, weight, kFacet));
 }
 
 void Shading::meet_transparent(const Meeting& m) const {
     const auto& q = m_view.scene.quality;
-    const voxel::Material beyond = m.ray.hit.attr.material == voxel::Material::kAir || is_transparent(m_view, m.ray.hit.attr.material) ? m.ray.hit.attr.material : voxel::Material::kAir;
+    const voxel::Material beyond = m.ray.hit.attr.material == voxel::Material::kAir ||
+                                           is_transparent(m_view, m.ray.hit.attr.material)
+                                       ? m.ray.hit.attr.material
+                                       : voxel::Material::kAir;
     const double index = medium_of(m_view, beyond).index / medium_of(m_view, m.ray.medium).index;
     const Surface& s = m.surface;
     Vec3 n = s.smooth_normal;
-    if (dot(s.direction, n) > -1e-3) n = s.normal;  // seen from its back, a wave is as flat as the face
+    if (dot(s.direction, n) > -1e-3)
+        n = s.normal;  // seen from its back, a wave is as flat as the face
     auto thrown_back = static_cast<float>(fresnel(std::min(1.0, -dot(s.direction, n)), index));
-    if (!q.reflections && thrown_back < 1) thrown_back = 0;  // all of it goes in then
-    const auto through = q.refraction || m.ray.medium != voxel::Material::kAir ? refract(s.direction, n, index) : std::nullopt;
+    if (!q.reflections && thrown_back < 1)
+        thrown_back = 0;  // all of it goes in then
+    const auto through = q.refraction || m.ray.medium != voxel::Material::kAir
+                             ? refract(s.direction, n, index)
+                             : std::nullopt;
     const bool both = splits(m.ray);
     const bool may_go_on = static_cast<int>(m.ray.depth) < std::max(q.bounces, 1);
-    const bool mirror_only = !both && m.sum.numbers.number(number_of(m.ray, kChoice)) < static_cast<double>(thrown_back);
-    if (may_go_on && q.reflections && (both || mirror_only)) send_mirror(m, both ? m.weight * thrown_back : m.weight);
-    if (both ? thrown_back >= 1 : mirror_only) return;
+    const bool mirror_only =
+        !both && m.sum.numbers.number(number_of(m.ray, kChoice)) < static_cast<double>(thrown_back);
+    if (may_go_on && q.reflections && (both || mirror_only))
+        send_mirror(m, both ? m.weight * thrown_back : m.weight);
+    if (both ? thrown_back >= 1 : mirror_only)
+        return;
     const Colour rest = both ? m.weight * (1 - thrown_back) : m.weight;
     if (!through || !may_go_on) {
         light_up({m.ray, s, rest, m.sum, m.next});
@@ -236,7 +287,8 @@ void Shading::dive(const TracedRay& ray, std::vector<TracedRay>& next) const {
 }
 
 std::unique_ptr<const Shading> make_shading(const View& view) {
-    if (view.scene.quality.integrator == "path") return std::make_unique<PathShading>(view);
+    if (view.scene.quality.integrator == "path")
+        return std::make_unique<PathShading>(view);
     return std::make_unique<DirectShading>(view);
 }
 

@@ -11,18 +11,20 @@ namespace terravox {
 
 /// What has come together for one sample of a pixel.
 struct SampleSum {
-    Sampler numbers;          ///< of the sample
-    Colour direct, indirect;  ///< linear light, to be added
-    double t = std::numeric_limits<double>::infinity();  ///< of the first hit, level-0 voxels; infinity: none
-    Vec3 point, normal;       ///< of the first hit
+    Sampler numbers;                                     ///< of the sample
+    Colour direct, indirect;                             ///< linear light, to be added
+    double t = std::numeric_limits<double>::infinity();  ///< of the first hit, level-0 voxels;
+                                                         ///< infinity: none
+    Vec3 point, normal;                                  ///< of the first hit
     Colour albedo;
-    float sun = 0;            ///< share of the first hit's sun that is free
+    float sun = 0;  ///< share of the first hit's sun that is free
     voxel::Material material = voxel::Material::kAir;
     bool water = false;
 };
 
-/// Says what a ray's end means: light for its sample, and rays that must be traced to know more. Walks nothing itself, so that rays
-/// may wait. Immutable; a function of its arguments: random numbers are those of the sample and of the ray's stream.
+/// Says what a ray's end means: light for its sample, and rays that must be traced to know more.
+/// Walks nothing itself, so that rays may wait. Immutable; a function of its arguments: random
+/// numbers are those of the sample and of the ray's stream.
 class Shading {
 public:
     explicit Shading(const View& view) noexcept : m_view(view) {}
@@ -46,7 +48,16 @@ protected:
         std::vector<TracedRay>& next;
     };
     /// Streams of random numbers of one vertex.
-    enum Use : std::uint32_t { kSunPoint, kDirection, kFacet, kChoice, kEnd, kSkyPoint, kOpacity, kAmbientRays };
+    enum Use : std::uint32_t {
+        kSunPoint,
+        kDirection,
+        kFacet,
+        kChoice,
+        kEnd,
+        kSkyPoint,
+        kOpacity,
+        kAmbientRays
+    };
 
     /// An opaque face.
     virtual void light_up(const Meeting& m) const = 0;
@@ -56,17 +67,24 @@ protected:
     [[nodiscard]] virtual bool splits(const TracedRay& ray) const noexcept = 0;
 
     [[nodiscard]] bool allows_surroundings(const TracedRay& ray) const noexcept;
-    void add(const TracedRay& ray, Colour light, SampleSum& sum) const noexcept { add(ray.direct, light, sum); }
+    void add(const TracedRay& ray, Colour light, SampleSum& sum) const noexcept {
+        add(ray.direct, light, sum);
+    }
     void add(bool direct, Colour light, SampleSum& sum) const noexcept;
     /// The ray towards a point of the sun, with the light that it then brings to a matt surface.
     void send_sun(const Meeting& m, Colour weight) const;
     /// The ray that a smooth coat throws back.
     void send_mirror(const Meeting& m, Colour weight) const;
-    /// A ray from the surface, back into where the ray came from. @param branch tells the streams of one vertex apart
-    [[nodiscard]] TracedRay sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight, std::uint32_t branch) const noexcept;
-    /// Share of the light of the sky, or of the sun, that comes down to a bed through what lies above it. @param direction to the light
+    /// A ray from the surface, back into where the ray came from. @param branch tells the streams
+    /// of one vertex apart
+    [[nodiscard]] TracedRay sent(const Meeting& m, Vec3 direction, RayKind kind, Colour weight,
+                                 std::uint32_t branch) const noexcept;
+    /// Share of the light of the sky, or of the sun, that comes down to a bed through what lies
+    /// above it. @param direction to the light
     [[nodiscard]] Colour through_medium(const Meeting& m, Vec3 direction) const noexcept;
-    [[nodiscard]] static std::uint32_t number_of(const TracedRay& ray, std::uint32_t use) noexcept { return static_cast<std::uint32_t>(hash64(ray.stream, use)); }
+    [[nodiscard]] static std::uint32_t number_of(const TracedRay& ray, std::uint32_t use) noexcept {
+        return static_cast<std::uint32_t>(hash64(ray.stream, use));
+    }
 
     const View& m_view;
 
@@ -74,7 +92,8 @@ private:
     void see(const TracedRay& ray, SampleSum& sum, std::vector<TracedRay>& next) const;
     void meet_transparent(const Meeting& m) const;
     /// Whether it comes through a hole between the leaves that it has met.
-    [[nodiscard]] bool slips_through(const TracedRay& ray, const Surface& surface, const SampleSum& sum) const noexcept;
+    [[nodiscard]] bool slips_through(const TracedRay& ray, const Surface& surface,
+                                     const SampleSum& sum) const noexcept;
     /// The ray goes on behind the voxel that it has met.
     void pass(const TracedRay& ray, std::vector<TracedRay>& next) const;
     /// The ray goes on inside the medium that it starts in.

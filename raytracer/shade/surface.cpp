@@ -10,21 +10,30 @@ namespace terravox {
 namespace {
 
 std::uint64_t voxel_hash(VoxelCoord v) noexcept {
-    return hash64(static_cast<std::uint32_t>(v.x) | static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32, static_cast<std::uint32_t>(v.y));
+    return hash64(static_cast<std::uint32_t>(v.x) |
+                      static_cast<std::uint64_t>(static_cast<std::uint32_t>(v.z)) << 32,
+                  static_cast<std::uint32_t>(v.y));
 }
 
-/// How far a photo's colour is that of a voxel, and not its neighbour's: a photo that is a metre off, or leans, shows the lake on its shore, and what
-/// stands beside a wall on top of it. Share of what the scene mixes in.
+/// How far a photo's colour is that of a voxel, and not its neighbour's: a photo that is a metre
+/// off, or leans, shows the lake on its shore, and what stands beside a wall on top of it. Share of
+/// what the scene mixes in.
 float believed(voxel::Material material, Colour photo) noexcept {
     using voxel::Material;
-    if (material == Material::kWall) return 0;
-    const bool dry = material == Material::kGround || material == Material::kGrass || material == Material::kLowVegetation ||
-                     material == Material::kMediumVegetation || material == Material::kHighVegetation;
-    if (!dry) return 1;
+    if (material == Material::kWall)
+        return 0;
+    const bool dry = material == Material::kGround || material == Material::kGrass ||
+                     material == Material::kLowVegetation ||
+                     material == Material::kMediumVegetation ||
+                     material == Material::kHighVegetation;
+    if (!dry)
+        return 1;
     // Nothing that grows, nor bare ground, is mostly blue; shade is bluish only.
     constexpr float kShade = 1.75f, kWater = 2.5f, kBlack = 1e-3f;
-    if (photo.b < photo.g) return 1;
-    return 1 - std::clamp((photo.b / std::max(photo.r, kBlack) - kShade) / (kWater - kShade), 0.0f, 1.0f);
+    if (photo.b < photo.g)
+        return 1;
+    return 1 - std::clamp((photo.b / std::max(photo.r, kBlack) - kShade) / (kWater - kShade), 0.0f,
+                          1.0f);
 }
 
 Colour base_colour(const View& view, const Look& look, const Hit& hit) {
@@ -32,17 +41,22 @@ Colour base_colour(const View& view, const Look& look, const Hit& hit) {
     Colour colour = look.colour;
     if (hit.attr.has_colour() && q.colour != "material") {
         const Colour photo = to_linear(hit.attr.colour);
-        colour = mix(colour, photo, q.colour == "true" ? 1.0f : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
+        colour = mix(colour, photo,
+                     q.colour == "true"
+                         ? 1.0f
+                         : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
     }
     // The mean of the many voxels that a coarse one stands for varies less.
-    const auto variation = static_cast<float>(static_cast<double>(look.variation) * det::exp2_int(-hit.level));
+    const auto variation =
+        static_cast<float>(static_cast<double>(look.variation) * det::exp2_int(-hit.level));
     const auto wobble = static_cast<float>(unit_from(voxel_hash(hit.voxel)) - 0.5) * 2 * variation;
     return colour * (1 + wobble);
 }
 
 // A lamp shines in its own colour: the brightest channel is as bright as the material says.
 Colour hue_of(const voxel::VoxelAttr& attr) noexcept {
-    if (attr.material != voxel::Material::kLamp || !attr.has_colour()) return {1, 1, 1};
+    if (attr.material != voxel::Material::kLamp || !attr.has_colour())
+        return {1, 1, 1};
     const Colour own = to_linear(attr.colour);
     return own * (1 / std::max({own.r, own.g, own.b, 1e-3f}));
 }
@@ -58,14 +72,17 @@ Texel texel_at(const View& view, const TracedRay& ray, Vec3 point, const Look& l
     if (!view.scene.quality.textures) {
         Texel plain;
         // Windows are drawn; without drawings none is lit.
-        if (hit.attr.material == voxel::Material::kWall) plain.emission = 0;
+        if (hit.attr.material == voxel::Material::kWall)
+            plain.emission = 0;
         return plain;
     }
-    if (look.kind == Kind::kSolid && look.texture == 0) return {};
+    if (look.kind == Kind::kSolid && look.texture == 0)
+        return {};
     const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
     FacePoint at;
     at.voxel = hit.voxel, at.level = hit.level, at.face = hit.face;
-    at.u = part_of_voxel(point[a], hit.level, hit.voxel[a]), at.v = part_of_voxel(point[b], hit.level, hit.voxel[b]);
+    at.u = part_of_voxel(point[a], hit.level, hit.voxel[a]),
+    at.v = part_of_voxel(point[b], hit.level, hit.voxel[b]);
     at.footprint = static_cast<double>(footprint_at(ray));
     at.around = ray.around.bits, at.voxel_m = view.voxel_m, at.night = view.night;
     return view.materials->texel(hit.attr.material, at);
@@ -74,7 +91,8 @@ Texel texel_at(const View& view, const TracedRay& ray, Vec3 point, const Look& l
 }  // namespace
 
 Medium medium_of(const View& view, voxel::Material material) noexcept {
-    if (material == voxel::Material::kAir) return {};
+    if (material == voxel::Material::kAir)
+        return {};
     const Look& look = view.materials->look(material);
     return {look.absorption_per_m, look.glow, static_cast<double>(look.index)};
 }
@@ -84,17 +102,21 @@ bool is_transparent(const View& view, voxel::Material material) noexcept {
     return kind == Kind::kWater || kind == Kind::kGlass;
 }
 
-bool has_holes(const View& view, voxel::Material material) noexcept { return view.materials->look(material).kind == Kind::kLeaves && view.scene.quality.cut_outs; }
+bool has_holes(const View& view, voxel::Material material) noexcept {
+    return view.materials->look(material).kind == Kind::kLeaves && view.scene.quality.cut_outs;
+}
 
 Surface surface_at(const View& view, const TracedRay& ray) {
     Surface out;
     out.point = ray.ray.origin + ray.ray.direction * ray.hit.t;
     out.normal = out.smooth_normal = normal_of(ray.hit.face);
     out.direction = ray.ray.direction;
-    if (ray.hit.attr.material == voxel::Material::kAir) return out;  // out of a medium
+    if (ray.hit.attr.material == voxel::Material::kAir)
+        return out;  // out of a medium
     const Look& look = view.materials->look(ray.hit.attr.material);
     const Texel texel = texel_at(view, ray, out.point, look);
-    out.albedo = base_colour(view, look, ray.hit) * texel.ratio * (1 - texel.own_share) + texel.own * texel.own_share;
+    out.albedo = base_colour(view, look, ray.hit) * texel.ratio * (1 - texel.own_share) +
+                 texel.own * texel.own_share;
     out.emission = look.emission * texel.emission * hue_of(ray.hit.attr);
     out.leaves = look.kind == Kind::kLeaves && view.scene.quality.cut_outs;
     out.opacity = out.leaves ? texel.opacity : 1;
@@ -102,20 +124,26 @@ Surface surface_at(const View& view, const TracedRay& ray) {
     out.polish = out.transparent ? 0 : look.reflects ? 1 : texel.gloss;
     out.roughness = look.roughness;
     out.index = static_cast<double>(look.index);
-    if (ray.hit.face == Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0)) out.smooth_normal = normalized({static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});
+    if (ray.hit.face == Face::kTop && (texel.tilt[0] != 0 || texel.tilt[1] != 0))
+        out.smooth_normal =
+            normalized({static_cast<double>(texel.tilt[0]), 1, static_cast<double>(texel.tilt[1])});
     return out;
 }
 
 bool shows_slope(const View& view, const Hit& hit) noexcept {
-    if (hit.face != Face::kTop || hit.level != 0 || !view.scene.quality.textures) return false;
+    if (hit.face != Face::kTop || hit.level != 0 || !view.scene.quality.textures)
+        return false;
     const voxel::Material m = hit.attr.material;
-    return m == voxel::Material::kRoof || m == voxel::Material::kOrangeRoof || m == voxel::Material::kGreyRoof;
+    return m == voxel::Material::kRoof || m == voxel::Material::kOrangeRoof ||
+           m == voxel::Material::kGreyRoof;
 }
 
 // Smoothly over the face.
-// Ref: Lysenko, "Ambient occlusion for Minecraft-like worlds", 2012 (levels from three neighbours of a corner).
+// Ref: Lysenko, "Ambient occlusion for Minecraft-like worlds", 2012 (levels from three neighbours
+// of a corner).
 float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
-    if (bits == 0) return 1;
+    if (bits == 0)
+        return 1;
     const int axis = axis_of(hit.face), a = (axis + 1) % 3, b = (axis + 2) % 3;
     const auto solid = [&](int i, int j) {  // 0..2 each, the middle is free
         const int place = 3 * i + j;
@@ -126,8 +154,10 @@ float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept {
         return side_a + side_b == 2 ? 3 : side_a + side_b + solid(i, j);
     };
     const double size = det::exp2_int(hit.level);
-    const double u = std::clamp(point[a] / size - hit.voxel[a], 0.0, 1.0), v = std::clamp(point[b] / size - hit.voxel[b], 0.0, 1.0);
-    const double level = (corner(0, 0) * (1 - u) + corner(2, 0) * u) * (1 - v) + (corner(0, 2) * (1 - u) + corner(2, 2) * u) * v;
+    const double u = std::clamp(point[a] / size - hit.voxel[a], 0.0, 1.0),
+                 v = std::clamp(point[b] / size - hit.voxel[b], 0.0, 1.0);
+    const double level = (corner(0, 0) * (1 - u) + corner(2, 0) * u) * (1 - v) +
+                         (corner(0, 2) * (1 - u) + corner(2, 2) * u) * v;
     return static_cast<float>(1 - 0.22 * level);
 }
 

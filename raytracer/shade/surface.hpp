@@ -7,10 +7,10 @@ namespace terravox {
 
 /// What the face is like that a ray has met.
 struct Surface {
-    Vec3 point;         ///< level-0 voxels
-    Vec3 normal;        ///< of the face, towards where the ray came from
-    Vec3 smooth_normal; ///< with waves on it
-    Vec3 direction;     ///< of the ray
+    Vec3 point;          ///< level-0 voxels
+    Vec3 normal;         ///< of the face, towards where the ray came from
+    Vec3 smooth_normal;  ///< with waves on it
+    Vec3 direction;      ///< of the ray
     Colour albedo, emission;
     float opacity = 1;    ///< leaves: share that stops a ray
     float polish = 0;     ///< share of the face that reflects as a smooth coat
@@ -36,12 +36,16 @@ struct Medium {
 [[nodiscard]] Surface surface_at(const View& view, const TracedRay& ray);
 
 /// What a pixel covers at a ray's hit, level-0 voxels.
-[[nodiscard]] inline float footprint_at(const TracedRay& ray) noexcept { return ray.footprint + ray.spread * static_cast<float>(ray.hit.t); }
+[[nodiscard]] inline float footprint_at(const TracedRay& ray) noexcept {
+    return ray.footprint + ray.spread * static_cast<float>(ray.hit.t);
+}
 
-/// Whether what is drawn on the face depends on what stands around it: a roof's tiles lie along its slope.
+/// Whether what is drawn on the face depends on what stands around it: a roof's tiles lie along its
+/// slope.
 [[nodiscard]] bool shows_slope(const View& view, const Hit& hit) noexcept;
 
-/// Share of ambient light at a point of a face whose corners are darkened by what stands around. @param bits see Surroundings
+/// Share of ambient light at a point of a face whose corners are darkened by what stands around.
+/// @param bits see Surroundings
 [[nodiscard]] float open_share(const Hit& hit, Vec3 point, std::uint8_t bits) noexcept;
 
 }  // namespace terravox

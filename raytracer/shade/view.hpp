@@ -20,12 +20,14 @@ struct View {
     LevelCut cut;        ///< which boxes are looked at
     double voxel_m = 1;  ///< edge of a level-0 voxel
     SquareGrid squares;
-    Vec3 origin;         ///< of the positions in the picture's layers: Camera::picture_origin
-    bool night = false;  ///< windows are lit
-    double exposure_ev = 0;  ///< of 8-bit pictures, with the adaptation to the daylight
-    float most_indirect = 0; ///< light of one indirect sample; 0: no limit
+    Vec3 origin;              ///< of the positions in the picture's layers: Camera::picture_origin
+    bool night = false;       ///< windows are lit
+    double exposure_ev = 0;   ///< of 8-bit pictures, with the adaptation to the daylight
+    float most_indirect = 0;  ///< light of one indirect sample; 0: no limit
 
-    [[nodiscard]] bool wants_layers() const noexcept { return scene.output.layers != "beauty" || scene.output.denoise; }
+    [[nodiscard]] bool wants_layers() const noexcept {
+        return scene.output.layers != "beauty" || scene.output.denoise;
+    }
 };
 
 }  // namespace terravox

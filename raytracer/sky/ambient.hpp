@@ -10,14 +10,15 @@ namespace terravox {
 
 /// Light that comes from about one direction.
 struct LightFrom {
-    Vec3 direction;      ///< of unit length
+    Vec3 direction;  ///< of unit length
     Colour radiance;
     double solid_angle;  ///< steradians
 };
 
-/// What a white Lambertian surface sends under light from all around, for every normal: a table over the octahedron, exact for the
-/// normals of a voxel's faces up to the sum over the light given. Immutable, thread-safe.
-/// Ref: Meyer et al., "On floating-point normal vectors", EGSR 2010 (the octahedral map).
+/// What a white Lambertian surface sends under light from all around, for every normal: a table
+/// over the octahedron, exact for the normals of a voxel's faces up to the sum over the light
+/// given. Immutable, thread-safe. Ref: Meyer et al., "On floating-point normal vectors", EGSR 2010
+/// (the octahedral map).
 class AmbientTable {
 public:
     AmbientTable() = default;  ///< darkness

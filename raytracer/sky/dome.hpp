@@ -10,20 +10,22 @@
 
 namespace terravox {
 
-/// What the upper half of the sky sends: the clear air by day and in twilight, the night's glow and stars, and clouds before them. The
-/// sun's disc is not part of it. Natural light: no strength of a scene applied. Immutable once lit; thread-safe then.
+/// What the upper half of the sky sends: the clear air by day and in twilight, the night's glow and
+/// stars, and clouds before them. The sun's disc is not part of it. Natural light: no strength of a
+/// scene applied. Immutable once lit; thread-safe then.
 class Dome {
 public:
     struct Settings {
         double turbidity = 2.5, place_height_m = 0, clouds = 0, cloud_height_m = 1500;
         std::optional<double> visibility_km;  ///< > 0
-        Vec3 eye_m;  ///< around which the clouds lie
+        Vec3 eye_m;                           ///< around which the clouds lie
     };
     Dome(const Sun& sun, const Settings& settings);
 
     /// Of the air alone, for directions on and above the horizon. @param d of unit length, y >= 0
     [[nodiscard]] Colour clear(Vec3 d) const noexcept;
-    /// Of the air at the horizon below or above a direction; varies smoothly up to the zenith and nadir, too.
+    /// Of the air at the horizon below or above a direction; varies smoothly up to the zenith and
+    /// nadir, too.
     [[nodiscard]] Colour horizon(Vec3 d) const noexcept;
     /// All of it. @param d of unit length, y >= 0
     [[nodiscard]] Colour radiance(Vec3 d) const noexcept;
@@ -42,7 +44,8 @@ private:
     };
     [[nodiscard]] double azimuth_cosine(Vec3 d, double flat) const noexcept;
     [[nodiscard]] CloudPlace cloud_place(Vec3 d) const noexcept;
-    [[nodiscard]] Colour cloud_light(const CloudPlace& at, double depth, double sun_cosine) const noexcept;
+    [[nodiscard]] Colour cloud_light(const CloudPlace& at, double depth,
+                                     double sun_cosine) const noexcept;
     void light_clouds(const Atmosphere& air, double scale);
 
     Settings m_settings;

@@ -13,7 +13,8 @@ constexpr double kLog20 = 2.995732273553991;  // 5 % is what is left
 constexpr std::size_t kRed = 7, kGreen = 5, kBlue = 2;
 
 Colour channels(const Spectrum& s, double times) noexcept {
-    return {static_cast<float>(s[kRed] * times), static_cast<float>(s[kGreen] * times), static_cast<float>(s[kBlue] * times)};
+    return {static_cast<float>(s[kRed] * times), static_cast<float>(s[kGreen] * times),
+            static_cast<float>(s[kBlue] * times)};
 }
 
 /// Length of air as dense as at the lower end of a line that amounts to the same.
@@ -29,8 +30,10 @@ Haze::Haze(double turbidity, double place_height_m, std::optional<double> visibi
     const auto at = Atmosphere::densities(place_height_m);
     double rayleigh = at.rayleigh, mie = at.mie;
     if (visibility_km) {
-        // Molecules are always there; haze makes up the rest. Air clearer than molecules allow keeps their colour.
-        const double wanted = kLog20 / (*visibility_km * 1000), molecules = rayleigh * air.rayleigh()[kGreen];
+        // Molecules are always there; haze makes up the rest. Air clearer than molecules allow
+        // keeps their colour.
+        const double wanted = kLog20 / (*visibility_km * 1000),
+                     molecules = rayleigh * air.rayleigh()[kGreen];
         mie = std::max(0.0, wanted - molecules) / air.mie_extinction()[kGreen];
         rayleigh *= std::min(1.0, wanted / molecules);
     }
@@ -39,12 +42,18 @@ Haze::Haze(double turbidity, double place_height_m, std::optional<double> visibi
 }
 
 Colour Haze::transmittance(Vec3 direction, double metres) const noexcept {
-    if (!(metres > 0)) return {1, 1, 1};
+    if (!(metres > 0))
+        return {1, 1, 1};
     metres = std::min(metres, 1e12);
     const double rise = std::fabs(direction.y);
-    const double rayleigh = dense_length(metres, rise, Atmosphere::kRayleighScale_m), mie = dense_length(metres, rise, Atmosphere::kMieScale_m);
-    const auto left = [&](float r, float m) { return static_cast<float>(det::exp(-static_cast<double>(r) * rayleigh - static_cast<double>(m) * mie)); };
-    return {left(m_rayleigh_per_m.r, m_mie_per_m.r), left(m_rayleigh_per_m.g, m_mie_per_m.g), left(m_rayleigh_per_m.b, m_mie_per_m.b)};
+    const double rayleigh = dense_length(metres, rise, Atmosphere::kRayleighScale_m),
+                 mie = dense_length(metres, rise, Atmosphere::kMieScale_m);
+    const auto left = [&](float r, float m) {
+        return static_cast<float>(
+            det::exp(-static_cast<double>(r) * rayleigh - static_cast<double>(m) * mie));
+    };
+    return {left(m_rayleigh_per_m.r, m_mie_per_m.r), left(m_rayleigh_per_m.g, m_mie_per_m.g),
+            left(m_rayleigh_per_m.b, m_mie_per_m.b)};
 }
 
 }  // namespace terravox

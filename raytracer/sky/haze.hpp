@@ -7,14 +7,16 @@
 
 namespace terravox {
 
-/// How the air near the ground dims what lies behind it, for the three channels. Immutable, thread-safe.
-/// Ref: Koschmieder, "Theorie der horizontalen Sichtweite", 1924 (visibility).
+/// How the air near the ground dims what lies behind it, for the three channels. Immutable,
+/// thread-safe. Ref: Koschmieder, "Theorie der horizontalen Sichtweite", 1924 (visibility).
 class Haze {
 public:
     /// @param turbidity as of the Atmosphere @param place_height_m above the sea
-    /// @param visibility_km > 0: distance at which a level line of sight leaves 5 % in the green; nullopt: by turbidity
+    /// @param visibility_km > 0: distance at which a level line of sight leaves 5 % in the green;
+    /// nullopt: by turbidity
     Haze(double turbidity, double place_height_m, std::optional<double> visibility_km);
-    /// Share that arrives of what is sent along a line whose lower end is at the place's height; 1 for 0 metres, 0 for infinity.
+    /// Share that arrives of what is sent along a line whose lower end is at the place's height; 1
+    /// for 0 metres, 0 for infinity.
     /// @param direction of unit length
     [[nodiscard]] Colour transmittance(Vec3 direction, double metres) const noexcept;
 

@@ -4,22 +4,27 @@
 
 namespace terravox {
 
-/// Light that comes down a line of sight, as shares of the sun's above the air, per steradian: `rayleigh` and `mie` have been
-/// scattered once and still lack their phase functions; `multiple` is complete.
+/// Light that comes down a line of sight, as shares of the sun's above the air, per steradian:
+/// `rayleigh` and `mie` have been scattered once and still lack their phase functions; `multiple`
+/// is complete.
 struct Scattered {
     Spectrum rayleigh{}, mie{}, multiple{};
 };
 
 /// Scattered sunlight in the air for one altitude of the sun. Immutable, thread-safe.
-/// Ref: Nishita, Sirai, Tadamura, Nakamae, "Display of the Earth taking into account atmospheric scattering", SIGGRAPH 1993 (single
-/// scattering); Hillaire, "A scalable and production ready sky and atmosphere rendering technique", EGSR 2020 (multiple scattering).
+/// Ref: Nishita, Sirai, Tadamura, Nakamae, "Display of the Earth taking into account atmospheric
+/// scattering", SIGGRAPH 1993 (single scattering); Hillaire, "A scalable and production ready sky
+/// and atmosphere rendering technique", EGSR 2020 (multiple scattering).
 class Scattering {
 public:
-    /// @param altitude_rad of the sun at the observer, [-pi / 2, pi / 2] @param atmosphere must outlive this
+    /// @param altitude_rad of the sun at the observer, [-pi / 2, pi / 2] @param atmosphere must
+    /// outlive this
     Scattering(const Atmosphere& atmosphere, double altitude_rad);
 
-    /// What an observer sees. @param height_m [0, kThick_m) @param elevation sine, [0, 1] @param azimuth_cosine from the sun
-    [[nodiscard]] Scattered seen(double height_m, double elevation, double azimuth_cosine) const noexcept;
+    /// What an observer sees. @param height_m [0, kThick_m) @param elevation sine, [0, 1] @param
+    /// azimuth_cosine from the sun
+    [[nodiscard]] Scattered seen(double height_m, double elevation,
+                                 double azimuth_cosine) const noexcept;
 
 private:
     /// Of light scattered any number of times: what arrives from all directions on average.

@@ -6,16 +6,19 @@
 
 namespace terravox {
 
-/// The clear sky over one place and one sun, in linear Rec. 709, without phase functions: those vary fast near the sun and are applied
-/// when it is asked. Immutable, thread-safe.
+/// The clear sky over one place and one sun, in linear Rec. 709, without phase functions: those
+/// vary fast near the sun and are applied when it is asked. Immutable, thread-safe.
 class SkyTable {
 public:
     /// @param scale to the units of a picture, times the sun's spectrum above the air
     SkyTable(const Scattering& scattering, double height_m, double scale);
 
-    /// @param elevation sine, [0, 1] @param azimuth_cosine of the azimuth from the sun @param sun_cosine of the angle to the sun
-    /// @return radiance; components may be slightly negative where light is purer than the primaries
-    [[nodiscard]] Colour at(double elevation, double azimuth_cosine, double sun_cosine) const noexcept;
+    /// @param elevation sine, [0, 1] @param azimuth_cosine of the azimuth from the sun @param
+    /// sun_cosine of the angle to the sun
+    /// @return radiance; components may be slightly negative where light is purer than the
+    /// primaries
+    [[nodiscard]] Colour at(double elevation, double azimuth_cosine,
+                            double sun_cosine) const noexcept;
 
 private:
     struct Node {
@@ -24,7 +27,8 @@ private:
     std::vector<Node> m_nodes;
 };
 
-/// A spectrum of the sun's light, given as shares of that above the air, as a colour. @param scale times W / m^2
+/// A spectrum of the sun's light, given as shares of that above the air, as a colour. @param scale
+/// times W / m^2
 [[nodiscard]] Colour sun_colour(const Spectrum& share, double scale) noexcept;
 
 }  // namespace terravox

@@ -12,11 +12,15 @@ namespace {
 geo::DateTime clock_of(const Scene::Sun& sun) {
     geo::DateTime time;
     int end = 0;
-    if (std::sscanf(sun.date.c_str(), "%4d-%2d-%2d%n", &time.year, &time.month, &time.day, &end) != 3 || static_cast<std::size_t>(end) != sun.date.size())
+    if (std::sscanf(sun.date.c_str(), "%4d-%2d-%2d%n", &time.year, &time.month, &time.day, &end) !=
+            3 ||
+        static_cast<std::size_t>(end) != sun.date.size())
         throw UsageError("place the sun: sun.date = '" + sun.date + "'; allowed: YYYY-MM-DD");
-    if (!geo::is_date(time.year, time.month, time.day)) throw UsageError("place the sun: sun.date = '" + sun.date + "' is no day of the calendar");
+    if (!geo::is_date(time.year, time.month, time.day))
+        throw UsageError("place the sun: sun.date = '" + sun.date + "' is no day of the calendar");
     if (!(sun.time_h >= 0 && sun.time_h <= 24))
-        throw UsageError("place the sun: sun.time_h = " + std::to_string(sun.time_h) + "; allowed: 0 to 24");
+        throw UsageError("place the sun: sun.time_h = " + std::to_string(sun.time_h) +
+                         "; allowed: 0 to 24");
     time.hour = sun.time_h;
     return time;
 }
@@ -25,13 +29,18 @@ geo::DateTime clock_of(const Scene::Sun& sun) {
 
 geo::SunPosition sun_of(const Scene::Sun& sun, const geo::LatLon* place) {
     if (sun.altitude_deg.has_value() != sun.azimuth_deg.has_value())
-        throw UsageError(std::string("place the sun: sun.") + (sun.altitude_deg ? "azimuth_deg" : "altitude_deg") +
+        throw UsageError(std::string("place the sun: sun.") +
+                         (sun.altitude_deg ? "azimuth_deg" : "altitude_deg") +
                          " is missing; give both, or none to use date and time");
-    if (sun.altitude_deg) return {*sun.altitude_deg, *sun.azimuth_deg};
+    if (sun.altitude_deg)
+        return {*sun.altitude_deg, *sun.azimuth_deg};
     geo::DateTime time = clock_of(sun);
     const geo::LatLon here = place != nullptr ? *place : geo::LatLon{46, 14};
-    if (sun.utc_offset_h) time.utc_offset_h = *sun.utc_offset_h;
-    else time.utc_offset_h = sun.zone.empty() ? geo::solar_zone_offset_h(here.lon_deg) : geo::zone_offset_h(sun.zone, time);
+    if (sun.utc_offset_h)
+        time.utc_offset_h = *sun.utc_offset_h;
+    else
+        time.utc_offset_h = sun.zone.empty() ? geo::solar_zone_offset_h(here.lon_deg)
+                                             : geo::zone_offset_h(sun.zone, time);
     return geo::sun_position(time, here);
 }
 

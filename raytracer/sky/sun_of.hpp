@@ -5,10 +5,12 @@
 
 namespace terravox {
 
-/// The sun of a scene at a place: altitude and azimuth if given, else date, clock time and place. The clock is that of utc_offset_h, else
-/// of the zone, else of the mean solar time of the place's longitude in whole hours.
+/// The sun of a scene at a place: altitude and azimuth if given, else date, clock time and place.
+/// The clock is that of utc_offset_h, else of the zone, else of the mean solar time of the place's
+/// longitude in whole hours.
 /// @param place nullptr for worlds that are nowhere on Earth: latitude 46, longitude 14 then
-/// @throws UsageError for a date or time that cannot be, an unknown zone, or one angle without the other
+/// @throws UsageError for a date or time that cannot be, an unknown zone, or one angle without the
+/// other
 [[nodiscard]] geo::SunPosition sun_of(const Scene::Sun& sun, const geo::LatLon* place);
 
 }  // namespace terravox

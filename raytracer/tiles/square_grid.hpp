@@ -7,8 +7,8 @@
 
 namespace terravox {
 
-/// The squares of a kilometre (1000 units of the CRS) that a world's columns lie in, numbered row by row from the north-west. In worlds without a place on Earth
-/// squares of 1000 voxels.
+/// The squares of a kilometre (1000 units of the CRS) that a world's columns lie in, numbered row
+/// by row from the north-west. In worlds without a place on Earth squares of 1000 voxels.
 class SquareGrid {
 public:
     explicit SquareGrid(const voxel::WorldInfo& world);

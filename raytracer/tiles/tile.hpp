@@ -11,8 +11,9 @@
 
 namespace terravox {
 
-/// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Of it, pixels whose coordinates are multiples of `step`
-/// are traced, except those that an earlier pass has traced (multiples of 2 * step, when `refines`).
+/// A rectangle of the picture in one pass, [x0, x1) x [y0, y1) in pixels. Of it, pixels whose
+/// coordinates are multiples of `step` are traced, except those that an earlier pass has traced
+/// (multiples of 2 * step, when `refines`).
 struct RenderTile {
     std::uint32_t index = 0;  ///< within the pass, in the order of the plan
     std::uint32_t pass = 0;
@@ -23,18 +24,20 @@ struct RenderTile {
     friend bool operator==(const RenderTile&, const RenderTile&) = default;
 
     /// Calls visit(x, y) for each pixel to trace, row by row.
-    template <class Visit> void each_pixel(const Visit& visit) const {
+    template <class Visit>
+    void each_pixel(const Visit& visit) const {
         const auto first = [this](int v) { return (v + step - 1) / step * step; };
         for (int y = first(y0); y < y1; y += step)
             for (int x = first(x0); x < x1; x += step)
-                if (!refines || x % (2 * step) != 0 || y % (2 * step) != 0) visit(x, y);
+                if (!refines || x % (2 * step) != 0 || y % (2 * step) != 0)
+                    visit(x, y);
     }
 };
 
 struct PixelSample {
-    Colour colour;      ///< linear
-    float alpha = 0;    ///< share of samples that hit the world
-    float depth_m = 0;  ///< mean distance of those samples; infinity where none hit
+    Colour colour;              ///< linear
+    float alpha = 0;            ///< share of samples that hit the world
+    float depth_m = 0;          ///< mean distance of those samples; infinity where none hit
     std::uint32_t samples = 1;  ///< that it is the mean of
     float error = 0;            ///< standard error of its brightness; 0 with a single sample
 
@@ -51,7 +54,8 @@ struct TileResult {
     std::vector<LayerSample> layers;  ///< beside the samples; empty where nobody asked for them
     TraceCounts counts;
     std::set<voxel::BoxKey> holes;  ///< boxes that its rays needed and that could not be had
-    bool again = false;  ///< takes the place of one that was handed out before: who made that was not to be trusted
+    bool again = false;  ///< takes the place of one that was handed out before: who made that was
+                         ///< not to be trusted
 };
 
 }  // namespace terravox

@@ -16,64 +16,87 @@
 namespace terravox {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "numbers are written as they lie in memory");
 
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kBefore = 1 + sizeof(std::uint64_t);  // version and checksum
-constexpr int kFarthest_px = 1 << 24, kLargestStep_px = 1 << 16;  // sums and products of these stay within 32 and 64 bits
+constexpr int kFarthest_px = 1 << 24,
+              kLargestStep_px = 1 << 16;  // sums and products of these stay within 32 and 64 bits
 constexpr std::size_t kHole_bytes = 4 * sizeof(std::int32_t);
 enum Flags : std::uint8_t { kRefines = 1, kLayers = 2, kAllFlags = 3 };
 
 /// Calls field(value) for all that a sample is made of, in the order of the planes.
-template <class Sample, class Field> void visit_sample(Sample& s, const Field& field) {
-    field(s.colour.r), field(s.colour.g), field(s.colour.b), field(s.alpha), field(s.depth_m), field(s.samples), field(s.error);
+template <class Sample, class Field>
+void visit_sample(Sample& s, const Field& field) {
+    field(s.colour.r), field(s.colour.g), field(s.colour.b), field(s.alpha), field(s.depth_m),
+        field(s.samples), field(s.error);
 }
-template <class Layers, class Field> void visit_layers(Layers& l, const Field& field) {
-    for (auto* c : {&l.direct, &l.indirect, &l.albedo}) field(c->r), field(c->g), field(c->b);
+template <class Layers, class Field>
+void visit_layers(Layers& l, const Field& field) {
+    for (auto* c : {&l.direct, &l.indirect, &l.albedo})
+        field(c->r), field(c->g), field(c->b);
     for (auto* v : {&l.normal, &l.position})
-        for (auto& part : *v) field(part);
+        for (auto& part : *v)
+            field(part);
     field(l.sun), field(l.water), field(l.material);
     for (auto* m : {&l.materials, &l.squares}) {
-        for (auto& object : m->object) field(object);
-        for (auto& share : m->share) field(share);
+        for (auto& object : m->object)
+            field(object);
+        for (auto& share : m->share)
+            field(share);
     }
 }
 
 /// Bytes that the fields of one pixel take.
 constexpr std::size_t kSample_bytes = 7 * sizeof(float);
-constexpr std::size_t kLayers_bytes = 17 * sizeof(float) + 1 + 2 * Matte::kMost * (sizeof(std::uint32_t) + sizeof(float));
+constexpr std::size_t kLayers_bytes =
+    17 * sizeof(float) + 1 + 2 * Matte::kMost * (sizeof(std::uint32_t) + sizeof(float));
 
 /// Multiples of `step` in [from, to); none below 0 anywhere.
-std::uint64_t multiples(int from, int to, int step) noexcept { return static_cast<std::uint64_t>((to + step - 1) / step - (from + step - 1) / step); }
+std::uint64_t multiples(int from, int to, int step) noexcept {
+    return static_cast<std::uint64_t>((to + step - 1) / step - (from + step - 1) / step);
+}
 
 std::uint64_t pixels_of(const RenderTile& t) noexcept {
-    const auto count = [&t](int step) { return multiples(t.x0, t.x1, step) * multiples(t.y0, t.y1, step); };
+    const auto count = [&t](int step) {
+        return multiples(t.x0, t.x1, step) * multiples(t.y0, t.y1, step);
+    };
     return count(t.step) - (t.refines ? count(2 * t.step) : 0);
 }
 
 std::string place(const RenderTile& t) {
-    return "[" + std::to_string(t.x0) + ", " + std::to_string(t.x1) + ") x [" + std::to_string(t.y0) + ", " + std::to_string(t.y1) + ")";
+    return "[" + std::to_string(t.x0) + ", " + std::to_string(t.x1) + ") x [" +
+           std::to_string(t.y0) + ", " + std::to_string(t.y1) + ")";
 }
 
 /// @return what is wrong with a rectangle; empty: nothing
 std::string wrong_with(const RenderTile& t) {
-    if (t.x0 < 0 || t.y0 < 0 || t.x0 >= t.x1 || t.y0 >= t.y1 || t.x1 > kFarthest_px || t.y1 > kFarthest_px)
-        return "the rectangle " + place(t) + "; allowed: not empty, within 0 to " + std::to_string(kFarthest_px);
-    if (t.step < 1 || t.step > kLargestStep_px || !std::has_single_bit(static_cast<unsigned>(t.step)))
-        return "step " + std::to_string(t.step) + "; allowed: powers of two up to " + std::to_string(kLargestStep_px);
+    if (t.x0 < 0 || t.y0 < 0 || t.x0 >= t.x1 || t.y0 >= t.y1 || t.x1 > kFarthest_px ||
+        t.y1 > kFarthest_px)
+        return "the rectangle " + place(t) + "; allowed: not empty, within 0 to " +
+               std::to_string(kFarthest_px);
+    if (t.step < 1 || t.step > kLargestStep_px ||
+        !std::has_single_bit(static_cast<unsigned>(t.step)))
+        return "step " + std::to_string(t.step) + "; allowed: powers of two up to " +
+               std::to_string(kLargestStep_px);
     return {};
 }
 
-std::uint64_t plane_bytes(std::uint64_t pixels, bool with_layers) noexcept { return pixels * (kSample_bytes + (with_layers ? kLayers_bytes : 0)); }
+std::uint64_t plane_bytes(std::uint64_t pixels, bool with_layers) noexcept {
+    return pixels * (kSample_bytes + (with_layers ? kLayers_bytes : 0));
+}
 
 std::string too_much(const RenderTile& t, std::uint64_t bytes) {
-    return std::to_string(bytes) + " bytes of pixels in the rectangle " + place(t) + "; allowed: up to " + std::to_string(kMostTile_bytes);
+    return std::to_string(bytes) + " bytes of pixels in the rectangle " + place(t) +
+           "; allowed: up to " + std::to_string(kMostTile_bytes);
 }
 
 /// Writes numbers one behind the other.
 class Writer {
 public:
-    template <class T> void put(T v) {
+    template <class T>
+    void put(T v) {
         static_assert(std::is_arithmetic_v<T>);
         const auto* from = reinterpret_cast<const std::byte*>(&v);
         m_bytes.insert(m_bytes.end(), from, from + sizeof v);
@@ -87,15 +110,20 @@ private:
 /// Reads them again; whoever asks for more than there is hears it.
 class Reader {
 public:
-    Reader(std::span<const std::byte> bytes, const std::string& origin) : m_left(bytes), m_origin(origin) {}
-    template <class T> void get(T& v) {
+    Reader(std::span<const std::byte> bytes, const std::string& origin)
+        : m_left(bytes), m_origin(origin) {}
+    template <class T>
+    void get(T& v) {
         static_assert(std::is_arithmetic_v<T>);
-        if (m_left.size() < sizeof v) fail("cut short");
+        if (m_left.size() < sizeof v)
+            fail("cut short");
         std::memcpy(&v, m_left.data(), sizeof v);
         m_left = m_left.subspan(sizeof v);
     }
     [[nodiscard]] std::span<const std::byte> left() const noexcept { return m_left; }
-    [[noreturn]] void fail(const std::string& what) const { throw Error("read the tile " + m_origin + ": " + what); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error("read the tile " + m_origin + ": " + what);
+    }
 
 private:
     std::span<const std::byte> m_left;
@@ -103,35 +131,50 @@ private:
 };
 
 /// The numbers of a tile's rectangle, in their order.
-template <class Tile, class Number> void visit_tile(Tile& t, const Number& number) {
-    number(t.index), number(t.pass), number(t.x0), number(t.y0), number(t.x1), number(t.y1), number(t.step), number(t.first_sample), number(t.samples);
+template <class Tile, class Number>
+void visit_tile(Tile& t, const Number& number) {
+    number(t.index), number(t.pass), number(t.x0), number(t.y0), number(t.x1), number(t.y1),
+        number(t.step), number(t.first_sample), number(t.samples);
 }
-template <class Counts, class Number> void visit_counts(Counts& c, const Number& number) {
-    for (auto& n : c.rays) number(n);
+template <class Counts, class Number>
+void visit_counts(Counts& c, const Number& number) {
+    for (auto& n : c.rays)
+        number(n);
     number(c.steps), number(c.slabs), number(c.spared), number(c.parked), number(c.hole_rays);
-    for (auto& s : c.seconds) number(s);
+    for (auto& s : c.seconds)
+        number(s);
 }
 
-std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept { return XXH3_64bits_withSeed(bytes.data(), bytes.size(), kVersion); }
+std::uint64_t checksum_of(std::span<const std::byte> bytes) noexcept {
+    return XXH3_64bits_withSeed(bytes.data(), bytes.size(), kVersion);
+}
 
 /// Checks version and checksum, reads the head, and leaves the reader behind the number of holes.
 TileHead read_head(Reader& in) {
     std::uint8_t version = 0, flags = 0;
     std::uint64_t checksum = 0;
     in.get(version);
-    if (version != kVersion) in.fail("version " + std::to_string(version) + "; allowed: " + std::to_string(kVersion));
+    if (version != kVersion)
+        in.fail("version " + std::to_string(version) + "; allowed: " + std::to_string(kVersion));
     in.get(checksum);
-    if (checksum != checksum_of(in.left())) in.fail("damaged: its checksum is another");
+    if (checksum != checksum_of(in.left()))
+        in.fail("damaged: its checksum is another");
     TileHead head;
     in.get(flags);
-    if ((flags & ~kAllFlags) != 0) in.fail("flags " + std::to_string(flags) + "; allowed: up to " + std::to_string(kAllFlags));
+    if ((flags & ~kAllFlags) != 0)
+        in.fail("flags " + std::to_string(flags) + "; allowed: up to " + std::to_string(kAllFlags));
     visit_tile(head.tile, [&](auto& n) { in.get(n); });
     head.tile.refines = (flags & kRefines) != 0, head.with_layers = (flags & kLayers) != 0;
     in.get(head.holes);
-    if (const std::string wrong = wrong_with(head.tile); !wrong.empty()) in.fail(wrong);
+    if (const std::string wrong = wrong_with(head.tile); !wrong.empty())
+        in.fail(wrong);
     head.pixels = pixels_of(head.tile);
-    if (const std::uint64_t bytes = plane_bytes(head.pixels, head.with_layers); bytes > kMostTile_bytes) in.fail(too_much(head.tile, bytes));
-    if (head.holes > in.left().size() / kHole_bytes) in.fail(std::to_string(head.holes) + " holes in " + std::to_string(in.left().size()) + " bytes");
+    if (const std::uint64_t bytes = plane_bytes(head.pixels, head.with_layers);
+        bytes > kMostTile_bytes)
+        in.fail(too_much(head.tile, bytes));
+    if (head.holes > in.left().size() / kHole_bytes)
+        in.fail(std::to_string(head.holes) + " holes in " + std::to_string(in.left().size()) +
+                " bytes");
     return head;
 }
 
@@ -141,30 +184,38 @@ void read_holes(Reader& in, std::uint32_t count, std::set<voxel::BoxKey>& holes)
         std::int32_t level = 0;
         in.get(level), in.get(key.bx), in.get(key.by), in.get(key.bz);
         key.level = level;
-        if (level < 0 || level > voxel::kMaxLevel) in.fail("a hole of level " + std::to_string(level) + "; allowed: 0 to " + std::to_string(voxel::kMaxLevel));
-        if (!holes.empty() && !(*holes.rbegin() < key)) in.fail("its holes are not in order");
+        if (level < 0 || level > voxel::kMaxLevel)
+            in.fail("a hole of level " + std::to_string(level) + "; allowed: 0 to " +
+                    std::to_string(voxel::kMaxLevel));
+        if (!holes.empty() && !(*holes.rbegin() < key))
+            in.fail("its holes are not in order");
         holes.insert(holes.end(), key);
     }
 }
 
-/// A field of all pixels at a time, its bytes by their place: all first ones, all second ones and so on. Exponents and signs of
-/// neighbours are alike, so that bytes of one place compress well where whole floats do not.
+/// A field of all pixels at a time, its bytes by their place: all first ones, all second ones and
+/// so on. Exponents and signs of neighbours are alike, so that bytes of one place compress well
+/// where whole floats do not.
 class Planes {
 public:
     explicit Planes(std::byte* at) noexcept : m_at(at) {}
     /// @param value (i): reference to the field of pixel i
-    template <class Value> void put(std::size_t pixels, const Value& value) noexcept {
+    template <class Value>
+    void put(std::size_t pixels, const Value& value) noexcept {
         for (std::size_t i = 0; i < pixels; ++i) {
             const auto bytes = std::bit_cast<std::array<std::byte, sizeof(value(i))>>(value(i));
-            for (std::size_t b = 0; b < bytes.size(); ++b) m_at[b * pixels + i] = bytes[b];
+            for (std::size_t b = 0; b < bytes.size(); ++b)
+                m_at[b * pixels + i] = bytes[b];
         }
         m_at += pixels * sizeof(value(0));
     }
-    template <class Value> void get(std::size_t pixels, const Value& value) noexcept {
+    template <class Value>
+    void get(std::size_t pixels, const Value& value) noexcept {
         using Field = std::decay_t<decltype(value(0))>;
         for (std::size_t i = 0; i < pixels; ++i) {
             std::array<std::byte, sizeof(Field)> bytes;
-            for (std::size_t b = 0; b < bytes.size(); ++b) bytes[b] = m_at[b * pixels + i];
+            for (std::size_t b = 0; b < bytes.size(); ++b)
+                bytes[b] = m_at[b * pixels + i];
             value(i) = std::bit_cast<Field>(bytes);
         }
         m_at += pixels * sizeof(Field);
@@ -174,9 +225,12 @@ private:
     std::byte* m_at;
 };
 
-/// Calls plane(value) for each field, where value(i) is that field of pixel i. Fields are told apart by their place in the first pixel.
-template <class Samples, class Visit, class Plane> void each_plane(Samples& samples, const Visit& visit, const Plane& plane) {
-    if (samples.empty()) return;
+/// Calls plane(value) for each field, where value(i) is that field of pixel i. Fields are told
+/// apart by their place in the first pixel.
+template <class Samples, class Visit, class Plane>
+void each_plane(Samples& samples, const Visit& visit, const Plane& plane) {
+    if (samples.empty())
+        return;
     auto* const first = samples.data();
     constexpr std::size_t stride = sizeof(*first);
     visit(*first, [&](auto& field) {
@@ -192,33 +246,54 @@ template <class Samples, class Visit, class Plane> void each_plane(Samples& samp
 const auto kVisitSample = [](auto& s, const auto& field) { visit_sample(s, field); };
 const auto kVisitLayers = [](auto& l, const auto& field) { visit_layers(l, field); };
 
-bool is_share(float v) noexcept { return v >= 0 && v <= 1; }
-bool is_finite(const Colour& c) noexcept { return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b); }
-bool is_finite(const std::array<float, 3>& v) noexcept { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
-bool are_shares(const Matte& m) noexcept { return std::all_of(m.share.begin(), m.share.end(), is_share); }
+bool is_share(float v) noexcept {
+    return v >= 0 && v <= 1;
+}
+bool is_finite(const Colour& c) noexcept {
+    return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);
+}
+bool is_finite(const std::array<float, 3>& v) noexcept {
+    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+bool are_shares(const Matte& m) noexcept {
+    return std::all_of(m.share.begin(), m.share.end(), is_share);
+}
 
 /// @return what no pixel can have; nullptr: nothing
 const char* wrong_with(const PixelSample& s) noexcept {
-    if (!is_finite(s.colour)) return "a colour that is not finite; allowed: finite numbers";
-    if (!is_share(s.alpha)) return "a share of hits beyond 0 to 1";
-    if (!(s.depth_m >= 0)) return "a depth below 0 m, or none; allowed: from 0 m";
-    if (!(s.error >= 0) || !std::isfinite(s.error)) return "an error below 0, or not finite; allowed: from 0";
+    if (!is_finite(s.colour))
+        return "a colour that is not finite; allowed: finite numbers";
+    if (!is_share(s.alpha))
+        return "a share of hits beyond 0 to 1";
+    if (!(s.depth_m >= 0))
+        return "a depth below 0 m, or none; allowed: from 0 m";
+    if (!(s.error >= 0) || !std::isfinite(s.error))
+        return "an error below 0, or not finite; allowed: from 0";
     return s.samples == 0 ? "a pixel of no samples; allowed: 1 and more" : nullptr;
 }
 const char* wrong_with(const LayerSample& l) noexcept {
-    if (!is_finite(l.direct) || !is_finite(l.indirect) || !is_finite(l.albedo)) return "a colour of its layers that is not finite; allowed: finite numbers";
-    if (!is_finite(l.normal) || !is_finite(l.position)) return "a normal or position that is not finite; allowed: finite numbers";
-    if (!is_share(l.sun) || !is_share(l.water) || !are_shares(l.materials) || !are_shares(l.squares)) return "a share of its layers beyond 0 to 1";
-    const auto known = [](std::uint32_t material) { return material < static_cast<std::uint32_t>(voxel::kMaterialCount); };
-    if (!known(static_cast<std::uint32_t>(l.material)) || !std::all_of(l.materials.object.begin(), l.materials.object.end(), known))
+    if (!is_finite(l.direct) || !is_finite(l.indirect) || !is_finite(l.albedo))
+        return "a colour of its layers that is not finite; allowed: finite numbers";
+    if (!is_finite(l.normal) || !is_finite(l.position))
+        return "a normal or position that is not finite; allowed: finite numbers";
+    if (!is_share(l.sun) || !is_share(l.water) || !are_shares(l.materials) ||
+        !are_shares(l.squares))
+        return "a share of its layers beyond 0 to 1";
+    const auto known = [](std::uint32_t material) {
+        return material < static_cast<std::uint32_t>(voxel::kMaterialCount);
+    };
+    if (!known(static_cast<std::uint32_t>(l.material)) ||
+        !std::all_of(l.materials.object.begin(), l.materials.object.end(), known))
         return "a material that nobody knows; allowed: below 32";
     static_assert(voxel::kMaterialCount == 32);
     return nullptr;
 }
 
-template <class Samples> void check_values(const Samples& samples, const Reader& in) {
+template <class Samples>
+void check_values(const Samples& samples, const Reader& in) {
     for (const auto& sample : samples)
-        if (const char* wrong = wrong_with(sample)) in.fail(wrong);
+        if (const char* wrong = wrong_with(sample))
+            in.fail(wrong);
 }
 
 struct ZstdDeleter {
@@ -226,9 +301,11 @@ struct ZstdDeleter {
     void operator()(ZSTD_DCtx* c) const noexcept { ZSTD_freeDCtx(c); }
 };
 /// The thread's own: to make one takes longer than to compress a small tile.
-template <class Context> Context* context_of(Context* (*make)()) {
+template <class Context>
+Context* context_of(Context* (*make)()) {
     thread_local const std::unique_ptr<Context, ZstdDeleter> context(make());
-    if (!context) throw std::bad_alloc();
+    if (!context)
+        throw std::bad_alloc();
     return context.get();
 }
 
@@ -236,38 +313,58 @@ template <class Context> Context* context_of(Context* (*make)()) {
 void compress(std::span<const std::byte> planes, std::vector<std::byte>& out) {
     const std::size_t before = out.size();
     out.resize(before + ZSTD_compressBound(planes.size()));
-    const std::size_t size = ZSTD_compressCCtx(context_of(ZSTD_createCCtx), out.data() + before, out.size() - before, planes.data(), planes.size(), 1);
-    if (ZSTD_isError(size) != 0) throw Error(std::string("compress a tile: ") + ZSTD_getErrorName(size));
+    const std::size_t size =
+        ZSTD_compressCCtx(context_of(ZSTD_createCCtx), out.data() + before, out.size() - before,
+                          planes.data(), planes.size(), 1);
+    if (ZSTD_isError(size) != 0)
+        throw Error(std::string("compress a tile: ") + ZSTD_getErrorName(size));
     out.resize(before + size);
 }
 
 /// @param bytes of the one frame that must be there, and nothing behind it
-std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_t bytes, const Reader& in) {
+std::vector<std::byte> decompress(std::span<const std::byte> frame, std::uint64_t bytes,
+                                  const Reader& in) {
     const unsigned long long claimed = ZSTD_getFrameContentSize(frame.data(), frame.size());
-    if (claimed == ZSTD_CONTENTSIZE_ERROR || claimed == ZSTD_CONTENTSIZE_UNKNOWN) in.fail("its pixels are no zstd frame with a known size");
-    if (claimed != bytes) in.fail(std::to_string(claimed) + " bytes of pixels; its rectangle asks for " + std::to_string(bytes));
-    if (ZSTD_findFrameCompressedSize(frame.data(), frame.size()) != frame.size()) in.fail("its pixels are not one whole zstd frame");
+    if (claimed == ZSTD_CONTENTSIZE_ERROR || claimed == ZSTD_CONTENTSIZE_UNKNOWN)
+        in.fail("its pixels are no zstd frame with a known size");
+    if (claimed != bytes)
+        in.fail(std::to_string(claimed) + " bytes of pixels; its rectangle asks for " +
+                std::to_string(bytes));
+    if (ZSTD_findFrameCompressedSize(frame.data(), frame.size()) != frame.size())
+        in.fail("its pixels are not one whole zstd frame");
     std::vector<std::byte> raw(bytes);
-    const std::size_t size = ZSTD_decompressDCtx(context_of(ZSTD_createDCtx), raw.data(), raw.size(), frame.data(), frame.size());
-    if (ZSTD_isError(size) != 0) in.fail(ZSTD_getErrorName(size));
-    if (size != bytes) in.fail(std::to_string(size) + " bytes of pixels; its rectangle asks for " + std::to_string(bytes));
+    const std::size_t size = ZSTD_decompressDCtx(context_of(ZSTD_createDCtx), raw.data(),
+                                                 raw.size(), frame.data(), frame.size());
+    if (ZSTD_isError(size) != 0)
+        in.fail(ZSTD_getErrorName(size));
+    if (size != bytes)
+        in.fail(std::to_string(size) + " bytes of pixels; its rectangle asks for " +
+                std::to_string(bytes));
     return raw;
 }
 
 }  // namespace
 
-std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept { return plane_bytes(pixels_of(tile), with_layers); }
+std::uint64_t pixel_bytes(const RenderTile& tile, bool with_layers) noexcept {
+    return plane_bytes(pixels_of(tile), with_layers);
+}
 
 std::vector<std::byte> encode_tile(const TileResult& result) {
     const RenderTile& t = result.tile;
-    const auto fail = [&](const std::string& what) { throw Error("encode the tile " + std::to_string(t.index) + ": " + what); };
-    if (const std::string wrong = wrong_with(t); !wrong.empty()) fail(wrong);
+    const auto fail = [&](const std::string& what) {
+        throw Error("encode the tile " + std::to_string(t.index) + ": " + what);
+    };
+    if (const std::string wrong = wrong_with(t); !wrong.empty())
+        fail(wrong);
     const std::uint64_t pixels = pixels_of(t);
     const bool with_layers = !result.layers.empty();
     if (result.samples.size() != pixels || (with_layers && result.layers.size() != pixels))
-        fail(std::to_string(result.samples.size()) + " samples and " + std::to_string(result.layers.size()) + " of its layers; allowed: " + std::to_string(pixels));
+        fail(std::to_string(result.samples.size()) + " samples and " +
+             std::to_string(result.layers.size()) +
+             " of its layers; allowed: " + std::to_string(pixels));
     const std::uint64_t bytes = plane_bytes(pixels, with_layers);
-    if (bytes > kMostTile_bytes) fail(too_much(t, bytes) + ", so make quality.tile smaller");
+    if (bytes > kMostTile_bytes)
+        fail(too_much(t, bytes) + ", so make quality.tile smaller");
 
     Writer out;
     const auto put = [&](auto& n) { out.put(n); };
@@ -276,7 +373,9 @@ std::vector<std::byte> encode_tile(const TileResult& result) {
     visit_tile(t, put);
     out.put(static_cast<std::uint32_t>(result.holes.size()));
     visit_counts(result.counts, put);
-    for (const voxel::BoxKey& key : result.holes) out.put(static_cast<std::int32_t>(key.level)), out.put(key.bx), out.put(key.by), out.put(key.bz);
+    for (const voxel::BoxKey& key : result.holes)
+        out.put(static_cast<std::int32_t>(key.level)), out.put(key.bx), out.put(key.by),
+            out.put(key.bz);
 
     std::vector<std::byte> raw(bytes);
     Planes planes(raw.data());
@@ -300,12 +399,16 @@ TileResult decode_tile(std::span<const std::byte> bytes, const std::string& orig
     TileResult out;
     out.tile = head.tile;
     visit_counts(out.counts, [&](auto& n) { in.get(n); });
-    if (!std::all_of(out.counts.seconds.begin(), out.counts.seconds.end(), [](double s) { return s >= 0 && std::isfinite(s); })) in.fail("times below 0 s, or not finite");
+    if (!std::all_of(out.counts.seconds.begin(), out.counts.seconds.end(),
+                     [](double s) { return s >= 0 && std::isfinite(s); }))
+        in.fail("times below 0 s, or not finite");
     read_holes(in, head.holes, out.holes);
 
-    std::vector<std::byte> raw = decompress(in.left(), plane_bytes(head.pixels, head.with_layers), in);
+    std::vector<std::byte> raw =
+        decompress(in.left(), plane_bytes(head.pixels, head.with_layers), in);
     out.samples.resize(head.pixels);
-    if (head.with_layers) out.layers.resize(head.pixels);
+    if (head.with_layers)
+        out.layers.resize(head.pixels);
     Planes planes(raw.data());
     const auto plane = [&](const auto& value) { planes.get(head.pixels, value); };
     each_plane(out.samples, kVisitSample, plane);
@@ -317,13 +420,15 @@ TileResult decode_tile(std::span<const std::byte> bytes, const std::string& orig
 
 namespace {
 
-/// Hashes fields of pixels, not the memory that they lie in: that has gaps. By chunks on the stack, each with the hash of all before it as
-/// its seed, so that nothing is allocated.
+/// Hashes fields of pixels, not the memory that they lie in: that has gaps. By chunks on the stack,
+/// each with the hash of all before it as its seed, so that nothing is allocated.
 class PixelHash {
 public:
     explicit PixelHash(std::uint64_t seed) noexcept : m_hash(seed) {}
-    template <class Field> void add(const Field& v) noexcept {
-        if (m_used + sizeof v > m_chunk.size()) close_chunk();
+    template <class Field>
+    void add(const Field& v) noexcept {
+        if (m_used + sizeof v > m_chunk.size())
+            close_chunk();
         std::memcpy(m_chunk.data() + m_used, &v, sizeof v);
         m_used += sizeof v;
     }
@@ -344,16 +449,21 @@ private:
 
 }  // namespace
 
-std::uint64_t hash_of_pixels(const TileResult& result) noexcept { return hash_of_pixels(result, result.tile); }
+std::uint64_t hash_of_pixels(const TileResult& result) noexcept {
+    return hash_of_pixels(result, result.tile);
+}
 
 std::uint64_t hash_of_pixels(const TileResult& result, const RenderTile& rows) noexcept {
     std::size_t begin = 0, end = 0;  // of the samples, which stand row by row
-    result.tile.each_pixel([&](int, int y) { begin += y < rows.y0 ? 1 : 0, end += y < rows.y1 ? 1 : 0; });
+    result.tile.each_pixel(
+        [&](int, int y) { begin += y < rows.y0 ? 1 : 0, end += y < rows.y1 ? 1 : 0; });
     begin = std::min(begin, result.samples.size()), end = std::min(end, result.samples.size());
     PixelHash hash(end - begin);
     const auto add = [&](const auto& field) { hash.add(field); };
-    for (std::size_t i = begin; i < end; ++i) visit_sample(result.samples[i], add);
-    for (std::size_t i = begin; i < end && !result.layers.empty(); ++i) visit_layers(result.layers[i], add);
+    for (std::size_t i = begin; i < end; ++i)
+        visit_sample(result.samples[i], add);
+    for (std::size_t i = begin; i < end && !result.layers.empty(); ++i)
+        visit_layers(result.layers[i], add);
     return hash.finish();
 }
 

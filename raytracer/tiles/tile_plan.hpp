@@ -7,12 +7,15 @@
 
 namespace terravox {
 
-/// The passes of a picture, coarse to fine: each doubles the resolution, keeps the quarter of the pixels that is there and traces the
-/// other three (paper, Figure 3). The last pass has step 1, so that every pixel is traced exactly once.
+/// The passes of a picture, coarse to fine: each doubles the resolution, keeps the quarter of the
+/// pixels that is there and traces the other three (paper, Figure 3). The last pass has step 1, so
+/// that every pixel is traced exactly once.
 /// @param width_px, height_px, tile_px at least 1
 /// @param coarse_step step of the first pass, a power of two
 /// @param order of the tiles in each pass: a word that order_cells knows
 /// @throws UsageError for another step or word, and for more than 2^20 tiles
-[[nodiscard]] std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int coarse_step, int tile_px, const std::string& order);
+[[nodiscard]] std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px,
+                                                              int coarse_step, int tile_px,
+                                                              const std::string& order);
 
 }  // namespace terravox

@@ -14,34 +14,40 @@ enum class TraceStage : std::uint8_t {
     kScattered,  ///< rays that go every way, in lanes
     kSingle,     ///< rays that walk alone; what stands around hits
     kShading,
-    kPixels,     ///< samples to pixels
+    kPixels,  ///< samples to pixels
 };
 inline constexpr std::size_t kTraceStages = 7;
 [[nodiscard]] constexpr const char* name_of(TraceStage stage) noexcept {
-    constexpr const char* names[kTraceStages] = {"beams", "primary rays", "sun", "scattered rays", "single rays", "shading", "pixels"};
+    constexpr const char* names[kTraceStages] = {
+        "beams", "primary rays", "sun", "scattered rays", "single rays", "shading", "pixels"};
     return names[static_cast<std::size_t>(stage)];
 }
 
-/// What tracing took. Sums over tiles. Rays, and those that met holes, do not depend on who traced; steps, slabs, spared, waits and seconds do.
+/// What tracing took. Sums over tiles. Rays, and those that met holes, do not depend on who traced;
+/// steps, slabs, spared, waits and seconds do.
 struct TraceCounts {
     static constexpr std::size_t kKinds = 7;  ///< RayKind
     std::array<std::uint64_t, kKinds> rays{};
-    std::uint64_t steps = 0;        ///< cells and voxels visited by rays
-    std::uint64_t slabs = 0;        ///< visited by beams and shafts
-    std::uint64_t spared = 0;       ///< rays that a beam or shaft answered: no step of their own
-    std::uint64_t parked = 0;       ///< times that a ray was laid aside
-    std::uint64_t hole_rays = 0;    ///< that ended at a box that could not be had, shadow rays too
+    std::uint64_t steps = 0;      ///< cells and voxels visited by rays
+    std::uint64_t slabs = 0;      ///< visited by beams and shafts
+    std::uint64_t spared = 0;     ///< rays that a beam or shaft answered: no step of their own
+    std::uint64_t parked = 0;     ///< times that a ray was laid aside
+    std::uint64_t hole_rays = 0;  ///< that ended at a box that could not be had, shadow rays too
     std::array<double, kTraceStages> seconds{};  ///< by TraceStage, summed over threads
 
     [[nodiscard]] std::uint64_t all_rays() const noexcept {
         std::uint64_t sum = 0;
-        for (const std::uint64_t n : rays) sum += n;
+        for (const std::uint64_t n : rays)
+            sum += n;
         return sum;
     }
     void add(const TraceCounts& o) noexcept {
-        for (std::size_t i = 0; i < kKinds; ++i) rays[i] += o.rays[i];
-        for (std::size_t i = 0; i < kTraceStages; ++i) seconds[i] += o.seconds[i];
-        steps += o.steps, slabs += o.slabs, spared += o.spared, parked += o.parked, hole_rays += o.hole_rays;
+        for (std::size_t i = 0; i < kKinds; ++i)
+            rays[i] += o.rays[i];
+        for (std::size_t i = 0; i < kTraceStages; ++i)
+            seconds[i] += o.seconds[i];
+        steps += o.steps, slabs += o.slabs, spared += o.spared, parked += o.parked,
+            hole_rays += o.hole_rays;
     }
 };
 

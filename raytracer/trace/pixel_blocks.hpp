@@ -19,7 +19,9 @@ struct PixelBlock {
 };
 inline constexpr int kPixelBlockSide = 4;  ///< below that a beam costs more than it spares
 
-/// Cuts a lattice into blocks along a Z-order curve, by beams from large to small: what is known of a large one spares the small ones.
-void add_pixel_blocks(const PixelLattice& lattice, const Camera& camera, BeamMarch& beams, std::vector<PixelBlock>& out);
+/// Cuts a lattice into blocks along a Z-order curve, by beams from large to small: what is known of
+/// a large one spares the small ones.
+void add_pixel_blocks(const PixelLattice& lattice, const Camera& camera, BeamMarch& beams,
+                      std::vector<PixelBlock>& out);
 
 }  // namespace terravox

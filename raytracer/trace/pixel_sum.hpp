@@ -26,7 +26,8 @@ public:
     [[nodiscard]] LayerSample mean() const noexcept;
 
 private:
-    double m_direct[3] = {}, m_indirect[3] = {}, m_albedo[3] = {}, m_normal[3] = {}, m_position[3] = {};
+    double m_direct[3] = {}, m_indirect[3] = {}, m_albedo[3] = {}, m_normal[3] = {},
+           m_position[3] = {};
     double m_sun = 0;
     int m_count = 0, m_hits = 0, m_water = 0;
     voxel::Material m_material = voxel::Material::kAir;

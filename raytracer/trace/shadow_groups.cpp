@@ -5,20 +5,25 @@
 namespace terravox {
 namespace {
 
-constexpr std::size_t kSmallest = 64;  // fewer walk in packets sooner than a shaft around them is marched
+constexpr std::size_t kSmallest =
+    64;  // fewer walk in packets sooner than a shaft around them is marched
 
 }  // namespace
 
 // What is known of a large group spares the small ones the same way.
-std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t size, std::optional<std::int32_t> known) {
+std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t size,
+                                  std::optional<std::int32_t> known) {
     constexpr std::size_t kParts = 4;
     Shaft shaft(m_sun, m_radius_rad);
-    for (const ShadowRay& ray : rays) shaft.add(ray.origin, *ray.state);
+    for (const ShadowRay& ray : rays)
+        shaft.add(ray.origin, *ray.state);
     const std::int32_t free_from = m_shafts.free_from(shaft, known);
     std::uint64_t spared = 0;
     if (size > kSmallest) {
         const std::size_t part = size / kParts;
-        for (std::size_t first = 0; first < rays.size(); first += part) spared += trace(rays.subspan(first, std::min(part, rays.size() - first)), part, free_from);
+        for (std::size_t first = 0; first < rays.size(); first += part)
+            spared +=
+                trace(rays.subspan(first, std::min(part, rays.size() - first)), part, free_from);
         return spared;
     }
     for (const ShadowRay& ray : rays) {
@@ -32,21 +37,27 @@ std::uint64_t ShadowGroups::trace(std::span<const ShadowRay> rays, std::size_t s
     return spared;
 }
 
-// Where shafts have freed many, packets are filled up with the next ones: each lane walks for itself.
+// Where shafts have freed many, packets are filled up with the next ones: each lane walks for
+// itself.
 void ShadowGroups::add(const ShadowRay& ray, int axis, std::int32_t free_from) {
-    if (m_packet.count == RayPacket::kLanes || !m_packet.fits(*ray.state)) walk();
+    if (m_packet.count == RayPacket::kLanes || !m_packet.fits(*ray.state))
+        walk();
     m_lanes[m_packet.count] = &ray;
     m_packet.free_axis = axis, m_packet.free_from[m_packet.count] = free_from;
     m_packet.add(*ray.state);
 }
 
 void ShadowGroups::walk() {
-    if (m_packet.count == 0) return;
+    if (m_packet.count == 0)
+        return;
     const PacketWalk::Ends ends = m_packets->any_hits(m_packet, (1u << m_packet.count) - 1);
     for (int i = 0; i < m_packet.count; ++i) {
-        if ((ends.hit >> i & 1) != 0) *m_lanes[i]->end = WalkEnd::kHit;
-        else if ((ends.missed >> i & 1) != 0) *m_lanes[i]->end = WalkEnd::kMiss;
-        else m_packet.update(i, *m_lanes[i]->state);
+        if ((ends.hit >> i & 1) != 0)
+            *m_lanes[i]->end = WalkEnd::kHit;
+        else if ((ends.missed >> i & 1) != 0)
+            *m_lanes[i]->end = WalkEnd::kMiss;
+        else
+            m_packet.update(i, *m_lanes[i]->state);
     }
     m_packet = {};
 }

@@ -10,20 +10,24 @@ namespace terravox {
 
 /// A ray towards the sun in somebody's array.
 struct ShadowRay {
-    Vec3 origin;       ///< level-0 voxels
-    RayState* state;   ///< placed in the voxel that it starts in
-    WalkEnd* end;      ///< kWaits: not known yet
+    Vec3 origin;      ///< level-0 voxels
+    RayState* state;  ///< placed in the voxel that it starts in
+    WalkEnd* end;     ///< kWaits: not known yet
 };
 
-/// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256 and 64 of them, then in packets. One for each thread.
+/// Answers shadow rays, towards points of the sun, that lie together: by shafts over 256 and 64 of
+/// them, then in packets. One for each thread.
 class ShadowGroups {
 public:
     static constexpr std::size_t kMost = 256;
     /// @param packets null: shafts only
-    ShadowGroups(ShaftMarch& shafts, PacketWalk* packets, Vec3 sun, double sun_radius_rad) noexcept : m_shafts(shafts), m_packets(packets), m_sun(sun), m_radius_rad(sun_radius_rad) {}
+    ShadowGroups(ShaftMarch& shafts, PacketWalk* packets, Vec3 sun, double sun_radius_rad) noexcept
+        : m_shafts(shafts), m_packets(packets), m_sun(sun), m_radius_rad(sun_radius_rad) {}
 
-    /// Sets `end` of those that are known; the others may have gone part of their way and are for RayWalk.
-    /// @param rays at most kMost, neighbours beside each other @return how many no step was needed for
+    /// Sets `end` of those that are known; the others may have gone part of their way and are for
+    /// RayWalk.
+    /// @param rays at most kMost, neighbours beside each other @return how many no step was needed
+    /// for
     std::uint64_t trace(std::span<const ShadowRay> rays) {
         const std::uint64_t spared = trace(rays, kMost, std::nullopt);
         walk();
@@ -31,7 +35,8 @@ public:
     }
 
 private:
-    std::uint64_t trace(std::span<const ShadowRay> rays, std::size_t size, std::optional<std::int32_t> known);
+    std::uint64_t trace(std::span<const ShadowRay> rays, std::size_t size,
+                        std::optional<std::int32_t> known);
     /// To the packet. @param free_from plane on `axis` from which on it is free
     void add(const ShadowRay& ray, int axis, std::int32_t free_from);
     void walk();

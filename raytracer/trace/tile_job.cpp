@@ -12,7 +12,9 @@ enum PictureUse : std::uint32_t { kPixelPoint = 0xffff0000, kLensPoint };
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const View& view, std::size_t wave_rays) noexcept {
     const auto& q = view.scene.quality;
-    const std::size_t rays = q.integrator == "direct" && q.ambient_occlusion ? 1 + static_cast<std::size_t>(q.ao_rays) / 2 : 1;
+    const std::size_t rays = q.integrator == "direct" && q.ambient_occlusion
+                                 ? 1 + static_cast<std::size_t>(q.ao_rays) / 2
+                                 : 1;
     return std::max<std::size_t>(wave_rays / kBlockPixels / rays, 1);
 }
 
@@ -31,17 +33,22 @@ void TileJob::start(const RenderTile& tile, std::size_t wave_rays) {
     m_missing.clear();
     m_holes.clear();
     const auto first = [&](int v) { return (v + tile.step - 1) / tile.step * tile.step; };
-    const auto count = [&](int begin, int end) { return std::max((end - begin + tile.step - 1) / tile.step, 0); };
-    m_lattice = {first(tile.x0), first(tile.y0), tile.step, count(first(tile.x0), tile.x1), count(first(tile.y0), tile.y1)};
+    const auto count = [&](int begin, int end) {
+        return std::max((end - begin + tile.step - 1) / tile.step, 0);
+    };
+    m_lattice = {first(tile.x0), first(tile.y0), tile.step, count(first(tile.x0), tile.x1),
+                 count(first(tile.y0), tile.y1)};
 }
 
 std::size_t TileJob::lattice_index(int column, int row) const noexcept {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(m_lattice.columns) + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(m_lattice.columns) +
+           static_cast<std::size_t>(column);
 }
 
 void TileJob::box_came(const voxel::BoxKey& key) {
     const auto found = m_parked.find(key);
-    if (found == m_parked.end()) return;
+    if (found == m_parked.end())
+        return;
     m_pending.insert(m_pending.end(), found->second.begin(), found->second.end());
     m_parked.erase(found);
 }
@@ -59,36 +66,47 @@ bool TileJob::run(TracerTools& tools, const Halt& halt) {
 bool TileJob::go_on(TracerTools& tools, const Halt& halt) {
     if (m_round < 0) {
         begin(tools);
-        if (halt.asked()) return false;
+        if (halt.asked())
+            return false;
     }
     while (true) {
         const bool walked = walk_pending(tools, halt);
         lap(TraceStage::kSingle);
-        if (!walked || !m_parked.empty()) return false;
+        if (!walked || !m_parked.empty())
+            return false;
         shade_wave(tools);
         if (m_wave.empty()) {
             const bool part_done = !end_round(tools.view);
-            if (part_done) end_part(tools.view);
+            if (part_done)
+                end_part(tools.view);
             lap(TraceStage::kPixels);
-            if (part_done && m_part_end == m_blocks.size()) return true;
-            if (part_done) begin_part(tools.view);
+            if (part_done && m_part_end == m_blocks.size())
+                return true;
+            if (part_done)
+                begin_part(tools.view);
             make_primary(tools);
             lap(TraceStage::kPrimary);
         }
-        if (halt.asked()) return false;
+        if (halt.asked())
+            return false;
     }
 }
 
 void TileJob::lap(TraceStage stage) {
     const auto now = std::chrono::steady_clock::now();
-    m_counts.seconds[static_cast<std::size_t>(stage)] += std::chrono::duration<double>(now - m_lap).count();
+    m_counts.seconds[static_cast<std::size_t>(stage)] +=
+        std::chrono::duration<double>(now - m_lap).count();
     m_lap = now;
 }
 
 void TileJob::begin(TracerTools& tools) {
-    m_place.assign(static_cast<std::size_t>(m_lattice.columns) * static_cast<std::size_t>(m_lattice.rows), -1);
+    m_place.assign(
+        static_cast<std::size_t>(m_lattice.columns) * static_cast<std::size_t>(m_lattice.rows), -1);
     std::int32_t count = 0;
-    m_tile.each_pixel([&](int x, int y) { m_place[lattice_index((x - m_lattice.first_x) / m_tile.step, (y - m_lattice.first_y) / m_tile.step)] = count++; });
+    m_tile.each_pixel([&](int x, int y) {
+        m_place[lattice_index((x - m_lattice.first_x) / m_tile.step,
+                              (y - m_lattice.first_y) / m_tile.step)] = count++;
+    });
     m_samples.resize(static_cast<std::size_t>(count));
     m_layers.resize(tools.view.wants_layers() ? m_samples.size() : 0);
     add_pixel_blocks(m_lattice, tools.view.camera, tools.beams, m_blocks);
@@ -107,9 +125,11 @@ void TileJob::begin_part(const View& view) {
         for (int row = block.row; row < block.row + block.rows; ++row)
             for (int column = block.column; column < block.column + block.columns; ++column) {
                 const std::int32_t place = m_place[lattice_index(column, row)];
-                if (place < 0) continue;
+                if (place < 0)
+                    continue;
                 Pixel pixel;
-                pixel.x = m_lattice.first_x + column * m_tile.step, pixel.y = m_lattice.first_y + row * m_tile.step;
+                pixel.x = m_lattice.first_x + column * m_tile.step,
+                pixel.y = m_lattice.first_y + row * m_tile.step;
                 pixel.place = static_cast<std::uint32_t>(place);
                 pixel.block = &block;
                 m_pixels.push_back(pixel);
@@ -122,9 +142,11 @@ void TileJob::begin_part(const View& view) {
     m_round = 0;
 }
 
-std::pair<double, double> TileJob::picture_point(const View& view, std::uint32_t place) const noexcept {
+std::pair<double, double> TileJob::picture_point(const View& view,
+                                                 std::uint32_t place) const noexcept {
     const Pixel& pixel = m_pixels[m_active[place]];
-    if (view.scene.quality.samples == 1) return {pixel.x + 0.5, pixel.y + 0.5};
+    if (view.scene.quality.samples == 1)
+        return {pixel.x + 0.5, pixel.y + 0.5};
     const Sampler::Pair at = m_sums[place].numbers.pair(kPixelPoint);
     return {pixel.x + at.u, pixel.y + at.v};
 }
@@ -135,14 +157,19 @@ void TileJob::make_primary(TracerTools& tools) {
     const auto size = static_cast<std::uint32_t>(m_active.size());
     for (std::uint32_t i = 0; i < size; ++i) {
         const Pixel& pixel = m_pixels[m_active[i]];
-        m_sums[i].numbers = Sampler(pixel.x, pixel.y, m_tile.first_sample + static_cast<std::uint32_t>(m_round), tools.view.scene.quality.seed);
+        m_sums[i].numbers =
+            Sampler(pixel.x, pixel.y, m_tile.first_sample + static_cast<std::uint32_t>(m_round),
+                    tools.view.scene.quality.seed);
     }
     for (std::uint32_t first = 0, end = 0; first < size; first = end) {
         const PixelBlock& block = *m_pixels[m_active[first]].block;
-        for (end = first + 1; end < size && m_pixels[m_active[end]].block == &block;) ++end;
-        if (tools.packets && block.start.kind == BeamStart::Kind::kPlane) trace_primary_packet(tools, block, first, end - first);
+        for (end = first + 1; end < size && m_pixels[m_active[end]].block == &block;)
+            ++end;
+        if (tools.packets && block.start.kind == BeamStart::Kind::kPlane)
+            trace_primary_packet(tools, block, first, end - first);
         else
-            for (std::uint32_t i = first; i < end; ++i) make_single(tools, i);
+            for (std::uint32_t i = first; i < end; ++i)
+                make_single(tools, i);
     }
     m_counts.rays[static_cast<std::size_t>(RayKind::kPrimary)] += m_wave.size();
 }
@@ -150,9 +177,11 @@ void TileJob::make_primary(TracerTools& tools) {
 void TileJob::make_single(TracerTools& tools, std::uint32_t place) {
     const BeamStart& start = m_pixels[m_active[place]].block->start;
     const auto [px, py] = picture_point(tools.view, place);
-    const Sampler::Pair lens = tools.view.camera.has_lens() ? m_sums[place].numbers.pair(kLensPoint) : Sampler::Pair{0.5, 0.5};
+    const Sampler::Pair lens = tools.view.camera.has_lens() ? m_sums[place].numbers.pair(kLensPoint)
+                                                            : Sampler::Pair{0.5, 0.5};
     const std::optional<Ray> sent = tools.view.camera.ray(px, py, lens.u, lens.v);
-    TracedRay& ray = m_wave[place] = tools.shading->primary(sent ? *sent : tools.view.camera.ray(px, py), place);
+    TracedRay& ray = m_wave[place] =
+        tools.shading->primary(sent ? *sent : tools.view.camera.ray(px, py), place);
     if (!sent) {
         // Nothing is seen there: black, and no share of anything.
         ray.end = WalkEnd::kMiss;
@@ -170,7 +199,8 @@ void TileJob::make_single(TracerTools& tools, std::uint32_t place) {
     ++m_counts.spared;
 }
 
-void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count) {
+void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first,
+                                   std::uint32_t count) {
     PrimaryLanes lanes = primary_lanes(tools.view.camera, block.start, tools.view.cut);
     for (std::uint32_t i = 0; i < RayPacket::kLanes; ++i) {
         const auto [px, py] = picture_point(tools.view, first + (i < count ? i : 0));
@@ -180,12 +210,18 @@ void TileJob::trace_primary_packet(TracerTools& tools, const PixelBlock& block, 
     Hit hits[RayPacket::kLanes];
     const std::uint32_t placed = packet_steps()->primary(packet, lanes) & ((1u << count) - 1);
     for (std::uint32_t i = 0; i < count; ++i) {
-        if ((placed >> i & 1) == 0) make_single(tools, first + i);
-        else m_wave[first + i] = tools.shading->primary({lanes.camera.position, {packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]}}, first + i);
+        if ((placed >> i & 1) == 0)
+            make_single(tools, first + i);
+        else
+            m_wave[first + i] = tools.shading->primary(
+                {lanes.camera.position,
+                 {packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]}},
+                first + i);
     }
     const PacketWalk::Ends ends = tools.packets->first_hits(packet, placed, hits);
     for (std::uint32_t i = 0; i < count; ++i) {
-        if ((placed >> i & 1) == 0) continue;
+        if ((placed >> i & 1) == 0)
+            continue;
         TracedRay& ray = m_wave[first + i];
         if ((ends.missed >> i & 1) != 0) {
             ray.end = WalkEnd::kMiss;
@@ -210,10 +246,12 @@ bool TileJob::walk_pending(TracerTools& tools, const Halt& halt) {
         if (voxel::BoxKey missing; !walk_ray(tools, m_wave[index], missing)) {
             ++m_counts.parked;
             auto& waiting = m_parked[missing];
-            if (waiting.empty()) m_missing.push_back(missing);
+            if (waiting.empty())
+                m_missing.push_back(missing);
             waiting.push_back(index);
         }
-        if (halt.asked()) break;
+        if (halt.asked())
+            break;
     }
     m_pending.erase(m_pending.begin(), m_pending.begin() + static_cast<std::ptrdiff_t>(done));
     return m_pending.empty();
@@ -222,14 +260,18 @@ bool TileJob::walk_pending(TracerTools& tools, const Halt& halt) {
 // False: a box is missing.
 bool TileJob::walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing) {
     if (ray.end == WalkEnd::kWaits) {
-        ray.end = ray.only_blocked() ? tools.walk.any_hit(ray.state, ray.t_max, tools.occluder) : tools.walk.first_hit(ray.state, ray.stop, ray.t_max, ray.hit);
+        ray.end = ray.only_blocked()
+                      ? tools.walk.any_hit(ray.state, ray.t_max, tools.occluder)
+                      : tools.walk.first_hit(ray.state, ray.stop, ray.t_max, ray.hit);
         if (ray.end == WalkEnd::kWaits) {
             missing = tools.walk.missing();
             return false;
         }
-        if (ray.only_blocked()) ray.hit.hole = ray.end == WalkEnd::kHit && tools.occluder.hole;
+        if (ray.only_blocked())
+            ray.hit.hole = ray.end == WalkEnd::kHit && tools.occluder.hole;
     }
-    if (!tools.shading->needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around)) return true;
+    if (!tools.shading->needs_surroundings(ray) || tools.surroundings.around(ray.hit, ray.around))
+        return true;
     missing = tools.surroundings.missing();
     return false;
 }
@@ -237,39 +279,49 @@ bool TileJob::walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missin
 void TileJob::shade_wave(TracerTools& tools) {
     m_next.clear();
     for (const TracedRay& ray : m_wave) {
-        if (ray.end == WalkEnd::kHit && ray.hit.hole) ++m_counts.hole_rays;
+        if (ray.end == WalkEnd::kHit && ray.hit.hole)
+            ++m_counts.hole_rays;
         tools.shading->shade(ray, m_sums[ray.sample], m_next);
     }
     m_wave.swap(m_next);
-    for (std::uint32_t i = 0; i < m_wave.size(); ++i) ++m_counts.rays[static_cast<std::size_t>(m_wave[i].kind)];
+    for (std::uint32_t i = 0; i < m_wave.size(); ++i)
+        ++m_counts.rays[static_cast<std::size_t>(m_wave[i].kind)];
     lap(TraceStage::kShading);
     trace_shadow_groups(tools);
     lap(TraceStage::kSun);
     trace_scattered(tools);
     lap(TraceStage::kScattered);
     for (std::uint32_t i = 0; i < m_wave.size(); ++i)
-        if (m_wave[i].end == WalkEnd::kWaits || tools.shading->needs_surroundings(m_wave[i])) m_pending.push_back(i);
+        if (m_wave[i].end == WalkEnd::kWaits || tools.shading->needs_surroundings(m_wave[i]))
+            m_pending.push_back(i);
 }
 
 // Shadow rays that follow each other in a wave come from neighbouring pixels.
 void TileJob::trace_shadow_groups(TracerTools& tools) {
-    ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr, tools.view.sky.to_sun(), tools.view.sky.sun_radius_rad());
+    ShadowGroups groups(tools.shafts, tools.packets ? &*tools.packets : nullptr,
+                        tools.view.sky.to_sun(), tools.view.sky.sun_radius_rad());
     m_shadows.clear();
     for (TracedRay& ray : m_wave)
-        if (ray.kind == RayKind::kShadow && ray.stop == StopAt::kSolid && ray.state.t == 0) m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
+        if (ray.kind == RayKind::kShadow && ray.stop == StopAt::kSolid && ray.state.t == 0)
+            m_shadows.push_back({ray.ray.origin, &ray.state, &ray.end});
     for (std::size_t first = 0; first < m_shadows.size(); first += ShadowGroups::kMost)
-        m_counts.spared += groups.trace(std::span(m_shadows).subspan(first, std::min(ShadowGroups::kMost, m_shadows.size() - first)));
+        m_counts.spared += groups.trace(std::span(m_shadows).subspan(
+            first, std::min(ShadowGroups::kMost, m_shadows.size() - first)));
     // Where it counts what stops a ray, it goes once more, alone.
     for (TracedRay& ray : m_wave)
-        if (ray.leaves && ray.end == WalkEnd::kHit) ray.end = WalkEnd::kWaits;
+        if (ray.leaves && ray.end == WalkEnd::kHit)
+            ray.end = WalkEnd::kWaits;
 }
 
 // What matt faces send out, mirrors, and shadow rays among leaves.
 void TileJob::trace_scattered(TracerTools& tools) {
-    if (!tools.lanes) return;
+    if (!tools.lanes)
+        return;
     m_scattered.clear();
     for (TracedRay& ray : m_wave)
-        if (ray.end == WalkEnd::kWaits && ray.stop == StopAt::kSolid) m_scattered.push_back({&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
+        if (ray.end == WalkEnd::kWaits && ray.stop == StopAt::kSolid)
+            m_scattered.push_back(
+                {&ray.state, &ray.end, ray.t_max, ray.only_blocked() ? nullptr : &ray.hit});
     tools.lanes->trace(m_scattered);
 }
 
@@ -277,22 +329,29 @@ void TileJob::trace_scattered(TracerTools& tools) {
 bool TileJob::end_round(const View& view) {
     for (std::size_t i = 0; i < m_active.size(); ++i) {
         m_pixel_sums[m_active[i]].add(m_sums[i]);
-        if (!m_layer_sums.empty()) m_layer_sums[m_active[i]].add(m_sums[i], view);
+        if (!m_layer_sums.empty())
+            m_layer_sums[m_active[i]].add(m_sums[i], view);
     }
     ++m_round;
     const auto& q = view.scene.quality;
     constexpr int kAskEvery = 4;
     if (q.noise > 0 && m_round >= q.min_samples && m_round % kAskEvery == 0)
-        std::erase_if(m_active, [&](std::uint32_t i) { return m_pixel_sums[i].mean(view.voxel_m).is_known(q.noise); });
+        std::erase_if(m_active, [&](std::uint32_t i) {
+            return m_pixel_sums[i].mean(view.voxel_m).is_known(q.noise);
+        });
     const int wanted = m_tile.samples > 0 ? static_cast<int>(m_tile.samples) : q.samples;
     return m_round < wanted && !m_active.empty();
 }
 
 void TileJob::end_part(const View& view) {
-    for (std::size_t i = 0; i < m_pixels.size(); ++i) m_samples[m_pixels[i].place] = m_pixel_sums[i].mean(view.voxel_m);
-    for (std::size_t i = 0; i < m_layer_sums.size(); ++i) m_layers[m_pixels[i].place] = m_layer_sums[i].mean();
+    for (std::size_t i = 0; i < m_pixels.size(); ++i)
+        m_samples[m_pixels[i].place] = m_pixel_sums[i].mean(view.voxel_m);
+    for (std::size_t i = 0; i < m_layer_sums.size(); ++i)
+        m_layers[m_pixels[i].place] = m_layer_sums[i].mean();
 }
 
-TileResult TileJob::take_result() { return {m_tile, std::move(m_samples), std::move(m_layers), m_counts, std::move(m_holes)}; }
+TileResult TileJob::take_result() {
+    return {m_tile, std::move(m_samples), std::move(m_layers), m_counts, std::move(m_holes)};
+}
 
 }  // namespace terravox

@@ -4,14 +4,14 @@
 #include <atomic>
 #include <chrono>
 #include <optional>
-#include <utility>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "raytracer/shade/shading.hpp"
-#include "raytracer/trace/pixel_sum.hpp"
 #include "raytracer/tiles/tile.hpp"
 #include "raytracer/trace/pixel_blocks.hpp"
+#include "raytracer/trace/pixel_sum.hpp"
 #include "raytracer/trace/shadow_groups.hpp"
 #include "raytracer/walk/lane_walk.hpp"
 
@@ -20,18 +20,29 @@ namespace terravox {
 /// What one thread needs to trace tiles of a view.
 struct TracerTools {
     TracerTools(const View& of, BlockManager& blocks, std::size_t pinned_bytes)
-        : view(of), reader(blocks, pinned_bytes), walk(reader, of.cut), packets(packet_walk(reader, of.cut)), lanes(lane_walk(reader, of.cut)), beams(reader, of.cut), shafts(reader, of.cut), surroundings(reader, of.cut), shading(make_shading(of)) {}
+        : view(of),
+          reader(blocks, pinned_bytes),
+          walk(reader, of.cut),
+          packets(packet_walk(reader, of.cut)),
+          lanes(lane_walk(reader, of.cut)),
+          beams(reader, of.cut),
+          shafts(reader, of.cut),
+          surroundings(reader, of.cut),
+          shading(make_shading(of)) {}
     const View& view;
     BlockReader reader;
     RayWalk walk;
     std::optional<PacketWalk> packets;  ///< where the machine has the instructions, as
-    std::optional<LaneWalk> lanes;    ///< this
+    std::optional<LaneWalk> lanes;      ///< this
     BeamMarch beams;
     ShaftMarch shafts;
     Surroundings surroundings;
     std::unique_ptr<const Shading> shading;
     Occluder occluder;
-    [[nodiscard]] std::uint64_t steps() const noexcept { return walk.counts().steps + (packets ? packets->counts().steps : 0) + (lanes ? lanes->counts().steps : 0); }
+    [[nodiscard]] std::uint64_t steps() const noexcept {
+        return walk.counts().steps + (packets ? packets->counts().steps : 0) +
+               (lanes ? lanes->counts().steps : 0);
+    }
     [[nodiscard]] std::uint64_t slabs() const noexcept { return beams.slabs() + shafts.slabs(); }
 };
 
@@ -40,10 +51,14 @@ class Halt {
 public:
     using Clock = std::chrono::steady_clock;
     /// @param stop, also outlive this
-    Halt(const std::atomic<bool>& stop, const std::atomic<bool>& also, Clock::time_point at = Clock::time_point::max()) noexcept : m_stop(stop), m_also(also), m_at(at) {}
-    Halt(const std::atomic<bool>& stop, Clock::time_point at = Clock::time_point::max()) noexcept : Halt(stop, stop, at) {}
+    Halt(const std::atomic<bool>& stop, const std::atomic<bool>& also,
+         Clock::time_point at = Clock::time_point::max()) noexcept
+        : m_stop(stop), m_also(also), m_at(at) {}
+    Halt(const std::atomic<bool>& stop, Clock::time_point at = Clock::time_point::max()) noexcept
+        : Halt(stop, stop, at) {}
     [[nodiscard]] bool asked() const noexcept {
-        return m_stop.load(std::memory_order_relaxed) || m_also.load(std::memory_order_relaxed) || (m_at != Clock::time_point::max() && Clock::now() >= m_at);
+        return m_stop.load(std::memory_order_relaxed) || m_also.load(std::memory_order_relaxed) ||
+               (m_at != Clock::time_point::max() && Clock::now() >= m_at);
     }
 
 private:
@@ -51,10 +66,11 @@ private:
     Clock::time_point m_at;
 };
 
-/// A tile on its way: its rays in waves. A wave is walked, then shaded in order, which makes the next wave; when none comes, the next
-/// sample of each pixel begins. A ray whose box is missing is laid aside with that box while the others go on; only when all that are
-/// left wait does the tile wait. The result is a function of the tile alone: waves are shaded whole and in order. docs/adr/0015.
-/// Used by one thread at a time.
+/// A tile on its way: its rays in waves. A wave is walked, then shaded in order, which makes the
+/// next wave; when none comes, the next sample of each pixel begins. A ray whose box is missing is
+/// laid aside with that box while the others go on; only when all that are left wait does the tile
+/// wait. The result is a function of the tile alone: waves are shaded whole and in order.
+/// docs/adr/0015. Used by one thread at a time.
 class TileJob {
 public:
     /// Begins a tile; what the one before has allocated is used again.
@@ -62,8 +78,9 @@ public:
     void start(const RenderTile& tile, std::size_t wave_rays = kWaveRays);
     static constexpr std::size_t kWaveRays = 4096;  ///< about a megabyte
 
-    /// Goes on as far as the boxes in memory allow, or until it is asked to leave off; the next run() then goes on from there. Each call gets
-    /// ahead by a ray, a wave or a beam at least, whatever `halt` says, and hears of it again within a wave.
+    /// Goes on as far as the boxes in memory allow, or until it is asked to leave off; the next
+    /// run() then goes on from there. Each call gets ahead by a ray, a wave or a beam at least,
+    /// whatever `halt` says, and hears of it again within a wave.
     /// @return whether the tile is finished
     [[nodiscard]] bool run(TracerTools& tools, const Halt& halt);
     /// Whether it has nothing to do before box_came().
@@ -72,7 +89,8 @@ public:
     [[nodiscard]] std::vector<voxel::BoxKey> take_missing() { return std::exchange(m_missing, {}); }
     /// The rays that waited for this box go on with the next run().
     void box_came(const voxel::BoxKey& key);
-    /// After run() said so. One sample for each pixel that RenderTile::each_pixel visits, in its order.
+    /// After run() said so. One sample for each pixel that RenderTile::each_pixel visits, in its
+    /// order.
     [[nodiscard]] TileResult take_result();
 
 private:
@@ -89,11 +107,13 @@ private:
     void begin_part(const View& view);
     void make_primary(TracerTools& tools);
     void make_single(TracerTools& tools, std::uint32_t place);
-    [[nodiscard]] std::pair<double, double> picture_point(const View& view, std::uint32_t place) const noexcept;
+    [[nodiscard]] std::pair<double, double> picture_point(const View& view,
+                                                          std::uint32_t place) const noexcept;
     [[nodiscard]] bool go_on(TracerTools& tools, const Halt& halt);
     [[nodiscard]] bool walk_pending(TracerTools& tools, const Halt& halt);
     [[nodiscard]] bool walk_ray(TracerTools& tools, TracedRay& ray, voxel::BoxKey& missing);
-    void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first, std::uint32_t count);
+    void trace_primary_packet(TracerTools& tools, const PixelBlock& block, std::uint32_t first,
+                              std::uint32_t count);
     void trace_shadow_groups(TracerTools& tools);
     void trace_scattered(TracerTools& tools);
     void shade_wave(TracerTools& tools);
@@ -103,13 +123,15 @@ private:
     RenderTile m_tile;
     std::size_t m_wave_rays = kWaveRays;
     PixelLattice m_lattice;
-    std::vector<std::int32_t> m_place;  ///< of a lattice point in the result; -1: an earlier pass has it
+    std::vector<std::int32_t>
+        m_place;  ///< of a lattice point in the result; -1: an earlier pass has it
     std::vector<PixelBlock> m_blocks;
     std::vector<PixelSample> m_samples;
-    std::size_t m_part_begin = 0, m_part_end = 0;  ///< blocks that are being traced: a large tile goes part by part, for memory's sake
+    std::size_t m_part_begin = 0, m_part_end = 0;  ///< blocks that are being traced: a large tile
+                                                   ///< goes part by part, for memory's sake
     std::vector<Pixel> m_pixels;                   ///< of the part
     std::vector<PixelSum> m_pixel_sums;
-    std::vector<LayerSum> m_layer_sums;   ///< empty where nobody asks for layers
+    std::vector<LayerSum> m_layer_sums;  ///< empty where nobody asks for layers
     std::vector<LayerSample> m_layers;
     std::vector<std::uint32_t> m_active;  ///< pixels of the part that need more samples
     std::vector<SampleSum> m_sums;        ///< of this round, one for each of those

@@ -8,9 +8,9 @@
 namespace terravox {
 namespace {
 
-constexpr double kMostSlope = 8;         // a beam that leans more is no beam
-constexpr double kRounding_voxel = 1e-3; // slopes times distances, in double
-constexpr int kMostFineSlabs = 6;        // of the finest thickness: then single rays are cheaper
+constexpr double kMostSlope = 8;          // a beam that leans more is no beam
+constexpr double kRounding_voxel = 1e-3;  // slopes times distances, in double
+constexpr int kMostFineSlabs = 6;         // of the finest thickness: then single rays are cheaper
 constexpr std::int32_t kFirstSlab = 4;
 
 int major_axis(Vec3 d) noexcept {
@@ -24,25 +24,31 @@ bool Beam::make(Vec3 eye, const Vec3 (&corners)[4], Beam& beam) noexcept {
     const Vec3 middle = corners[0] + corners[1] + corners[2] + corners[3];
     beam.axis = major_axis(middle);
     beam.forward = middle[beam.axis] > 0;
-    for (int a = 0; a < 3; ++a) beam.eye[a] = eye[a], beam.slope_min[a] = kFar, beam.slope_max[a] = -kFar;
+    for (int a = 0; a < 3; ++a)
+        beam.eye[a] = eye[a], beam.slope_min[a] = kFar, beam.slope_max[a] = -kFar;
     for (const Vec3& corner : corners) {
         const double along = beam.forward ? corner[beam.axis] : -corner[beam.axis];
         for (int a = 0; a < 3; ++a) {
             const double slope = corner[a] / along;
-            if (!(along > 0) || !(std::abs(slope) <= kMostSlope)) return false;
-            beam.slope_min[a] = std::min(beam.slope_min[a], slope), beam.slope_max[a] = std::max(beam.slope_max[a], slope);
+            if (!(along > 0) || !(std::abs(slope) <= kMostSlope))
+                return false;
+            beam.slope_min[a] = std::min(beam.slope_min[a], slope),
+            beam.slope_max[a] = std::max(beam.slope_max[a], slope);
         }
     }
     return true;
 }
 
 bool BeamStart::place(RayState& ray, const LevelCut& cut) const noexcept {
-    if (kind == Kind::kMiss) return false;
+    if (kind == Kind::kMiss)
+        return false;
     voxel::VoxelBounds bounds = cut.entry_bounds();
     const auto i = static_cast<std::size_t>(axis);
     if (kind == Kind::kPlane) {
-        if (forward) bounds.min[i] = std::max(bounds.min[i], plane);
-        else bounds.max[i] = std::min(bounds.max[i], plane);
+        if (forward)
+            bounds.min[i] = std::max(bounds.min[i], plane);
+        else
+            bounds.max[i] = std::min(bounds.max[i], plane);
     }
     return ray.enter(bounds);
 }
@@ -56,19 +62,26 @@ BeamStart BeamMarch::march(const Beam& beam, const BeamStart& from) {
     if (from.kind == BeamStart::Kind::kPlane && from.axis == beam.axis) {
         plane = from.plane;
     } else {
-        const double eye = std::clamp(beam.eye[axis], static_cast<double>(bounds.min[axis]), static_cast<double>(bounds.max[axis]));
+        const double eye = std::clamp(beam.eye[axis], static_cast<double>(bounds.min[axis]),
+                                      static_cast<double>(bounds.max[axis]));
         // From a little behind the eye, so that thick slabs come soon.
         plane = static_cast<std::int32_t>(beam.forward ? std::floor(eye) : std::ceil(eye));
-        plane = beam.forward ? plane & ~(kFirstSlab - 1) : (plane + kFirstSlab - 1) & ~(kFirstSlab - 1);
+        plane =
+            beam.forward ? plane & ~(kFirstSlab - 1) : (plane + kFirstSlab - 1) & ~(kFirstSlab - 1);
     }
     const auto free_between = [&](std::int32_t near, std::int32_t far, int shift) {
         // What lies behind the eye is not in the beam; the first slab may begin there.
-        const double d0 = std::max(0.0, towards * (near - beam.eye[axis])), d1 = std::max(0.0, towards * (far - beam.eye[axis]));
+        const double d0 = std::max(0.0, towards * (near - beam.eye[axis])),
+                     d1 = std::max(0.0, towards * (far - beam.eye[axis]));
         VoxelRange range;
         range.low[axis] = std::min(near, far), range.high[axis] = std::max(near, far) - 1;
         for (const int a : {u, w}) {
-            range.low[a] = RayState::floor_to_int(beam.eye[a] + std::min(d0 * beam.slope_min[a], d1 * beam.slope_min[a]) - kRounding_voxel);
-            range.high[a] = RayState::floor_to_int(beam.eye[a] + std::max(d0 * beam.slope_max[a], d1 * beam.slope_max[a]) + kRounding_voxel);
+            range.low[a] = RayState::floor_to_int(
+                beam.eye[a] + std::min(d0 * beam.slope_min[a], d1 * beam.slope_min[a]) -
+                kRounding_voxel);
+            range.high[a] = RayState::floor_to_int(
+                beam.eye[a] + std::max(d0 * beam.slope_max[a], d1 * beam.slope_max[a]) +
+                kRounding_voxel);
         }
         ++m_slabs;
         return !m_query.any_solid(range, grain_of_slab(shift));

@@ -5,11 +5,12 @@
 
 namespace terravox {
 
-/// The rays of a rectangle of pixels together: all points that lie, from the eye along a major axis, within a range of slopes on the two
-/// other axes. Level-0 voxels.
+/// The rays of a rectangle of pixels together: all points that lie, from the eye along a major
+/// axis, within a range of slopes on the two other axes. Level-0 voxels.
 struct Beam {
     double eye[3];
-    double slope_min[3], slope_max[3];  ///< per voxel of the major axis, in the beam's direction; the major axis' own are not used
+    double slope_min[3], slope_max[3];  ///< per voxel of the major axis, in the beam's direction;
+                                        ///< the major axis' own are not used
     int axis = 0;
     bool forward = true;
 
@@ -21,24 +22,26 @@ struct Beam {
 /// How far a beam is free: no ray of it meets anything before it crosses the plane `axis = plane`.
 struct BeamStart {
     enum class Kind : std::uint8_t {
-        kEye,    ///< nothing known: rays start at the eye
+        kEye,  ///< nothing known: rays start at the eye
         kPlane,
-        kMiss,   ///< free until the end of the world
+        kMiss,  ///< free until the end of the world
     };
     Kind kind = Kind::kEye;
     bool forward = true;
     std::int8_t axis = 0;
     std::int32_t plane = 0;
 
-    /// Places a ray of the beam where it may start. The voxels it then meets are those it would have met from the eye.
+    /// Places a ray of the beam where it may start. The voxels it then meets are those it would
+    /// have met from the eye.
     /// @return false when it never comes to the world
     [[nodiscard]] bool place(RayState& ray, const LevelCut& cut) const noexcept;
 };
 
 /// Marches beams: slab after slab along the major axis, as thick as can be shown free.
 ///
-/// Ref: the idea of a beam that spares its rays the empty space: Laine & Karras, "Efficient Sparse Voxel Octrees", I3D 2010 (beam
-/// optimization); here on masks and in whole voxels, so that no hit changes.
+/// Ref: the idea of a beam that spares its rays the empty space: Laine & Karras, "Efficient Sparse
+/// Voxel Octrees", I3D 2010 (beam optimization); here on masks and in whole voxels, so that no hit
+/// changes.
 class BeamMarch {
 public:
     BeamMarch(BlockReader& reader, const LevelCut& cut) : m_query(reader, cut), m_cut(cut) {}

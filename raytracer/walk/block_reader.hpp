@@ -8,25 +8,34 @@
 
 namespace terravox {
 
-/// One thread's view of the block manager: remembers, and pins, the boxes met last, so that a walk takes no lock. Not thread-safe.
+/// One thread's view of the block manager: remembers, and pins, the boxes met last, so that a walk
+/// takes no lock. Not thread-safe.
 class BlockReader {
 public:
     /// @param budget_bytes of boxes it may pin, held ones included but for the last few
     explicit BlockReader(BlockManager& blocks, std::size_t budget_bytes = std::size_t{64} << 20)
-        : m_blocks(blocks), m_budget_bytes(std::min(budget_bytes, blocks.limit_bytes() / 16)), m_slots(kSlots) {}
+        : m_blocks(blocks),
+          m_budget_bytes(std::min(budget_bytes, blocks.limit_bytes() / 16)),
+          m_slots(kSlots) {}
 
-    /// @return nullptr when the box is not in memory; valid until the next call, or, while it is holding, until let_go()
+    /// @return nullptr when the box is not in memory; valid until the next call, or, while it is
+    /// holding, until let_go()
     [[nodiscard]] const Block* get(const voxel::BoxKey& key) {
-        // Neighbours get slots of their own: a ray that goes to and fro between boxes must not fetch them again and again.
-        const auto slot_index = static_cast<std::size_t>((key.bx & 15) | (key.bz & 15) << 4 | (key.by & 1) << 8 | (key.level & 1) << 9);
+        // Neighbours get slots of their own: a ray that goes to and fro between boxes must not
+        // fetch them again and again.
+        const auto slot_index = static_cast<std::size_t>((key.bx & 15) | (key.bz & 15) << 4 |
+                                                         (key.by & 1) << 8 | (key.level & 1) << 9);
         Slot& slot = m_slots[slot_index];
-        if (slot.block && slot.key == key) return slot.block.get();
+        if (slot.block && slot.key == key)
+            return slot.block.get();
         return fetch(slot, key);
     }
     /// From now on what it has given stays valid.
     void hold() noexcept { m_holding = true; }
     /// Whether it keeps so much for that reason that it should be let go.
-    [[nodiscard]] bool holds_much() const noexcept { return m_held_bytes > 0 && m_bytes + m_held_bytes > m_budget_bytes; }
+    [[nodiscard]] bool holds_much() const noexcept {
+        return m_held_bytes > 0 && m_bytes + m_held_bytes > m_budget_bytes;
+    }
     void let_go() noexcept {
         m_held.clear();
         m_held_bytes = 0;
@@ -41,16 +50,20 @@ private:
         BlockPin block;
     };
     void drop(Slot& slot) {
-        if (!slot.block) return;
+        if (!slot.block)
+            return;
         m_bytes -= slot.block->memory_bytes();
-        if (m_holding) m_held_bytes += slot.block->memory_bytes(), m_held.push_back(std::move(slot.block));
+        if (m_holding)
+            m_held_bytes += slot.block->memory_bytes(), m_held.push_back(std::move(slot.block));
         slot.block = nullptr;
     }
     const Block* fetch(Slot& slot, const voxel::BoxKey& key) {
         BlockPin block = m_blocks.find(key);
-        if (!block) return nullptr;
+        if (!block)
+            return nullptr;
         drop(slot);
-        if (m_bytes + block->memory_bytes() > m_budget_bytes) std::for_each(m_slots.begin(), m_slots.end(), [this](Slot& other) { drop(other); });
+        if (m_bytes + block->memory_bytes() > m_budget_bytes)
+            std::for_each(m_slots.begin(), m_slots.end(), [this](Slot& other) { drop(other); });
         m_bytes += block->memory_bytes();
         slot.key = key;
         slot.block = std::move(block);

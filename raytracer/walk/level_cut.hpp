@@ -9,38 +9,51 @@ namespace terravox {
 
 class Camera;
 
-/// Which level of boxes stands for which part of the world: a quadtree cut over the columns of boxes, the same for every ray of a
-/// picture, so that shadows meet the surface that is seen.
+/// Which level of boxes stands for which part of the world: a quadtree cut over the columns of
+/// boxes, the same for every ray of a picture, so that shadows meet the surface that is seen.
 ///
-/// A column of level n is taken where the whole of it is so far from the eye that a voxel of it covers no more than `detail` pixels;
-/// where it could be coarser still, it is. Neighbours of different levels meet at faces of boxes, so a ray crosses over without seam.
-/// Immutable, a pure function of its arguments: every processor of a picture has the same.
+/// A column of level n is taken where the whole of it is so far from the eye that a voxel of it
+/// covers no more than `detail` pixels; where it could be coarser still, it is. Neighbours of
+/// different levels meet at faces of boxes, so a ray crosses over without seam. Immutable, a pure
+/// function of its arguments: every processor of a picture has the same.
 class LevelCut {
 public:
     /// One level everywhere. @param bounds of the world, level-0 voxels
     LevelCut(const voxel::VoxelBounds& bounds, int level);
-    /// @param eye level-0 voxels @param pixel_rad angle that the pixel in the middle of the picture covers
+    /// @param eye level-0 voxels @param pixel_rad angle that the pixel in the middle of the picture
+    /// covers
     /// @param detail pixels that a voxel may cover; 0: `finest` everywhere
     /// @param finest, coarsest levels that may be used
-    LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail, int finest, int coarsest);
+    LevelCut(const voxel::VoxelBounds& bounds, Vec3 eye, double pixel_rad, double detail,
+             int finest, int coarsest);
 
-    /// For any camera. Parallel rays see all of the world equally large: one level everywhere, the coarsest of which a voxel covers no
-    /// more than `detail` pixels.
-    LevelCut(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest, int coarsest);
+    /// For any camera. Parallel rays see all of the world equally large: one level everywhere, the
+    /// coarsest of which a voxel covers no more than `detail` pixels.
+    LevelCut(const voxel::VoxelBounds& bounds, const Camera& camera, double detail, int finest,
+             int coarsest);
 
-    /// The level at a level-0 column. @param hint where the search begins; any level gives the same answer
+    /// The level at a level-0 column. @param hint where the search begins; any level gives the same
+    /// answer
     [[nodiscard]] int level_at(std::int32_t x, std::int32_t z, int hint) const noexcept {
         int level = hint < m_finest ? m_finest : hint > m_coarsest ? m_coarsest : hint;
-        while (level < m_coarsest && far_enough(level + 1, x >> (kSideBits + level + 1), z >> (kSideBits + level + 1))) ++level;
-        while (level > m_finest && !far_enough(level, x >> (kSideBits + level), z >> (kSideBits + level))) --level;
+        while (level < m_coarsest &&
+               far_enough(level + 1, x >> (kSideBits + level + 1), z >> (kSideBits + level + 1)))
+            ++level;
+        while (level > m_finest &&
+               !far_enough(level, x >> (kSideBits + level), z >> (kSideBits + level)))
+            --level;
         return level;
     }
-    /// Whether the column (bx, bz) of a level is far enough for that level; then its halves are far enough for theirs.
+    /// Whether the column (bx, bz) of a level is far enough for that level; then its halves are far
+    /// enough for theirs.
     [[nodiscard]] bool far_enough(int level, std::int32_t bx, std::int32_t bz) const noexcept {
-        if (level <= m_finest) return true;
-        if (level > m_coarsest) return false;
+        if (level <= m_finest)
+            return true;
+        if (level > m_coarsest)
+            return false;
         const double side = static_cast<double>(std::int64_t{1} << (kSideBits + level));
-        const double dx = outside(m_eye.x, bx * side, (bx + 1.0) * side), dz = outside(m_eye.z, bz * side, (bz + 1.0) * side);
+        const double dx = outside(m_eye.x, bx * side, (bx + 1.0) * side),
+                     dz = outside(m_eye.z, bz * side, (bz + 1.0) * side);
         return dx * dx + m_dy * m_dy + dz * dz >= m_near2[static_cast<std::size_t>(level)];
     }
     [[nodiscard]] int finest() const noexcept { return m_finest; }
@@ -49,18 +62,24 @@ public:
     /// Of the world, level-0 voxels.
     [[nodiscard]] const voxel::VoxelBounds& bounds() const noexcept { return m_bounds; }
     /// entry_bounds() in voxels of a level that may be used.
-    [[nodiscard]] const voxel::VoxelBounds& bounds(int level) const noexcept { return m_level_bounds[static_cast<std::size_t>(level)]; }
+    [[nodiscard]] const voxel::VoxelBounds& bounds(int level) const noexcept {
+        return m_level_bounds[static_cast<std::size_t>(level)];
+    }
 
-    /// Where rays come in: level-0 voxels, so far rounded outwards that no voxel of any level sticks out.
+    /// Where rays come in: level-0 voxels, so far rounded outwards that no voxel of any level
+    /// sticks out.
     [[nodiscard]] const voxel::VoxelBounds& entry_bounds() const noexcept { return m_entry_bounds; }
 
     static constexpr int kSideBits = 6;  ///< of a box
 
 private:
-    [[nodiscard]] static double outside(double v, double low, double high) noexcept { return v < low ? low - v : v > high ? v - high : 0; }
+    [[nodiscard]] static double outside(double v, double low, double high) noexcept {
+        return v < low ? low - v : v > high ? v - high : 0;
+    }
     voxel::VoxelBounds m_bounds, m_entry_bounds;
     std::array<voxel::VoxelBounds, voxel::kMaxLevel + 1> m_level_bounds{};
-    std::array<double, voxel::kMaxLevel + 1> m_near2{};  ///< square of the distance from which on a level is fine enough
+    std::array<double, voxel::kMaxLevel + 1>
+        m_near2{};  ///< square of the distance from which on a level is fine enough
     Vec3 m_eye;
     double m_dy = 0;  ///< from the eye to the world's heights
     int m_finest, m_coarsest;

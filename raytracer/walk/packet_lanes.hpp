@@ -8,8 +8,8 @@
 
 #include <hwy/highway.h>
 
-#include "raytracer/walk/ray_packet.hpp"
 #include "raytracer/walk/ray_lanes.hpp"
+#include "raytracer/walk/ray_packet.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace terravox::HWY_NAMESPACE {
@@ -37,15 +37,29 @@ HWY_INLINE std::uint32_t bits_of(Lanes lanes, int first) {
     hn::StoreMaskBits(d, lanes, stored);
     return static_cast<std::uint32_t>(stored[0]) << first;
 }
-HWY_INLINE VD choose(Lanes yes, VD a, VD b) { return hn::IfThenElse(yes, a, b); }
-HWY_INLINE VU choose(WordLanes yes, VU a, VU b) { return hn::IfThenElse(yes, a, b); }
-HWY_INLINE VU word(std::uint64_t v) { return hn::Set(du, v); }
-HWY_INLINE WordLanes words(Lanes m) { return hn::RebindMask(du, m); }
-HWY_INLINE Lanes doubles(WordLanes m) { return hn::RebindMask(d, m); }
+HWY_INLINE VD choose(Lanes yes, VD a, VD b) {
+    return hn::IfThenElse(yes, a, b);
+}
+HWY_INLINE VU choose(WordLanes yes, VU a, VU b) {
+    return hn::IfThenElse(yes, a, b);
+}
+HWY_INLINE VU word(std::uint64_t v) {
+    return hn::Set(du, v);
+}
+HWY_INLINE WordLanes words(Lanes m) {
+    return hn::RebindMask(du, m);
+}
+HWY_INLINE Lanes doubles(WordLanes m) {
+    return hn::RebindMask(d, m);
+}
 
 constexpr double kWhole = RayLanes::kWholeNumber;
-HWY_INLINE VU bits_from(VD whole) { return hn::BitCast(du, hn::Add(whole, hn::Set(d, kWhole))); }
-HWY_INLINE VD number_from(VU bits) { return hn::Sub(hn::BitCast(d, bits), hn::Set(d, kWhole)); }
+HWY_INLINE VU bits_from(VD whole) {
+    return hn::BitCast(du, hn::Add(whole, hn::Set(d, kWhole)));
+}
+HWY_INLINE VD number_from(VU bits) {
+    return hn::Sub(hn::BitCast(d, bits), hn::Set(d, kWhole));
+}
 
 }  // namespace terravox::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -18,7 +18,9 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
     std::uint32_t active = lanes;
     while (active != 0) {
         const int lane = std::countr_zero(active);
-        const std::int32_t v[3] = {static_cast<std::int32_t>(p.voxel[0][lane]), static_cast<std::int32_t>(p.voxel[1][lane]), static_cast<std::int32_t>(p.voxel[2][lane])};
+        const std::int32_t v[3] = {static_cast<std::int32_t>(p.voxel[0][lane]),
+                                   static_cast<std::int32_t>(p.voxel[1][lane]),
+                                   static_cast<std::int32_t>(p.voxel[2][lane])};
         ++m_counts.steps;
         if (p.is_free(lane)) {
             ends.missed |= 1u << lane;
@@ -32,8 +34,10 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
                 // Rays that are still among finer boxes go on alone, from where they are.
                 for (std::uint32_t left = active; left != 0; left &= left - 1) {
                     const int i = std::countr_zero(left);
-                    const std::int32_t x = static_cast<std::int32_t>(p.voxel[0][i]) << p.level, z = static_cast<std::int32_t>(p.voxel[2][i]) << p.level;
-                    if (m_cut.level_at(x, z, p.level) < level) active &= ~(1u << i);
+                    const std::int32_t x = static_cast<std::int32_t>(p.voxel[0][i]) << p.level,
+                                       z = static_cast<std::int32_t>(p.voxel[2][i]) << p.level;
+                    if (m_cut.level_at(x, z, p.level) < level)
+                        active &= ~(1u << i);
                 }
                 p.coarsen(level, active);
                 block = nullptr;
@@ -41,10 +45,12 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
             }
             const voxel::VoxelBounds& bounds = m_cut.bounds(p.level);
             bool beyond = false;
-            for (std::size_t a = 0; a < 3; ++a) beyond = beyond || (p.forward[a] ? v[a] >= bounds.max[a] : v[a] < bounds.min[a]);
+            for (std::size_t a = 0; a < 3; ++a)
+                beyond = beyond || (p.forward[a] ? v[a] >= bounds.max[a] : v[a] < bounds.min[a]);
             block = beyond || level < p.level ? nullptr : m_reader.get(key);
             if (block == nullptr || block->hole) {
-                if (beyond && level == p.level) ends.missed |= 1u << lane;
+                if (beyond && level == p.level)
+                    ends.missed |= 1u << lane;
                 block = nullptr;
                 active &= active - 1;
                 continue;
@@ -65,14 +71,23 @@ PacketWalk::Ends PacketWalk::walk(RayPacket& p, std::uint32_t lanes, Hit* hits) 
         } else {
             for (std::uint32_t left = stopped; left != 0; left &= left - 1) {
                 const int i = std::countr_zero(left);
-                const VoxelCoord at{static_cast<std::int32_t>(p.voxel[0][i]), static_cast<std::int32_t>(p.voxel[1][i]), static_cast<std::int32_t>(p.voxel[2][i])};
+                const VoxelCoord at{static_cast<std::int32_t>(p.voxel[0][i]),
+                                    static_cast<std::int32_t>(p.voxel[1][i]),
+                                    static_cast<std::int32_t>(p.voxel[2][i])};
                 const int bit = child_bit(at.x, at.y, at.z);
                 const TreeCell& brick = cells[p.brick[i]];
-                if (p.brick[i] == 0 || (brick.detail >> bit & 1) == 0) continue;
+                if (p.brick[i] == 0 || (brick.detail >> bit & 1) == 0)
+                    continue;
                 const voxel::VoxelAttr& attr = block->box->attrs()[brick.index_of(bit)];
-                if (attr.material == voxel::Material::kAir) continue;  // a strange server's: nothing stops at it
+                if (attr.material == voxel::Material::kAir)
+                    continue;  // a strange server's: nothing stops at it
                 const int axis = static_cast<int>(p.axis[i]);
-                hits[i] = {p.t[i], at, axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]), static_cast<std::int8_t>(p.level), false, attr};
+                hits[i] = {p.t[i],
+                           at,
+                           axis < 0 ? Face::kNone : face_of(axis, !p.forward[axis]),
+                           static_cast<std::int8_t>(p.level),
+                           false,
+                           attr};
                 ends.hit |= 1u << i;
             }
         }

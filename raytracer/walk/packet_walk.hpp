@@ -8,21 +8,28 @@
 
 namespace terravox {
 
-/// Walks packets: all rays that are in the first one's box go on through it at the same time. Voxel, face and t are those of RayWalk to the
-/// last bit. One for each thread.
+/// Walks packets: all rays that are in the first one's box go on through it at the same time.
+/// Voxel, face and t are those of RayWalk to the last bit. One for each thread.
 class PacketWalk {
 public:
-    /// Lanes as bits. Those in neither are where they stopped for something that is not done in packets (a box that is missing or of another
-    /// level, a hole, hidden rock): RayWalk goes on from there.
+    /// Lanes as bits. Those in neither are where they stopped for something that is not done in
+    /// packets (a box that is missing or of another level, a hole, hidden rock): RayWalk goes on
+    /// from there.
     struct Ends {
         std::uint32_t hit = 0, missed = 0;
     };
-    PacketWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps) : m_reader(reader), m_cut(cut), m_steps(steps) {}
+    PacketWalk(BlockReader& reader, const LevelCut& cut, const PacketSteps& steps)
+        : m_reader(reader), m_cut(cut), m_steps(steps) {}
 
-    /// @param lanes which of the packet's are walked @param hits one for each lane, set for those that hit
-    [[nodiscard]] Ends first_hits(RayPacket& packet, std::uint32_t lanes, Hit* hits) { return walk<false>(packet, lanes, hits); }
+    /// @param lanes which of the packet's are walked @param hits one for each lane, set for those
+    /// that hit
+    [[nodiscard]] Ends first_hits(RayPacket& packet, std::uint32_t lanes, Hit* hits) {
+        return walk<false>(packet, lanes, hits);
+    }
     /// Whether anything solid lies ahead.
-    [[nodiscard]] Ends any_hits(RayPacket& packet, std::uint32_t lanes) { return walk<true>(packet, lanes, nullptr); }
+    [[nodiscard]] Ends any_hits(RayPacket& packet, std::uint32_t lanes) {
+        return walk<true>(packet, lanes, nullptr);
+    }
     [[nodiscard]] const WalkCounts& counts() const noexcept { return m_counts; }
 
 private:
@@ -35,9 +42,11 @@ private:
 };
 
 /// For this machine; nothing where it lacks the instructions.
-[[nodiscard]] inline std::optional<PacketWalk> packet_walk(BlockReader& reader, const LevelCut& cut) {
+[[nodiscard]] inline std::optional<PacketWalk> packet_walk(BlockReader& reader,
+                                                           const LevelCut& cut) {
     const PacketSteps* steps = packet_steps();
-    return steps != nullptr ? std::optional<PacketWalk>(std::in_place, reader, cut, *steps) : std::nullopt;
+    return steps != nullptr ? std::optional<PacketWalk>(std::in_place, reader, cut, *steps)
+                            : std::nullopt;
 }
 
 }  // namespace terravox

@@ -8,46 +8,58 @@
 
 namespace terravox {
 
-/// Up to 16 rays that go the same way on every axis, side by side for vector instructions. In each lane a RayState, with the voxel as
-/// whole doubles. Components of zero, and others whose inverse is huge, have no place here: accepts().
+/// Up to 16 rays that go the same way on every axis, side by side for vector instructions. In each
+/// lane a RayState, with the voxel as whole doubles. Components of zero, and others whose inverse
+/// is huge, have no place here: accepts().
 struct alignas(64) RayPacket {
     static constexpr int kLanes = 16;
-    RayPacket() noexcept { std::fill(std::begin(left_at), std::end(left_at), static_cast<std::int8_t>(-1)); }
+    RayPacket() noexcept {
+        std::fill(std::begin(left_at), std::end(left_at), static_cast<std::int8_t>(-1));
+    }
 
-    // Of a lane: then a crossing is off by so little that its voxel is found by one step to either side.
+    // Of a lane: then a crossing is off by so little that its voxel is found by one step to either
+    // side.
     static constexpr double kMostInverse = 1e9, kMostOrigin = 1e8;
     /// Whether a ray may be a lane.
     [[nodiscard]] static bool accepts(const RayState& ray) noexcept {
         for (int a = 0; a < 3; ++a)
-            if (!(std::abs(ray.inverse[a]) < kMostInverse) || !(std::abs(ray.origin[a]) < kMostOrigin)) return false;
+            if (!(std::abs(ray.inverse[a]) < kMostInverse) ||
+                !(std::abs(ray.origin[a]) < kMostOrigin))
+                return false;
         return true;
     }
     /// Whether it goes the way of the lanes that are there, on their level.
     [[nodiscard]] bool fits(const RayState& ray) const noexcept {
-        return count == 0 || (ray.level == level && ray.forward[0] == forward[0] && ray.forward[1] == forward[1] && ray.forward[2] == forward[2]);
+        return count == 0 || (ray.level == level && ray.forward[0] == forward[0] &&
+                              ray.forward[1] == forward[1] && ray.forward[2] == forward[2]);
     }
     /// Adds a ray that is placed in a voxel; accepts() and fits().
     void add(const RayState& ray) noexcept {
         if (count == 0) {
             level = ray.level;
-            for (int a = 0; a < 3; ++a) forward[a] = ray.forward[a];
+            for (int a = 0; a < 3; ++a)
+                forward[a] = ray.forward[a];
         }
         for (int a = 0; a < 3; ++a) {
-            origin[a][count] = ray.origin[a], direction[a][count] = ray.direction[a], inverse[a][count] = ray.inverse[a];
+            origin[a][count] = ray.origin[a], direction[a][count] = ray.direction[a],
+            inverse[a][count] = ray.inverse[a];
             voxel[a][count] = ray.voxel[a];
         }
         t[count] = ray.t;
         axis[count] = ray.face == Face::kNone ? -1 : axis_of(ray.face);
         ++count;
     }
-    /// The packet counts in voxels of a coarser level from now on: RayState::change_level for these lanes. The others are done with.
+    /// The packet counts in voxels of a coarser level from now on: RayState::change_level for these
+    /// lanes. The others are done with.
     void coarsen(int to, std::uint32_t lanes) noexcept {
         for (int i = 0; i < kLanes; ++i)
-            if ((lanes >> i & 1) == 0 && left_at[i] < 0) left_at[i] = static_cast<std::int8_t>(level);
+            if ((lanes >> i & 1) == 0 && left_at[i] < 0)
+                left_at[i] = static_cast<std::int8_t>(level);
         const double down = det::exp2_int(level - to), up = det::exp2_int(to - level);
         for (int a = 0; a < 3; ++a)
             for (int i = 0; i < kLanes; ++i) {
-                if ((lanes >> i & 1) == 0) continue;
+                if ((lanes >> i & 1) == 0)
+                    continue;
                 origin[a][i] *= down, direction[a][i] *= down, inverse[a][i] *= up;
                 voxel[a][i] = std::floor(voxel[a][i] * down);
             }
@@ -55,28 +67,34 @@ struct alignas(64) RayPacket {
     }
     /// Whether nothing is known to lie ahead of lane i.
     [[nodiscard]] bool is_free(int i) const noexcept {
-        if (free_axis < 0) return false;
+        if (free_axis < 0)
+            return false;
         const double at = free_from[i] * det::exp2_int(-level), v = voxel[free_axis][i];
         return forward[free_axis] ? v >= at : v + 1 <= at;
     }
     /// Where lane i is now. @param ray what was added as this lane
     void update(int i, RayState& ray) const noexcept {
         ray.change_scale(left_at[i] < 0 ? level : left_at[i]);
-        for (int a = 0; a < 3; ++a) ray.voxel[a] = static_cast<std::int32_t>(voxel[a][i]);
+        for (int a = 0; a < 3; ++a)
+            ray.voxel[a] = static_cast<std::int32_t>(voxel[a][i]);
         ray.t = t[i];
         const int through = static_cast<int>(axis[i]);
         ray.face = through < 0 ? Face::kNone : face_of(through, !forward[through]);
     }
 
     // Lanes that no ray was added to hold nothing that is looked at.
-    double origin[3][kLanes] = {}, direction[3][kLanes] = {}, inverse[3][kLanes] = {}, voxel[3][kLanes] = {}, t[kLanes] = {}, axis[kLanes] = {};
-    double free_from[kLanes] = {};  ///< plane on `free_axis`, level-0 voxels, from which on nothing is in the lane's way
-    std::uint64_t brick[kLanes] = {};  ///< index of the cell in its box that a lane was stopped in; 0: hidden rock
+    double origin[3][kLanes] = {}, direction[3][kLanes] = {}, inverse[3][kLanes] = {},
+           voxel[3][kLanes] = {}, t[kLanes] = {}, axis[kLanes] = {};
+    double free_from[kLanes] =
+        {};  ///< plane on `free_axis`, level-0 voxels, from which on nothing is in the lane's way
+    std::uint64_t brick[kLanes] =
+        {};  ///< index of the cell in its box that a lane was stopped in; 0: hidden rock
     bool forward[3] = {};
     int level = 0;
     int count = 0;
     int free_axis = -1;  ///< -1: no such planes are known
-    std::int8_t left_at[kLanes];  ///< level on which a lane was done with; -1: it is that of the packet
+    std::int8_t
+        left_at[kLanes];  ///< level on which a lane was done with; -1: it is that of the packet
 };
 
 }  // namespace terravox

@@ -18,10 +18,13 @@ Shaft::Shaft(Vec3 direction, double radius_rad) noexcept {
     const double x = std::abs(direction.x), y = std::abs(direction.y), z = std::abs(direction.z);
     m_axis = y >= x && y >= z ? 1 : x >= z ? 0 : 2;
     m_forward = direction[m_axis] > 0;
-    for (int a = 0; a < 3; ++a) m_slope[a] = direction[a] / direction[m_axis], m_low[a] = kFar, m_high[a] = -kFar;
-    // With m the major component, |slope| <= 1 and both components off by at most the radius r: by (r + r |slope|) / (m - r).
+    for (int a = 0; a < 3; ++a)
+        m_slope[a] = direction[a] / direction[m_axis], m_low[a] = kFar, m_high[a] = -kFar;
+    // With m the major component, |slope| <= 1 and both components off by at most the radius r: by
+    // (r + r |slope|) / (m - r).
     m_spread = radius_rad > 0 ? 2 * radius_rad / (std::abs(direction[m_axis]) - radius_rad) : 0;
-    m_first = m_forward ? std::numeric_limits<std::int32_t>::max() : std::numeric_limits<std::int32_t>::min();
+    m_first = m_forward ? std::numeric_limits<std::int32_t>::max()
+                        : std::numeric_limits<std::int32_t>::min();
 }
 
 void Shaft::add(const Vec3& origin, const RayState& ray) noexcept {
@@ -40,12 +43,17 @@ std::int32_t ShaftMarch::free_from(const Shaft& shaft, std::optional<std::int32_
     std::int32_t plane = known ? *known : shaft.m_forward ? bounds.max[i] : bounds.min[i];
     const auto free_between = [&](std::int32_t from, std::int32_t to, int shift) {
         // What lies behind all origins is in nobody's way.
-        const std::int32_t last = shaft.m_forward ? std::max(to, shaft.m_first) : std::min(to, shaft.m_first);
+        const std::int32_t last =
+            shaft.m_forward ? std::max(to, shaft.m_first) : std::min(to, shaft.m_first);
         VoxelRange range;
         range.low[axis] = std::min(from, last), range.high[axis] = std::max(from, last) - 1;
         for (const int a : {u, w}) {
             const double p = shaft.m_slope[a] * from, q = shaft.m_slope[a] * last;
-            const double farthest = std::abs(static_cast<double>(shaft.m_forward ? std::max(from, last) : std::min(from, last)) - shaft.m_first) + 1;
+            const double farthest =
+                std::abs(static_cast<double>(shaft.m_forward ? std::max(from, last)
+                                                             : std::min(from, last)) -
+                         shaft.m_first) +
+                1;
             const double room = shaft.m_spread * farthest + kRounding_voxel;
             range.low[a] = RayState::floor_to_int(shaft.m_low[a] + std::min(p, q) - room);
             range.high[a] = RayState::floor_to_int(shaft.m_high[a] + std::max(p, q) + room);

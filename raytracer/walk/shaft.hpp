@@ -7,8 +7,9 @@
 
 namespace terravox {
 
-/// Rays of one direction, or of a narrow cone of directions, from origins that lie together: a block of shadow rays. All points between the highest and the lowest of the
-/// lines through the origins, seen along the major axis of the direction. Level-0 voxels.
+/// Rays of one direction, or of a narrow cone of directions, from origins that lie together: a
+/// block of shadow rays. All points between the highest and the lowest of the lines through the
+/// origins, seen along the major axis of the direction. Level-0 voxels.
 class Shaft {
 public:
     /// @param radius_rad of the cone, at most 0.1
@@ -20,11 +21,13 @@ public:
 private:
     friend class ShaftMarch;
     /// The plane of the ray's voxel that lies behind it.
-    [[nodiscard]] std::int32_t behind(const RayState& ray) const noexcept { return (ray.voxel[m_axis] + (m_forward ? 0 : 1)) << ray.level; }
+    [[nodiscard]] std::int32_t behind(const RayState& ray) const noexcept {
+        return (ray.voxel[m_axis] + (m_forward ? 0 : 1)) << ray.level;
+    }
     int m_axis;
     bool m_forward;
     double m_slope[3];
-    double m_spread;  ///< most that a ray's slope is off
+    double m_spread;             ///< most that a ray's slope is off
     double m_low[3], m_high[3];  ///< where the lines cross the plane `axis = 0`
     std::int32_t m_first;        ///< plane behind the hindmost voxel that a ray starts in
 };
@@ -35,9 +38,11 @@ public:
     ShaftMarch(BlockReader& reader, const LevelCut& cut) : m_query(reader, cut), m_cut(cut) {}
     /// @return the plane on the shaft's axis from which on (in its direction) nothing is in the way
     /// @param known that of a shaft around this one
-    [[nodiscard]] std::int32_t free_from(const Shaft& shaft, std::optional<std::int32_t> known = std::nullopt);
+    [[nodiscard]] std::int32_t free_from(const Shaft& shaft,
+                                         std::optional<std::int32_t> known = std::nullopt);
     /// Whether a ray of the shaft starts at or beyond free_from().
-    [[nodiscard]] static bool is_free(const Shaft& shaft, const RayState& ray, std::int32_t free_from) noexcept {
+    [[nodiscard]] static bool is_free(const Shaft& shaft, const RayState& ray,
+                                      std::int32_t free_from) noexcept {
         return shaft.m_forward ? shaft.behind(ray) >= free_from : shaft.behind(ray) <= free_from;
     }
     [[nodiscard]] std::uint64_t slabs() const noexcept { return m_slabs; }

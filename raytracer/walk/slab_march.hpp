@@ -7,28 +7,35 @@
 
 namespace terravox {
 
-/// Moves a plane on as long as the slab before it is free, slab after slab, each aligned and as thick as can be shown free.
+/// Moves a plane on as long as the slab before it is free, slab after slab, each aligned and as
+/// thick as can be shown free.
 /// @param plane in: where to begin; out: where it stopped, or `end` or a little beyond
 /// @param towards 1 or -1 @param most_fine slabs of the finest thickness to try
-/// @param free_between bool(near, far, shift): whether the slab between two planes, 2^shift thick, is free
+/// @param free_between bool(near, far, shift): whether the slab between two planes, 2^shift thick,
+/// is free
 /// @return whether something stopped it before the end
 template <class FreeBetween>
-bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const SolidQuery& query, int most_fine, const FreeBetween& free_between) {
+bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const SolidQuery& query,
+                 int most_fine, const FreeBetween& free_between) {
     constexpr int kMostShift = 30;
     int shift = kMostShift, fine = 0;
     while (towards > 0 ? plane < end : plane > end) {
-        const int aligned = plane == 0 ? kMostShift : std::countr_zero(static_cast<std::uint32_t>(plane));
+        const int aligned =
+            plane == 0 ? kMostShift : std::countr_zero(static_cast<std::uint32_t>(plane));
         shift = std::max(std::min({shift, query.level() + LevelCut::kSideBits, aligned}), 0);
         while (true) {
-            // Thinner than a voxel shows nothing more; many of the thinnest cost more than the rays themselves.
-            if (shift <= query.level() && fine++ >= most_fine) return true;
+            // Thinner than a voxel shows nothing more; many of the thinnest cost more than the rays
+            // themselves.
+            if (shift <= query.level() && fine++ >= most_fine)
+                return true;
             const std::int32_t next = plane + towards * (std::int32_t{1} << shift);
             if (free_between(plane, next, shift)) {
                 plane = next;
                 shift += 2;
                 break;
             }
-            if (shift <= query.level()) return true;
+            if (shift <= query.level())
+                return true;
             shift = std::max(shift - 2, 0);
         }
     }
@@ -36,6 +43,8 @@ bool march_slabs(std::int32_t& plane, std::int32_t end, int towards, const Solid
 }
 
 /// The cells whose masks decide over a slab of 2^shift voxels: a quarter of its thickness.
-[[nodiscard]] inline int grain_of_slab(int shift) noexcept { return std::max(shift - 2, 0); }
+[[nodiscard]] inline int grain_of_slab(int shift) noexcept {
+    return std::max(shift - 2, 0);
+}
 
 }  // namespace terravox

@@ -12,20 +12,22 @@ struct VoxelRange {
     std::int32_t low[3], high[3];
 };
 
-/// Answers whether anything solid may lie in a range, with the masks of the 64-trees. Boxes that are not in memory and holes count as
-/// solid. One for each thread.
+/// Answers whether anything solid may lie in a range, with the masks of the 64-trees. Boxes that
+/// are not in memory and holes count as solid. One for each thread.
 class SolidQuery {
 public:
     SolidQuery(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
-    /// @param grain_shift cells of 2^grain_shift level-0 voxels are fine enough for the answer: it may say yes for a cell that holds
+    /// @param grain_shift cells of 2^grain_shift level-0 voxels are fine enough for the answer: it
+    /// may say yes for a cell that holds
     ///   something solid beside the range
     [[nodiscard]] bool any_solid(const VoxelRange& range, int grain_shift);
     /// Level of the cut where the last range was; what steps of a march should keep to.
     [[nodiscard]] int level() const noexcept { return m_level; }
 
 private:
-    [[nodiscard]] bool column(int level, std::int32_t bx, std::int32_t bz, const VoxelRange& range, int grain_shift);
+    [[nodiscard]] bool column(int level, std::int32_t bx, std::int32_t bz, const VoxelRange& range,
+                              int grain_shift);
     [[nodiscard]] bool box(const voxel::Box& box, const VoxelRange& local, int grain_shift);
     BlockReader& m_reader;
     const LevelCut& m_cut;

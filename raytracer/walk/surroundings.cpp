@@ -5,7 +5,9 @@ namespace terravox {
 bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
     const int own = m_cut.level_at(v.x << level, v.z << level, level);
     // Where the neighbour is coarser, what it is part of; where it is finer, its middle.
-    const auto moved = [&](std::int32_t c) { return own >= level ? c >> (own - level) : (c << (level - own)) + (1 << (level - own - 1)); };
+    const auto moved = [&](std::int32_t c) {
+        return own >= level ? c >> (own - level) : (c << (level - own)) + (1 << (level - own - 1));
+    };
     const std::int32_t x = moved(v.x), y = moved(v.y), z = moved(v.z);
     const voxel::BoxKey key{own, x >> 6, y >> 8, z >> 6};
     const Block* block = m_reader.get(key);
@@ -13,7 +15,8 @@ bool Surroundings::look(VoxelCoord v, int level, bool& solid) {
         m_missing = key;
         return false;
     }
-    if (block->hole) m_holes.insert(key);
+    if (block->hole)
+        m_holes.insert(key);
     solid = block->hole || (block->box && block->box->solid(x & 63, y & 255, z & 63));
     return true;
 }
@@ -26,14 +29,19 @@ bool Surroundings::around(const Hit& hit, Seen& seen) {
     const std::int32_t x = front.x & 63, y = front.y & 255, z = front.z & 63;
     const bool amid = x > 0 && x < 63 && y > 0 && y < 255 && z > 0 && z < 63;
     if (amid && m_cut.level_at(front.x << hit.level, front.z << hit.level, hit.level) == hit.level)
-        if (const Block* block = m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6})) whole = block->box.get();  // null: see look()
+        if (const Block* block =
+                m_reader.get({hit.level, front.x >> 6, front.y >> 8, front.z >> 6}))
+            whole = block->box.get();  // null: see look()
     for (; seen.looked < 8; ++seen.looked) {
-        const int place = seen.looked < 4 ? seen.looked : seen.looked + 1;  // of nine, without the middle
+        const int place =
+            seen.looked < 4 ? seen.looked : seen.looked + 1;  // of nine, without the middle
         std::int32_t c[3] = {front.x, front.y, front.z};
         c[a] += place / 3 - 1, c[b] += place % 3 - 1;
         bool solid = false;
-        if (whole != nullptr) solid = whole->solid(c[0] & 63, c[1] & 255, c[2] & 63);
-        else if (!look({c[0], c[1], c[2]}, hit.level, solid)) return false;
+        if (whole != nullptr)
+            solid = whole->solid(c[0] & 63, c[1] & 255, c[2] & 63);
+        else if (!look({c[0], c[1], c[2]}, hit.level, solid))
+            return false;
         seen.bits = static_cast<std::uint8_t>(seen.bits | static_cast<int>(solid) << seen.looked);
     }
     return true;

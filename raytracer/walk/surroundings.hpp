@@ -25,11 +25,13 @@ class Surroundings {
 public:
     Surroundings(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
-    /// Sets in `seen.bits` bit `3 * (da + 1) + (db + 1)`, less one beyond the middle (0..7), for solid voxels, where a and b are the axes
-    /// after the face's own in turn. Holes count as solid.
-    /// @return false when a box is not in memory: missing(). The next call goes on from there, so that one box at a time is enough.
+    /// Sets in `seen.bits` bit `3 * (da + 1) + (db + 1)`, less one beyond the middle (0..7), for
+    /// solid voxels, where a and b are the axes after the face's own in turn. Holes count as solid.
+    /// @return false when a box is not in memory: missing(). The next call goes on from there, so
+    /// that one box at a time is enough.
     [[nodiscard]] bool around(const Hit& hit, Seen& seen);
-    /// Whether a voxel of a level is solid, in the cut's own boxes. @return false when the box is not in memory
+    /// Whether a voxel of a level is solid, in the cut's own boxes. @return false when the box is
+    /// not in memory
     [[nodiscard]] bool look(VoxelCoord voxel, int level, bool& solid);
     [[nodiscard]] const voxel::BoxKey& missing() const noexcept { return m_missing; }
     /// Boxes that could not be looked into since the last call.

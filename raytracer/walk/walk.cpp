@@ -10,14 +10,16 @@ using voxel::TreeCell;
 
 constexpr voxel::VoxelAttr kAir{voxel::Material::kAir, 0, 0, 0, {}, 0};
 
-/// The attributes of a solid voxel that has none of its own since no face of it could be seen in its box: where levels meet, one may
-/// be. It is what lies close above it; deep down it is rock.
+/// The attributes of a solid voxel that has none of its own since no face of it could be seen in
+/// its box: where levels meet, one may be. It is what lies close above it; deep down it is rock.
 voxel::VoxelAttr attr_above(const voxel::Box& box, int x, int y, int z) {
     constexpr int kClose = 3;
     for (int above = y + 1; above < std::min(voxel::kBoxSizeY, y + 1 + kClose); ++above) {
         const auto attr = box.voxel(x, above, z);
-        if (!attr) break;
-        if (*attr != voxel::VoxelAttr{}) return *attr;
+        if (!attr)
+            break;
+        if (*attr != voxel::VoxelAttr{})
+            return *attr;
     }
     return {};
 }
@@ -28,7 +30,8 @@ struct BrickTimes {
         for (int a = 0; a < 3; ++a) {
             step[a] = ray.forward[a] ? 1 : -1;
             const double first = static_cast<double>(ray.voxel[a] + (ray.forward[a] ? 1 : 0));
-            for (int k = 0; k < 4; ++k) at[a][k] = ray.crossing(a, first + step[a] * k);
+            for (int k = 0; k < 4; ++k)
+                at[a][k] = ray.crossing(a, first + step[a] * k);
             room[a] = ray.forward[a] ? 4 - (ray.voxel[a] & 3) : 1 + (ray.voxel[a] & 3);
         }
     }
@@ -37,56 +40,69 @@ struct BrickTimes {
     int room[3];  ///< steps that leave the brick
 };
 
-/// Single steps from the ray's voxel to the first one in `mask`, or out of the brick. @return whether one stopped it
+/// Single steps from the ray's voxel to the first one in `mask`, or out of the brick. @return
+/// whether one stopped it
 bool walk_brick(RayState& ray, std::uint64_t mask, std::uint64_t& steps) noexcept {
     const BrickTimes times(ray);
     int i = 0, j = 0, k = 0, bit = child_bit(ray.voxel[0], ray.voxel[1], ray.voxel[2]), axis = -1;
     const int dx = times.step[0], dy = times.step[1] * 16, dz = times.step[2] * 4;
     double t = ray.t;
     bool stopped = true;
-    // Without branches but the end: which axis comes next cannot be foretold, and a wrong guess costs more than all three.
+    // Without branches but the end: which axis comes next cannot be foretold, and a wrong guess
+    // costs more than all three.
     while ((mask >> (bit & 63) & 1) == 0) {
         const double cx = times.at[0][i], cy = times.at[1][j], cz = times.at[2][k];
-        const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz), a1 = (a0 ^ 1) & static_cast<int>(cy <= cz), a2 = (a0 | a1) ^ 1;
+        const int a0 = static_cast<int>(cx <= cy) & static_cast<int>(cx <= cz),
+                  a1 = (a0 ^ 1) & static_cast<int>(cy <= cz), a2 = (a0 | a1) ^ 1;
         i += a0, j += a1, k += a2;
         bit += (dx & -a0) + (dy & -a1) + (dz & -a2);
         t = std::min(std::min(cx, cy), cz);
         axis = a1 + 2 * a2;
-        if (static_cast<int>(i == times.room[0]) | static_cast<int>(j == times.room[1]) | static_cast<int>(k == times.room[2])) {
+        if (static_cast<int>(i == times.room[0]) | static_cast<int>(j == times.room[1]) |
+            static_cast<int>(k == times.room[2])) {
             stopped = false;
             break;
         }
     }
     steps += static_cast<std::uint64_t>(i + j + k);
-    ray.voxel[0] += times.step[0] * i, ray.voxel[1] += times.step[1] * j, ray.voxel[2] += times.step[2] * k;
-    if (axis >= 0) ray.t = t, ray.face = face_of(axis, !ray.forward[axis]);
+    ray.voxel[0] += times.step[0] * i, ray.voxel[1] += times.step[1] * j,
+        ray.voxel[2] += times.step[2] * k;
+    if (axis >= 0)
+        ray.t = t, ray.face = face_of(axis, !ray.forward[axis]);
     return stopped;
 }
 
 /// Whether a ray meets a voxel of one brick, which lies ahead of it or around it.
 bool meets(const RayState& from, const Occluder& brick, std::uint64_t& steps) noexcept {
-    if (brick.mask == 0 || brick.level != from.level) return false;
+    if (brick.mask == 0 || brick.level != from.level)
+        return false;
     RayState ray = from;
     int axis = -1;
     double at = 0;
     for (int a = 0; a < 3; ++a) {
         const std::int32_t low = brick.low[a], high = low + 3, v = ray.voxel[a];
-        if (ray.forward[a] ? v > high : v < low) return false;
-        if (!(ray.forward[a] ? v < low : v > high)) continue;
+        if (ray.forward[a] ? v > high : v < low)
+            return false;
+        if (!(ray.forward[a] ? v < low : v > high))
+            continue;
         const double c = ray.crossing(a, ray.forward[a] ? low : high + 1.0);
-        if (axis < 0 || c >= at) at = c, axis = a;
+        if (axis < 0 || c >= at)
+            at = c, axis = a;
     }
     if (axis >= 0) {
-        if (!(at < kFar)) return false;
+        if (!(at < kFar))
+            return false;
         for (int a = 0; a < 3; ++a) {
             const std::int32_t low = brick.low[a], high = low + 3;
             if (a == axis) {
                 ray.voxel[a] = ray.forward[a] ? low : high;
                 continue;
             }
-            const std::int32_t p = ray.position_after(a, at, axis, ray.forward[a] ? std::max(low - 1, ray.voxel[a]) : low - 1,
-                                                      ray.forward[a] ? high + 1 : std::min(ray.voxel[a], high + 1));
-            if (p < low || p > high) return false;
+            const std::int32_t p = ray.position_after(
+                a, at, axis, ray.forward[a] ? std::max(low - 1, ray.voxel[a]) : low - 1,
+                ray.forward[a] ? high + 1 : std::min(ray.voxel[a], high + 1));
+            if (p < low || p > high)
+                return false;
             ray.voxel[a] = p;
         }
     }
@@ -95,22 +111,30 @@ bool meets(const RayState& from, const Occluder& brick, std::uint64_t& steps) no
 
 }  // namespace
 
-// From the ray's voxel, which lies in the box, until something stops it (true) or it has left the box (false).
+// From the ray's voxel, which lies in the box, until something stops it (true) or it has left the
+// box (false).
 template <bool kAny>
-bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit, Occluder* occluder) {
+bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* hit,
+                       Occluder* occluder) {
     const TreeCell* cells = box.cells().data();
     const std::int32_t bx = ray.voxel[0] >> 6, by = ray.voxel[1] >> 8, bz = ray.voxel[2] >> 6;
     const auto report = [&](const voxel::VoxelAttr& attr) {
-        if constexpr (!kAny) *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false, attr};
+        if constexpr (!kAny)
+            *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false,
+                    attr};
     };
     const auto hidden = [&] {
-        if constexpr (!kAny) report(ray.face == Face::kNone ? voxel::VoxelAttr{} : attr_above(box, ray.voxel[0] & 63, ray.voxel[1] & 255, ray.voxel[2] & 63));
+        if constexpr (!kAny)
+            report(ray.face == Face::kNone
+                       ? voxel::VoxelAttr{}
+                       : attr_above(box, ray.voxel[0] & 63, ray.voxel[1] & 255, ray.voxel[2] & 63));
         return true;
     };
     // Whether air stops the ray; else it leaves the empty cell.
     const auto in_air = [&](int shift) {
         if constexpr (!kAny)
-            if (stop.air_stops) return report(kAir), true;
+            if (stop.air_stops)
+                return report(kAir), true;
         ray.leap(shift);
         return false;
     };
@@ -119,22 +143,27 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
         const std::int32_t x = ray.voxel[0], y = ray.voxel[1], z = ray.voxel[2];
         const TreeCell* cell = &cells[y >> 6 & 3];
         if (cell->mask == 0) {
-            if (in_air(6)) return true;
+            if (in_air(6))
+                return true;
             continue;
         }
         int bit = child_bit(x >> 4, y >> 4, z >> 4);
         if ((cell->mask >> bit & 1) == 0) {
-            if (in_air(voxel_leap_shift(cell->mask, bit, 4))) return true;
+            if (in_air(voxel_leap_shift(cell->mask, bit, 4)))
+                return true;
             continue;
         }
-        if ((cell->detail >> bit & 1) == 0) return hidden();
+        if ((cell->detail >> bit & 1) == 0)
+            return hidden();
         cell = &cells[cell->index_of(bit)];
         bit = child_bit(x >> 2, y >> 2, z >> 2);
         if ((cell->mask >> bit & 1) == 0) {
-            if (in_air(voxel_leap_shift(cell->mask, bit, 2))) return true;
+            if (in_air(voxel_leap_shift(cell->mask, bit, 2)))
+                return true;
             continue;
         }
-        if ((cell->detail >> bit & 1) == 0) return hidden();
+        if ((cell->detail >> bit & 1) == 0)
+            return hidden();
         cell = &cells[cell->index_of(bit)];
         std::uint64_t mask = !kAny && stop.air_stops ? ~std::uint64_t{0} : cell->mask;
         while (walk_brick(ray, mask, m_counts.steps)) {
@@ -143,8 +172,10 @@ bool RayWalk::walk_box(RayState& ray, const voxel::Box& box, StopAt stop, Hit* h
                 *occluder = {cell->mask, {x & ~3, y & ~3, z & ~3}, ray.level};
                 return true;
             } else {
-                if (stop.air_stops && (cell->mask >> bit & 1) == 0) return report(kAir), true;
-                if ((cell->detail >> bit & 1) == 0) return hidden();
+                if (stop.air_stops && (cell->mask >> bit & 1) == 0)
+                    return report(kAir), true;
+                if ((cell->detail >> bit & 1) == 0)
+                    return hidden();
                 const voxel::VoxelAttr& attr = box.attrs()[cell->index_of(bit)];
                 if (attr.material != stop.passed) {
                     report(attr);
@@ -162,17 +193,25 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
     // Where there is only air, beyond the world as well: whether that stops the ray.
     const auto in_air = [&] {
         if constexpr (!kAny)
-            if (stop.air_stops) return *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, false, kAir}, true;
+            if (stop.air_stops)
+                return *hit = {ray.t,    {ray.voxel[0], ray.voxel[1], ray.voxel[2]},
+                               ray.face, ray.level,
+                               false,    kAir},
+                       true;
         return false;
     };
     while (ray.t <= t_max) {
         int level = ray.level;
-        // A very coarse voxel may lie over columns of several finer levels: again, until it lies in one.
-        while ((level = m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level, level)) != ray.level) ray.change_level(level);
+        // A very coarse voxel may lie over columns of several finer levels: again, until it lies in
+        // one.
+        while ((level = m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level,
+                                       level)) != ray.level)
+            ray.change_level(level);
         const voxel::VoxelBounds& bounds = m_cut.bounds(level);
         for (int a = 0; a < 3; ++a) {
             const auto i = static_cast<std::size_t>(a);
-            if (ray.forward[a] ? ray.voxel[a] >= bounds.max[i] : ray.voxel[a] < bounds.min[i]) return in_air() ? WalkEnd::kHit : WalkEnd::kMiss;
+            if (ray.forward[a] ? ray.voxel[a] >= bounds.max[i] : ray.voxel[a] < bounds.min[i])
+                return in_air() ? WalkEnd::kHit : WalkEnd::kMiss;
         }
         const voxel::BoxKey key{level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
         const Block* block = m_reader.get(key);
@@ -182,27 +221,38 @@ WalkEnd RayWalk::walk(RayState& ray, StopAt stop, double t_max, Hit* hit, Occlud
         }
         if (block->hole) {
             m_holes.insert(key);
-            if constexpr (kAny) occluder->hole = true;
-            else *hit = {ray.t, {ray.voxel[0], ray.voxel[1], ray.voxel[2]}, ray.face, ray.level, true, {}};
+            if constexpr (kAny)
+                occluder->hole = true;
+            else
+                *hit = {ray.t,    {ray.voxel[0], ray.voxel[1], ray.voxel[2]},
+                        ray.face, ray.level,
+                        true,     {}};
             return WalkEnd::kHit;
         }
         if (!block->box) {
             ++m_counts.steps;
-            if (in_air()) return WalkEnd::kHit;
+            if (in_air())
+                return WalkEnd::kHit;
             ray.leap(6, 8, 6);
             continue;
         }
-        if (walk_box<kAny>(ray, *block->box, stop, hit, occluder)) return ray.t <= t_max ? WalkEnd::kHit : WalkEnd::kMiss;
+        if (walk_box<kAny>(ray, *block->box, stop, hit, occluder))
+            return ray.t <= t_max ? WalkEnd::kHit : WalkEnd::kMiss;
     }
     return WalkEnd::kMiss;
 }
 
-// Whether a ray goes from where it is to the brick through no box but its own, which is no hole, and the brick's. A hole on its way has to
-// be met, whichever ray has found the brick: what a picture says of its holes must not depend on who traced which tile before.
+// Whether a ray goes from where it is to the brick through no box but its own, which is no hole,
+// and the brick's. A hole on its way has to be met, whichever ray has found the brick: what a
+// picture says of its holes must not depend on who traced which tile before.
 bool RayWalk::nothing_between(const RayState& ray, const Occluder& brick) {
     const voxel::BoxKey own{ray.level, ray.voxel[0] >> 6, ray.voxel[1] >> 8, ray.voxel[2] >> 6};
-    const int apart = std::abs((brick.low[0] >> 6) - own.bx) + std::abs((brick.low[1] >> 8) - own.by) + std::abs((brick.low[2] >> 6) - own.bz);
-    if (apart > 1 || m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level, ray.level) != ray.level) return false;
+    const int apart = std::abs((brick.low[0] >> 6) - own.bx) +
+                      std::abs((brick.low[1] >> 8) - own.by) +
+                      std::abs((brick.low[2] >> 6) - own.bz);
+    if (apart > 1 || m_cut.level_at(ray.voxel[0] << ray.level, ray.voxel[2] << ray.level,
+                                    ray.level) != ray.level)
+        return false;
     const Block* block = m_reader.get(own);
     return block != nullptr && !block->hole;
 }
@@ -210,7 +260,8 @@ bool RayWalk::nothing_between(const RayState& ray, const Occluder& brick) {
 WalkEnd RayWalk::any_hit(RayState& ray, double t_max, Occluder& occluder) {
     occluder.hole = false;
     // Only without a limit: what stops the ray beyond it does not count.
-    if (t_max == kFar && meets(ray, occluder, m_counts.steps) && nothing_between(ray, occluder)) return WalkEnd::kHit;
+    if (t_max == kFar && meets(ray, occluder, m_counts.steps) && nothing_between(ray, occluder))
+        return WalkEnd::kHit;
     return walk<true>(ray, StopAt::kSolid, t_max, nullptr, &occluder);
 }
 

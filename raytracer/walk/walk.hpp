@@ -12,8 +12,8 @@
 namespace terravox {
 
 struct Hit {
-    double t = 0;      ///< multiples of the ray's direction, to the face (0 when the ray starts inside)
-    VoxelCoord voxel;  ///< of `level`
+    double t = 0;  ///< multiples of the ray's direction, to the face (0 when the ray starts inside)
+    VoxelCoord voxel;         ///< of `level`
     Face face = Face::kNone;  ///< the face the ray came through; kNone when it starts inside
     std::int8_t level = 0;
     bool hole = false;  ///< not a voxel: a box that could not be had
@@ -29,7 +29,9 @@ struct StopAt {
     static const StopAt kSolid;     ///< anything but air
     static const StopAt kNotWater;  ///< anything but air and water: how light comes to a lake's bed
     /// Where a medium ends, be it at air. Air is reported as a hit with the material air.
-    [[nodiscard]] static constexpr StopAt end_of(voxel::Material medium) noexcept { return {medium, true}; }
+    [[nodiscard]] static constexpr StopAt end_of(voxel::Material medium) noexcept {
+        return {medium, true};
+    }
 };
 inline constexpr StopAt StopAt::kSolid{};
 inline constexpr StopAt StopAt::kNotWater{voxel::Material::kWater, false};
@@ -44,8 +46,8 @@ struct WalkCounts {
     std::uint64_t steps = 0;  ///< cells and voxels visited
 };
 
-/// How far a leap out of an empty child of a cell goes, log2 of voxels: the child's own size, or twice that where the seven others of its
-/// aligned 2 x 2 x 2 are empty as well.
+/// How far a leap out of an empty child of a cell goes, log2 of voxels: the child's own size, or
+/// twice that where the seven others of its aligned 2 x 2 x 2 are empty as well.
 [[nodiscard]] inline int voxel_leap_shift(std::uint64_t mask, int bit, int child_shift) noexcept {
     constexpr std::uint64_t kEight = 0x330033;
     constexpr int kCorner = ~(1 | 4 | 16);
@@ -60,18 +62,21 @@ struct Occluder {
     bool hole = false;  ///< the last ray was not stopped by a brick: by a box that could not be had
 };
 
-/// Walks rays through the boxes of a cut, from box to box, in each through cells of 64, 16 and 4 voxels, always leaping over the largest
-/// empty one (8 children together where all are empty). It never waits: it hands a ray back when a box is missing.
-/// Coordinates: see RayState. One for each thread.
-/// Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987; Museth, "Hierarchical Digital Differential Analyzer",
-/// SIGGRAPH Talks 2014.
+/// Walks rays through the boxes of a cut, from box to box, in each through cells of 64, 16 and 4
+/// voxels, always leaping over the largest empty one (8 children together where all are empty). It
+/// never waits: it hands a ray back when a box is missing. Coordinates: see RayState. One for each
+/// thread. Ref: Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987; Museth,
+/// "Hierarchical Digital Differential Analyzer", SIGGRAPH Talks 2014.
 class RayWalk {
 public:
     RayWalk(BlockReader& reader, const LevelCut& cut) : m_reader(reader), m_cut(cut) {}
 
     /// From where the ray is to the first voxel that stops it with t <= t_max.
-    [[nodiscard]] WalkEnd first_hit(RayState& ray, StopAt stop, double t_max, Hit& hit) { return walk<false>(ray, stop, t_max, &hit, nullptr); }
-    /// Whether anything solid lies ahead; kHit also for holes. @param occluder in: tried first; out: what stopped the ray
+    [[nodiscard]] WalkEnd first_hit(RayState& ray, StopAt stop, double t_max, Hit& hit) {
+        return walk<false>(ray, stop, t_max, &hit, nullptr);
+    }
+    /// Whether anything solid lies ahead; kHit also for holes. @param occluder in: tried first;
+    /// out: what stopped the ray
     [[nodiscard]] WalkEnd any_hit(RayState& ray, double t_max, Occluder& occluder);
 
     /// Which box the ray that kWaits needs.

@@ -5,11 +5,13 @@ namespace terravox {
 std::optional<Hit> Walker::first_hit(const Ray& ray, StopAt stop, double t_max) {
     ++m_rays;
     RayState state(ray);
-    if (!state.enter(m_walk.cut().entry_bounds())) return std::nullopt;
+    if (!state.enter(m_walk.cut().entry_bounds()))
+        return std::nullopt;
     return finish(state, stop, t_max);
 }
 
-std::optional<Hit> Walker::first_hit_from(const Ray& ray, VoxelCoord start, int its_level, StopAt stop, double t_max) {
+std::optional<Hit> Walker::first_hit_from(const Ray& ray, VoxelCoord start, int its_level,
+                                          StopAt stop, double t_max) {
     ++m_rays;
     RayState state(ray);
     state.start_in(start, its_level);
@@ -20,8 +22,10 @@ std::optional<Hit> Walker::finish(RayState& ray, StopAt stop, double t_max) {
     Hit hit;
     while (true) {
         const WalkEnd end = m_walk.first_hit(ray, stop, t_max, hit);
-        if (end == WalkEnd::kHit) return hit;
-        if (end == WalkEnd::kMiss) return std::nullopt;
+        if (end == WalkEnd::kHit)
+            return hit;
+        if (end == WalkEnd::kMiss)
+            return std::nullopt;
         (void)m_walk.reader().blocks().get(m_walk.missing());
     }
 }

@@ -6,17 +6,22 @@
 
 namespace terravox {
 
-/// RayWalk for one ray at a time that waits for boxes: for tests, measurements, and looking at a single point. Not thread-safe.
+/// RayWalk for one ray at a time that waits for boxes: for tests, measurements, and looking at a
+/// single point. Not thread-safe.
 class Walker {
 public:
     /// @param cut outlives the walker
     Walker(BlockReader& reader, const LevelCut& cut) : m_walk(reader, cut) {}
 
     /// The first voxel that stops the ray with t in [0, t_max]. @param ray level-0 voxels
-    [[nodiscard]] std::optional<Hit> first_hit(const Ray& ray, StopAt stop = StopAt::kSolid, double t_max = kFar);
+    [[nodiscard]] std::optional<Hit> first_hit(const Ray& ray, StopAt stop = StopAt::kSolid,
+                                               double t_max = kFar);
 
-    /// The same for a ray that starts on a face: `start`, of `its_level`, is the voxel it starts in, whatever rounding says of its origin.
-    [[nodiscard]] std::optional<Hit> first_hit_from(const Ray& ray, VoxelCoord start, int its_level = 0, StopAt stop = StopAt::kSolid, double t_max = kFar);
+    /// The same for a ray that starts on a face: `start`, of `its_level`, is the voxel it starts
+    /// in, whatever rounding says of its origin.
+    [[nodiscard]] std::optional<Hit> first_hit_from(const Ray& ray, VoxelCoord start,
+                                                    int its_level = 0, StopAt stop = StopAt::kSolid,
+                                                    double t_max = kFar);
 
     [[nodiscard]] std::uint64_t rays() const noexcept { return m_rays; }
     [[nodiscard]] std::uint64_t steps() const noexcept { return m_walk.counts().steps; }

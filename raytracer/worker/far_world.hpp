@@ -17,12 +17,16 @@
 
 namespace terravox {
 
-/// Packed boxes that coordinators have sent, kept by the daemon from one link to the next. Thread-safe.
+/// Packed boxes that coordinators have sent, kept by the daemon from one link to the next.
+/// Thread-safe.
 class BoxShelf {
 public:
-    /// @param most_worlds whose boxes are kept: each coordinator has numbers of its own, and most never come back
-    BoxShelf(std::size_t memory_bytes, std::size_t most_worlds) : m_frames(memory_bytes), m_most_worlds(most_worlds) {}
-    /// A world is in use; boxes of the one that was last so before all others go where there are too many.
+    /// @param most_worlds whose boxes are kept: each coordinator has numbers of its own, and most
+    /// never come back
+    BoxShelf(std::size_t memory_bytes, std::size_t most_worlds)
+        : m_frames(memory_bytes), m_most_worlds(most_worlds) {}
+    /// A world is in use; boxes of the one that was last so before all others go where there are
+    /// too many.
     void open(std::uint64_t world_id);
     struct Key {
         std::uint64_t world_id;
@@ -30,7 +34,9 @@ public:
         friend bool operator==(const Key&, const Key&) = default;
     };
     struct Hash {
-        std::size_t operator()(const Key& key) const noexcept { return voxel::BoxKeyHash()(key.box) ^ key.world_id * 0x9e3779b97f4a7c15U; }
+        std::size_t operator()(const Key& key) const noexcept {
+            return voxel::BoxKeyHash()(key.box) ^ key.world_id * 0x9e3779b97f4a7c15U;
+        }
     };
     /// Empty: air.
     using Frame = std::vector<std::byte>;
@@ -47,17 +53,21 @@ private:
     std::deque<std::uint64_t> m_worlds;  ///< the latest first
 };
 
-/// A world whose boxes the coordinator sends. Thread-safe: threads that ask wait for the link's reader, which hands in what comes.
+/// A world whose boxes the coordinator sends. Thread-safe: threads that ask wait for the link's
+/// reader, which hands in what comes.
 class FarWorld final : public voxel::World {
 public:
     /// @param send a frame to the coordinator; false: the link has ended
-    FarWorld(voxel::WorldInfo info, std::uint64_t world_id, std::function<bool(farm::Frame)> send, BoxShelf& shelf);
+    FarWorld(voxel::WorldInfo info, std::uint64_t world_id, std::function<bool(farm::Frame)> send,
+             BoxShelf& shelf);
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override;
     void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override;
     [[nodiscard]] int preferred_batch() const noexcept override { return 32; }
-    [[nodiscard]] int worth_asking(int threads) const noexcept override { return std::max(threads, 8); }
+    [[nodiscard]] int worth_asking(int threads) const noexcept override {
+        return std::max(threads, 8);
+    }
     /// All boxes of the world's own, full range: nobody is asked.
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override;
     void stop() noexcept override;
@@ -73,7 +83,8 @@ private:
         std::shared_ptr<const BoxShelf::Frame> frame;  ///< nullptr when it could not be had
         std::string hole;
     };
-    [[nodiscard]] std::shared_ptr<const voxel::Box> unpacked(const voxel::BoxKey& key, const BoxShelf::Frame& frame) const;
+    [[nodiscard]] std::shared_ptr<const voxel::Box> unpacked(const voxel::BoxKey& key,
+                                                             const BoxShelf::Frame& frame) const;
 
     const voxel::WorldInfo m_info;
     const std::uint64_t m_world_id;
@@ -85,16 +96,22 @@ private:
     bool m_stop = false;
 };
 
-/// A world that asks another for what it cannot have itself, so that a picture does not depend on who computed it.
+/// A world that asks another for what it cannot have itself, so that a picture does not depend on
+/// who computed it.
 class HelpedWorld final : public voxel::World {
 public:
-    HelpedWorld(std::unique_ptr<voxel::World> own, voxel::World& helper) : m_own(std::move(own)), m_helper(helper) {}
+    HelpedWorld(std::unique_ptr<voxel::World> own, voxel::World& helper)
+        : m_own(std::move(own)), m_helper(helper) {}
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_own->info(); }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override;
     void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override;
     [[nodiscard]] int preferred_batch() const noexcept override { return m_own->preferred_batch(); }
-    [[nodiscard]] int worth_asking(int threads) const noexcept override { return m_own->worth_asking(threads); }
-    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override { return m_own->column(level, bx, bz); }
+    [[nodiscard]] int worth_asking(int threads) const noexcept override {
+        return m_own->worth_asking(threads);
+    }
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return m_own->column(level, bx, bz);
+    }
     void stop() noexcept override {
         m_own->stop();
         m_helper.stop();

@@ -10,7 +10,8 @@ class App;
 
 namespace terravox {
 
-/// Adds `farm certs` (certificates for coordinators and workers) and `farm status` (what a daemon or a coordinator is at).
+/// Adds `farm certs` (certificates for coordinators and workers) and `farm status` (what a daemon
+/// or a coordinator is at).
 /// @return runs the command once the arguments are parsed @throws (when run) Error, UsageError
 [[nodiscard]] std::function<ExitCode()> add_farm_command(CLI::App& app);
 

@@ -23,15 +23,27 @@ class Text {
 public:
     void family(const char* name, const char* type, const char* help) {
         m_name = name;
-        m_out.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ").append(name).append(" ").append(type).append("\n");
+        m_out.append("# HELP ")
+            .append(name)
+            .append(" ")
+            .append(help)
+            .append("\n# TYPE ")
+            .append(name)
+            .append(" ")
+            .append(type)
+            .append("\n");
     }
     void value(double number, const std::string& label = {}) {
         std::array<char, 40> text{};
         std::snprintf(text.data(), text.size(), "%.17g", number);
         m_out.append(m_name).append(label).append(" ").append(text.data()).append("\n");
     }
-    void counter(const char* name, const char* help, double number) { family(name, "counter", help), value(number); }
-    void gauge(const char* name, const char* help, double number) { family(name, "gauge", help), value(number); }
+    void counter(const char* name, const char* help, double number) {
+        family(name, "counter", help), value(number);
+    }
+    void gauge(const char* name, const char* help, double number) {
+        family(name, "gauge", help), value(number);
+    }
     [[nodiscard]] std::string take() { return std::move(m_out); }
 
 private:
@@ -41,7 +53,8 @@ private:
 std::string label(const char* name, std::string_view value) {
     std::string out = std::string("{") + name + "=\"";
     for (const char c : value) {
-        if (c == '\\' || c == '"') out += '\\';
+        if (c == '\\' || c == '"')
+            out += '\\';
         out += c == '\n' ? ' ' : c;
     }
     return out + "\"}";
@@ -51,14 +64,18 @@ std::string label(const char* name, std::string_view value) {
 std::string_view header(const mg_request_info& info, const char* name) {
     std::string_view found;
     for (int i = 0; i < info.num_headers; ++i) {
-        if (strcasecmp(info.http_headers[i].name, name) != 0) continue;
-        if (found.data() != nullptr) return {};
+        if (strcasecmp(info.http_headers[i].name, name) != 0)
+            continue;
+        if (found.data() != nullptr)
+            return {};
         found = info.http_headers[i].value;
     }
     return found;
 }
 
-double number(std::uint64_t count) { return static_cast<double>(count); }
+double number(std::uint64_t count) {
+    return static_cast<double>(count);
+}
 
 struct Reply {
     int status = 200;
@@ -75,7 +92,8 @@ void send(mg_connection* connection, const Reply& reply, bool head_only) {
                       "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
                       "Cross-Origin-Resource-Policy: same-origin\r\n" +
                       reply.more + "Connection: close\r\n\r\n";
-    if (!head_only) out += reply.body;
+    if (!head_only)
+        out += reply.body;
     mg_write(connection, out.data(), out.size());
     // Or CivetWeb would read, and wait for, a body of any length that the client has announced.
     mg_disable_connection_keep_alive(connection);
@@ -83,11 +101,17 @@ void send(mg_connection* connection, const Reply& reply, bool head_only) {
 
 std::string listening_port(const std::string& host, std::uint16_t port) {
     std::array<unsigned char, sizeof(in6_addr)> ignored{};
-    if (host.empty()) return std::to_string(port);
-    if (inet_pton(AF_INET, host.c_str(), ignored.data()) == 1) return host + ":" + std::to_string(port);
+    if (host.empty())
+        return std::to_string(port);
+    if (inet_pton(AF_INET, host.c_str(), ignored.data()) == 1)
+        return host + ":" + std::to_string(port);
     if (inet_pton(AF_INET6, host.c_str(), ignored.data()) != 1)
-        throw UsageError("open the page of metrics on '" + host + "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or 0.0.0.0 (all networks)");
-    if (mg_check_feature(MG_FEATURES_IPV6) == 0) throw UsageError("open the page of metrics on " + host + ": this build of CivetWeb has no IPv6; allowed: IPv4");
+        throw UsageError("open the page of metrics on '" + host +
+                         "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or "
+                         "0.0.0.0 (all networks)");
+    if (mg_check_feature(MG_FEATURES_IPV6) == 0)
+        throw UsageError("open the page of metrics on " + host +
+                         ": this build of CivetWeb has no IPv6; allowed: IPv4");
     return "[" + host + "]:" + std::to_string(port);
 }
 
@@ -100,27 +124,35 @@ std::string metrics_text(const WorkerMetrics& m) {
     text.gauge("terravox_worker_uptime_seconds", "Time since the start.", m.uptime_s);
     text.counter("terravox_worker_tiles_total", "Tiles finished.", number(m.tiles));
     text.counter("terravox_worker_pixels_total", "Pixels of these tiles.", number(m.pixels));
-    text.counter("terravox_worker_rays_total", "Rays of these tiles, of all kinds.", number(m.rays));
-    text.counter("terravox_worker_failed_total", "Tiles that could not be traced.", number(m.failed));
-    text.counter("terravox_worker_results_bytes_total", "Bytes of results sent.", number(m.result_bytes));
-    text.counter("terravox_worker_box_requests_total", "Boxes that coordinators were asked for.", number(m.box_requests));
-    text.counter("terravox_worker_busy_seconds_total", "Time in which there were tiles, summed over sessions.", m.busy_s);
-    text.counter("terravox_worker_sessions_total", "Coordinators worked for so far.", number(m.all_sessions));
+    text.counter("terravox_worker_rays_total", "Rays of these tiles, of all kinds.",
+                 number(m.rays));
+    text.counter("terravox_worker_failed_total", "Tiles that could not be traced.",
+                 number(m.failed));
+    text.counter("terravox_worker_results_bytes_total", "Bytes of results sent.",
+                 number(m.result_bytes));
+    text.counter("terravox_worker_box_requests_total", "Boxes that coordinators were asked for.",
+                 number(m.box_requests));
+    text.counter("terravox_worker_busy_seconds_total",
+                 "Time in which there were tiles, summed over sessions.", m.busy_s);
+    text.counter("terravox_worker_sessions_total", "Coordinators worked for so far.",
+                 number(m.all_sessions));
     text.family("terravox_worker_refused_total", "counter", "Coordinators and strangers refused.");
-    for (const auto& [reason, count] : m.refused) text.value(number(count), label("reason", reason));
+    for (const auto& [reason, count] : m.refused)
+        text.value(number(count), label("reason", reason));
     text.gauge("terravox_worker_sessions", "Coordinators worked for now.", m.sessions);
     text.gauge("terravox_worker_threads", "Threads of a session.", m.threads);
     text.gauge("terravox_worker_tiles_waiting", "Tiles that are not begun.", number(m.waiting));
     text.gauge("terravox_worker_tiles_begun", "Tiles that are begun.", number(m.begun));
     text.gauge("terravox_worker_memory_bytes", "Resident memory.", number(m.memory_bytes));
     text.gauge("terravox_worker_box_bytes", "Of boxes in memory.", number(m.box_bytes));
-    text.gauge("terravox_worker_box_limit_bytes", "Most bytes of boxes that are kept.", number(m.box_limit_bytes));
+    text.gauge("terravox_worker_box_limit_bytes", "Most bytes of boxes that are kept.",
+               number(m.box_limit_bytes));
     text.gauge("terravox_worker_draining", "1: takes no more work.", m.draining ? 1 : 0);
     return text.take();
 }
 
-/// CivetWeb calls back on its own threads, through C: nothing may be thrown there. A lock guards the message of a start that fails; nothing
-/// else changes once it has started.
+/// CivetWeb calls back on its own threads, through C: nothing may be thrown there. A lock guards
+/// the message of a start that fails; nothing else changes once it has started.
 class MetricsPage::Impl {
 public:
     Impl(const MetricsAddress& address, Snapshot snapshot)
@@ -144,10 +176,13 @@ public:
         m_context = mg_start(&callbacks, this, settings.data());
         if (m_context == nullptr) {
             const std::lock_guard lock(m_mutex);
-            throw Error("open the page of metrics on " + listen + ": " + (m_message.empty() ? "CivetWeb could not start" : m_message) + "; another port may be free, 0 is any");
+            throw Error("open the page of metrics on " + listen + ": " +
+                        (m_message.empty() ? "CivetWeb could not start" : m_message) +
+                        "; another port may be free, 0 is any");
         }
         mg_server_port opened{};
-        if (mg_get_server_ports(m_context, 1, &opened) == 1) m_port = static_cast<std::uint16_t>(opened.port);
+        if (mg_get_server_ports(m_context, 1, &opened) == 1)
+            m_port = static_cast<std::uint16_t>(opened.port);
         try {
             m_slow_clients.watch(m_port);
         } catch (...) {
@@ -156,14 +191,17 @@ public:
         }
     }
     ~Impl() {
-        if (m_context != nullptr) mg_stop(m_context);
+        if (m_context != nullptr)
+            mg_stop(m_context);
     }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
     [[nodiscard]] std::uint16_t port() const noexcept { return m_port; }
 
 private:
-    static Impl& self(const mg_connection* connection) noexcept { return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection))); }
+    static Impl& self(const mg_connection* connection) noexcept {
+        return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection)));
+    }
 
     // @return the status that was sent: CivetWeb then does nothing more about the request
     static int on_request(mg_connection* connection) noexcept {
@@ -193,12 +231,18 @@ private:
                                       header(info, "Sec-Fetch-Mode"),
                                       header(info, "Sec-Fetch-Dest")}))
             return {403, "Forbidden", "not for web pages of another origin\n"};
-        if (path != "/metrics" && path != "/healthz") return {404, "Not Found", "no such page; allowed: /metrics, /healthz\n"};
-        if (method != "GET" && method != "HEAD") return {405, "Method Not Allowed", "allowed: GET, HEAD\n", "text/plain; charset=utf-8", "Allow: GET, HEAD\r\n"};
+        if (path != "/metrics" && path != "/healthz")
+            return {404, "Not Found", "no such page; allowed: /metrics, /healthz\n"};
+        if (method != "GET" && method != "HEAD")
+            return {405, "Method Not Allowed", "allowed: GET, HEAD\n", "text/plain; charset=utf-8",
+                    "Allow: GET, HEAD\r\n"};
         try {
             const WorkerMetrics metrics = m_snapshot();
-            if (path == "/metrics") return {200, "OK", metrics_text(metrics), "text/plain; version=0.0.4; charset=utf-8"};
-            if (metrics.draining) return {503, "Service Unavailable", "draining\n"};
+            if (path == "/metrics")
+                return {200, "OK", metrics_text(metrics),
+                        "text/plain; version=0.0.4; charset=utf-8"};
+            if (metrics.draining)
+                return {503, "Service Unavailable", "draining\n"};
             return {};
         } catch (const std::exception& e) {
             spdlog::error("answer a request for metrics: {}", e.what());
@@ -207,7 +251,9 @@ private:
     }
     static int on_refusal(mg_connection* connection, int status, const char* /*message*/) noexcept {
         try {
-            send(connection, {status, "Refused", "allowed: a short HTTP/1.1 request, sent without delay\n"}, false);
+            send(connection,
+                 {status, "Refused", "allowed: a short HTTP/1.1 request, sent without delay\n"},
+                 false);
         } catch (const std::exception& e) {
             spdlog::error("refuse a request for metrics: {}", e.what());
         }
@@ -238,6 +284,8 @@ private:
 MetricsPage::MetricsPage(const MetricsAddress& address, Snapshot snapshot)
     : m_impl(std::make_unique<Impl>(address, std::move(snapshot))) {}
 MetricsPage::~MetricsPage() = default;
-std::uint16_t MetricsPage::port() const noexcept { return m_impl->port(); }
+std::uint16_t MetricsPage::port() const noexcept {
+    return m_impl->port();
+}
 
 }  // namespace terravox

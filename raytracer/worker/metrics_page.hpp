@@ -16,14 +16,15 @@ struct WorkerMetrics {
     std::uint64_t failed = 0;                       ///< tiles that could not be traced
     std::uint64_t result_bytes = 0;                 ///< of results, as sent
     std::uint64_t box_requests = 0;                 ///< boxes that coordinators were asked for
-    double busy_s = 0;                              ///< in which there were tiles, summed over sessions
+    double busy_s = 0;  ///< in which there were tiles, summed over sessions
     std::uint64_t all_sessions = 0;
-    std::map<std::string, std::uint64_t> refused;   ///< coordinators and strangers, by a reason of one or two words
-    int sessions = 0, threads = 0;                  ///< now
-    std::uint64_t memory_bytes = 0;                 ///< of the process, in RAM
+    std::map<std::string, std::uint64_t>
+        refused;                    ///< coordinators and strangers, by a reason of one or two words
+    int sessions = 0, threads = 0;  ///< now
+    std::uint64_t memory_bytes = 0;  ///< of the process, in RAM
     std::uint64_t box_bytes = 0, box_limit_bytes = 0;
-    std::uint64_t waiting = 0, begun = 0;           ///< tiles
-    bool draining = false;                          ///< it takes no more work
+    std::uint64_t waiting = 0, begun = 0;  ///< tiles
+    bool draining = false;                 ///< it takes no more work
 };
 
 /// In the text format of Prometheus, 0.0.4.
@@ -31,8 +32,8 @@ struct WorkerMetrics {
 
 /// Where the page is.
 struct MetricsAddress {
-    std::string host;        ///< a number such as 127.0.0.1; empty: all networks
-    std::uint16_t port = 0;  ///< 0: any free one
+    std::string host;                  ///< a number such as 127.0.0.1; empty: all networks
+    std::uint16_t port = 0;            ///< 0: any free one
     std::vector<std::string> names{};  ///< that it may be asked by, beside those of net::HttpNames
 };
 

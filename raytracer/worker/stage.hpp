@@ -22,13 +22,15 @@
 
 namespace terravox {
 
-/// A world as a worker has it, with its boxes in memory: kept from one picture to the next of the same world.
+/// A world as a worker has it, with its boxes in memory: kept from one picture to the next of the
+/// same world.
 struct WorkerGround {
     std::uint64_t world_id = 0;
     std::string world, server, generated;  ///< text, and where boxes are from
     HttpAccess http = access_to_nobody();  ///< servers that this worker may ask itself
     std::unique_ptr<FarWorld> far;
-    std::unique_ptr<voxel::World> own;     ///< opened by the first stage; nullptr: boxes are the coordinator's
+    std::unique_ptr<voxel::World>
+        own;  ///< opened by the first stage; nullptr: boxes are the coordinator's
     std::unique_ptr<BlockManager> blocks;
     std::mutex opening;
     std::stop_source ending;
@@ -42,9 +44,11 @@ struct WorkerGround {
 
 /// One picture on a worker: what has to be made before the first tile, then tiles through threads.
 ///
-/// A thread of its own opens the world and makes the view, then feeds tiles to the threads; others take results and hand them on. One mutex
-/// guards the tiles that wait and those that are begun, of which no more are begun than fit the memory: together they may take as much as the
-/// boxes, and one may always be begun. A tile whose pixels no frame could hold is refused. Ends, cancelled, when it is told to; the threads' end is waited for by the destructor.
+/// A thread of its own opens the world and makes the view, then feeds tiles to the threads; others
+/// take results and hand them on. One mutex guards the tiles that wait and those that are begun, of
+/// which no more are begun than fit the memory: together they may take as much as the boxes, and
+/// one may always be begun. A tile whose pixels no frame could hold is refused. Ends, cancelled,
+/// when it is told to; the threads' end is waited for by the destructor.
 class Stage {
 public:
     /// What came of a tile. Called on threads of the stage.
@@ -54,7 +58,8 @@ public:
         std::function<void(std::uint64_t id, const std::string& why)> failed;
     };
     /// @throws Error when there is no thread for it; what is refused later is an answer (failed)
-    Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads, std::size_t memory_bytes, Answers answers);
+    Stage(std::uint64_t picture, Parcel parcel, std::shared_ptr<WorkerGround> ground, int threads,
+          std::size_t memory_bytes, Answers answers);
     ~Stage();
     Stage(const Stage&) = delete;
     Stage& operator=(const Stage&) = delete;
@@ -77,7 +82,8 @@ public:
     };
     [[nodiscard]] Load load() const;
     static constexpr std::size_t kMostWaiting = 1 << 16;
-    /// Of a lease's pixels, not compressed: what compresses to a frame's size (net::kMostFrame_bytes) has not more than twice that.
+    /// Of a lease's pixels, not compressed: what compresses to a frame's size
+    /// (net::kMostFrame_bytes) has not more than twice that.
     static constexpr std::uint64_t kMostLease_bytes = 2 * net::kMostFrame_bytes;
     [[nodiscard]] const WorkerGround& ground() const noexcept { return *m_ground; }
 

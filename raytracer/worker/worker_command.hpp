@@ -10,7 +10,8 @@ class App;
 
 namespace terravox {
 
-/// Adds `worker`: the daemon that lends this machine to renders elsewhere. @return runs the command once the arguments are parsed
+/// Adds `worker`: the daemon that lends this machine to renders elsewhere. @return runs the command
+/// once the arguments are parsed
 /// @throws (when run) Error, UsageError
 [[nodiscard]] std::function<ExitCode()> add_worker_command(CLI::App& app);
 

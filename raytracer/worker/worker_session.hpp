@@ -20,11 +20,13 @@ namespace terravox {
 
 /// What all sessions of a daemon share.
 struct WorkerShared {
-    WorkerShared(std::size_t shelf_bytes, int sessions) : shelf(shelf_bytes, static_cast<std::size_t>(sessions) + 1) {}
+    WorkerShared(std::size_t shelf_bytes, int sessions)
+        : shelf(shelf_bytes, static_cast<std::size_t>(sessions) + 1) {}
     BoxShelf shelf;
     std::mutex mutex;
     std::map<std::string, std::string> states;  ///< texts by hash; a few megabytes at most
-    std::atomic<std::uint64_t> tiles{0}, pixels{0}, rays{0}, result_bytes{0}, box_requests{0}, busy_us{0}, failed{0};
+    std::atomic<std::uint64_t> tiles{0}, pixels{0}, rays{0}, result_bytes{0}, box_requests{0},
+        busy_us{0}, failed{0};
 };
 
 struct SessionOptions {
@@ -33,13 +35,16 @@ struct SessionOptions {
     HttpAccess http = access_to_nobody();                ///< servers that it may ask itself
 };
 
-/// A worker's end of a link to a coordinator, from the hellos on: renders what it is asked for until the link ends.
+/// A worker's end of a link to a coordinator, from the hellos on: renders what it is asked for
+/// until the link ends.
 ///
-/// The thread of run() reads frames and waits for nothing else. Each picture has a stage: its world, boxes, view and threads, made on a
-/// thread of its own, which then feeds the threads with tiles; others take the results, pack them, and send them.
+/// The thread of run() reads frames and waits for nothing else. Each picture has a stage: its
+/// world, boxes, view and threads, made on a thread of its own, which then feeds the threads with
+/// tiles; others take the results, pack them, and send them.
 class WorkerSession {
 public:
-    WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator, SessionOptions options, WorkerShared& shared);
+    WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator, SessionOptions options,
+                  WorkerShared& shared);
     ~WorkerSession();
 
     enum class End : std::uint8_t {
@@ -48,10 +53,12 @@ public:
         kRefused,  ///< it does not want us any more
         kDrained,  ///< we left
     };
-    /// @return how it ended; `why` says more @throws Error, std::bad_alloc without threads or memory; the link has ended then, too
+    /// @return how it ended; `why` says more @throws Error, std::bad_alloc without threads or
+    /// memory; the link has ended then, too
     End run(std::string& why);
 
-    /// Gives back what is not begun, finishes the rest, and ends the link, no later than after this. From any thread.
+    /// Gives back what is not begun, finishes the rest, and ends the link, no later than after
+    /// this. From any thread.
     void drain(std::chrono::milliseconds patience);
     void abort() noexcept { m_link->abort(); }
     /// Tells the coordinator that it wants no more tiles for now, or does again. From any thread.
@@ -81,9 +88,9 @@ private:
     const SessionOptions m_options;
     WorkerShared& m_shared;
     // Of the reader alone.
-    std::optional<farm::Picture> m_awaited;  ///< whose texts are not all here
+    std::optional<farm::Picture> m_awaited;      ///< whose texts are not all here
     std::map<std::string, std::string> m_texts;  ///< of that one, by hash
-    std::vector<farm::Task> m_early;         ///< tasks of that one
+    std::vector<farm::Task> m_early;             ///< tasks of that one
     std::size_t m_early_tiles = 0;
     std::shared_ptr<WorkerGround> m_ground;
     std::vector<std::shared_ptr<Stage>> m_old;  ///< cancelled, with threads that may still run

@@ -51,14 +51,16 @@ constexpr std::array kBlocks6 = {
 
 bool begins_with(const std::uint8_t* address, const Block& block) noexcept {
     const auto whole = static_cast<std::size_t>(block.bits / 8);
-    if (std::memcmp(address, block.first.data(), whole) != 0) return false;
+    if (std::memcmp(address, block.first.data(), whole) != 0)
+        return false;
     const int rest = block.bits % 8;
     return rest == 0 || (address[whole] ^ block.first[whole]) >> (8 - rest) == 0;
 }
 
 AddressRange range_in(std::span<const Block> blocks, const std::uint8_t* address) noexcept {
     for (const Block& block : blocks)
-        if (begins_with(address, block)) return block.range;
+        if (begins_with(address, block))
+            return block.range;
     return AddressRange::kNoMachine;
 }
 
@@ -75,7 +77,8 @@ const std::uint8_t* number_of(const sockaddr& address) noexcept {
 
 AddressRange range_of(const sockaddr& address) noexcept {
     const std::uint8_t* number = number_of(address);
-    if (number == nullptr) return AddressRange::kNoMachine;
+    if (number == nullptr)
+        return AddressRange::kNoMachine;
     return address.sa_family == AF_INET ? range_in(kBlocks4, number) : range_in(kBlocks6, number);
 }
 

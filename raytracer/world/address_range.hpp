@@ -21,7 +21,8 @@ enum class AddressRange : std::uint8_t {
 class AddressRanges {
 public:
     constexpr AddressRanges(std::initializer_list<AddressRange> ranges = {}) noexcept {
-        for (const AddressRange range : ranges) add(range);
+        for (const AddressRange range : ranges)
+            add(range);
     }
     constexpr void add(AddressRange range) noexcept {
         m_bits |= 1U << static_cast<unsigned>(range);

@@ -21,12 +21,16 @@
 
 namespace terravox {
 
-/// A box as the walker meets it. A hole is a box that could not be made or fetched: it is shown and counted, never taken for air.
+/// A box as the walker meets it. A hole is a box that could not be made or fetched: it is shown and
+/// counted, never taken for air.
 struct Block {
     std::shared_ptr<const voxel::Box> box;  ///< nullptr: air, or a hole
     bool hole = false;
-    [[nodiscard]] std::size_t memory_bytes() const noexcept { return kOverhead_bytes + (box ? box->memory_bytes() : 0); }
-    static constexpr std::size_t kOverhead_bytes = 256;  ///< of an entry and its place in maps and lists
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return kOverhead_bytes + (box ? box->memory_bytes() : 0);
+    }
+    static constexpr std::size_t kOverhead_bytes =
+        256;  ///< of an entry and its place in maps and lists
 };
 /// Who holds one keeps it in memory: it is not evicted.
 using BlockPin = std::shared_ptr<const Block>;
@@ -35,7 +39,8 @@ using BlockPin = std::shared_ptr<const Block>;
 class BlockListener {
 public:
     virtual ~BlockListener() = default;
-    /// Called once for each wait, from any thread, the manager's lock held: must be short and must not call the manager.
+    /// Called once for each wait, from any thread, the manager's lock held: must be short and must
+    /// not call the manager.
     /// @return somebody will look at the box: it stays in memory until then
     virtual bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept = 0;
 };
@@ -50,15 +55,19 @@ struct BlockStats {
     std::size_t bytes = 0, peak_bytes = 0, entries = 0, holes = 0;
 };
 
-/// The boxes of a world in memory, hashed by Morton code, and the threads that fetch what is missing.
+/// The boxes of a world in memory, hashed by Morton code, and the threads that fetch what is
+/// missing.
 ///
-/// Nobody who traces ever waits here: find() answers at once, and wait_for() calls back when the box has come. Boxes that somebody waits
-/// for are loaded before those that are only foreseen (prefetch). Least recently used boxes go when the limit is reached, never one that
-/// is pinned or that has come for somebody who has not looked at it yet; loaders pause while a quarter of the memory is full of such.
+/// Nobody who traces ever waits here: find() answers at once, and wait_for() calls back when the
+/// box has come. Boxes that somebody waits for are loaded before those that are only foreseen
+/// (prefetch). Least recently used boxes go when the limit is reached, never one that is pinned or
+/// that has come for somebody who has not looked at it yet; loaders pause while a quarter of the
+/// memory is full of such.
 ///
-/// Where the world likes batches a loader takes a share of what is queued, the most urgent first, and two loaders in eight are kept for boxes
-/// that somebody waits for. Each box is there as soon as it has come, whatever becomes of the others of its batch.
-/// Thread-safe: one lock, not held while the world makes a box.
+/// Where the world likes batches a loader takes a share of what is queued, the most urgent first,
+/// and two loaders in eight are kept for boxes that somebody waits for. Each box is there as soon
+/// as it has come, whatever becomes of the others of its batch. Thread-safe: one lock, not held
+/// while the world makes a box.
 class BlockManager {
 public:
     /// @param memory_bytes limit for boxes @param loaders threads that ask the world, at least 1
@@ -77,15 +86,18 @@ public:
     void forget(const BlockListener& listener, std::optional<std::uint64_t> ticket = std::nullopt);
     /// Waits for the box; a hole once stop() was called. Not for threads that trace.
     [[nodiscard]] BlockPin get(const voxel::BoxKey& key);
-    /// Boxes to load, the first first, while nobody waits for others, until three quarters of the memory are full. Replaces earlier ones.
+    /// Boxes to load, the first first, while nobody waits for others, until three quarters of the
+    /// memory are full. Replaces earlier ones.
     void prefetch(std::vector<voxel::BoxKey> keys);
 
-    /// Boxes that could not be had are asked for again from now on: between pictures, each of which has one answer. What the world was
-    /// asked before and says later that it cannot give is asked once more: somebody who no longer needs it may have asked long ago.
+    /// Boxes that could not be had are asked for again from now on: between pictures, each of which
+    /// has one answer. What the world was asked before and says later that it cannot give is asked
+    /// once more: somebody who no longer needs it may have asked long ago.
     void forget_holes();
 
-    /// @throws voxel::ChangedError once a box could not be had for that. Such boxes are holes that are not told one by one: who makes
-    /// something of the world asks here before it takes what has holes.
+    /// @throws voxel::ChangedError once a box could not be had for that. Such boxes are holes that
+    /// are not told one by one: who makes something of the world asks here before it takes what has
+    /// holes.
     void check_world() const;
 
     /// Nobody needs boxes any more: none is asked for, and requests under way end.
@@ -96,7 +108,8 @@ public:
     [[nodiscard]] BlockStats stats() const;
     /// Boxes that could not be made or fetched so far.
     [[nodiscard]] std::size_t hole_count() const;
-    /// Whether this box could not be made or fetched. Once it is so, it stays so until forget_holes().
+    /// Whether this box could not be made or fetched. Once it is so, it stays so until
+    /// forget_holes().
     [[nodiscard]] bool is_hole(const voxel::BoxKey& key) const;
 
 private:
@@ -105,11 +118,11 @@ private:
         std::uint64_t ticket;
     };
     struct Entry {
-        BlockPin block;  ///< nullptr while it is queued or being loaded
+        BlockPin block;                            ///< nullptr while it is queued or being loaded
         std::list<voxel::BoxKey>::iterator place;  ///< in m_order, with a block only
         std::vector<Wait> waits;
         bool loading = false, wanted = false;
-        int getters = 0;  ///< threads in get(); the entry stays while there are some
+        int getters = 0;      ///< threads in get(); the entry stays while there are some
         bool unseen = false;  ///< came for somebody who has not looked yet
     };
     void load_boxes();
@@ -120,7 +133,8 @@ private:
     [[nodiscard]] std::size_t coming_bytes(std::size_t more) const noexcept;
     [[nodiscard]] std::vector<voxel::BoxKey> load(const std::vector<voxel::BoxKey>& keys);
     /// @param failure none: it was a hole before, or nobody needs boxes any more
-    [[nodiscard]] bool come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure, std::uint64_t forgotten);
+    [[nodiscard]] bool come_as_hole(const voxel::BoxKey& key, const std::exception_ptr& failure,
+                                    std::uint64_t forgotten);
     void come(const voxel::BoxKey& key, Block made);
     void come(const voxel::BoxKey& key, Block made, std::unique_lock<std::mutex> lock);
     void keep(const voxel::BoxKey& key, BlockPin block, std::vector<BlockPin>& evicted);
@@ -144,8 +158,8 @@ private:
     std::unordered_set<voxel::BoxKey, voxel::BoxKeyHash> m_loaded_once;
     BlockStats m_stats;
     std::size_t m_unseen_bytes = 0, m_freed_bytes = 0;
-    std::size_t m_busy = 0;    ///< loaders that ask for boxes
-    std::size_t m_ahead = 0;   ///< those of them that ask for what nobody waited for when they began
+    std::size_t m_busy = 0;   ///< loaders that ask for boxes
+    std::size_t m_ahead = 0;  ///< those of them that ask for what nobody waited for when they began
     std::size_t m_coming = 0;  ///< boxes that they have asked for
     bool m_stop = false;
     std::set<voxel::BoxKey> m_holes;

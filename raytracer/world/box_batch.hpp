@@ -19,18 +19,23 @@ inline constexpr const char* kBatchMediaType = "application/vnd.terravox.boxes";
 /// One box of a batch, as the server sent it. The payload is valid while the record is taken.
 struct BatchRecord {
     voxel::BoxKey key;
-    std::uint32_t status = 0;  ///< 200: payload is a zstd frame; 204: air; otherwise payload says why there is none
+    std::uint32_t status =
+        0;  ///< 200: payload is a zstd frame; 204: air; otherwise payload says why there is none
     std::span<const std::byte> payload;
 };
 
-/// Reads the stream of records of a batch from parts of any size. Memory: one record and one part. Not thread-safe.
+/// Reads the stream of records of a batch from parts of any size. Memory: one record and one part.
+/// Not thread-safe.
 class BatchStream {
 public:
     /// @param asked how many boxes the server was asked for @param most_payload_bytes of a record
-    BatchStream(std::size_t asked, std::size_t most_payload_bytes) noexcept : m_asked(asked), m_most_payload_bytes(most_payload_bytes) {}
+    BatchStream(std::size_t asked, std::size_t most_payload_bytes) noexcept
+        : m_asked(asked), m_most_payload_bytes(most_payload_bytes) {}
 
-    /// Calls take for each record that has come whole, but the last one, which only says that it is the last.
-    /// @throws Error for what is no batch: too long a record, too many, a last one with another count, bytes after it; what take throws
+    /// Calls take for each record that has come whole, but the last one, which only says that it is
+    /// the last.
+    /// @throws Error for what is no batch: too long a record, too many, a last one with another
+    /// count, bytes after it; what take throws
     void feed(std::span<const std::byte> part, const std::function<void(const BatchRecord&)>& take);
     /// Whether the last record has come: without it the stream was cut short.
     [[nodiscard]] bool whole() const noexcept { return m_whole; }

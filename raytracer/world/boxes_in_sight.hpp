@@ -9,6 +9,8 @@ namespace terravox {
 
 /// The boxes of a cut that a camera may see, hidden or not, nearest first.
 /// @param width_px, height_px of the picture @param most at most so many
-[[nodiscard]] std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px, int height_px, const LevelCut& cut, std::size_t most);
+[[nodiscard]] std::vector<voxel::BoxKey> boxes_in_sight(const Camera& camera, int width_px,
+                                                        int height_px, const LevelCut& cut,
+                                                        std::size_t most);
 
 }  // namespace terravox

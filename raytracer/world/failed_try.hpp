@@ -12,7 +12,9 @@ namespace terravox {
 
 /// Why a try failed that another one may mend.
 struct FailedTry : Error {
-    FailedTry(Trouble what, const std::string& why, std::optional<std::chrono::seconds> later = std::nullopt) : Error(why), trouble(what), retry_after(later) {}
+    FailedTry(Trouble what, const std::string& why,
+              std::optional<std::chrono::seconds> later = std::nullopt)
+        : Error(why), trouble(what), retry_after(later) {}
     Trouble trouble;
     std::optional<std::chrono::seconds> retry_after;  ///< as the server wishes
 };

@@ -14,7 +14,8 @@
 namespace terravox {
 namespace {
 
-// Opening asks for the header, the facts about the world and the root of the index; small archives hold little more.
+// Opening asks for the header, the facts about the world and the root of the index; small archives
+// hold little more.
 constexpr std::size_t kAhead_bytes = 16 << 10;
 
 class FarArchive final : public voxel::archive::ByteSource {
@@ -32,12 +33,16 @@ public:
 
     [[nodiscard]] const std::string& name() const noexcept override { return m_url; }
 
-    [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& room) override {
-        if (bytes == 0) return {};
-        if (offset <= m_head.size() && bytes <= m_head.size() - offset) return std::span(m_head).subspan(static_cast<std::size_t>(offset), bytes);
+    [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
+                                                  std::vector<std::byte>& room) override {
+        if (bytes == 0)
+            return {};
+        if (offset <= m_head.size() && bytes <= m_head.size() - offset)
+            return std::span(m_head).subspan(static_cast<std::size_t>(offset), bytes);
         room = fetch(offset, bytes);
         if (room.size() != bytes)
-            throw Error("read the box archive " + m_url + ": bytes " + std::to_string(offset) + " to " + std::to_string(offset + bytes) + "; it ends before");
+            throw Error("read the box archive " + m_url + ": bytes " + std::to_string(offset) +
+                        " to " + std::to_string(offset + bytes) + "; it ends before");
         return room;
     }
     [[nodiscard]] std::string edition() const override { return m_state.text(); }
@@ -52,29 +57,39 @@ private:
 
     // Fewer only at the end of the file.
     std::vector<std::byte> fetch(std::uint64_t offset, std::size_t bytes) {
-        if (m_changed) throw changed();
+        if (m_changed)
+            throw changed();
         try {
             HttpReply reply = ask(offset, bytes);
             // What has changed stays so: it is looked at here, where nothing is asked for again.
-            if (reply.status == kOtherState || m_state.differs_from(FileState::of(reply))) throw changed();
-            if (reply.status == kNoSuchRange) throw Error("fetch " + m_url + ": " + problem_of(reply));
+            if (reply.status == kOtherState || m_state.differs_from(FileState::of(reply)))
+                throw changed();
+            if (reply.status == kNoSuchRange)
+                throw Error("fetch " + m_url + ": " + problem_of(reply));
             return std::move(reply.body);
         } catch (const WholeFileError& e) {
             FileState now = FileState::of(e.head());
             now.bytes.reset();  // its body was not awaited
-            if (m_state.differs_from(now)) throw changed();
+            if (m_state.differs_from(now))
+                throw changed();
             throw;
         }
     }
     HttpReply ask(std::uint64_t offset, std::size_t bytes) {
-        const FilePart part{std::to_string(offset) + "-" + std::to_string(offset + bytes - 1), m_state.condition()};
-        return m_client.ask(m_url, bytes, part, m_client.patience(), [&](const std::string&, const HttpReply& reply) {
-            // A file that is smaller than what was asked for may come whole.
-            const bool whole = reply.status != kPart && reply.status != kOtherState && reply.status != kNoSuchRange;
-            if (whole && offset != 0 && !m_state.differs_from(FileState::of(reply)))
-                throw Error("fetch " + m_url + ": the server sent the whole file where a part of it was asked for");
-            return reply;
-        });
+        const FilePart part{std::to_string(offset) + "-" + std::to_string(offset + bytes - 1),
+                            m_state.condition()};
+        return m_client.ask(
+            m_url, bytes, part, m_client.patience(),
+            [&](const std::string&, const HttpReply& reply) {
+                // A file that is smaller than what was asked for may come whole.
+                const bool whole = reply.status != kPart && reply.status != kOtherState &&
+                                   reply.status != kNoSuchRange;
+                if (whole && offset != 0 && !m_state.differs_from(FileState::of(reply)))
+                    throw Error(
+                        "fetch " + m_url +
+                        ": the server sent the whole file where a part of it was asked for");
+                return reply;
+            });
     }
     [[nodiscard]] voxel::ChangedError changed() {
         m_changed = true;
@@ -98,6 +113,8 @@ std::unique_ptr<voxel::archive::ByteSource> far_archive(const std::string& url,
     return std::make_unique<FarArchive>(url, patience, stop, access);
 }
 
-bool names_archive(const std::string& url) { return url.ends_with(voxel::archive::kEnding); }
+bool names_archive(const std::string& url) {
+    return url.ends_with(voxel::archive::kEnding);
+}
 
 }  // namespace terravox

@@ -10,8 +10,9 @@
 
 namespace terravox {
 
-/// A box archive that any web server gives out: its bytes are asked for by ranges, with patience (patient_client.hpp).
-/// Where the server tells an entity tag, a date or the size of the file, a later reply of another file is a ChangedError, and so is all that is read then.
+/// A box archive that any web server gives out: its bytes are asked for by ranges, with patience
+/// (patient_client.hpp). Where the server tells an entity tag, a date or the size of the file, a
+/// later reply of another file is a ChangedError, and so is all that is read then.
 /// @param url as HttpOrigin::of(): one with a query, such as a signed one, is refused
 /// @param stop as ByteSource::stop, from opening on
 /// @param access whom it may ask, and what it shows there

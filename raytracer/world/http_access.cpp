@@ -38,8 +38,10 @@ AddressRanges HttpAccess::ranges(const HttpOrigin& origin) const {
     if (limits) {
         if (contains(limits->private_origins, origin))
             out = {AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback};
-        else if (contains(limits->origins, origin)) out = {AddressRange::kPublic};
-        else out = {};
+        else if (contains(limits->origins, origin))
+            out = {AddressRange::kPublic};
+        else
+            out = {};
     }
     // "localhost" may lead elsewhere after all.
     const bool in_clear_text = token && token->origin() == origin && !origin.tls;
@@ -50,16 +52,17 @@ AddressRanges HttpAccess::ranges(const HttpOrigin& origin) const {
 }
 
 const char* HttpAccess::allowed() const noexcept {
-    return limits
-               ? "origins of allow_origins that lead to public addresses, and of allow_private_origins"
-               : "addresses of loopback, since a token goes there in clear text";
+    return limits ? "origins of allow_origins that lead to public addresses, and of "
+                    "allow_private_origins"
+                  : "addresses of loopback, since a token goes there in clear text";
 }
 
 HttpAccess access_of_environment() {
     HttpAccess out;
     std::string token = util::find_server_token({});
     const char* origin = std::getenv(kOriginVariable);
-    if (origin == nullptr || *origin == '\0') return out;
+    if (origin == nullptr || *origin == '\0')
+        return out;
     const std::string attempt =
         std::string("read the environment variable ") + kOriginVariable + ": ";
     if (token.empty())

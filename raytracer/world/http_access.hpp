@@ -28,7 +28,7 @@ private:
 struct HttpAccess {
     /// Of a program that strangers tell addresses.
     struct Limits {
-        std::vector<HttpOrigin> origins;          ///< where they lead to public numbers alone
+        std::vector<HttpOrigin> origins;  ///< where they lead to public numbers alone
         std::vector<HttpOrigin>
             private_origins;  ///< and where they may lead to private and loopback ones
     };
@@ -42,7 +42,9 @@ struct HttpAccess {
 };
 
 /// Of a program that strangers tell addresses, and that no person has allowed any.
-[[nodiscard]] inline HttpAccess access_to_nobody() { return {std::nullopt, HttpAccess::Limits{}}; }
+[[nodiscard]] inline HttpAccess access_to_nobody() {
+    return {std::nullopt, HttpAccess::Limits{}};
+}
 
 /// For addresses that a person names: all of them, and the token of TERRAVOX_SERVER_TOKEN where
 /// TERRAVOX_SERVER_ORIGIN binds it to one.

@@ -17,7 +17,8 @@ namespace {
 constexpr long kConnectTimeout_ms = 10'000;
 constexpr long kStalledBelow_bytes_per_s = 100;  // a server that drips is as good as none
 constexpr std::size_t kMostHeader_bytes = 256 << 10;
-constexpr std::size_t kMostProblem_bytes = std::size_t{1} << 20;  // instead of a body that is taken part by part
+constexpr std::size_t kMostProblem_bytes = std::size_t{1}
+                                           << 20;  // instead of a body that is taken part by part
 
 /// What the callbacks fill and heed.
 struct Transfer {
@@ -41,22 +42,27 @@ void read_head(CURL* handle, HttpReply& reply) {
         curl_easy_getinfo(handle, CURLINFO_RETRY_AFTER, &retry_after) == CURLE_OK)
         reply.retry_after = std::chrono::seconds(retry_after);
     const auto read = [&](const char* name, std::string& into) {
-        if (curl_easy_header(handle, name, 0, CURLH_HEADER, -1, &header) == CURLHE_OK) into = header->value;
+        if (curl_easy_header(handle, name, 0, CURLH_HEADER, -1, &header) == CURLHE_OK)
+            into = header->value;
     };
     read("Content-Encoding", reply.content_encoding);
     read("ETag", reply.etag);
     read("Last-Modified", reply.last_modified);
     read("Content-Range", reply.content_range);
     const char* type = nullptr;
-    if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr) reply.content_type = type;
+    if (curl_easy_getinfo(handle, CURLINFO_CONTENT_TYPE, &type) == CURLE_OK && type != nullptr)
+        reply.content_type = type;
 }
 
 void take_part(Transfer& transfer, std::span<const std::byte> part) {
     auto& reply = transfer.reply;
-    if (transfer.take != nullptr && reply.status == 0) read_head(transfer.handle, reply);  // once: with the first part
-    if (transfer.take != nullptr && reply.status == 200 && reply.content_type == *transfer.type) return (*transfer.take)(part);
+    if (transfer.take != nullptr && reply.status == 0)
+        read_head(transfer.handle, reply);  // once: with the first part
+    if (transfer.take != nullptr && reply.status == 200 && reply.content_type == *transfer.type)
+        return (*transfer.take)(part);
     if (transfer.take != nullptr && part.size() > kMostProblem_bytes - reply.body.size())
-        throw LostError("read a reply: more than " + std::to_string(kMostProblem_bytes) + " bytes that nobody asked for");
+        throw LostError("read a reply: more than " + std::to_string(kMostProblem_bytes) +
+                        " bytes that nobody asked for");
     reply.body.insert(reply.body.end(), part.begin(), part.end());
 }
 
@@ -65,14 +71,18 @@ std::size_t take_body(char* data, std::size_t size, std::size_t count, void* int
     auto& transfer = *static_cast<Transfer*>(into);
     const std::size_t bytes = size * count;
     transfer.too_long = bytes > transfer.most_bytes - transfer.body_bytes;
-    // Why a server refuses may be longer than what was asked for: the rest of that is of no interest.
+    // Why a server refuses may be longer than what was asked for: the rest of that is of no
+    // interest.
     long status = 0;
     constexpr long kRefusals = 400;
-    if (transfer.too_long && curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status) == CURLE_OK && status >= kRefusals) {
+    if (transfer.too_long &&
+        curl_easy_getinfo(transfer.handle, CURLINFO_RESPONSE_CODE, &status) == CURLE_OK &&
+        status >= kRefusals) {
         transfer.too_long = false;
         return bytes;
     }
-    if (transfer.too_long) return 0;
+    if (transfer.too_long)
+        return 0;
     transfer.body_bytes += bytes;
     try {
         take_part(transfer, {reinterpret_cast<const std::byte*>(data), bytes});
@@ -100,11 +110,14 @@ curl_socket_t open_socket(void* from, curlsocktype, curl_sockaddr* address) noex
     }
     return ::socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
 }
-int look_for_stop(void* from, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noexcept { return static_cast<Transfer*>(from)->stopped->load() ? 1 : 0; }
+int look_for_stop(void* from, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noexcept {
+    return static_cast<Transfer*>(from)->stopped->load() ? 1 : 0;
+}
 
 curl_slist* longer(curl_slist* list, const std::string& line) {
     curl_slist* out = curl_slist_append(list, line.c_str());
-    if (out == nullptr) throw std::bad_alloc();
+    if (out == nullptr)
+        throw std::bad_alloc();
     return out;
 }
 
@@ -126,7 +139,8 @@ private:
     curl_slist* m_line;
 };
 
-void prepare(const std::string& url, const HttpLimits& limits, curl_slist* headers, Transfer& transfer) {
+void prepare(const std::string& url, const HttpLimits& limits, curl_slist* headers,
+             Transfer& transfer) {
     CURL* handle = transfer.handle;
     static const std::string kAgent = std::string("terravox/") + kVersion;
     curl_easy_reset(handle);
@@ -153,7 +167,8 @@ void prepare(const std::string& url, const HttpLimits& limits, curl_slist* heade
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETDATA, &transfer);
     curl_easy_setopt(handle, CURLOPT_OPENSOCKETFUNCTION, &open_socket);
     // A proxy would be all that is connected to, and looks names up by itself.
-    if (transfer.ranges != kAnyRange) curl_easy_setopt(handle, CURLOPT_PROXY, "");
+    if (transfer.ranges != kAnyRange)
+        curl_easy_setopt(handle, CURLOPT_PROXY, "");
 }
 
 bool worth_another_try(CURLcode failed) noexcept {
@@ -203,7 +218,8 @@ HttpClient::HttpClient(HttpAccess access) : m_access(std::move(access)) {
 HttpClient::~HttpClient() {
     curl_slist_free_all(m_headers);
     curl_slist_free_all(m_post_headers);
-    for (CURL* handle : m_free) curl_easy_cleanup(handle);
+    for (CURL* handle : m_free)
+        curl_easy_cleanup(handle);
 }
 
 HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, const FilePart& part) {
@@ -212,13 +228,15 @@ HttpReply HttpClient::get(const std::string& url, const HttpLimits& limits, cons
     return ask(question, limits);
 }
 
-HttpReply HttpClient::post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take) {
+HttpReply HttpClient::post(const std::string& url, const std::string& json, const std::string& type,
+                           const HttpLimits& limits, const TakePart& take) {
     return ask({url, &json, &type, &take}, limits);
 }
 
 HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
     const std::string& url = question.url;
-    if (m_stopped) throw stopped(url);
+    if (m_stopped)
+        throw stopped(url);
     const HttpOrigin origin = HttpOrigin::of(url);
     Transfer transfer;
     transfer.ranges = m_access.ranges(origin);
@@ -226,7 +244,8 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
         throw Error("fetch " + url + ": " + origin.text() +
                     " may not be asked from here; allowed: " + m_access.allowed());
     const Handle handle(*this);
-    transfer.handle = handle.get(), transfer.most_bytes = limits.bytes, transfer.stopped = &m_stopped;
+    transfer.handle = handle.get(), transfer.most_bytes = limits.bytes,
+    transfer.stopped = &m_stopped;
     transfer.take = question.take, transfer.type = question.type;
     curl_slist* headers = question.json != nullptr ? m_post_headers : m_headers;
     const bool part_only = question.part != nullptr && !question.part->range.empty();
@@ -235,32 +254,42 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
         headers = condition.emplace(headers, question.part->condition).get();
     prepare(url, limits, headers, transfer);
     if (question.json != nullptr) {
-        curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(question.json->size()));
+        curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDSIZE_LARGE,
+                         static_cast<curl_off_t>(question.json->size()));
         curl_easy_setopt(handle.get(), CURLOPT_POSTFIELDS, question.json->data());
     }
-    if (part_only) curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.part->range.c_str());
+    if (part_only)
+        curl_easy_setopt(handle.get(), CURLOPT_RANGE, question.part->range.c_str());
     transfer.reply.showed_token = m_access.token && m_access.token->origin() == origin;
     if (transfer.reply.showed_token) {
         curl_easy_setopt(handle.get(), CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
         curl_easy_setopt(handle.get(), CURLOPT_XOAUTH2_BEARER, m_access.token->text().c_str());
     }
     const CURLcode failed = curl_easy_perform(handle.get());
-    if (m_stopped) throw stopped(url);
-    if (transfer.failure) std::rethrow_exception(transfer.failure);
+    if (m_stopped)
+        throw stopped(url);
+    if (transfer.failure)
+        std::rethrow_exception(transfer.failure);
     if (transfer.too_long && part_only) {
         read_head(handle.get(), transfer.reply);
         transfer.reply.body.clear();
         if (transfer.reply.status == 200)
-            throw WholeFileError("fetch " + url + ": the server gives out whole files only; allowed: one that knows range requests, such as nginx", std::move(transfer.reply));
+            throw WholeFileError("fetch " + url +
+                                     ": the server gives out whole files only; allowed: one that "
+                                     "knows range requests, such as nginx",
+                                 std::move(transfer.reply));
     }
-    if (transfer.too_long) throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) + " bytes, or a head of more than 256 KiB");
+    if (transfer.too_long)
+        throw LostError("fetch " + url + ": more than " + std::to_string(limits.bytes) +
+                        " bytes, or a head of more than 256 KiB");
     if (failed == CURLE_COULDNT_CONNECT && transfer.refused.ss_family != AF_UNSPEC)
         throw Error("fetch " + url + ": it leads to " +
                     text_of(reinterpret_cast<const sockaddr&>(transfer.refused)) +
                     ", which may not be asked from here; allowed: " + m_access.allowed());
     if (failed != CURLE_OK) {
         const std::string what = "fetch " + url + ": " + curl_easy_strerror(failed);
-        if (worth_another_try(failed)) throw LostError(what);
+        if (worth_another_try(failed))
+            throw LostError(what);
         throw Error(what);
     }
     read_head(handle.get(), transfer.reply);
@@ -269,7 +298,8 @@ HttpReply HttpClient::ask(const Question& question, const HttpLimits& limits) {
 
 void HttpClient::wait(const std::string& url, std::chrono::milliseconds time) {
     std::unique_lock lock(m_wait_mutex);
-    if (m_wake.wait_for(lock, time, [this] { return m_stopped.load(); })) throw stopped(url);
+    if (m_wake.wait_for(lock, time, [this] { return m_stopped.load(); }))
+        throw stopped(url);
 }
 
 void HttpClient::stop() noexcept {
@@ -290,7 +320,8 @@ CURL* HttpClient::take() {
         }
     }
     CURL* handle = curl_easy_init();
-    if (handle == nullptr) throw Error("fetch from the voxel server: libcurl could not start");
+    if (handle == nullptr)
+        throw Error("fetch from the voxel server: libcurl could not start");
     return handle;
 }
 

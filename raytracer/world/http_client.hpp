@@ -55,16 +55,19 @@ struct FilePart {
 
 /// What one request may take.
 struct HttpLimits {
-    std::chrono::milliseconds time{60'000};  ///< from the first byte sent to the last received, connecting included
-    std::chrono::seconds stalled{120};       ///< with hardly a byte coming; at least 1
+    std::chrono::milliseconds time{
+        60'000};  ///< from the first byte sent to the last received, connecting included
+    std::chrono::seconds stalled{120};          ///< with hardly a byte coming; at least 1
     std::size_t bytes = std::size_t{64} << 20;  ///< of the body
 };
 
-/// Takes a part of a body as it comes. What it throws ends the transfer, and is thrown where that was asked for.
+/// Takes a part of a body as it comes. What it throws ends the transfer, and is thrown where that
+/// was asked for.
 using TakePart = std::function<void(std::span<const std::byte>)>;
 
-/// Requests over connections that are kept alive: a request takes a free one and gives it back. Thread-safe; one connection for each
-/// thread that asks at the same time. Redirects are not followed.
+/// Requests over connections that are kept alive: a request takes a free one and gives it back.
+/// Thread-safe; one connection for each thread that asks at the same time. Redirects are not
+/// followed.
 class HttpClient {
 public:
     /// @param access whom it may ask, and the token that it shows there; default: anybody, and none
@@ -77,10 +80,14 @@ public:
     /// @throws LostError when no whole reply came within the limits; WholeFileError when that was
     /// since all of a file came instead of a part; Error after stop(), and for what no other try
     /// will mend: a certificate, an address that it may not ask; UsageError as HttpOrigin::of()
-    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits, const FilePart& part = {});
-    /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part, and the reply comes back without it.
+    [[nodiscard]] HttpReply get(const std::string& url, const HttpLimits& limits,
+                                const FilePart& part = {});
+    /// POST of JSON. Of a reply with status 200 and this type the body goes to `take` part by part,
+    /// and the reply comes back without it.
     /// @throws as get(), and what `take` throws
-    [[nodiscard]] HttpReply post(const std::string& url, const std::string& json, const std::string& type, const HttpLimits& limits, const TakePart& take);
+    [[nodiscard]] HttpReply post(const std::string& url, const std::string& json,
+                                 const std::string& type, const HttpLimits& limits,
+                                 const TakePart& take);
     /// Waits, but no longer than until stop(). @throws Error after stop()
     void wait(const std::string& url, std::chrono::milliseconds time);
     /// Requests and waits under way end within about a second; later ones at once.
@@ -92,14 +99,18 @@ private:
     [[nodiscard]] HttpReply ask(const Question& question, const HttpLimits& limits);
     CURL* take();
     void give_back(CURL* handle) noexcept;
-    [[nodiscard]] static Error stopped(const std::string& url) { return Error("fetch " + url + ": stopped"); }
+    [[nodiscard]] static Error stopped(const std::string& url) {
+        return Error("fetch " + url + ": stopped");
+    }
 
     const HttpAccess m_access;
-    curl_slist *m_headers = nullptr, *m_post_headers = nullptr;  ///< of every GET, and of every POST
-    std::mutex m_mutex;               ///< guards m_free
+    curl_slist *m_headers = nullptr,
+               *m_post_headers = nullptr;  ///< of every GET, and of every POST
+    std::mutex m_mutex;                    ///< guards m_free
     std::vector<CURL*> m_free;
     std::atomic<bool> m_stopped{false};
-    std::mutex m_wait_mutex;  ///< of m_wake, so that no stop() falls between a look at m_stopped and the wait
+    std::mutex m_wait_mutex;  ///< of m_wake, so that no stop() falls between a look at m_stopped
+                              ///< and the wait
     std::condition_variable m_wake;
 };
 

@@ -11,9 +11,11 @@
 
 namespace terravox {
 
-/// Asks a server that may be late, silent, restarting or damaged: tries again what is worth it (retry.hpp), and gives up no later than about the
-/// patience after it was asked. When many questions in a row had to be given up without one answer between them, the rest get a twentieth
-/// of the patience each, until something comes: a dead server must not hold a picture for days. Thread-safe.
+/// Asks a server that may be late, silent, restarting or damaged: tries again what is worth it
+/// (retry.hpp), and gives up no later than about the patience after it was asked. When many
+/// questions in a row had to be given up without one answer between them, the rest get a twentieth
+/// of the patience each, until something comes: a dead server must not hold a picture for days.
+/// Thread-safe.
 class PatientClient {
 public:
     using Milliseconds = std::chrono::milliseconds;
@@ -27,12 +29,17 @@ public:
     void stop() noexcept { m_client.stop(); }
 
     /// What Read makes of a reply.
-    template <class Read> using Made = std::invoke_result_t<Read, const std::string&, const HttpReply&>;
+    template <class Read>
+    using Made = std::invoke_result_t<Read, const std::string&, const HttpReply&>;
     /// GET. @param most_bytes of the reply
     /// @param part where it has a condition, 412 and 416 are replies that go to read, too
-    /// @param read makes something of a reply with status 200, 204 or 206; what it throws as Error is a damaged reply, which is asked for again
-    /// @throws WholeFileError as HttpClient::get(), at once; Error when it is given up, for an answer that is a refusal, and after stop()
-    template <class Read> Made<Read> ask(const std::string& url, std::size_t most_bytes, const FilePart& part, Milliseconds patience, const Read& read) {
+    /// @param read makes something of a reply with status 200, 204 or 206; what it throws as Error
+    /// is a damaged reply, which is asked for again
+    /// @throws WholeFileError as HttpClient::get(), at once; Error when it is given up, for an
+    /// answer that is a refusal, and after stop()
+    template <class Read>
+    Made<Read> ask(const std::string& url, std::size_t most_bytes, const FilePart& part,
+                   Milliseconds patience, const Read& read) {
         Question question = begin(patience);
         for (;;) {
             std::optional<FailedTry> failed;

@@ -19,13 +19,16 @@ enum class Origin : std::uint8_t {
 };
 
 /// What all of them are, for messages and help.
-inline constexpr std::string_view kOrigins = "LAS, LAZ or COPC files, the grabber's store, a raster of heights, a Minecraft world (folder or ZIP), a box archive (.tvx), generated:SEED, or the "
-                                             "http:// address of a voxel server or box archive";
+inline constexpr std::string_view kOrigins =
+    "LAS, LAZ or COPC files, the grabber's store, a raster of heights, a Minecraft world (folder "
+    "or ZIP), a box archive (.tvx), generated:SEED, or the "
+    "http:// address of a voxel server or box archive";
 
 /// By what it is, not by what it is called, wherever a look into it can tell.
 /// @throws UsageError for a path that does not exist, or is nothing that a world can be made from
 [[nodiscard]] Origin recognise(const std::string& input);
 
-[[nodiscard]] std::string_view name_of(Origin origin) noexcept;  ///< "a Minecraft world", for messages
+[[nodiscard]] std::string_view name_of(
+    Origin origin) noexcept;  ///< "a Minecraft world", for messages
 
 }  // namespace terravox

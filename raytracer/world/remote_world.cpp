@@ -21,9 +21,12 @@ constexpr std::size_t kMostBox_bytes = std::size_t{64} << 20;
 constexpr std::size_t kMostText_bytes = std::size_t{4} << 20;
 constexpr milliseconds kOpeningPatience{60'000};
 constexpr int kLoaders = 8;
-constexpr int kBatch = 32;  // boxes: most of what a request costs is shared, and a lost one loses little
+constexpr int kBatch =
+    32;  // boxes: most of what a request costs is shared, and a lost one loses little
 
-std::string_view text_of(const HttpReply& reply) noexcept { return {reinterpret_cast<const char*>(reply.body.data()), reply.body.size()}; }
+std::string_view text_of(const HttpReply& reply) noexcept {
+    return {reinterpret_cast<const char*>(reply.body.data()), reply.body.size()};
+}
 
 class RemoteWorld final : public voxel::World {
 public:
@@ -34,17 +37,23 @@ public:
           m_client(box_patience, access),
           m_batches(m_client.http(), times, m_url, m_client.patience()),
           m_ending(stop, [this] { m_client.stop(); }) {
-        const auto text = m_client.ask(m_url + "/v2/world", kMostText_bytes, {}, std::min(m_client.patience(), kOpeningPatience),
-                              [](const std::string&, const HttpReply& reply) { return std::string(text_of(reply)); });
-        m_info = voxel::world_from_json(text, m_url);  // another version is no damage that a second try would mend
+        const auto text = m_client.ask(
+            m_url + "/v2/world", kMostText_bytes, {},
+            std::min(m_client.patience(), kOpeningPatience),
+            [](const std::string&, const HttpReply& reply) { return std::string(text_of(reply)); });
+        m_info = voxel::world_from_json(
+            text, m_url);  // another version is no damage that a second try would mend
     }
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
 
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         const util::StageTimes::Scope timed(m_times, "box transmission");
-        return m_client.ask(m_url + "/v2/boxes/" + voxel::to_string(key), kMostBox_bytes, {}, m_client.patience(),
-                   [&](const std::string& url, const HttpReply& reply) { return read_box(key, url, reply); });
+        return m_client.ask(m_url + "/v2/boxes/" + voxel::to_string(key), kMostBox_bytes, {},
+                            m_client.patience(),
+                            [&](const std::string& url, const HttpReply& reply) {
+                                return read_box(key, url, reply);
+                            });
     }
 
     void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override {
@@ -57,17 +66,23 @@ public:
         World::boxes(missing, take);
     }
     [[nodiscard]] int preferred_batch() const noexcept override { return kBatch; }
-    [[nodiscard]] int worth_asking(int threads) const noexcept override { return std::max(kLoaders, threads); }
+    [[nodiscard]] int worth_asking(int threads) const noexcept override {
+        return std::max(kLoaders, threads);
+    }
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        const std::string place = std::to_string(level) + "/" + std::to_string(bx) + "/" + std::to_string(bz);
-        return m_client.ask(m_url + "/v2/columns/" + place, kMostText_bytes, {}, m_client.patience(), [](const std::string& url, const HttpReply& reply) {
-            const auto json = nlohmann::json::parse(text_of(reply), nullptr, false);
-            voxel::ColumnExtent out;
-            if (!read_whole(json, "by_begin", out.by_begin) || !read_whole(json, "by_end", out.by_end))
-                throw Error("fetch " + url + ": not the reply of a voxel server");
-            return out;
-        });
+        const std::string place =
+            std::to_string(level) + "/" + std::to_string(bx) + "/" + std::to_string(bz);
+        return m_client.ask(
+            m_url + "/v2/columns/" + place, kMostText_bytes, {}, m_client.patience(),
+            [](const std::string& url, const HttpReply& reply) {
+                const auto json = nlohmann::json::parse(text_of(reply), nullptr, false);
+                voxel::ColumnExtent out;
+                if (!read_whole(json, "by_begin", out.by_begin) ||
+                    !read_whole(json, "by_end", out.by_end))
+                    throw Error("fetch " + url + ": not the reply of a voxel server");
+                return out;
+            });
     }
 
     void stop() noexcept override { m_client.stop(); }
@@ -75,24 +90,33 @@ public:
 private:
     static std::string checked(std::string url) {
         (void)HttpOrigin::of(url);
-        while (!url.empty() && url.back() == '/') url.pop_back();
+        while (!url.empty() && url.back() == '/')
+            url.pop_back();
         return url;
     }
 
-    static std::shared_ptr<const voxel::Box> read_box(const voxel::BoxKey& key, const std::string& url, const HttpReply& reply) {
-        if (reply.status == 204) return nullptr;  // the server knows that it is air
+    static std::shared_ptr<const voxel::Box> read_box(const voxel::BoxKey& key,
+                                                      const std::string& url,
+                                                      const HttpReply& reply) {
+        if (reply.status == 204)
+            return nullptr;  // the server knows that it is air
         if (reply.content_type != voxel::kBoxMediaType)
-            throw Error("fetch " + url + ": the reply is of type '" + reply.content_type + "'; allowed: " + voxel::kBoxMediaType);
+            throw Error("fetch " + url + ": the reply is of type '" + reply.content_type +
+                        "'; allowed: " + voxel::kBoxMediaType);
         const bool packed = reply.content_encoding == "zstd";
         if (!packed && !reply.content_encoding.empty() && reply.content_encoding != "identity")
-            throw Error("fetch " + url + ": the reply is encoded as '" + reply.content_encoding + "'; allowed: zstd, identity");
-        auto box = packed ? voxel::decompress_box(reply.body, url) : voxel::Box::from_blob(reply.body, url);
-        if (box->key() != key) throw Error("fetch " + url + ": the server sent box " + voxel::to_string(box->key()));
+            throw Error("fetch " + url + ": the reply is encoded as '" + reply.content_encoding +
+                        "'; allowed: zstd, identity");
+        auto box = packed ? voxel::decompress_box(reply.body, url)
+                          : voxel::Box::from_blob(reply.body, url);
+        if (box->key() != key)
+            throw Error("fetch " + url + ": the server sent box " + voxel::to_string(box->key()));
         return box;
     }
 
     static bool read_whole(const nlohmann::json& json, const char* name, std::int32_t& into) {
-        if (!json.is_object() || !json.contains(name) || !json[name].is_number_integer()) return false;
+        if (!json.is_object() || !json.contains(name) || !json[name].is_number_integer())
+            return false;
         const auto value = json[name].get<std::int64_t>();
         into = static_cast<std::int32_t>(value);
         return into == value;

@@ -8,30 +8,37 @@ namespace terravox {
 /// Why a try for a box failed, where another try may fare better.
 enum class Trouble {
     kLost,     ///< no whole reply: refused, reset, cut short, silent or too slow
-    kBusy,     ///< 429, 502, 503, 504: the server, or what stands before it, works off a queue or starts
+    kBusy,     ///< 429, 502, 503, 504: the server, or what stands before it, works off a queue or
+               ///< starts
     kFailed,   ///< 500: mostly for good, as a damaged square is
     kDamaged,  ///< a reply that is not what was asked for: checksum, wrong box, another format
 };
 
 /// When to try again for one box, and when to give it up. Not thread-safe: one for each request.
 ///
-/// Busy servers are tried until the patience ends, as often as they ask; other troubles a few times each. Waits grow and are spread at
-/// random, so that loaders that failed together do not come back together. Time comes from outside.
+/// Busy servers are tried until the patience ends, as often as they ask; other troubles a few times
+/// each. Waits grow and are spread at random, so that loaders that failed together do not come back
+/// together. Time comes from outside.
 class Retry {
 public:
     using Clock = std::chrono::steady_clock;
     using Milliseconds = std::chrono::milliseconds;
     static constexpr Milliseconds kLongestWait{60'000};
 
-    /// @param patience from `now` to the end of the last try @param hopeful false: nothing has come for long; only a busy server is tried twice
-    Retry(Clock::time_point now, Milliseconds patience, bool hopeful = true) noexcept : m_end(now + patience), m_hopeful(hopeful) {}
+    /// @param patience from `now` to the end of the last try @param hopeful false: nothing has come
+    /// for long; only a busy server is tried twice
+    Retry(Clock::time_point now, Milliseconds patience, bool hopeful = true) noexcept
+        : m_end(now + patience), m_hopeful(hopeful) {}
 
     /// How long the next try may take, at least 1 ms.
     [[nodiscard]] Milliseconds time_left(Clock::time_point now) const noexcept;
-    /// After a failed try. @param retry_after what the server asks for; up to kLongestWait counts @param chance random, [0, 1)
-    /// @return how long to wait before the next try; nullopt: give up, now or because the wait would outlast the patience
-    [[nodiscard]] std::optional<Milliseconds> wait_after(Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
-                                                         double chance) noexcept;
+    /// After a failed try. @param retry_after what the server asks for; up to kLongestWait counts
+    /// @param chance random, [0, 1)
+    /// @return how long to wait before the next try; nullopt: give up, now or because the wait
+    /// would outlast the patience
+    [[nodiscard]] std::optional<Milliseconds> wait_after(
+        Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
+        double chance) noexcept;
     [[nodiscard]] int tries() const noexcept { return m_tries; }  ///< that failed so far
 
 private:

@@ -11,8 +11,10 @@ namespace terravox {
 /// Tells a person what of a world could not be read: the first lines, and how many there are.
 inline void tell_damage(const std::vector<std::string>& damage) {
     constexpr std::size_t kMostLines = 20;
-    for (std::size_t i = 0; i < std::min(damage.size(), kMostLines); ++i) spdlog::error("{}", damage[i]);
-    spdlog::error("the world is damaged in {} {}; the rest is there", damage.size(), damage.size() == 1 ? "place" : "places");
+    for (std::size_t i = 0; i < std::min(damage.size(), kMostLines); ++i)
+        spdlog::error("{}", damage[i]);
+    spdlog::error("the world is damaged in {} {}; the rest is there", damage.size(),
+                  damage.size() == 1 ? "place" : "places");
 }
 
 }  // namespace terravox

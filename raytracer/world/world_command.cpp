@@ -27,42 +27,54 @@ struct Arguments {
 
 ExitCode info_of_minecraft(const Arguments& args, const Scene& scene) {
     minecraft::DescribeOptions options;
-    options.path = args.world.inputs.front(), options.blocks = args.blocks, options.threads = scene.processing.threads.value_or(0);
+    options.path = args.world.inputs.front(), options.blocks = args.blocks,
+    options.threads = scene.processing.threads.value_or(0);
     for (const auto& [field, text] : args.world.fields)
-        if (field == "world.dimension") options.dimension = text;
+        if (field == "world.dimension")
+            options.dimension = text;
     const minecraft::WorldFacts facts = minecraft::describe(options);
     const auto table = minecraft::BlockTable::load(util::config_dir() / "blocks");
-    std::printf("%s\n", (args.json ? minecraft::to_json(facts) : minecraft::to_text(facts, &table)).c_str());
+    std::printf(
+        "%s\n",
+        (args.json ? minecraft::to_json(facts) : minecraft::to_text(facts, &table)).c_str());
     bool damaged = !facts.damage.empty();
-    for (const auto& dimension : facts.dimensions) damaged = damaged || !dimension.damage.empty();
+    for (const auto& dimension : facts.dimensions)
+        damaged = damaged || !dimension.damage.empty();
     return damaged ? ExitCode::kHoles : ExitCode::kDone;
 }
 
 void print(const char* name, const std::string& text) {
-    if (!text.empty()) std::printf("%-14s %s\n", name, text.c_str());
+    if (!text.empty())
+        std::printf("%-14s %s\n", name, text.c_str());
 }
 
 ExitCode info_of(const Arguments& args, const Scene& scene, Origin origin) {
     util::StageTimes times;
-    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times, util::cache_dir(args.world.cache));
+    const auto world = open_world(args.world.inputs, args.world.orthophoto_paths(), scene, times,
+                                  util::cache_dir(args.world.cache));
     const voxel::WorldInfo& info = world->info();
-    if (args.json) std::printf("%s\n", nlohmann::json::parse(voxel::world_to_json(info)).dump(2).c_str());
+    if (args.json)
+        std::printf("%s\n", nlohmann::json::parse(voxel::world_to_json(info)).dump(2).c_str());
     else {
         const auto& b = info.bounds;
         print("what", std::string(name_of(origin)));
         print("title", info.title);
-        std::printf("%-14s x %d to %d, y %d to %d, z %d to %d\n", "voxels", b.min[0], b.max[0], b.min[1], b.max[1], b.min[2], b.max[2]);
+        std::printf("%-14s x %d to %d, y %d to %d, z %d to %d\n", "voxels", b.min[0], b.max[0],
+                    b.min[1], b.max[1], b.min[2], b.max[2]);
         std::printf("%-14s %g m\n%-14s %d\n", "voxel", info.voxel_m, "levels", info.levels);
         print("CRS", info.crs);
         if (!info.crs.empty())
-            std::printf("%-14s %.2f to %.2f E, %.2f to %.2f N\n", "extent", b.min[0] * info.crs_units_per_voxel, b.max[0] * info.crs_units_per_voxel,
+            std::printf("%-14s %.2f to %.2f E, %.2f to %.2f N\n", "extent",
+                        b.min[0] * info.crs_units_per_voxel, b.max[0] * info.crs_units_per_voxel,
                         -b.max[2] * info.crs_units_per_voxel, -b.min[2] * info.crs_units_per_voxel);
-        if (info.centre) std::printf("%-14s %.6f, %.6f\n", "centre", info.centre->lat_deg, info.centre->lon_deg);
+        if (info.centre)
+            std::printf("%-14s %.6f, %.6f\n", "centre", info.centre->lat_deg, info.centre->lon_deg);
         print("licence", info.licence);
         print("attribution", info.attribution);
     }
     const auto damage = world->damage();
-    if (!damage.empty()) tell_damage(damage);
+    if (!damage.empty())
+        tell_damage(damage);
     return damage.empty() ? ExitCode::kDone : ExitCode::kHoles;
 }
 
@@ -70,8 +82,11 @@ ExitCode run(const Arguments& args) {
     util::set_up_log(args.world.log_level);
     const Scene scene = args.world.scene();
     const Origin origin = recognise(args.world.inputs.front());
-    if (origin == Origin::kMinecraft && args.world.inputs.size() == 1) return info_of_minecraft(args, scene);
-    if (args.blocks) throw UsageError("world info --blocks: " + args.world.inputs.front() + " is " + std::string(name_of(origin)) + "; allowed: a Minecraft world");
+    if (origin == Origin::kMinecraft && args.world.inputs.size() == 1)
+        return info_of_minecraft(args, scene);
+    if (args.blocks)
+        throw UsageError("world info --blocks: " + args.world.inputs.front() + " is " +
+                         std::string(name_of(origin)) + "; allowed: a Minecraft world");
     return info_of(args, scene, origin);
 }
 
@@ -82,7 +97,8 @@ std::function<ExitCode()> add_world_command(CLI::App& app) {
     args->world.log_level = "warn";
     CLI::App* world = app.add_subcommand("world", "Tell about a world");
     world->require_subcommand(1);
-    CLI::App* info = world->add_subcommand("info", "What a world is: format, version, extent, counts, damage");
+    CLI::App* info =
+        world->add_subcommand("info", "What a world is: format, version, extent, counts, damage");
     info->add_option("inputs", args->world.inputs, std::string(kOrigins))->required();
     info->add_flag("--json", args->json, "as JSON");
     info->add_flag("--blocks", args->blocks, "of a Minecraft world: count its blocks");

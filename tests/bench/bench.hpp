@@ -19,15 +19,22 @@ struct Context {
     ChildRunner& children;
 };
 
-/// What a value should reach. It is printed beside the value and fails nothing: a bench measures, a test judges.
+/// What a value should reach. It is printed beside the value and fails nothing: a bench measures, a
+/// test judges.
 struct Target {
     enum class Sense { kNone, kAtMost, kAtLeast };
     Sense sense = Sense::kNone;
     double bound = 0;
-    [[nodiscard]] bool met_by(double value) const noexcept { return sense == Sense::kAtMost ? value <= bound : value >= bound; }
+    [[nodiscard]] bool met_by(double value) const noexcept {
+        return sense == Sense::kAtMost ? value <= bound : value >= bound;
+    }
 };
-[[nodiscard]] inline Target at_most(double bound) noexcept { return {Target::Sense::kAtMost, bound}; }
-[[nodiscard]] inline Target at_least(double bound) noexcept { return {Target::Sense::kAtLeast, bound}; }
+[[nodiscard]] inline Target at_most(double bound) noexcept {
+    return {Target::Sense::kAtMost, bound};
+}
+[[nodiscard]] inline Target at_least(double bound) noexcept {
+    return {Target::Sense::kAtLeast, bound};
+}
 
 struct Reading {
     std::string metric, unit;
@@ -41,7 +48,8 @@ public:
     void add(std::string metric, std::string unit, double value, Target target = {}) {
         m_list.push_back({std::move(metric), std::move(unit), value, target});
     }
-    /// Markdown that stands below the table, for what is no number: the report shows that of the last run.
+    /// Markdown that stands below the table, for what is no number: the report shows that of the
+    /// last run.
     void note(std::string markdown) { m_notes.push_back(std::move(markdown)); }
     [[nodiscard]] const std::vector<Reading>& list() const noexcept { return m_list; }
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return m_notes; }
@@ -60,7 +68,8 @@ struct Entry {
     std::string measures;  ///< one line: what the metrics are
     std::string work;      ///< one line: the fixed work
     std::string floor;     ///< what the ratios are to, measured in the same run; empty = no ratios
-    /// Why it cannot run here (data or a peer are absent), one line; empty = it can. Cheap: `--list` asks too.
+    /// Why it cannot run here (data or a peer are absent), one line; empty = it can. Cheap:
+    /// `--list` asks too.
     std::function<std::string(const Context&)> missing;
     /// Everything that is not measured. @throws Error
     std::function<Body(const Context&)> prepare;
@@ -68,7 +77,8 @@ struct Entry {
     bool only_by_name = false;  ///< minutes and gigabytes: runs only when its whole name is given
 };
 
-/// Adds entries before main starts. A file in entries/ holds one at namespace scope and stands in CMakeLists.txt: nothing else names it.
+/// Adds entries before main starts. A file in entries/ holds one at namespace scope and stands in
+/// CMakeLists.txt: nothing else names it.
 class Registration {
 public:
     explicit Registration(const std::function<std::vector<Entry>()>& make) noexcept;
@@ -77,9 +87,12 @@ public:
 /// All registered entries by name. @throws Error when two share one
 [[nodiscard]] std::vector<Entry> registered_entries();
 
-/// Those whose names begin with one of `prefixes`; all of them without any. Entries that want their whole name are left out otherwise.
+/// Those whose names begin with one of `prefixes`; all of them without any. Entries that want their
+/// whole name are left out otherwise.
 /// @param long_too beginnings select those, too @throws UsageError for a prefix that no entry has
-[[nodiscard]] std::vector<Entry> select_entries(const std::vector<Entry>& entries, const std::vector<std::string>& prefixes, bool long_too = false);
+[[nodiscard]] std::vector<Entry> select_entries(const std::vector<Entry>& entries,
+                                                const std::vector<std::string>& prefixes,
+                                                bool long_too = false);
 
 /// Wall time of a call, seconds.
 template <class Work>

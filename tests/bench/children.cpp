@@ -21,12 +21,15 @@ namespace {
 constexpr std::size_t kMostRequest_bytes = 64 * 1024;
 constexpr int kNotStarted = 127;
 
-double seconds(const timeval& t) noexcept { return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6; }
+double seconds(const timeval& t) noexcept {
+    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
+}
 
 /// A request: the output file, then the command, each ended by a NUL byte.
 std::vector<char*> texts_of(char* begin, const char* end) {
     std::vector<char*> out;
-    for (char* at = begin; at < end; at += std::strlen(at) + 1) out.push_back(at);
+    for (char* at = begin; at < end; at += std::strlen(at) + 1)
+        out.push_back(at);
     return out;
 }
 
@@ -44,15 +47,19 @@ ChildOutcome start_and_wait(const char* output, char** command) {
     ChildOutcome out;
     const auto start = std::chrono::steady_clock::now();
     const pid_t child = ::fork();
-    if (child == 0) become(output, command);
+    if (child == 0)
+        become(output, command);
     int status = 0;
     rusage used{};
     pid_t ended = child;
     do {
-        if (child > 0) ended = ::wait4(child, &status, 0, &used);
+        if (child > 0)
+            ended = ::wait4(child, &status, 0, &used);
     } while (ended < 0 && errno == EINTR && child > 0);
     out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    out.exit_code = ended < 0 ? kNotStarted : WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+    out.exit_code = ended < 0             ? kNotStarted
+                    : WIFSIGNALED(status) ? 128 + WTERMSIG(status)
+                                          : WEXITSTATUS(status);
     out.user_s = seconds(used.ru_utime), out.system_s = seconds(used.ru_stime);
     out.peak_kib = used.ru_maxrss;
     return out;
@@ -64,12 +71,15 @@ ChildOutcome start_and_wait(const char* output, char** command) {
     std::array<char, kMostRequest_bytes> request{};
     while (true) {
         const ssize_t bytes = ::recv(socket, request.data(), request.size(), 0);
-        if (bytes < 0 && errno == EINTR) continue;
-        if (bytes <= 0) ::_exit(0);
+        if (bytes < 0 && errno == EINTR)
+            continue;
+        if (bytes <= 0)
+            ::_exit(0);
         auto texts = texts_of(request.data(), request.data() + bytes);
         texts.push_back(nullptr);
         const ChildOutcome outcome = start_and_wait(texts[0], &texts[1]);
-        if (::send(socket, &outcome, sizeof outcome, MSG_NOSIGNAL) != sizeof outcome) ::_exit(1);
+        if (::send(socket, &outcome, sizeof outcome, MSG_NOSIGNAL) != sizeof outcome)
+            ::_exit(1);
     }
 }
 
@@ -98,19 +108,24 @@ ChildRunner::~ChildRunner() {
     }
 }
 
-ChildOutcome ChildRunner::run(const std::vector<std::string>& command, const std::filesystem::path& output) {
+ChildOutcome ChildRunner::run(const std::vector<std::string>& command,
+                              const std::filesystem::path& output) {
     std::string request = output.string() + '\0';
-    for (const std::string& text : command) request += text + '\0';
+    for (const std::string& text : command)
+        request += text + '\0';
     if (request.size() > kMostRequest_bytes)
         throw Error("run " + command.front() + ": " + std::to_string(request.size()) +
                     " bytes of arguments; allowed: " + std::to_string(kMostRequest_bytes));
     ChildOutcome out;
     ssize_t got = -1;
-    if (::send(m_socket, request.data(), request.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(request.size())) {
-        do got = ::recv(m_socket, &out, sizeof out, 0);
+    if (::send(m_socket, request.data(), request.size(), MSG_NOSIGNAL) ==
+        static_cast<ssize_t>(request.size())) {
+        do
+            got = ::recv(m_socket, &out, sizeof out, 0);
         while (got < 0 && errno == EINTR);
     }
-    if (got != sizeof out) throw Error("run " + command.front() + ": the helper that starts programs is gone");
+    if (got != sizeof out)
+        throw Error("run " + command.front() + ": the helper that starts programs is gone");
     m_cpu_s += out.user_s + out.system_s;
     return out;
 }
@@ -119,7 +134,8 @@ std::string last_line(const std::filesystem::path& output) {
     std::ifstream file(output);
     std::string line, last;
     while (std::getline(file, line))
-        if (!line.empty()) last = line;
+        if (!line.empty())
+            last = line;
     return last;
 }
 

@@ -17,9 +17,11 @@ struct ChildOutcome {
 
 /// Runs programs one after the other and measures each.
 ///
-/// A program started by a process that has used much memory inherits that peak in its own accounts: Linux hands the peak on over fork
-/// and exec. So a helper is forked while this process is still small, and it starts the programs. Make one at the start of main,
-/// before any thread. Requests and replies are packets on a pair of sockets; the helper ends when its end is closed. Not thread-safe.
+/// A program started by a process that has used much memory inherits that peak in its own accounts:
+/// Linux hands the peak on over fork and exec. So a helper is forked while this process is still
+/// small, and it starts the programs. Make one at the start of main, before any thread. Requests
+/// and replies are packets on a pair of sockets; the helper ends when its end is closed. Not
+/// thread-safe.
 class ChildRunner {
 public:
     /// @throws Error when the helper cannot be started
@@ -28,9 +30,12 @@ public:
     ChildRunner(const ChildRunner&) = delete;
     ChildRunner& operator=(const ChildRunner&) = delete;
 
-    /// Runs a program to its end. @param command program (looked up in PATH without a slash) and arguments, none with a NUL byte
-    /// @param output file that takes what it says on both channels, from its start @throws Error when the helper is gone
-    [[nodiscard]] ChildOutcome run(const std::vector<std::string>& command, const std::filesystem::path& output);
+    /// Runs a program to its end. @param command program (looked up in PATH without a slash) and
+    /// arguments, none with a NUL byte
+    /// @param output file that takes what it says on both channels, from its start @throws Error
+    /// when the helper is gone
+    [[nodiscard]] ChildOutcome run(const std::vector<std::string>& command,
+                                   const std::filesystem::path& output);
     /// User and system time of all programs run so far, seconds.
     [[nodiscard]] double cpu_s() const noexcept { return m_cpu_s; }
 

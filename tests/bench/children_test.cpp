@@ -18,9 +18,15 @@ TEST_CASE("a program's end and output are told", "[bench][children]") {
     const auto c = GENERATE(values<Case>({
         {"success", {"sh", "-c", "echo one; echo two"}, 0, "two"},
         {"failure, on the error channel", {"sh", "-c", "echo bad >&2; exit 3"}, 3, "bad"},
-        {"arguments with spaces and empty ones", {"sh", "-c", "echo \"$1|$2\"", "sh", "", "a b"}, 0, "|a b"},
+        {"arguments with spaces and empty ones",
+         {"sh", "-c", "echo \"$1|$2\"", "sh", "", "a b"},
+         0,
+         "|a b"},
         {"a signal", {"sh", "-c", "kill -9 $$"}, 137, ""},
-        {"no such program", {"/nowhere/at-all"}, 127, "start /nowhere/at-all: No such file or directory"},
+        {"no such program",
+         {"/nowhere/at-all"},
+         127,
+         "start /nowhere/at-all: No such file or directory"},
     }));
     const terravox::test::TemporaryFolder folder;
     ChildRunner runner;
@@ -32,7 +38,8 @@ TEST_CASE("a program's end and output are told", "[bench][children]") {
     }
 }
 
-TEST_CASE("a small program's peak memory is its own, however much this process holds", "[bench][children]") {
+TEST_CASE("a small program's peak memory is its own, however much this process holds",
+          "[bench][children]") {
     constexpr std::size_t kLarge_bytes = std::size_t{256} << 20;
     const terravox::test::TemporaryFolder folder;
     ChildRunner runner;

@@ -23,7 +23,8 @@ std::string cpu_model() {
     std::string line;
     while (std::getline(file, line))
         if (line.compare(0, 10, "model name") == 0)
-            if (const auto colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
+            if (const auto colon = line.find(": "); colon != std::string::npos)
+                return line.substr(colon + 2);
     return {};
 }
 
@@ -35,7 +36,8 @@ int usable_cores() {
 
 std::string system_name() {
     utsname name{};
-    return ::uname(&name) == 0 ? std::string(name.sysname) + " " + name.release + " " + name.machine : std::string();
+    return ::uname(&name) == 0 ? std::string(name.sysname) + " " + name.release + " " + name.machine
+                               : std::string();
 }
 
 std::string compiler_name() {
@@ -60,7 +62,8 @@ std::string utc_now() {
 /// Empty without git or outside a checkout: a figure is still a figure.
 std::string commit_of(ChildRunner& children, const std::filesystem::path& scratch) {
     const auto answer = scratch / "git.txt";
-    const auto outcome = children.run({"git", "-C", TERRAVOX_SOURCE_DIR, "describe", "--always", "--dirty", "--tags"}, answer);
+    const auto outcome = children.run(
+        {"git", "-C", TERRAVOX_SOURCE_DIR, "describe", "--always", "--dirty", "--tags"}, answer);
     return outcome.exit_code == 0 ? last_line(answer) : std::string();
 }
 
@@ -73,9 +76,11 @@ Machine read_machine(ChildRunner& children, const std::filesystem::path& scratch
     out.compiler = compiler_name();
     out.build_type = TERRAVOX_BUILD_TYPE;
     out.cores = usable_cores();
-    out.memory_gib = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024 * 1024);
+    out.memory_gib = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                     static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024 * 1024);
     double load = 0;
-    if (::getloadavg(&load, 1) == 1) out.load = load;
+    if (::getloadavg(&load, 1) == 1)
+        out.load = load;
     out.date = utc_now();
     out.version = kVersion;
     out.commit = commit_of(children, scratch);
@@ -86,12 +91,14 @@ std::vector<std::string> warnings_of(const Machine& machine) {
     std::vector<std::string> out;
     if (machine.load > kQuietLoad) {
         std::array<char, 160> text{};
-        std::snprintf(text.data(), text.size(), "noisy: load average %.2f at the start; figures are steady below %.1f", machine.load,
-                      kQuietLoad);
+        std::snprintf(text.data(), text.size(),
+                      "noisy: load average %.2f at the start; figures are steady below %.1f",
+                      machine.load, kQuietLoad);
         out.emplace_back(text.data());
     }
     if (machine.build_type != "Release")
-        out.push_back("slow: a " + (machine.build_type.empty() ? "nameless" : machine.build_type) + " build; measure Release");
+        out.push_back("slow: a " + (machine.build_type.empty() ? "nameless" : machine.build_type) +
+                      " build; measure Release");
     return out;
 }
 

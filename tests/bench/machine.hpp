@@ -20,7 +20,8 @@ struct Machine {
 /// @param scratch folder for the answer of git
 [[nodiscard]] Machine read_machine(ChildRunner& children, const std::filesystem::path& scratch);
 
-/// What makes the figures doubtful, one line each: other programs running, a build that is not optimized.
+/// What makes the figures doubtful, one line each: other programs running, a build that is not
+/// optimized.
 [[nodiscard]] std::vector<std::string> warnings_of(const Machine& machine);
 
 }  // namespace terravox::bench

@@ -35,7 +35,8 @@ struct Result {
     Status status = Status::kMeasured;
     std::string reason;           ///< one line, when skipped or failed
     std::vector<Metric> metrics;  ///< of the runs after the warm-up; empty unless measured
-    double others_cores = -1;     ///< cores that other programs kept busy during those runs; negative: not known
+    double others_cores =
+        -1;  ///< cores that other programs kept busy during those runs; negative: not known
     std::vector<std::string> notes = {};  ///< of the last run, Markdown
 };
 
@@ -48,6 +49,7 @@ void add_readings(std::vector<Metric>& metrics, const Readings& readings);
 
 /// Warms up, repeats, collects. Never throws for what the entry does: its failure is a result.
 /// @param stop ends between two runs: failed, "interrupted"
-[[nodiscard]] Result measure(const Entry& entry, const Context& context, Repeats repeats, const std::atomic<bool>& stop);
+[[nodiscard]] Result measure(const Entry& entry, const Context& context, Repeats repeats,
+                             const std::atomic<bool>& stop);
 
 }  // namespace terravox::bench

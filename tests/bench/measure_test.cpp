@@ -13,7 +13,9 @@ namespace {
 Entry counting_entry(int& runs) {
     Entry out;
     out.name = "test/counting";
-    out.prepare = [&runs](const Context&) -> Body { return [&runs](Readings& readings) { readings.add("run", "times", ++runs); }; };
+    out.prepare = [&runs](const Context&) -> Body {
+        return [&runs](Readings& readings) { readings.add("run", "times", ++runs); };
+    };
     return out;
 }
 
@@ -49,7 +51,9 @@ TEST_CASE("median and spread of numbers in any order", "[bench][measure]") {
     }
 }
 
-TEST_CASE("there is no median of nothing", "[bench][measure]") { CHECK_THROWS_AS(median_of({}), Error); }
+TEST_CASE("there is no median of nothing", "[bench][measure]") {
+    CHECK_THROWS_AS(median_of({}), Error);
+}
 
 TEST_CASE("runs to warm up are made and not counted", "[bench][measure]") {
     Bench bench;
@@ -61,7 +65,8 @@ TEST_CASE("runs to warm up are made and not counted", "[bench][measure]") {
     CHECK(result.metrics[0].values == std::vector<double>{3, 4, 5});
 }
 
-TEST_CASE("an entry whose data are absent is skipped with its reason and not prepared", "[bench][measure]") {
+TEST_CASE("an entry whose data are absent is skipped with its reason and not prepared",
+          "[bench][measure]") {
     Bench bench;
     int runs = 0;
     Entry entry = counting_entry(runs);
@@ -83,7 +88,8 @@ TEST_CASE("a failure is a result, without numbers", "[bench][measure]") {
         entry.prepare = [&runs](const Context&) -> Body {
             return [&runs](Readings& readings) {
                 readings.add("run", "times", 1);
-                if (++runs == 3) throw Error("no such thing");
+                if (++runs == 3)
+                    throw Error("no such thing");
             };
         };
     }
@@ -129,5 +135,6 @@ TEST_CASE("a metric keeps its unit", "[bench][measure]") {
     seconds.add("time", "s", 1);
     milliseconds.add("time", "ms", 1000);
     add_readings(metrics, seconds);
-    CHECK_THROWS_WITH(add_readings(metrics, milliseconds), test::contains("in ms now, in s before"));
+    CHECK_THROWS_WITH(add_readings(metrics, milliseconds),
+                      test::contains("in ms now, in s before"));
 }

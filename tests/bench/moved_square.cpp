@@ -9,7 +9,8 @@
 namespace terravox::bench {
 namespace {
 
-// Doubles of the public header block, bytes from the start of the file. Ref: ASPRS, "LAS Specification", versions 1.2 to 1.4.
+// Doubles of the public header block, bytes from the start of the file. Ref: ASPRS, "LAS
+// Specification", versions 1.2 to 1.4.
 constexpr std::array<std::streamoff, 3> kEast = {155, 179, 187};   // offset, greatest, least x
 constexpr std::array<std::streamoff, 3> kNorth = {163, 195, 203};  // the same of y
 
@@ -25,18 +26,26 @@ void shift(std::fstream& file, std::streamoff at, double by) {
 
 }  // namespace
 
-void copy_moved(const std::filesystem::path& from, const std::filesystem::path& to, double east_m, double north_m) {
+void copy_moved(const std::filesystem::path& from, const std::filesystem::path& to, double east_m,
+                double north_m) {
     std::error_code failed;
-    if (std::filesystem::exists(to) && std::filesystem::file_size(to) == std::filesystem::file_size(from)) return;
+    if (std::filesystem::exists(to) &&
+        std::filesystem::file_size(to) == std::filesystem::file_size(from))
+        return;
     std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing, failed);
-    if (failed) throw Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
+    if (failed)
+        throw Error("copy " + from.string() + " to " + to.string() + ": " + failed.message());
     std::fstream file(to, std::ios::binary | std::ios::in | std::ios::out);
     std::array<char, 4> magic{};
     file.read(magic.data(), magic.size());
-    if (!file || std::memcmp(magic.data(), "LASF", magic.size()) != 0) throw Error("move " + from.string() + ": not a LAS file");
-    for (const std::streamoff at : kEast) shift(file, at, east_m);
-    for (const std::streamoff at : kNorth) shift(file, at, north_m);
-    if (!file.flush()) throw Error("write " + to.string() + ": the header could not be changed");
+    if (!file || std::memcmp(magic.data(), "LASF", magic.size()) != 0)
+        throw Error("move " + from.string() + ": not a LAS file");
+    for (const std::streamoff at : kEast)
+        shift(file, at, east_m);
+    for (const std::streamoff at : kNorth)
+        shift(file, at, north_m);
+    if (!file.flush())
+        throw Error("write " + to.string() + ": the header could not be changed");
 }
 
 }  // namespace terravox::bench

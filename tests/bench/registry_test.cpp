@@ -18,21 +18,24 @@ const Registration kFirst([] { return std::vector{named("boxes/b"), named("boxes
 
 std::vector<std::string> names_of(const std::vector<Entry>& entries) {
     std::vector<std::string> out;
-    for (const Entry& entry : entries) out.push_back(entry.name);
+    for (const Entry& entry : entries)
+        out.push_back(entry.name);
     return out;
 }
 
 }  // namespace
 
 TEST_CASE("entries are listed by name, whoever registered first", "[bench][registry]") {
-    CHECK(names_of(registered_entries()) == std::vector<std::string>{"boxes/a", "boxes/b", "walk/a"});
+    CHECK(names_of(registered_entries()) ==
+          std::vector<std::string>{"boxes/a", "boxes/b", "walk/a"});
 }
 
 TEST_CASE("beginnings of names select entries, each once", "[bench][registry]") {
     const auto all = registered_entries();
     CHECK(select_entries(all, {}).size() == 3);
     CHECK(names_of(select_entries(all, {"walk/a"})) == std::vector<std::string>{"walk/a"});
-    CHECK(names_of(select_entries(all, {"boxes/b", "boxes/"})) == std::vector<std::string>{"boxes/a", "boxes/b"});
+    CHECK(names_of(select_entries(all, {"boxes/b", "boxes/"})) ==
+          std::vector<std::string>{"boxes/a", "boxes/b"});
 }
 
 TEST_CASE("a long entry runs only when its whole name is given", "[bench][registry]") {
@@ -42,11 +45,13 @@ TEST_CASE("a long entry runs only when its whole name is given", "[bench][regist
     all.push_back(slow);
     CHECK(select_entries(all, {}).size() == 3);
     CHECK(names_of(select_entries(all, {"walk"})) == std::vector<std::string>{"walk/a"});
-    CHECK(names_of(select_entries(all, {"walk"}, true)) == std::vector<std::string>{"walk/a", "walk/slow"});
+    CHECK(names_of(select_entries(all, {"walk"}, true)) ==
+          std::vector<std::string>{"walk/a", "walk/slow"});
     CHECK(names_of(select_entries(all, {"walk/slow"})) == std::vector<std::string>{"walk/slow"});
 }
 
 TEST_CASE("a beginning that no entry has is wrong usage", "[bench][registry]") {
     CHECK_THROWS_AS(select_entries(registered_entries(), {"boxes", "nothing"}), UsageError);
-    CHECK_THROWS_WITH(select_entries(registered_entries(), {"nothing"}), test::contains("'nothing'"));
+    CHECK_THROWS_WITH(select_entries(registered_entries(), {"nothing"}),
+                      test::contains("'nothing'"));
 }

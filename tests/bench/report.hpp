@@ -21,7 +21,8 @@ struct Report {
 /// Everything, with the value of every run.
 [[nodiscard]] std::string to_json(const Report& report);
 
-/// The machine, a table of medians and spreads with aligned columns (readable as text too), and what was skipped or failed and why.
+/// The machine, a table of medians and spreads with aligned columns (readable as text too), and
+/// what was skipped or failed and why.
 [[nodiscard]] std::string to_markdown(const Report& report);
 
 /// A number with at least four significant digits, without an exponent from 0.001 to 10^12.

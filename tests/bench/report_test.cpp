@@ -18,11 +18,13 @@ Report example() {
     out.warnings = {"noisy: load average 3.00"};
     out.repeats = {1, 3};
     out.threads = 2;
-    Result measured{"render/somewhere", "a picture", "one file", "LASzip", Status::kMeasured, {}, {}, 0.5};
+    Result measured{"render/somewhere", "a picture", "one file", "LASzip",
+                    Status::kMeasured,  {},          {},         0.5};
     measured.metrics = {{"whole", "s", {2, 1, 4}}, {"rate", "Mray/s", {12.5, 12.5, 12.5}}};
-    out.results = {measured,
-                   {"boxes/square", "boxes", "one square", "", Status::kSkipped, "no square.laz", {}, -1},
-                   {"walk/x", "rays", "a scene", "", Status::kFailed, "it broke", {}, -1}};
+    out.results = {
+        measured,
+        {"boxes/square", "boxes", "one square", "", Status::kSkipped, "no square.laz", {}, -1},
+        {"walk/x", "rays", "a scene", "", Status::kFailed, "it broke", {}, -1}};
     return out;
 }
 
@@ -55,16 +57,20 @@ TEST_CASE("the JSON report stands whatever bytes are in a name", "[bench][report
     CHECK_NOTHROW(nlohmann::json::parse(to_json(report)));
 }
 
-TEST_CASE("the table has a row for each metric, and says what was skipped and why", "[bench][report]") {
+TEST_CASE("the table has a row for each metric, and says what was skipped and why",
+          "[bench][report]") {
     const std::string text = to_markdown(example());
-    CHECK_THAT(text, contains("| entry            | metric | unit   | median |   MAD |   min |   max |\n"
-                              "|------------------|--------|--------|-------:|------:|------:|------:|\n"
-                              "| render/somewhere | whole  | s      |  2.000 | 1.000 | 1.000 | 4.000 |\n"
-                              "|                  | rate   | Mray/s |  12.50 |     0 | 12.50 | 12.50 |\n"));
+    CHECK_THAT(
+        text,
+        contains("| entry            | metric | unit   | median |   MAD |   min |   max |\n"
+                 "|------------------|--------|--------|-------:|------:|------:|------:|\n"
+                 "| render/somewhere | whole  | s      |  2.000 | 1.000 | 1.000 | 4.000 |\n"
+                 "|                  | rate   | Mray/s |  12.50 |     0 | 12.50 | 12.50 |\n"));
     CHECK_THAT(text, contains("- boxes/square: skipped: no square.laz\n"));
     CHECK_THAT(text, contains("- walk/x: failed: it broke\n"));
     CHECK_THAT(text, contains("**noisy: load average 3.00**"));
-    CHECK_THAT(text, contains("**noisy: other programs kept 0.5000 cores busy during render/somewhere**"));
+    CHECK_THAT(
+        text, contains("**noisy: other programs kept 0.5000 cores busy during render/somewhere**"));
 }
 
 TEST_CASE("numbers keep their digits without an exponent", "[bench][report]") {
@@ -94,7 +100,8 @@ TEST_CASE("other programs and slow builds are warned of", "[bench][machine]") {
     CHECK(warnings_of(machine).size() == 2);
 }
 
-TEST_CASE("targets stand beside the values, met or missed, and notes below the table", "[bench][report]") {
+TEST_CASE("targets stand beside the values, met or missed, and notes below the table",
+          "[bench][report]") {
     Report report = example();
     report.results[0].metrics[0].target = at_most(1.5);
     report.results[0].metrics[1].target = at_least(12.5);

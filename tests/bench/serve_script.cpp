@@ -20,7 +20,8 @@ bool installed(const std::string& program) {
     std::istringstream folders(search_path());
     for (std::string folder; std::getline(folders, folder, ':');) {
         std::error_code ignored;
-        if (std::filesystem::is_regular_file(std::filesystem::path(folder) / program, ignored)) return true;
+        if (std::filesystem::is_regular_file(std::filesystem::path(folder) / program, ignored))
+            return true;
     }
     return false;
 }
@@ -31,10 +32,12 @@ std::string missing_for_grabbing() {
     for (const char* file : {"dist/main.js", "dist-test/tests/grabber/portal/main.js"}) {
         const auto path = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "grabber" / file;
         std::error_code ignored;
-        if (!std::filesystem::is_regular_file(path, ignored)) return "no " + path.string() + " (terravox demo builds it)";
+        if (!std::filesystem::is_regular_file(path, ignored))
+            return "no " + path.string() + " (terravox demo builds it)";
     }
     for (const char* program : {"python3", "node", "curl"})
-        if (!installed(program)) return std::string(program) + " is not installed";
+        if (!installed(program))
+            return std::string(program) + " is not installed";
     return {};
 }
 
@@ -42,39 +45,48 @@ std::string missing_for_serving(const Context& context, const std::vector<std::s
     for (const char* program : {"terravox-voxelserver", "terravox-survey"}) {
         std::error_code ignored;
         if (!std::filesystem::is_regular_file(context.programs / program, ignored))
-            return std::string("no ") + program + " in " + context.programs.string() + " (--programs)";
+            return std::string("no ") + program + " in " + context.programs.string() +
+                   " (--programs)";
     }
-    if (!installed("python3")) return "python3 is not installed";
+    if (!installed("python3"))
+        return "python3 is not installed";
     for (const std::string& program : others)
-        if (!installed(program)) return program + " is not installed";
+        if (!installed(program))
+            return program + " is not installed";
     return {};
 }
 
-nlohmann::json run_serve_script(const Context& context, const std::string& name, const std::vector<std::string>& arguments) {
+nlohmann::json run_serve_script(const Context& context, const std::string& name,
+                                const std::vector<std::string>& arguments) {
     return run_script(context, "serve/" + name, arguments);
 }
 
-nlohmann::json run_script(const Context& context, const std::string& name, const std::vector<std::string>& arguments) {
+nlohmann::json run_script(const Context& context, const std::string& name,
+                          const std::vector<std::string>& arguments) {
     const auto program = [&](const char* file) { return (context.programs / file).string(); };
-    std::vector<std::string> command = {"env",
-                                        "PATH=" + search_path(),
-                                        "TERRAVOX_VOXELSERVER=" + program("terravox-voxelserver"),
-                                        "TERRAVOX_SURVEY=" + program("terravox-survey"),
-                                        "TERRAVOX_RAYTRACER=" + program("terravox-raytracer"),
-                                        "TERRAVOX_BENCH_DATA=" + context.data.string(),
-                                        "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
-                                        "python3",
-                                        "-B",
-                                        std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/" + name + ".py"};
+    std::vector<std::string> command = {
+        "env",
+        "PATH=" + search_path(),
+        "TERRAVOX_VOXELSERVER=" + program("terravox-voxelserver"),
+        "TERRAVOX_SURVEY=" + program("terravox-survey"),
+        "TERRAVOX_RAYTRACER=" + program("terravox-raytracer"),
+        "TERRAVOX_BENCH_DATA=" + context.data.string(),
+        "TERRAVOX_BENCH_SCRATCH=" + context.scratch.string(),
+        "python3",
+        "-B",
+        std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/" + name + ".py"};
     command.insert(command.end(), arguments.begin(), arguments.end());
     std::string file = name;
     std::replace(file.begin(), file.end(), '/', '-');
     const auto output = context.scratch / (file + ".txt");
     const ChildOutcome outcome = context.children.run(command, output);
     const std::string said = last_line(output);
-    if (outcome.exit_code != 0) throw Error("run tests/bench/" + name + ".py: exit code " + std::to_string(outcome.exit_code) + ": " + said);
+    if (outcome.exit_code != 0)
+        throw Error("run tests/bench/" + name + ".py: exit code " +
+                    std::to_string(outcome.exit_code) + ": " + said);
     nlohmann::json figures = nlohmann::json::parse(said, nullptr, false);
-    if (!figures.is_object()) throw Error("run tests/bench/" + name + ".py: no figures: " + said);
+    if (!figures.is_object())
+        throw Error("run tests/bench/" + name + ".py: no figures: " + said);
     return figures;
 }
 

@@ -11,8 +11,10 @@ namespace terravox::test {
 class TemporaryFolder {
 public:
     TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "terravox-test-XXXXXX").string();
-        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("make the temporary folder " + name);
+        std::string name =
+            (std::filesystem::temp_directory_path() / "terravox-test-XXXXXX").string();
+        if (::mkdtemp(name.data()) == nullptr)
+            throw std::runtime_error("make the temporary folder " + name);
         m_path = name;
     }
     ~TemporaryFolder() {

@@ -18,7 +18,8 @@ public:
     [[nodiscard]] const std::string& name() const noexcept override { return m_name; }
     [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
                                                   std::vector<std::byte>&) override {
-        if (!m_bytes.holds(offset, bytes)) throw Error("read the input: it ends before that");
+        if (!m_bytes.holds(offset, bytes))
+            throw Error("read the input: it ends before that");
         return m_bytes.part(offset, bytes);
     }
 
@@ -28,14 +29,16 @@ private:
 };
 
 void put_checksums(Editable& file) {
-    if (!file.holds(0, sizeof(Header))) return;
+    if (!file.holds(0, sizeof(Header)))
+        return;
     const auto header = file.get<Header>(0);
     if (file.holds(header.root_offset, header.root_bytes) &&
         header.root_bytes >= sizeof(std::uint64_t)) {
         const std::uint64_t payload = header.root_bytes - sizeof(std::uint64_t);
         for (std::uint64_t at = 0; payload - at >= sizeof(Leaf); at += sizeof(Leaf)) {
             const auto leaf = file.get<Leaf>(header.root_offset + at);
-            if (!file.holds(leaf.offset, leaf.bytes)) continue;
+            if (!file.holds(leaf.offset, leaf.bytes))
+                continue;
             const auto frame = file.part(leaf.offset, leaf.bytes);
             file.put(header.root_offset + at + offsetof(Leaf, checksum),
                      XXH64(frame.data(), frame.size(), 0));
@@ -55,7 +58,8 @@ void run(Input input) {
     const voxel::WorldInfo& info = world->info();
     (void)world->damage();
     for (int level = 0; level < info.levels; ++level) {
-        if (info.bounds.empty()) break;
+        if (info.bounds.empty())
+            break;
         const auto range = voxel::boxes_over(info.bounds, level);
         // Corners of the range: it may hold a billion boxes.
         const voxel::BoxKey last{level, range.max.bx - 1, range.max.by - 1, range.max.bz - 1};

@@ -8,7 +8,8 @@ namespace terravox::fuzz {
 
 void run(Input input) {
     constexpr std::size_t kAsked = 4, kMostPayload_bytes = std::size_t{1} << 20;
-    if (input.empty()) return;
+    if (input.empty())
+        return;
     const std::size_t part_bytes = std::size_t{1} + input[0];
     const auto bytes = std::as_bytes(input.subspan(1));
     std::size_t taken = 0;

@@ -31,7 +31,8 @@ void run(Input input) {
     for (int z = 0; z < voxel::kBoxSizeZ; z += 5)
         for (int x = 0; x < voxel::kBoxSizeX; x += 5)
             for (int y = 0; y < voxel::kBoxSizeY; ++y)
-                if (box->voxel(x, y, z)) highest = std::max(highest, y + 1);
+                if (box->voxel(x, y, z))
+                    highest = std::max(highest, y + 1);
     expect(highest <= box->top(), "no voxel lies above the highest");
     const auto again = voxel::decompress_box(voxel::compress(*box), "what was written");
     expect(again->checksum() == box->checksum(), "a box comes back as it was written");

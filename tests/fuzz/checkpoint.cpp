@@ -14,9 +14,11 @@ constexpr std::uint32_t kMostCells = 64;
 constexpr int kMostTile_px = 64;
 
 void put_checksums(Editable& file) {
-    if (!file.holds(0, kFileHead_bytes)) return;
+    if (!file.holds(0, kFileHead_bytes))
+        return;
     const auto text_bytes = file.get<std::uint32_t>(kTextBytesAt);
-    if (!file.holds(kFileHead_bytes, text_bytes)) return;
+    if (!file.holds(kFileHead_bytes, text_bytes))
+        return;
     const auto text = file.part(kFileHead_bytes, text_bytes);
     file.put(kTextChecksumAt, XXH3_64bits(text.data(), text.size()));
     for (std::uint64_t at = kFileHead_bytes + text_bytes; file.holds(at, kRecordHead_bytes);) {
@@ -42,9 +44,11 @@ void run(Input input) {
     const TileJournal journal(OpenFile(as_file(file.input(), "input.tiles"), O_RDONLY, "read"));
     (void)journal.what_is_damaged();
     (void)PictureKey::from_json(journal.key().to_json(), "what was written");
-    if (journal.key().grid.tile_px > kMostTile_px) return;
+    if (journal.key().grid.tile_px > kMostTile_px)
+        return;
     for (std::uint32_t cell = 0; cell < std::min(journal.key().grid.cells(), kMostCells); ++cell)
-        if (journal.at(cell).is_there()) allow_errors([&] { (void)journal.tile(cell); });
+        if (journal.at(cell).is_there())
+            allow_errors([&] { (void)journal.tile(cell); });
 }
 
 }  // namespace terravox::fuzz

@@ -29,12 +29,14 @@ public:
         std::ofstream out(m_folder / name, std::ios::binary);
         out << bytes;
         out.close();
-        if (!out) throw Error("write " + (m_folder / name).string() + ": it cannot be written");
+        if (!out)
+            throw Error("write " + (m_folder / name).string() + ": it cannot be written");
     }
     void add_file(const std::filesystem::path& file) const {
         std::ifstream in(file, std::ios::binary);
         const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-        if (!in) throw Error("read " + file.string() + ": it cannot be read");
+        if (!in)
+            throw Error("read " + file.string() + ": it cannot be read");
         add(file.filename().string(), bytes);
     }
     [[nodiscard]] std::filesystem::path path(const std::string& name) const {
@@ -47,7 +49,8 @@ private:
 
 [[nodiscard]] inline std::shared_ptr<const voxel::Box> small_box(const voxel::BoxKey& key) {
     voxel::BoxBuilder builder;
-    for (int x = 0; x < 8; ++x) builder.add(x, 3 + x, 3, 5 + x, x % 2 == 0);
+    for (int x = 0; x < 8; ++x)
+        builder.add(x, 3 + x, 3, 5 + x, x % 2 == 0);
     return builder.build(key, test::InventedWorld::attr_at);
 }
 

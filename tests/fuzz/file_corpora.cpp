@@ -65,7 +65,8 @@ void minecraft_files(const fs::path& folder) {
     const Corpus region(folder, "region");
     const Corpus zip(folder, "zip");
     test::MadeChunk chunk;
-    for (int y = 0; y < 20; ++y) chunk.set(y % 16, y, 3, static_cast<std::uint16_t>(y % 9));
+    for (int y = 0; y < 20; ++y)
+        chunk.set(y % 16, y, 3, static_cast<std::uint16_t>(y % 9));
     using test::Made;
     int kind = 1;
     for (const auto made :
@@ -112,7 +113,8 @@ void texts(const fs::path& folder) {
     const auto add_all = [&](const char* target, const fs::path& from) {
         const Corpus corpus(folder, target);
         for (const auto& entry : fs::directory_iterator(from))
-            if (entry.path().extension() == ".toml") corpus.add_file(entry.path());
+            if (entry.path().extension() == ".toml")
+                corpus.add_file(entry.path());
     };
     add_all("scene", config / "scenes");
     add_all("settings", config / "classes");

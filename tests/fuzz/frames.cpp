@@ -42,7 +42,8 @@ public:
             m_messages.pop_front();
             read_done(true, "");
         }
-        if (std::exchange(m_into, nullptr) != nullptr) read_done(false, "it has said all");
+        if (std::exchange(m_into, nullptr) != nullptr)
+            read_done(false, "it has said all");
         ended("it has said all");
         done();
     }
@@ -79,7 +80,8 @@ void take_tile(const std::string& result) {
     Editable tile(Input(reinterpret_cast<const std::uint8_t*>(result.data()), result.size()));
     put_tile_checksum(tile, 0, result.size());
     const TileHead head = read_tile_head(tile.bytes(), "the input");
-    if (head.pixels <= 64 * 64) (void)decode_tile(tile.bytes(), "the input");
+    if (head.pixels <= 64 * 64)
+        (void)decode_tile(tile.bytes(), "the input");
 }
 
 void take(const farm::Frame& frame) {
@@ -97,7 +99,8 @@ void take(const farm::Frame& frame) {
             break;
         }
         case farm::Frame::kTask:
-            for (const auto& tile : frame.task().tiles()) (void)from_frame(tile);
+            for (const auto& tile : frame.task().tiles())
+                (void)from_frame(tile);
             break;
         case farm::Frame::kDone: take_tile(frame.done().result()); break;
         case farm::Frame::kBox: {
@@ -114,7 +117,8 @@ void take(const farm::Frame& frame) {
 void run(Input input) {
     SaidStream stream(messages_of(input));
     stream.feed();
-    while (const auto frame = stream.receive()) allow_errors([&] { take(*frame); });
+    while (const auto frame = stream.receive())
+        allow_errors([&] { take(*frame); });
 }
 
 }  // namespace terravox::fuzz

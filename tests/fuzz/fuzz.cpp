@@ -9,7 +9,8 @@
 namespace terravox::fuzz {
 
 void expect(bool holds, const char* what) {
-    if (holds) return;
+    if (holds)
+        return;
     std::fprintf(stderr, "not true: %s\n", what);
     std::abort();
 }

@@ -45,7 +45,8 @@ void expect(bool holds, const char* what);
 class Editable {
 public:
     explicit Editable(Input input) : m_bytes(input.size()) {
-        if (!input.empty()) std::memcpy(m_bytes.data(), input.data(), input.size());
+        if (!input.empty())
+            std::memcpy(m_bytes.data(), input.data(), input.size());
     }
     [[nodiscard]] bool holds(std::uint64_t offset, std::uint64_t bytes) const noexcept {
         return offset <= m_bytes.size() && bytes <= m_bytes.size() - offset;

@@ -18,7 +18,8 @@ void listen(Input input, std::size_t at_once) {
         const auto step = listener.take(part);
         expect(step.outcome != net::ListenerHandshake::Outcome::kProven,
                "nobody proves a token by chance");
-        if (step.outcome != net::ListenerHandshake::Outcome::kMore) break;
+        if (step.outcome != net::ListenerHandshake::Outcome::kMore)
+            break;
     }
     (void)listener.answer(net::Verdict::kWrongToken);
 }
@@ -27,7 +28,8 @@ void dial(Input input) {
     net::DiallerHandshake dialler("a token");
     (void)dialler.hello();
     const auto bytes = std::as_bytes(input);
-    if (bytes.size() < net::kHello_bytes + net::kAnswer_bytes) return;
+    if (bytes.size() < net::kHello_bytes + net::kAnswer_bytes)
+        return;
     (void)dialler.prove(bytes.first<net::kHello_bytes>());
     dialler.check(bytes.subspan<net::kHello_bytes, net::kAnswer_bytes>());
     expect(false, "no answer proves a token by chance");
@@ -36,7 +38,8 @@ void dial(Input input) {
 }  // namespace
 
 void run(Input input) {
-    if (input.empty()) return;
+    if (input.empty())
+        return;
     listen(input.subspan(1), std::size_t{1} + input[0]);
     allow_errors([&] { dial(input.subspan(1)); });
 }

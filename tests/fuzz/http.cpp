@@ -25,7 +25,8 @@ http::Request parse(std::string_view text) {
     out.query = target;
     while (!text.empty()) {
         std::string_view line = take_until(text, "\n");
-        if (line.empty()) break;
+        if (line.empty())
+            break;
         http::Header header;
         header.name = take_until(line, ": ");
         header.value = line;
@@ -46,9 +47,11 @@ struct Server {
 /// splits a reply.
 bool is_head(std::string_view head) {
     while (!head.empty()) {
-        if (head.find("\r\n") == std::string_view::npos) return false;
+        if (head.find("\r\n") == std::string_view::npos)
+            return false;
         const std::string_view line = take_until(head, "\r\n");
-        if (line.find(": ") == std::string_view::npos) return false;
+        if (line.find(": ") == std::string_view::npos)
+            return false;
         if (std::any_of(line.begin(), line.end(),
                         [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; }))
             return false;
@@ -66,7 +69,8 @@ void run(Input input) {
     expect(reply.status >= 200 && reply.status < 600, "a reply has a status");
     expect(reply.status != 500, "no request is an error of the server's own");
     expect(is_head(reply.head), "a reply's head is made of lines");
-    if (!reply.stream) return;
+    if (!reply.stream)
+        return;
     std::size_t sent = 0;
     reply.stream([&](std::string_view part) {
         sent += part.size();

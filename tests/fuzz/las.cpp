@@ -18,7 +18,8 @@ void read_points(const lidar::LasInfo& info) {
     try {
         lidar::read_point_batches(info, ranges, [&](std::span<const lidar::RawPoint> batch) {
             count += batch.size();
-            if (count > kMostPoints) throw EnoughPoints();
+            if (count > kMostPoints)
+                throw EnoughPoints();
         });
     } catch (const EnoughPoints&) {
         return;
@@ -37,7 +38,8 @@ void run(Input input) {
         expect(!sample.empty() || info.point_count == 0, "a file of points has a sample");
     });
     const auto index = lidar::read_spatial_index(info);
-    if (!index) return;
+    if (!index)
+        return;
     const auto all = index->ranges_over(-1e300, -1e300, 1e300, 1e300);
     expect(all.size() == 1 && all[0].begin == 0 && all[0].end == info.point_count,
            "an index holds every point");

@@ -15,7 +15,8 @@ void run(Input input) {
         return lidar::read_las_info(file);
     }();
     const auto index = lidar::read_spatial_index(info);
-    if (!index) return;
+    if (!index)
+        return;
     const auto all = index->ranges_over(-1e300, -1e300, 1e300, 1e300);
     expect(all.size() == 1 && all[0].begin == 0 && all[0].end == info.point_count,
            "an index holds every point");

@@ -4,6 +4,8 @@
 
 namespace terravox::fuzz {
 
-void run(Input input) { (void)material::parse_materials(as_text(input), "the input"); }
+void run(Input input) {
+    (void)material::parse_materials(as_text(input), "the input");
+}
 
 }  // namespace terravox::fuzz

@@ -11,7 +11,8 @@ void check_sections(const minecraft::ChunkBlocks& blocks) {
     for (const auto& section : blocks.sections()) {
         expect(section.y >= minecraft::kLowestSection && section.y <= minecraft::kHighestSection,
                "a section lies within the allowed heights");
-        if (section.numeric) continue;
+        if (section.numeric)
+            continue;
         expect(section.palette_begin + std::uint64_t{section.palette_size} <= blocks.palette.size(),
                "a section's palette is there");
         for (const std::uint16_t cell : section.cells)

@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 
 std::string as_tile_input(const TileResult& tile, bool encoded) {
     const std::string bytes = chars(encode_tile(tile));
-    if (encoded) return '\x01' + bytes;
+    if (encoded)
+        return '\x01' + bytes;
     const std::size_t before = tile_head_bytes() + tile.holes.size() * kTileHole_bytes;
     const std::string frame = bytes.substr(before);
     std::string pixels(
@@ -49,7 +50,8 @@ void tiles(const fs::path& folder) {
         std::uint32_t cell = 0;
         for (const TileResult& tile : test::small_tiles(with_layers)) {
             add(RecordKind::kTile, cell++, encode_tile(tile));
-            if (cell == 2) break;
+            if (cell == 2)
+                break;
         }
         add(RecordKind::kForgotten, 0, {});
         const std::string damage = "a square was damaged\n";

@@ -16,7 +16,8 @@ public:
     void read(std::uint64_t offset, std::span<std::uint8_t> out) const override {
         if (offset > m_bytes.size() || out.size() > m_bytes.size() - offset)
             throw Error("read the input: it ends before that");
-        if (!out.empty()) std::memcpy(out.data(), m_bytes.data() + offset, out.size());
+        if (!out.empty())
+            std::memcpy(out.data(), m_bytes.data() + offset, out.size());
     }
 
 private:
@@ -33,12 +34,14 @@ void run(Input input) {
     minecraft::ChunkBlocks blocks;
     int left = kMostChunks;
     for (const std::uint32_t location : table) {
-        if (location == 0 || left-- == 0) continue;
+        if (location == 0 || left-- == 0)
+            continue;
         allow_errors([&] {
             const auto packed = minecraft::read_packed(file, location, buffer);
             minecraft::decode_chunk(inflater.unpack(packed.compression, packed.bytes), blocks);
         });
-        if (left < 0) return;
+        if (left < 0)
+            return;
     }
 }
 

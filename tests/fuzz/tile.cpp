@@ -12,7 +12,8 @@ constexpr std::uint64_t kMostPixels = 64 * 64;
 std::vector<std::uint8_t> with_packed_pixels(Input input) {
     const Editable head(input);
     std::size_t before = tile_head_bytes();
-    if (!head.holds(0, before)) return {input.begin(), input.end()};
+    if (!head.holds(0, before))
+        return {input.begin(), input.end()};
     const auto holes = head.get<std::uint32_t>(kTileHolesAt);
     if (!head.holds(before, std::uint64_t{holes} * kTileHole_bytes))
         return {input.begin(), input.end()};
@@ -31,7 +32,8 @@ std::vector<std::uint8_t> with_packed_pixels(Input input) {
 }  // namespace
 
 void run(Input input) {
-    if (input.empty()) return;
+    if (input.empty())
+        return;
     const bool encoded = (input[0] & 1) != 0;
     const Input rest = input.subspan(1);
     const std::vector<std::uint8_t> bytes =
@@ -39,7 +41,8 @@ void run(Input input) {
     Editable tile(bytes);
     put_tile_checksum(tile, 0, bytes.size());
     const TileHead head = read_tile_head(tile.bytes(), "the input");
-    if (head.pixels > kMostPixels) return;
+    if (head.pixels > kMostPixels)
+        return;
     const TileResult result = decode_tile(tile.bytes(), "the input");
     expect(result.samples.size() == head.pixels, "a tile has as many pixels as its head says");
     const TileResult again = decode_tile(encode_tile(result), "what was written");

@@ -25,7 +25,8 @@ inline std::size_t tile_head_bytes() {
         for (std::size_t at = kTileHolesAt; at + 4 <= encoded.size(); ++at) {
             std::uint32_t word = 0;
             std::memcpy(&word, &encoded[at], sizeof word);
-            if (word == ZSTD_MAGICNUMBER) return at;
+            if (word == ZSTD_MAGICNUMBER)
+                return at;
         }
         expect(false, "an encoded tile holds a zstd frame");
         return std::size_t{0};
@@ -35,7 +36,8 @@ inline std::size_t tile_head_bytes() {
 
 /// Makes the checksum of an encoded tile right that stands at [at, at + bytes).
 inline void put_tile_checksum(Editable& file, std::uint64_t at, std::uint64_t bytes) {
-    if (bytes < kTileChecked || !file.holds(at, bytes)) return;
+    if (bytes < kTileChecked || !file.holds(at, bytes))
+        return;
     const auto checked = file.part(at + kTileChecked, bytes - kTileChecked);
     file.put(at + kTileChecksumAt,
              XXH3_64bits_withSeed(checked.data(), checked.size(), kTileVersion));

@@ -7,12 +7,15 @@
 using terravox::page::Asset;
 
 TEST_CASE("the program holds the files of the web page, whole", "[page]") {
-    struct Case { const char *path, *content_type, *begin, *end; };
+    struct Case {
+        const char *path, *content_type, *begin, *end;
+    };
     const Case c = GENERATE(values<Case>({
         {"index.html", "text/html; charset=utf-8", "<!doctype html>\n", "</html>\n"},
         {"app.js", "text/javascript; charset=utf-8", "", "\n"},
         {"app.css", "text/css; charset=utf-8", "", "}\n"},
-        {"licences.txt", "text/plain; charset=utf-8", "This page holds parts of these packages.\n", "\n"},
+        {"licences.txt", "text/plain; charset=utf-8", "This page holds parts of these packages.\n",
+         "\n"},
     }));
     DYNAMIC_SECTION(c.path) {
         const Asset* asset = terravox::page::find(c.path);
@@ -28,6 +31,9 @@ TEST_CASE("the program holds the files of the web page, whole", "[page]") {
 TEST_CASE("index.html refers to the other files of the page, and no other is found", "[page]") {
     const std::string index(terravox::page::find("index.html")->bytes);
     for (const Asset& asset : terravox::page::assets())
-        if (asset.path != "index.html") CHECK(index.find("\"page/" + std::string(asset.path) + "\"") != std::string::npos);
-    for (const char* path : {"", "/", "index", "page/app.js", "../index.html", "app.js.map", "APP.JS"}) CHECK(terravox::page::find(path) == nullptr);
+        if (asset.path != "index.html")
+            CHECK(index.find("\"page/" + std::string(asset.path) + "\"") != std::string::npos);
+    for (const char* path :
+         {"", "/", "index", "page/app.js", "../index.html", "app.js.map", "APP.JS"})
+        CHECK(terravox::page::find(path) == nullptr);
 }

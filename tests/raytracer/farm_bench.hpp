@@ -24,7 +24,9 @@ inline PoolSettings pool_settings(Job& job) {
     PoolSettings out;
     out.seed = 77;
     out.least_deadline = farm_times().least_deadline;
-    out.make_checker = [&job] { return std::make_shared<ThreadProcessor>(job.view, job.blocks, 1); };
+    out.make_checker = [&job] {
+        return std::make_shared<ThreadProcessor>(job.view, job.blocks, 1);
+    };
     return out;
 }
 
@@ -40,7 +42,8 @@ public:
         settings.gone = [this](ProcessorPool::MemberId id, const std::string& why, bool expelled) {
             {
                 const std::lock_guard lock(m_mutex);
-                if (expelled) m_expelled.push_back(why);
+                if (expelled)
+                    m_expelled.push_back(why);
             }
             m_farm.gone(id, why, expelled);
         };
@@ -50,15 +53,21 @@ public:
     ~FarmBench() {
         m_farm.end();
         m_pool.reset();
-        for (auto& daemon : m_daemons) daemon->stop();
-        for (auto& link : m_kill) link->abort();
-        for (std::thread& t : m_threads) t.join();
+        for (auto& daemon : m_daemons)
+            daemon->stop();
+        for (auto& link : m_kill)
+            link->abort();
+        for (std::thread& t : m_threads)
+            t.join();
     }
 
     /// The coordinator's end of a new link goes to the farm. @return the other end
     std::unique_ptr<net::Link> plug() {
         auto [mine, theirs] = net::link_pair();
-        m_threads.emplace_back([this, link = std::shared_ptr<net::Link>(std::move(mine))]() mutable { (void)m_farm.serve(std::make_unique<Shared>(std::move(link)), ""); });
+        m_threads.emplace_back(
+            [this, link = std::shared_ptr<net::Link>(std::move(mine))]() mutable {
+                (void)m_farm.serve(std::make_unique<Shared>(std::move(link)), "");
+            });
         return std::move(theirs);
     }
     /// A worker of this many threads. @param http servers that it may ask itself @return its number
@@ -71,13 +80,23 @@ public:
         m_daemons.push_back(std::make_unique<WorkerDaemon>(options));
         std::shared_ptr<net::Link> link = plug();
         m_kill.push_back(link);
-        m_threads.emplace_back([daemon = m_daemons.back().get(), link] { (void)daemon->serve(std::make_unique<Shared>(link), false); });
+        m_threads.emplace_back([daemon = m_daemons.back().get(), link] {
+            (void)daemon->serve(std::make_unique<Shared>(link), false);
+        });
         return m_daemons.size() - 1;
     }
     void kill(std::size_t worker) { m_kill[worker]->abort(); }
     [[nodiscard]] WorkerDaemon& daemon(std::size_t worker) { return *m_daemons[worker]; }
     /// Threads of this process join in.
-    void add_threads(int threads) { m_pool->add({"here", "threads", threads, true, false, std::make_shared<ThreadProcessor>(m_job.view, m_job.blocks, threads), {}}); }
+    void add_threads(int threads) {
+        m_pool->add({"here",
+                     "threads",
+                     threads,
+                     true,
+                     false,
+                     std::make_shared<ThreadProcessor>(m_job.view, m_job.blocks, threads),
+                     {}});
+    }
 
     [[nodiscard]] ProcessorPool& pool() { return *m_pool; }
     [[nodiscard]] Farm& farm() { return m_farm; }
@@ -85,7 +104,9 @@ public:
         const std::lock_guard lock(m_mutex);
         return m_expelled;
     }
-    RenderCounts render(Film& film) { return render_film({m_job.view, *m_pool, true, nullptr}, film); }
+    RenderCounts render(Film& film) {
+        return render_film({m_job.view, *m_pool, true, nullptr}, film);
+    }
 
 private:
     /// A link that somebody else may end as well.
@@ -95,7 +116,9 @@ private:
         ~Shared() override { m_link->abort(); }
         bool send(farm::Frame frame) override { return m_link->send(std::move(frame)); }
         std::optional<farm::Frame> receive() override { return m_link->receive(); }
-        void close(std::chrono::milliseconds patience) noexcept override { m_link->close(patience); }
+        void close(std::chrono::milliseconds patience) noexcept override {
+            m_link->close(patience);
+        }
         void abort() noexcept override { m_link->abort(); }
         const std::string& peer() const noexcept override { return m_link->peer(); }
         std::string why_ended() const override { return m_link->why_ended(); }
@@ -119,10 +142,14 @@ private:
 inline Scene farm_scene(bool layers = false) {
     Scene scene = small_scene();
     scene.quality.coarse_step = 1;
-    if (layers) scene.output.layers = "all";
+    if (layers)
+        scene.output.layers = "all";
     return scene;
 }
 
-inline Film empty_film(const Job& job) { return {job.view.scene.output.size_px[0], job.view.scene.output.size_px[1], job.view.wants_layers()}; }
+inline Film empty_film(const Job& job) {
+    return {job.view.scene.output.size_px[0], job.view.scene.output.size_px[1],
+            job.view.wants_layers()};
+}
 
 }  // namespace terravox::test

@@ -14,12 +14,16 @@ namespace terravox::test {
 /// A small valley over several boxes: hills, a lake, a house, trees and a floating rock.
 inline std::unique_ptr<ArrayWorld> landscape() {
     using voxel::Material;
-    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-80, -10, -70}, ArrayWorld::Coord{90, 60, 75});
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-80, -10, -70},
+                                              ArrayWorld::Coord{90, 60, 75});
     world->fill_with([](int x, int y, int z) {
         const int height = (x * x + z * z) / 300 - 4 + ((x * 13 ^ z * 7) & 3) / 3;
-        if (y < height) return y == height - 1 ? Material::kGrass : Material::kRock;
-        if (y < 2) return Material::kWater;
-        return (x & 15) == 3 && (z & 15) == 5 && y < height + 6 ? Material::kHighVegetation : Material::kAir;
+        if (y < height)
+            return y == height - 1 ? Material::kGrass : Material::kRock;
+        if (y < 2)
+            return Material::kWater;
+        return (x & 15) == 3 && (z & 15) == 5 && y < height + 6 ? Material::kHighVegetation
+                                                                : Material::kAir;
     });
     world->fill({20, 0, 20}, {40, 22, 36}, Material::kWall);
     world->fill({20, 22, 20}, {40, 23, 36}, Material::kOrangeRoof);
@@ -42,7 +46,8 @@ struct Job {
     std::unique_ptr<ArrayWorld> world;
     BlockManager blocks;
     View view;
-    explicit Job(const Scene& scene, std::size_t memory_bytes = std::size_t{256} << 20, std::unique_ptr<ArrayWorld> w = landscape())
+    explicit Job(const Scene& scene, std::size_t memory_bytes = std::size_t{256} << 20,
+                 std::unique_ptr<ArrayWorld> w = landscape())
         : world(std::move(w)), blocks(*world, memory_bytes), view(make_view(scene, blocks)) {}
 };
 
@@ -60,15 +65,23 @@ inline std::string bytes_of(const Film& film) {
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const PixelSample& p = film.at(x, y);
-            const auto append = [&](float v) { out.append(reinterpret_cast<const char*>(&v), sizeof v); };
-            for (const float v : {p.colour.r, p.colour.g, p.colour.b, p.alpha, p.depth_m, p.error, static_cast<float>(p.samples)}) append(v);
-            if (!film.has_layers()) continue;
+            const auto append = [&](float v) {
+                out.append(reinterpret_cast<const char*>(&v), sizeof v);
+            };
+            for (const float v : {p.colour.r, p.colour.g, p.colour.b, p.alpha, p.depth_m, p.error,
+                                  static_cast<float>(p.samples)})
+                append(v);
+            if (!film.has_layers())
+                continue;
             const LayerSample& l = film.layers_at(x, y);
-            for (const Colour c : {l.direct, l.indirect, l.albedo}) append(c.r), append(c.g), append(c.b);
-            for (const auto& v : {l.normal, l.position}) append(v[0]), append(v[1]), append(v[2]);
+            for (const Colour c : {l.direct, l.indirect, l.albedo})
+                append(c.r), append(c.g), append(c.b);
+            for (const auto& v : {l.normal, l.position})
+                append(v[0]), append(v[1]), append(v[2]);
             append(l.sun), append(l.water), append(static_cast<float>(l.material));
             for (const Matte& m : {l.materials, l.squares})
-                for (std::size_t i = 0; i < Matte::kMost; ++i) append(static_cast<float>(m.object[i])), append(m.share[i]);
+                for (std::size_t i = 0; i < Matte::kMost; ++i)
+                    append(static_cast<float>(m.object[i])), append(m.share[i]);
         }
     return out;
 }

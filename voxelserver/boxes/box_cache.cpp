@@ -16,16 +16,20 @@ namespace {
 
 constexpr std::size_t kMostAhead = 256;  // boxes wanted ahead: older wishes are forgotten
 
-KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame, const voxel::Reach& reach) {
+KeptBoxPtr keep(std::uint64_t checksum, std::shared_ptr<const std::string> frame,
+                const voxel::Reach& reach) {
     const std::uint64_t hash = frame ? XXH3_64bits(frame->data(), frame->size()) : 0;
     return std::make_shared<const KeptBox>(KeptBox{checksum, hash, std::move(frame), reach});
 }
 
-Item item_of(const KeptBox& kept) { return {kept.checksum, kept.frame, kept.reach}; }
+Item item_of(const KeptBox& kept) {
+    return {kept.checksum, kept.frame, kept.reach};
+}
 
 }  // namespace
 
-BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times, const BoxCacheOptions& options)
+BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times,
+                   const BoxCacheOptions& options)
     : m_world(world),
       m_times(times),
       m_gate(std::max(options.makers, 1), std::max(options.queue, 0)),
@@ -33,14 +37,21 @@ BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times, const Box
       m_ahead_on(options.ahead),
       m_memory(options.memory_bytes),
       m_disk(options.file.empty() ? nullptr
-                                  : std::make_unique<DiskCache>(options.file, options.disk_bytes, [&world](const voxel::Reach& r) { return world.fingerprint(r); })) {
+                                  : std::make_unique<DiskCache>(options.file, options.disk_bytes,
+                                                                [&world](const voxel::Reach& r) {
+                                                                    return world.fingerprint(r);
+                                                                })) {
     // Half of the places: what is asked for meanwhile still finds a core.
-    if (!options.ahead) return;
+    if (!options.ahead)
+        return;
     const auto count = static_cast<std::size_t>(std::max(options.makers / 2, 1));
-    thread::start_threads(m_threads, count, [this] { work_ahead(); }, [this] { tell_threads_to_stop(); });
+    thread::start_threads(
+        m_threads, count, [this] { work_ahead(); }, [this] { tell_threads_to_stop(); });
 }
 
-BoxCache::~BoxCache() { close(); }
+BoxCache::~BoxCache() {
+    close();
+}
 
 void BoxCache::tell_threads_to_stop() {
     m_gate.close();
@@ -55,76 +66,94 @@ void BoxCache::close() {
     tell_threads_to_stop();
     const std::lock_guard lock(m_joining);
     for (std::thread& t : m_threads)
-        if (t.joinable()) t.join();
+        if (t.joinable())
+            t.join();
 }
 
 KeptBoxPtr BoxCache::known_air(const voxel::BoxKey& key) const {
-    // Nothing solid is out there. Answered without the cache, or whoever asks for all of space would empty it.
+    // Nothing solid is out there. Answered without the cache, or whoever asks for all of space
+    // would empty it.
     const voxel::VoxelBounds& bounds = m_world.info().bounds;
-    if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key)) return nullptr;
+    if (!bounds.empty() && voxel::boxes_over(bounds, key.level).contains(key))
+        return nullptr;
     return keep(0, nullptr, footprint(key));
 }
 
 KeptBoxPtr BoxCache::get(const voxel::BoxKey& key) {
-    if (auto kept = m_memory.hit(key)) return kept;
+    if (auto kept = m_memory.hit(key))
+        return kept;
     const Places::Place place(m_places);
     return get(key, Way::kAsked);
 }
 
 KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
-    if (auto kept = find(key, Keep::kNo)) return kept;
+    if (auto kept = find(key, Keep::kNo))
+        return kept;
     // Its children first, each when the machine is idle.
     if (key.level > 0)
         for (int i = 0; i < 8; ++i)
-            if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)})) return nullptr;
+            if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                            2 * key.bz + (i >> 1 & 1)}))
+                return nullptr;
     const Gate::AheadPass pass(m_gate);
     return pass ? get(key, Way::kAhead) : nullptr;
 }
 
 KeptBoxPtr BoxCache::find(const voxel::BoxKey& key, Keep keep) {
-    if (auto air = known_air(key)) return air;
-    if (auto kept = m_memory.find(key)) return kept;
+    if (auto air = known_air(key))
+        return air;
+    if (auto kept = m_memory.find(key))
+        return kept;
     auto kept = from_disk(key);
-    if (kept && keep == Keep::kYes) m_memory.put(key, kept, kept->memory_bytes());
+    if (kept && keep == Keep::kYes)
+        m_memory.put(key, kept, kept->memory_bytes());
     return kept;
 }
 
 KeptBoxPtr BoxCache::get(const voxel::BoxKey& key, Way way) {
-    if (auto air = known_air(key)) return air;
+    if (auto air = known_air(key))
+        return air;
     bool fresh = false;
     auto out = m_memory.get(
         key,
         [&] {
             fresh = true;
-            if (auto kept = from_disk(key)) return kept;
+            if (auto kept = from_disk(key))
+                return kept;
             return make(key, way);
         },
         [](const KeptBoxPtr& k) { return k->memory_bytes(); });
-    if (fresh && m_listener) m_listener(key);
+    if (fresh && m_listener)
+        m_listener(key);
     return out;
 }
 
 KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
-    if (!m_disk) return nullptr;
+    if (!m_disk)
+        return nullptr;
     const util::StageTimes::Scope timed(m_times, "box cache");
     const auto item = m_disk->find(Kind::kBox, key);
     return item ? keep(item->tag, item->bytes, item->reach) : nullptr;
 }
 
 voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
-    if (key.level == 0) return m_world.traced_box(key);
+    if (key.level == 0)
+        return m_world.traced_box(key);
     voxel::TracedBox out;
     out.reach = footprint(key);
-    if (m_world.column(key.level, key.bx, key.bz).empty()) return out;
+    if (m_world.column(key.level, key.bx, key.bz).empty())
+        return out;
     std::array<std::shared_ptr<const voxel::Box>, 8> children;
     for (int i = 0; i < 8; ++i) {
-        const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
+        const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                                  2 * key.bz + (i >> 1 & 1)};
         const auto kept = get(child, way == Way::kAhead ? way : Way::kChild);
         out.reach.add(kept->reach);
         children[static_cast<std::size_t>(i)] = unpacked(*kept, child);
     }
     std::optional<Gate::Pass> pass;
-    if (way != Way::kAhead) pass.emplace(m_gate);
+    if (way != Way::kAhead)
+        pass.emplace(m_gate);
     const util::StageTimes::Scope timed(m_times, "downsample");
     out.box = voxel::downsample(key, children);
     return out;
@@ -132,7 +161,8 @@ voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
 
 KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
     std::optional<Gate::Pass> pass;
-    if (way != Way::kAhead && key.level == 0) pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
+    if (way != Way::kAhead && key.level == 0)
+        pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
     KeptBoxPtr kept;
     try {
         voxel::TracedBox made = build(key, way);
@@ -141,7 +171,8 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
         if (made.box) {
             const util::StageTimes::Scope timed(m_times, "compression");
             const auto bytes = voxel::compress(*made.box);
-            frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+            frame = std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
+                                                        bytes.size());
         }
         kept = keep(made.box ? made.box->checksum() : 0, std::move(frame), made.reach);
     } catch (const Busy&) {
@@ -151,29 +182,42 @@ KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
         throw;
     }
     ++m_made;
-    if (way == Way::kAhead) ++m_made_ahead;
-    if (m_disk) m_disk->put(Kind::kBox, key, item_of(*kept), way == Way::kAhead ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
-    if (way == Way::kAsked) want_ahead(key);
+    if (way == Way::kAhead)
+        ++m_made_ahead;
+    if (m_disk)
+        m_disk->put(Kind::kBox, key, item_of(*kept),
+                    way == Way::kAhead ? DiskCache::WhenFull::kWait : DiskCache::WhenFull::kDrop);
+    if (way == Way::kAsked)
+        want_ahead(key);
     return kept;
 }
 
-std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept, const voxel::BoxKey& key) {
-    return kept.air() ? nullptr : voxel::decompress_box(std::as_bytes(std::span(*kept.frame)), "box " + voxel::to_string(key));
+std::shared_ptr<const voxel::Box> BoxCache::unpacked(const KeptBox& kept,
+                                                     const voxel::BoxKey& key) {
+    return kept.air() ? nullptr
+                      : voxel::decompress_box(std::as_bytes(std::span(*kept.frame)),
+                                              "box " + voxel::to_string(key));
 }
 
 // The boxes above and below it, which share nearly all of its work, and its neighbours.
 void BoxCache::want_ahead(const voxel::BoxKey& key) {
-    if (!m_ahead_on) return;
+    if (!m_ahead_on)
+        return;
     std::vector<voxel::BoxKey> wanted;
     for (int dz = -1; dz <= 1; ++dz)
         // No world reaches so far that this overflows: known_air() has answered before.
-        for (int dx = -1; dx <= 1; ++dx) wanted.push_back({key.level, key.bx + dx, key.by, key.bz + dz});
+        for (int dx = -1; dx <= 1; ++dx)
+            wanted.push_back({key.level, key.bx + dx, key.by, key.bz + dz});
     const voxel::ColumnExtent column = m_world.column(key.level, key.bx, key.bz);
-    for (std::int32_t by = column.by_begin; by < column.by_end; ++by) wanted.push_back({key.level, key.bx, by, key.bz});
+    for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
+        wanted.push_back({key.level, key.bx, by, key.bz});
     const std::lock_guard lock(m_wanting);
-    if (m_closed) return;
+    if (m_closed)
+        return;
     for (const voxel::BoxKey& next : wanted)
-        if (next != key && !known_air(next) && !m_memory.holds(next) && m_ahead_set.insert(next).second) m_ahead.push_front(next);
+        if (next != key && !known_air(next) && !m_memory.holds(next) &&
+            m_ahead_set.insert(next).second)
+            m_ahead.push_front(next);
     while (m_ahead.size() > kMostAhead) {
         m_ahead_set.erase(m_ahead.back());
         m_ahead.pop_back();
@@ -187,7 +231,8 @@ void BoxCache::work_ahead() {
         {
             std::unique_lock lock(m_wanting);
             m_wanted.wait(lock, [&] { return m_closed || !m_ahead.empty(); });
-            if (m_closed) return;
+            if (m_closed)
+                return;
             key = m_ahead.front();
             m_ahead.pop_front();
             m_ahead_set.erase(key);
@@ -195,7 +240,8 @@ void BoxCache::work_ahead() {
         try {
             (void)get_ahead(key);
         } catch (const std::exception& e) {
-            spdlog::debug("make box {} ahead: {}", voxel::to_string(key), e.what());  // who asks for it is told
+            spdlog::debug("make box {} ahead: {}", voxel::to_string(key),
+                          e.what());  // who asks for it is told
         }
     }
 }
@@ -213,7 +259,8 @@ BoxCache::Stats BoxCache::stats() const {
 std::vector<voxel::BoxKey> BoxCache::in_memory(int level, std::size_t most) const {
     std::vector<voxel::BoxKey> out;
     m_memory.each_key([&](const voxel::BoxKey& key) {
-        if (key.level == level && out.size() < most) out.push_back(key);
+        if (key.level == level && out.size() < most)
+            out.push_back(key);
     });
     std::sort(out.begin(), out.end());
     return out;

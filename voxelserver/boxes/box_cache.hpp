@@ -24,17 +24,19 @@ namespace terravox::boxes {
 struct BoxCacheOptions {
     std::size_t memory_bytes = std::size_t{256} << 20;  ///< of compressed boxes
     int makers = 1;                                     ///< boxes made at the same time, at least 1
-    int queue = 64;                                     ///< boxes that may wait to be made, at least 0
-    int asking = 1024;                                  ///< callers of get() that may make or wait at the same time, at least 1
-    bool ahead = true;                                  ///< neighbours of what was asked for are made while the machine is idle
-    std::filesystem::path file = {};                    ///< of the disk cache; empty: nothing on disk
+    int queue = 64;     ///< boxes that may wait to be made, at least 0
+    int asking = 1024;  ///< callers of get() that may make or wait at the same time, at least 1
+    bool ahead = true;  ///< neighbours of what was asked for are made while the machine is idle
+    std::filesystem::path file = {};  ///< of the disk cache; empty: nothing on disk
     std::uint64_t disk_bytes = std::uint64_t{20} << 30;
 };
 
-/// Boxes, each made once while it is kept, however many ask: memory, then disk, then making. Thread-safe.
+/// Boxes, each made once while it is kept, however many ask: memory, then disk, then making.
+/// Thread-safe.
 ///
-/// The world makes boxes of level 0; those above are made here from their eight children, so that children which are kept are not made
-/// again. Neighbours of a box that had to be made are made ahead, by threads of their own.
+/// The world makes boxes of level 0; those above are made here from their eight children, so that
+/// children which are kept are not made again. Neighbours of a box that had to be made are made
+/// ahead, by threads of their own.
 class BoxCache {
 public:
     /// World and times must outlive the cache.
@@ -47,16 +49,22 @@ public:
     /// @throws Busy; Error (or whatever the world throws) when the box cannot be made
     [[nodiscard]] KeptBoxPtr get(const voxel::BoxKey& key);
     enum class Keep { kNo, kYes };
-    /// What is kept: nothing is made. @param keep whether one from disk goes to memory: not for callers who look through many
+    /// What is kept: nothing is made. @param keep whether one from disk goes to memory: not for
+    /// callers who look through many
     /// @return nullptr when it is not kept
     [[nodiscard]] KeptBoxPtr find(const voxel::BoxKey& key, Keep keep = Keep::kYes);
-    /// As get(), when nobody waits for it: begins once the machine is idle. @return nullptr when the cache is being closed
+    /// As get(), when nobody waits for it: begins once the machine is idle. @return nullptr when
+    /// the cache is being closed
     [[nodiscard]] KeptBoxPtr get_ahead(const voxel::BoxKey& key);
     /// The same unpacked. @return nullptr for air
-    [[nodiscard]] static std::shared_ptr<const voxel::Box> unpacked(const KeptBox& kept, const voxel::BoxKey& key);
+    [[nodiscard]] static std::shared_ptr<const voxel::Box> unpacked(const KeptBox& kept,
+                                                                    const voxel::BoxKey& key);
 
-    /// Called with every box that has come to hand (made, or found on disk), once find() finds it. From any thread; to be set before anyone asks.
-    void set_listener(std::function<void(const voxel::BoxKey&)> listener) { m_listener = std::move(listener); }
+    /// Called with every box that has come to hand (made, or found on disk), once find() finds it.
+    /// From any thread; to be set before anyone asks.
+    void set_listener(std::function<void(const voxel::BoxKey&)> listener) {
+        m_listener = std::move(listener);
+    }
 
     /// For those who may wait for boxes in other ways than get().
     [[nodiscard]] Places& places() noexcept { return m_places; }
@@ -81,7 +89,8 @@ public:
 
 private:
     void tell_threads_to_stop();
-    /// Who is asking: a person or program, or a box above for its child: both stand in line; whoever works ahead has waited already.
+    /// Who is asking: a person or program, or a box above for its child: both stand in line;
+    /// whoever works ahead has waited already.
     enum class Way { kAsked, kChild, kAhead };
     KeptBoxPtr get(const voxel::BoxKey& key, Way way);
     KeptBoxPtr make(const voxel::BoxKey& key, Way way);

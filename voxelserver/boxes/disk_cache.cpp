@@ -16,41 +16,68 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kQueueBytes = std::size_t{16} << 20;
-constexpr std::size_t kRowBytes = 200;         // what an item takes beside its bytes, about
-constexpr std::int64_t kTouchAfter_s = 600;    // "used" is no finer: a row in steady use is not written each time
-constexpr int kEvictRows = 64;                 // at a time
+constexpr std::size_t kRowBytes = 200;  // what an item takes beside its bytes, about
+constexpr std::int64_t kTouchAfter_s =
+    600;                        // "used" is no finer: a row in steady use is not written each time
+constexpr int kEvictRows = 64;  // at a time
 constexpr std::chrono::seconds kIdle{6};
 
-// With WAL and synchronous=NORMAL a killed process loses nothing, a power cut loses what was not yet in the file, and neither leaves half an item.
+// With WAL and synchronous=NORMAL a killed process loses nothing, a power cut loses what was not
+// yet in the file, and neither leaves half an item.
 constexpr const char* kPragmas =
-    "PRAGMA synchronous=NORMAL; PRAGMA cache_size=-2000; PRAGMA journal_size_limit=4194304; PRAGMA wal_autocheckpoint=400; PRAGMA temp_store=MEMORY;";
-// Kept in the file, and for new files only: said again, they would write to it, and each start would wait for the disk. auto_vacuum must be
-// chosen before the first table.
-constexpr const char* kParts = "SELECT count(*) FROM sqlite_master WHERE name IN ('item', 'item_key', 'item_used')";
+    "PRAGMA synchronous=NORMAL; PRAGMA cache_size=-2000; PRAGMA journal_size_limit=4194304; PRAGMA "
+    "wal_autocheckpoint=400; PRAGMA temp_store=MEMORY;";
+// Kept in the file, and for new files only: said again, they would write to it, and each start
+// would wait for the disk. auto_vacuum must be chosen before the first table.
+constexpr const char* kParts =
+    "SELECT count(*) FROM sqlite_master WHERE name IN ('item', 'item_key', 'item_used')";
 constexpr std::int64_t kPartsOfAll = 3;
 constexpr const char* kSchema =
     "PRAGMA page_size=8192; PRAGMA auto_vacuum=INCREMENTAL; PRAGMA journal_mode=WAL;"
-    "CREATE TABLE IF NOT EXISTS item(id INTEGER PRIMARY KEY, kind INT, level INT, morton INT, bx INT, by INT, bz INT, fingerprint0 INT, fingerprint1 INT,"
+    "CREATE TABLE IF NOT EXISTS item(id INTEGER PRIMARY KEY, kind INT, level INT, morton INT, bx "
+    "INT, by INT, bz INT, fingerprint0 INT, fingerprint1 INT,"
     " min_bx INT, min_bz INT, max_bx INT, max_bz INT, used INT, tag INT, checksum INT, bytes BLOB);"
-    "CREATE UNIQUE INDEX IF NOT EXISTS item_key ON item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz);"
+    "CREATE UNIQUE INDEX IF NOT EXISTS item_key ON item(kind, level, morton, bx, by, bz, "
+    "fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz);"
     "CREATE INDEX IF NOT EXISTS item_used ON item(used);";
 constexpr const char* kFind =
-    "SELECT id, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz, used, tag, checksum, bytes FROM item"
+    "SELECT id, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz, used, tag, checksum, "
+    "bytes FROM item"
     " WHERE kind=?1 AND level=?2 AND morton=?3 AND bx=?4 AND by=?5 AND bz=?6 ORDER BY used DESC";
 constexpr const char* kKeys =
-    "SELECT bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz FROM item INDEXED BY item_key WHERE kind=?1 AND level=?2 ORDER BY morton";
+    "SELECT bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz FROM item "
+    "INDEXED BY item_key WHERE kind=?1 AND level=?2 ORDER BY morton";
 constexpr const char* kPut =
-    "INSERT OR REPLACE INTO item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, min_bx, min_bz, max_bx, max_bz, used, tag, checksum, bytes)"
+    "INSERT OR REPLACE INTO item(kind, level, morton, bx, by, bz, fingerprint0, fingerprint1, "
+    "min_bx, min_bz, max_bx, max_bz, used, tag, checksum, bytes)"
     " VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)";
 
-std::int64_t now_s() { return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+std::int64_t now_s() {
+    return std::chrono::duration_cast<std::chrono::seconds>(
+               std::chrono::system_clock::now().time_since_epoch())
+        .count();
+}
 
-std::int64_t morton_of(const voxel::BoxKey& key) { return static_cast<std::int64_t>(voxel::morton_encode(key.bx, key.by, key.bz)); }
+std::int64_t morton_of(const voxel::BoxKey& key) {
+    return static_cast<std::int64_t>(voxel::morton_encode(key.bx, key.by, key.bz));
+}
 
 // Of all that a row says: bits that have changed on the disk must not become voxels.
-std::uint64_t checksum_of(Kind kind, const voxel::BoxKey& key, const voxel::Fingerprint& print, const Item& item) {
-    const std::int64_t facts[] = {static_cast<int>(kind), key.level, key.bx, key.by, key.bz, static_cast<std::int64_t>(print[0]), static_cast<std::int64_t>(print[1]),
-                                  item.reach.min_bx, item.reach.min_bz, item.reach.max_bx, item.reach.max_bz, static_cast<std::int64_t>(item.tag), item.bytes ? 1 : 0};
+std::uint64_t checksum_of(Kind kind, const voxel::BoxKey& key, const voxel::Fingerprint& print,
+                          const Item& item) {
+    const std::int64_t facts[] = {static_cast<int>(kind),
+                                  key.level,
+                                  key.bx,
+                                  key.by,
+                                  key.bz,
+                                  static_cast<std::int64_t>(print[0]),
+                                  static_cast<std::int64_t>(print[1]),
+                                  item.reach.min_bx,
+                                  item.reach.min_bz,
+                                  item.reach.max_bx,
+                                  item.reach.max_bz,
+                                  static_cast<std::int64_t>(item.tag),
+                                  item.bytes ? 1 : 0};
     const std::uint64_t seed = XXH3_64bits(facts, sizeof facts);
     return item.bytes ? XXH3_64bits_withSeed(item.bytes->data(), item.bytes->size(), seed) : seed;
 }
@@ -61,16 +88,23 @@ voxel::Reach reach_at(const Statement& row, int column) {
 }
 
 voxel::Fingerprint fingerprint_at(const Statement& row, int column) {
-    return {static_cast<std::uint64_t>(row.integer(column)), static_cast<std::uint64_t>(row.integer(column + 1))};
+    return {static_cast<std::uint64_t>(row.integer(column)),
+            static_cast<std::uint64_t>(row.integer(column + 1))};
 }
 
 void bind_key(Statement& s, Kind kind, const voxel::BoxKey& key) {
-    s.bind(1, static_cast<int>(kind)).bind(2, key.level).bind(3, morton_of(key)).bind(4, key.bx).bind(5, key.by).bind(6, key.bz);
+    s.bind(1, static_cast<int>(kind))
+        .bind(2, key.level)
+        .bind(3, morton_of(key))
+        .bind(4, key.bx)
+        .bind(5, key.by)
+        .bind(6, key.bz);
 }
 
 void remove_files(const fs::path& file) {
     std::error_code ignored;
-    for (const char* tail : {"", "-wal", "-shm"}) fs::remove(file.string() + tail, ignored);
+    for (const char* tail : {"", "-wal", "-shm"})
+        fs::remove(file.string() + tail, ignored);
 }
 
 }  // namespace
@@ -79,14 +113,19 @@ class DiskCache::Connection {
 public:
     explicit Connection(const fs::path& file) : database(file.string()) {
         database.run(kPragmas);
-        if (database.number(kParts) != kPartsOfAll) database.run(kSchema);
+        if (database.number(kParts) != kPartsOfAll)
+            database.run(kSchema);
         find.emplace(database.get(), kFind);
         put.emplace(database.get(), kPut);
         touch.emplace(database.get(), "UPDATE item SET used=?1 WHERE id=?2");
-        evict.emplace(database.get(), "DELETE FROM item WHERE id IN (SELECT id FROM item ORDER BY used, id LIMIT ?1)");
+        evict.emplace(
+            database.get(),
+            "DELETE FROM item WHERE id IN (SELECT id FROM item ORDER BY used, id LIMIT ?1)");
     }
     [[nodiscard]] std::uint64_t used_bytes() {
-        return static_cast<std::uint64_t>((database.number("PRAGMA page_count") - database.number("PRAGMA freelist_count")) * database.number("PRAGMA page_size"));
+        return static_cast<std::uint64_t>(
+            (database.number("PRAGMA page_count") - database.number("PRAGMA freelist_count")) *
+            database.number("PRAGMA page_size"));
     }
     Database database;
     std::optional<Statement> find, put, touch, evict;
@@ -100,9 +139,11 @@ DiskCache::DiskCache(fs::path file, std::uint64_t limit_bytes, FingerprintOf fin
         open();
     } catch (const SqliteError& e) {
         give_up(e);
-        if (e.why() == SqliteError::Why::kDamaged) begin_anew();
+        if (e.why() == SqliteError::Why::kDamaged)
+            begin_anew();
     }
-    if (m_broken) return;
+    if (m_broken)
+        return;
     m_thread = std::thread([this] { write_on(); });
 }
 
@@ -129,11 +170,13 @@ DiskCache::~DiskCache() {
         m_closing = true;
     }
     m_queued.notify_all();
-    if (m_thread.joinable()) m_thread.join();
+    if (m_thread.joinable())
+        m_thread.join();
 }
 
 std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
-    if (m_broken) return std::nullopt;
+    if (m_broken)
+        return std::nullopt;
     std::int64_t used_row = 0, damaged_row = 0;
     std::optional<Item> out;
     try {
@@ -145,14 +188,16 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
             Item item;
             item.reach = reach_at(row, 3);
             const voxel::Fingerprint print = fingerprint_at(row, 1);
-            if (m_fingerprint(item.reach) != print) continue;
+            if (m_fingerprint(item.reach) != print)
+                continue;
             item.tag = static_cast<std::uint64_t>(row.integer(8));
             item.bytes = row.bytes(10);
             if (checksum_of(kind, key, print, item) != static_cast<std::uint64_t>(row.integer(9))) {
                 damaged_row = row.integer(0);
                 continue;
             }
-            if (now_s() - row.integer(7) > kTouchAfter_s) used_row = row.integer(0);
+            if (now_s() - row.integer(7) > kTouchAfter_s)
+                used_row = row.integer(0);
             out = std::move(item);
         }
     } catch (const SqliteError& e) {
@@ -160,23 +205,28 @@ std::optional<Item> DiskCache::find(Kind kind, const voxel::BoxKey& key) {
     }
     if (damaged_row != 0) {
         ++m_damaged;
-        spdlog::warn("read {} from the cache file {}: wrong checksum; it is made again", voxel::to_string(key), m_file.string());
+        spdlog::warn("read {} from the cache file {}: wrong checksum; it is made again",
+                     voxel::to_string(key), m_file.string());
     }
-    if (used_row != 0) touch(used_row);
+    if (used_row != 0)
+        touch(used_row);
     ++(out ? m_hits : m_misses);
     return out;
 }
 
 void DiskCache::put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenFull when_full) {
     const std::size_t bytes = kRowBytes + (item.bytes ? item.bytes->size() : 0);
-    if (failing() || bytes > m_limit_bytes / 4) return;
+    if (failing() || bytes > m_limit_bytes / 4)
+        return;
     std::unique_lock lock(m_queueing);
     if (m_queue_bytes + bytes > kQueueBytes) {
         if (when_full == WhenFull::kDrop) {
             ++m_dropped;
             return;
         }
-        m_written.wait(lock, [&] { return m_queue_bytes + bytes <= kQueueBytes || m_queue.empty() || m_closing; });
+        m_written.wait(lock, [&] {
+            return m_queue_bytes + bytes <= kQueueBytes || m_queue.empty() || m_closing;
+        });
     }
     m_queue_bytes += bytes;
     m_queue.push_back({kind, key, item, 0});
@@ -186,7 +236,8 @@ void DiskCache::put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenF
 
 void DiskCache::touch(std::int64_t row) {
     const std::lock_guard lock(m_queueing);
-    if (m_queue.size() > 10'000) return;  // the clock of what is used may be late, the queue not long
+    if (m_queue.size() > 10'000)
+        return;  // the clock of what is used may be late, the queue not long
     Write write;
     write.touched = row;
     m_queue.push_back(std::move(write));
@@ -211,14 +262,18 @@ void DiskCache::write_on() {
             m_busy = false;
             m_written.notify_all();
             // Now and then also without work, to count what a burst has left.
-            const bool work = m_queued.wait_for(lock, kIdle, [&] { return !m_queue.empty() || m_closing; });
-            if (work && m_queue.empty()) return;
-            writes.assign(std::make_move_iterator(m_queue.begin()), std::make_move_iterator(m_queue.end()));
+            const bool work =
+                m_queued.wait_for(lock, kIdle, [&] { return !m_queue.empty() || m_closing; });
+            if (work && m_queue.empty())
+                return;
+            writes.assign(std::make_move_iterator(m_queue.begin()),
+                          std::make_move_iterator(m_queue.end()));
             m_queue.clear();
             m_queue_bytes = 0;
             m_busy = true;
         }
-        if (failing()) continue;
+        if (failing())
+            continue;
         try {
             if (!writes.empty()) {
                 m_writes += write_all(writes);
@@ -241,14 +296,17 @@ void DiskCache::write_on() {
 
 // A full disk: what is kept stays good.
 void DiskCache::stop_writing(const std::exception& e) {
-    if (!m_read_only.exchange(true)) spdlog::warn("{}; further boxes are kept in memory only", e.what());
+    if (!m_read_only.exchange(true))
+        spdlog::warn("{}; further boxes are kept in memory only", e.what());
 }
 
 // Counting reads a whole index.
 void DiskCache::count_now_and_then() {
     constexpr auto kEach = std::chrono::seconds(5);
-    if (const auto now = std::chrono::steady_clock::now(); m_counted == std::chrono::steady_clock::time_point{} || now - m_counted > kEach) {
-        m_entries = static_cast<std::uint64_t>(m_writer->database.number("SELECT count(*) FROM item INDEXED BY item_used"));
+    if (const auto now = std::chrono::steady_clock::now();
+        m_counted == std::chrono::steady_clock::time_point{} || now - m_counted > kEach) {
+        m_entries = static_cast<std::uint64_t>(
+            m_writer->database.number("SELECT count(*) FROM item INDEXED BY item_used"));
         m_counted = now;
     }
 }
@@ -267,10 +325,15 @@ std::size_t DiskCache::write_all(const std::vector<Write>& writes) {
             Statement& put = *m_writer->put;
             const Resetting reset(put);
             bind_key(put, w.kind, w.key);
-            put.bind(7, static_cast<std::int64_t>(print[0])).bind(8, static_cast<std::int64_t>(print[1]));
-            put.bind(9, w.item.reach.min_bx).bind(10, w.item.reach.min_bz).bind(11, w.item.reach.max_bx).bind(12, w.item.reach.max_bz);
+            put.bind(7, static_cast<std::int64_t>(print[0]))
+                .bind(8, static_cast<std::int64_t>(print[1]));
+            put.bind(9, w.item.reach.min_bx)
+                .bind(10, w.item.reach.min_bz)
+                .bind(11, w.item.reach.max_bx)
+                .bind(12, w.item.reach.max_bz);
             put.bind(13, now_s()).bind(14, static_cast<std::int64_t>(w.item.tag));
-            put.bind(15, static_cast<std::int64_t>(checksum_of(w.kind, w.key, print, w.item))).bind_bytes(16, w.item.bytes.get());
+            put.bind(15, static_cast<std::int64_t>(checksum_of(w.kind, w.key, print, w.item)))
+                .bind_bytes(16, w.item.bytes.get());
             put.step();
             ++count;
         }
@@ -287,18 +350,23 @@ void DiskCache::evict() {
         m_writer->evict->bind(1, kEvictRows);
         m_writer->evict->run();
         const int gone = sqlite3_changes(m_writer->database.get());
-        if (gone == 0) break;
+        if (gone == 0)
+            break;
         m_evictions += static_cast<std::uint64_t>(gone);
     }
-    // Freed pages are used again; they go back to the system only where the file has outgrown its limit.
-    if (static_cast<std::uint64_t>(m_writer->database.number("PRAGMA page_count") * m_writer->database.number("PRAGMA page_size")) > m_limit_bytes)
+    // Freed pages are used again; they go back to the system only where the file has outgrown its
+    // limit.
+    if (static_cast<std::uint64_t>(m_writer->database.number("PRAGMA page_count") *
+                                   m_writer->database.number("PRAGMA page_size")) > m_limit_bytes)
         m_writer->database.run("PRAGMA incremental_vacuum");
 }
 
 DiskStats DiskCache::stats() {
     DiskStats out;
-    out.hits = m_hits, out.misses = m_misses, out.writes = m_writes, out.evictions = m_evictions, out.dropped = m_dropped, out.damaged = m_damaged;
-    if (m_broken) return out;
+    out.hits = m_hits, out.misses = m_misses, out.writes = m_writes, out.evictions = m_evictions,
+    out.dropped = m_dropped, out.damaged = m_damaged;
+    if (m_broken)
+        return out;
     try {
         const std::lock_guard lock(m_listing);
         out.bytes = m_lister->used_bytes();
@@ -311,21 +379,25 @@ DiskStats DiskCache::stats() {
 
 std::vector<voxel::BoxKey> DiskCache::keys(Kind kind, int level, std::size_t most) {
     std::vector<voxel::BoxKey> out;
-    if (m_broken) return out;
+    if (m_broken)
+        return out;
     try {
         const std::lock_guard lock(m_listing);
         Statement row(m_lister->database.get(), kKeys);
         row.bind(1, static_cast<int>(kind)).bind(2, level);
         while (out.size() < most && row.step())
             if (m_fingerprint(reach_at(row, 5)) == fingerprint_at(row, 3))
-                out.push_back({level, static_cast<std::int32_t>(row.integer(0)), static_cast<std::int32_t>(row.integer(1)), static_cast<std::int32_t>(row.integer(2))});
+                out.push_back({level, static_cast<std::int32_t>(row.integer(0)),
+                               static_cast<std::int32_t>(row.integer(1)),
+                               static_cast<std::int32_t>(row.integer(2))});
     } catch (const SqliteError& e) {
         complain(e);
     }
     return out;
 }
 
-// Another process that writes for long costs some items, not the cache. A damaged file goes, so that the next process begins anew.
+// Another process that writes for long costs some items, not the cache. A damaged file goes, so
+// that the next process begins anew.
 void DiskCache::complain(const SqliteError& e) {
     if (e.why() == SqliteError::Why::kBusy) {
         spdlog::debug("{}", e.what());
@@ -335,9 +407,13 @@ void DiskCache::complain(const SqliteError& e) {
 }
 
 void DiskCache::give_up(const SqliteError& e) {
-    if (m_broken.exchange(true)) return;
-    if (e.why() == SqliteError::Why::kDamaged) remove_files(m_file);
-    spdlog::warn("{}; {}", e.what(), e.why() == SqliteError::Why::kDamaged ? "the cache file is removed" : "finished boxes are kept in memory only");
+    if (m_broken.exchange(true))
+        return;
+    if (e.why() == SqliteError::Why::kDamaged)
+        remove_files(m_file);
+    spdlog::warn("{}; {}", e.what(),
+                 e.why() == SqliteError::Why::kDamaged ? "the cache file is removed"
+                                                       : "finished boxes are kept in memory only");
 }
 
 }  // namespace terravox::boxes

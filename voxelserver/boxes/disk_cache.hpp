@@ -38,20 +38,25 @@ struct DiskStats {
 
 /// Items on disk, from one process to the next. Thread-safe; several processes may share a file.
 ///
-/// An item counts only while the fingerprint of its reach is what it was when it was put: a change of the inputs makes just those
-/// items useless that it reached, and taking the change back makes them good again. Useless ones are never asked for and so go first:
-/// what was used longest ago goes when the file passes its limit. Each item has a checksum; a damaged one counts as absent, with a warning.
+/// An item counts only while the fingerprint of its reach is what it was when it was put: a change
+/// of the inputs makes just those items useless that it reached, and taking the change back makes
+/// them good again. Useless ones are never asked for and so go first: what was used longest ago
+/// goes when the file passes its limit. Each item has a checksum; a damaged one counts as absent,
+/// with a warning.
 ///
-/// One SQLite file in WAL mode: a killed process leaves all or nothing of an item. Writing has a thread of its own, which puts what has
-/// gathered in one transaction. A file that cannot be opened, written to or read is reported once; from then on nothing is kept.
+/// One SQLite file in WAL mode: a killed process leaves all or nothing of an item. Writing has a
+/// thread of its own, which puts what has gathered in one transaction. A file that cannot be
+/// opened, written to or read is reported once; from then on nothing is kept.
 ///
-/// Three locks: one for the reading connection, one for the connection that lists and counts (which may take long in a large file, and must not
-/// hold up whoever wants a box), one for the queue to the writer; none is held while another is taken.
+/// Three locks: one for the reading connection, one for the connection that lists and counts (which
+/// may take long in a large file, and must not hold up whoever wants a box), one for the queue to
+/// the writer; none is held while another is taken.
 class DiskCache {
 public:
     using FingerprintOf = std::function<voxel::Fingerprint(const voxel::Reach&)>;
 
-    /// @param limit_bytes of the file; its write-ahead log (some MiB) comes on top  @param fingerprint thread-safe; outlives the cache
+    /// @param limit_bytes of the file; its write-ahead log (some MiB) comes on top  @param
+    /// fingerprint thread-safe; outlives the cache
     DiskCache(std::filesystem::path file, std::uint64_t limit_bytes, FingerprintOf fingerprint);
     ~DiskCache();  ///< writes what still waits
     DiskCache(const DiskCache&) = delete;
@@ -60,17 +65,21 @@ public:
     [[nodiscard]] std::optional<Item> find(Kind kind, const voxel::BoxKey& key);
 
     enum class WhenFull { kDrop, kWait };
-    /// Hands an item to the writer. @param when_full what to do when too much waits to be written; dropped items are counted
-    void put(Kind kind, const voxel::BoxKey& key, const Item& item, WhenFull when_full = WhenFull::kDrop);
+    /// Hands an item to the writer. @param when_full what to do when too much waits to be written;
+    /// dropped items are counted
+    void put(Kind kind, const voxel::BoxKey& key, const Item& item,
+             WhenFull when_full = WhenFull::kDrop);
 
     void flush();  ///< returns when all that was put is on disk
 
-    /// Nothing more is kept: the file cannot be opened, read or written to. What it holds can still be found where only writing fails.
+    /// Nothing more is kept: the file cannot be opened, read or written to. What it holds can still
+    /// be found where only writing fails.
     [[nodiscard]] bool failing() const noexcept { return m_broken || m_read_only; }
     [[nodiscard]] DiskStats stats();  ///< entries: as counted some seconds ago
     /// Rises with every change of what is kept.
     [[nodiscard]] std::uint64_t changes() const noexcept { return m_changes; }
-    /// Keys of a level that are good now, in the order of their Morton codes. @param most no more than so many
+    /// Keys of a level that are good now, in the order of their Morton codes. @param most no more
+    /// than so many
     [[nodiscard]] std::vector<voxel::BoxKey> keys(Kind kind, int level, std::size_t most);
 
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return m_file; }
@@ -99,7 +108,8 @@ private:
     const std::uint64_t m_limit_bytes;
     const FingerprintOf m_fingerprint;
     std::atomic<bool> m_broken{false}, m_read_only{false};
-    std::atomic<std::uint64_t> m_hits{0}, m_misses{0}, m_writes{0}, m_evictions{0}, m_dropped{0}, m_damaged{0}, m_changes{0};
+    std::atomic<std::uint64_t> m_hits{0}, m_misses{0}, m_writes{0}, m_evictions{0}, m_dropped{0},
+        m_damaged{0}, m_changes{0};
 
     std::mutex m_reading;  ///< guards m_reader
     std::unique_ptr<Connection> m_reader;
@@ -113,7 +123,9 @@ private:
     std::condition_variable m_queued, m_written;
     std::deque<Write> m_queue;
     std::size_t m_queue_bytes = 0;
-    bool m_busy = true, m_closing = false;  ///< m_busy: the writing thread has something in hand, at first counting
+    bool m_busy = true,
+         m_closing =
+             false;  ///< m_busy: the writing thread has something in hand, at first counting
     std::thread m_thread;
 };
 

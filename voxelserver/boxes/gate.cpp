@@ -12,12 +12,14 @@ Gate::Counts Gate::counts() const {
 void Gate::enter() {
     std::unique_lock lock(m_mutex);
     const auto check = [&] {
-        if (m_refused) throw Busy("make a box: the server is shutting down");
+        if (m_refused)
+            throw Busy("make a box: the server is shutting down");
     };
     check();
     if (m_inside >= m_most_inside) {
         if (m_waiting >= m_most_waiting)
-            throw Busy("make a box: " + std::to_string(m_inside) + " are being made and " + std::to_string(m_waiting) + " wait; ask again later");
+            throw Busy("make a box: " + std::to_string(m_inside) + " are being made and " +
+                       std::to_string(m_waiting) + " wait; ask again later");
         ++m_waiting;
         m_left.wait(lock, [&] { return m_refused || m_inside < m_most_inside; });
         --m_waiting;
@@ -37,8 +39,11 @@ void Gate::leave() noexcept {
 
 bool Gate::enter_ahead() {
     std::unique_lock lock(m_mutex);
-    m_idle.wait(lock, [&] { return m_closed || (m_inside == 0 && m_waiting == 0 && m_ahead < m_most_inside); });
-    if (m_closed) return false;
+    m_idle.wait(lock, [&] {
+        return m_closed || (m_inside == 0 && m_waiting == 0 && m_ahead < m_most_inside);
+    });
+    if (m_closed)
+        return false;
     ++m_ahead;
     return true;
 }
@@ -66,9 +71,11 @@ bool Gate::refusing() const {
 }
 
 Places::Place::Place(Places& places) : m_places(places) {
-    if (++m_places.m_taken <= m_places.m_most) return;
+    if (++m_places.m_taken <= m_places.m_most)
+        return;
     --m_places.m_taken;
-    throw Busy("wait for a box: " + std::to_string(m_places.m_most) + " requests wait already; ask again later");
+    throw Busy("wait for a box: " + std::to_string(m_places.m_most) +
+               " requests wait already; ask again later");
 }
 
 void Gate::close() {

@@ -16,9 +16,10 @@ public:
 
 /// Decides who makes boxes now. Thread-safe.
 ///
-/// What somebody asked for goes first: a few at a time, a limited number in line, further ones turned away at once. Work ahead of need
-/// begins only while nothing that was asked for runs or waits, and never stands in its way: it has places of its own. One lock guards
-/// the counters and is not held while work runs.
+/// What somebody asked for goes first: a few at a time, a limited number in line, further ones
+/// turned away at once. Work ahead of need begins only while nothing that was asked for runs or
+/// waits, and never stands in its way: it has places of its own. One lock guards the counters and
+/// is not held while work runs.
 class Gate {
 public:
     Gate(int inside, int waiting) : m_most_inside(inside), m_most_waiting(waiting) {}
@@ -31,7 +32,9 @@ public:
     /// Work that somebody waits for.
     class Pass {
     public:
-        explicit Pass(Gate& gate) : m_gate(gate) { m_gate.enter(); }  ///< @throws Busy when the line is full
+        explicit Pass(Gate& gate) : m_gate(gate) {
+            m_gate.enter();
+        }  ///< @throws Busy when the line is full
         ~Pass() { m_gate.leave(); }
         Pass(const Pass&) = delete;
         Pass& operator=(const Pass&) = delete;
@@ -43,13 +46,18 @@ public:
     /// Work ahead of need.
     class AheadPass {
     public:
-        explicit AheadPass(Gate& gate) : m_gate(gate), m_inside(gate.enter_ahead()) {}  ///< waits until the machine is idle, or close()
+        explicit AheadPass(Gate& gate)
+            : m_gate(gate),
+              m_inside(gate.enter_ahead()) {}  ///< waits until the machine is idle, or close()
         ~AheadPass() {
-            if (m_inside) m_gate.leave_ahead();
+            if (m_inside)
+                m_gate.leave_ahead();
         }
         AheadPass(const AheadPass&) = delete;
         AheadPass& operator=(const AheadPass&) = delete;
-        explicit operator bool() const noexcept { return m_inside; }  ///< false: closed, nothing is to be done
+        explicit operator bool() const noexcept {
+            return m_inside;
+        }  ///< false: closed, nothing is to be done
 
     private:
         Gate& m_gate;
@@ -72,7 +80,8 @@ private:
     bool m_closed = false, m_refused = false;
 };
 
-/// A limited number of places for callers who may have to wait for work, their own or that of others. Thread-safe.
+/// A limited number of places for callers who may have to wait for work, their own or that of
+/// others. Thread-safe.
 class Places {
 public:
     explicit Places(int most) : m_most(most) {}

@@ -10,24 +10,32 @@ namespace terravox::boxes {
 
 /// A box as it is kept and sent.
 struct KeptBox {
-    std::uint64_t checksum = 0;                ///< of the box (Box::checksum); 0 for air
-    std::uint64_t frame_hash = 0;              ///< of the frame's bytes, which another version of zstd may have made differently
-    std::shared_ptr<const std::string> frame;  ///< zstd frame of the box's blob; nullptr: known to be air
-    voxel::Reach reach;                        ///< where everything lies that shaped it
+    std::uint64_t checksum = 0;  ///< of the box (Box::checksum); 0 for air
+    std::uint64_t frame_hash =
+        0;  ///< of the frame's bytes, which another version of zstd may have made differently
+    std::shared_ptr<const std::string>
+        frame;           ///< zstd frame of the box's blob; nullptr: known to be air
+    voxel::Reach reach;  ///< where everything lies that shaped it
 
     [[nodiscard]] bool air() const noexcept { return frame == nullptr; }
-    [[nodiscard]] std::size_t memory_bytes() const noexcept { return sizeof *this + (frame ? sizeof *frame + frame->capacity() : 0); }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + (frame ? sizeof *frame + frame->capacity() : 0);
+    }
 };
 using KeptBoxPtr = std::shared_ptr<const KeptBox>;  ///< never nullptr unless told
 
-/// The box column of level 0 that a box stands on. @return saturated for boxes that no world can have
+/// The box column of level 0 that a box stands on. @return saturated for boxes that no world can
+/// have
 [[nodiscard]] inline voxel::Reach footprint(const voxel::BoxKey& key) noexcept {
     const auto scaled = [&](std::int64_t value) {
         constexpr std::int64_t kFarthest = std::int64_t{1} << 30;
         const std::int64_t out = value * (std::int64_t{1} << key.level);
-        return static_cast<std::int32_t>(out < -kFarthest ? -kFarthest : out > kFarthest ? kFarthest : out);
+        return static_cast<std::int32_t>(out < -kFarthest  ? -kFarthest
+                                         : out > kFarthest ? kFarthest
+                                                           : out);
     };
-    return {scaled(key.bx), scaled(key.bz), scaled(std::int64_t{key.bx} + 1), scaled(std::int64_t{key.bz} + 1)};
+    return {scaled(key.bx), scaled(key.bz), scaled(std::int64_t{key.bx} + 1),
+            scaled(std::int64_t{key.bz} + 1)};
 }
 
 }  // namespace terravox::boxes

@@ -9,15 +9,18 @@ namespace terravox::boxes {
 
 BoxWalk::BoxWalk(voxel::World& world) : m_world(world) {
     const voxel::WorldInfo& info = world.info();
-    if (info.bounds.empty()) return;
+    if (info.bounds.empty())
+        return;
     const auto range = voxel::boxes_over(info.bounds, info.levels - 1);
     for (std::int32_t bz = range.max.bz - 1; bz >= range.min.bz; --bz)
-        for (std::int32_t bx = range.max.bx - 1; bx >= range.min.bx; --bx) push(info.levels - 1, bx, bz);
+        for (std::int32_t bx = range.max.bx - 1; bx >= range.min.bx; --bx)
+            push(info.levels - 1, bx, bz);
 }
 
 bool BoxWalk::next(voxel::BoxKey& key) {
     while (m_current.by >= m_by_end) {
-        if (m_open.empty()) return false;
+        if (m_open.empty())
+            return false;
         Node& node = m_open.back();
         if (!node.opened && node.level > 0) {
             node.opened = true;
@@ -26,7 +29,8 @@ bool BoxWalk::next(voxel::BoxKey& key) {
                 m_open.pop_back();
                 continue;
             }
-            for (int i = 3; i >= 0; --i) push(level - 1, 2 * bx + (i & 1), 2 * bz + (i >> 1));
+            for (int i = 3; i >= 0; --i)
+                push(level - 1, 2 * bx + (i & 1), 2 * bz + (i >> 1));
             continue;
         }
         const Node done = node;
@@ -44,23 +48,29 @@ std::uint64_t BoxWalk::count(voxel::World& world) {
     BoxWalk walk(world);
     voxel::BoxKey ignored;
     std::uint64_t out = 0;
-    while (walk.next(ignored)) ++out;
+    while (walk.next(ignored))
+        ++out;
     return out;
 }
 
 Preparer::Preparer(BoxCache& cache, int lanes, std::function<void(const std::string&)> failed)
-    : m_cache(cache), m_on_failure(std::move(failed)), m_walk(cache.world()), m_running(std::max(lanes, 1)) {
+    : m_cache(cache),
+      m_on_failure(std::move(failed)),
+      m_walk(cache.world()),
+      m_running(std::max(lanes, 1)) {
     const auto stop_all = [this] {
         stop();
         m_cache.close();
     };
-    thread::start_threads(m_lanes, static_cast<std::size_t>(std::max(lanes, 1)), [this] { work(); }, stop_all);
+    thread::start_threads(
+        m_lanes, static_cast<std::size_t>(std::max(lanes, 1)), [this] { work(); }, stop_all);
 }
 
 Preparer::~Preparer() {
     stop();
     m_cache.close();  // a lane may wait for an idle machine
-    for (std::thread& t : m_lanes) t.join();
+    for (std::thread& t : m_lanes)
+        t.join();
 }
 
 // Others may be turned away while this waits with them: that is no failure of the box.
@@ -88,9 +98,11 @@ void Preparer::work() {
         try {
             {
                 const std::lock_guard lock(m_mutex);
-                if (!m_walk.next(key)) break;
+                if (!m_walk.next(key))
+                    break;
             }
-            if (!make(key)) break;
+            if (!make(key))
+                break;
         } catch (const std::exception& e) {
             const std::lock_guard lock(m_mutex);
             ++m_failed;

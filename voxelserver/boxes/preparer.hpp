@@ -12,11 +12,13 @@
 
 namespace terravox::boxes {
 
-/// All boxes of a world, children before their parents and neighbours close together, without holding them in memory.
+/// All boxes of a world, children before their parents and neighbours close together, without
+/// holding them in memory.
 class BoxWalk {
 public:
     explicit BoxWalk(voxel::World& world);
-    [[nodiscard]] bool next(voxel::BoxKey& key);  ///< false at the end @throws Error as World::column
+    [[nodiscard]] bool next(
+        voxel::BoxKey& key);  ///< false at the end @throws Error as World::column
     [[nodiscard]] static std::uint64_t count(voxel::World& world);
 
 private:
@@ -25,21 +27,25 @@ private:
         std::int32_t bx = 0, bz = 0;
         bool opened = false;  ///< its children are done
     };
-    void push(int level, std::int32_t bx, std::int32_t bz) { m_open.push_back({level, bx, bz, false}); }
+    void push(int level, std::int32_t bx, std::int32_t bz) {
+        m_open.push_back({level, bx, bz, false});
+    }
     voxel::World& m_world;
     std::vector<Node> m_open;  ///< depth first, next one last
     voxel::BoxKey m_current;   ///< next box of the column that is being given out
     std::int32_t m_by_end = 0;
 };
 
-/// Makes all boxes of a world ahead of need, on threads of its own: only while nobody waits for another box. Thread-safe.
+/// Makes all boxes of a world ahead of need, on threads of its own: only while nobody waits for
+/// another box. Thread-safe.
 class Preparer {
 public:
     struct Progress {
         std::uint64_t done = 0, total = 0, failed = 0;  ///< failed ones are among the done
     };
 
-    /// Starts. @param lanes boxes at the same time  @param failed called with each failure, from any lane, one at a time
+    /// Starts. @param lanes boxes at the same time  @param failed called with each failure, from
+    /// any lane, one at a time
     Preparer(BoxCache& cache, int lanes, std::function<void(const std::string&)> failed);
     ~Preparer();  ///< stops after the boxes under way
     Preparer(const Preparer&) = delete;

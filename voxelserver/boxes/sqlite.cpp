@@ -12,13 +12,16 @@ constexpr int kBusyTimeout_ms = 5000;  // another process writes
                      : plain == SQLITE_BUSY || plain == SQLITE_LOCKED  ? SqliteError::Why::kBusy
                                                                        : SqliteError::Why::kOther;
     const char* file = database != nullptr ? sqlite3_db_filename(database, "main") : nullptr;
-    throw SqliteError(std::string(attempt) + " " + (file != nullptr ? file : "") + ": " + (database != nullptr ? sqlite3_errmsg(database) : "out of memory"), why);
+    throw SqliteError(std::string(attempt) + " " + (file != nullptr ? file : "") + ": " +
+                          (database != nullptr ? sqlite3_errmsg(database) : "out of memory"),
+                      why);
 }
 
 }  // namespace
 
 Statement::Statement(sqlite3* database, std::string_view sql) : m_database(database) {
-    if (sqlite3_prepare_v3(database, sql.data(), static_cast<int>(sql.size()), SQLITE_PREPARE_PERSISTENT, &m_statement, nullptr) != SQLITE_OK)
+    if (sqlite3_prepare_v3(database, sql.data(), static_cast<int>(sql.size()),
+                           SQLITE_PREPARE_PERSISTENT, &m_statement, nullptr) != SQLITE_OK)
         fail(database, "read the cache file");
 }
 
@@ -37,8 +40,10 @@ Statement& Statement::bind_bytes(int at, const std::string* bytes) {
 
 bool Statement::step() {
     const int code = sqlite3_step(m_statement);
-    if (code == SQLITE_ROW) return true;
-    if (code != SQLITE_DONE) fail(m_database, "use the cache file");
+    if (code == SQLITE_ROW)
+        return true;
+    if (code != SQLITE_DONE)
+        fail(m_database, "use the cache file");
     return false;
 }
 
@@ -48,16 +53,20 @@ void Statement::reset() noexcept {
 }
 
 std::shared_ptr<const std::string> Statement::bytes(int column) const {
-    if (sqlite3_column_type(m_statement, column) == SQLITE_NULL) return nullptr;
+    if (sqlite3_column_type(m_statement, column) == SQLITE_NULL)
+        return nullptr;
     const auto* first = static_cast<const char*>(sqlite3_column_blob(m_statement, column));
     const auto size = static_cast<std::size_t>(sqlite3_column_bytes(m_statement, column));
-    return std::make_shared<const std::string>(first == nullptr ? "" : first, first == nullptr ? 0 : size);
+    return std::make_shared<const std::string>(first == nullptr ? "" : first,
+                                               first == nullptr ? 0 : size);
 }
 
 Database::Database(const std::string& file) {
-    const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
+    const int flags =
+        SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE;
     if (sqlite3_open_v2(file.c_str(), &m_database, flags, nullptr) != SQLITE_OK) {
-        const std::string why = m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory";
+        const std::string why =
+            m_database != nullptr ? sqlite3_errmsg(m_database) : "out of memory";
         sqlite3_close(m_database);
         throw SqliteError("open the cache file " + file + ": " + why, SqliteError::Why::kOther);
     }
@@ -65,7 +74,8 @@ Database::Database(const std::string& file) {
 }
 
 void Database::run(const char* sql) {
-    if (sqlite3_exec(m_database, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail(m_database, "use the cache file");
+    if (sqlite3_exec(m_database, sql, nullptr, nullptr, nullptr) != SQLITE_OK)
+        fail(m_database, "use the cache file");
 }
 
 std::int64_t Database::number(const char* sql) {

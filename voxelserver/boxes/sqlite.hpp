@@ -15,7 +15,11 @@ namespace terravox::boxes {
 /// SQLite says no.
 class SqliteError : public Error {
 public:
-    enum class Why { kOther, kDamaged, kBusy };  ///< kDamaged: no database, or not a sound one; kBusy: another process holds it
+    enum class Why {
+        kOther,
+        kDamaged,
+        kBusy
+    };  ///< kDamaged: no database, or not a sound one; kBusy: another process holds it
     SqliteError(const std::string& message, Why why) : Error(message), m_why(why) {}
     [[nodiscard]] Why why() const noexcept { return m_why; }
 
@@ -23,7 +27,8 @@ private:
     Why m_why;
 };
 
-/// A prepared statement: bind, step until false, read columns; then reset() before the next use. Not thread-safe.
+/// A prepared statement: bind, step until false, read columns; then reset() before the next use.
+/// Not thread-safe.
 class Statement {
 public:
     Statement(sqlite3* database, std::string_view sql);  ///< @throws SqliteError
@@ -32,7 +37,8 @@ public:
     Statement& operator=(const Statement&) = delete;
 
     Statement& bind(int at, std::int64_t value);  ///< @param at from 1
-    Statement& bind_bytes(int at, const std::string* bytes);  ///< nullptr: NULL. The bytes must live until reset()
+    Statement& bind_bytes(
+        int at, const std::string* bytes);  ///< nullptr: NULL. The bytes must live until reset()
     /// @return whether there is a row @throws SqliteError
     bool step();
     void run() {  ///< steps to the end and resets
@@ -42,8 +48,10 @@ public:
     }
     void reset() noexcept;
 
-    [[nodiscard]] std::int64_t integer(int column) const { return sqlite3_column_int64(m_statement, column); }  ///< @param column from 0
-    [[nodiscard]] std::shared_ptr<const std::string> bytes(int column) const;                                   ///< nullptr for NULL
+    [[nodiscard]] std::int64_t integer(int column) const {
+        return sqlite3_column_int64(m_statement, column);
+    }  ///< @param column from 0
+    [[nodiscard]] std::shared_ptr<const std::string> bytes(int column) const;  ///< nullptr for NULL
 
 private:
     sqlite3* m_database;

@@ -17,42 +17,52 @@ struct Tops {
 };
 
 // As a reply would show them, so that "the top" means the same in both.
-std::optional<Tops> tops_around(const voxel::VoxelBounds& bounds, std::int64_t x, std::int64_t z, const FetchBox& fetch) {
+std::optional<Tops> tops_around(const voxel::VoxelBounds& bounds, std::int64_t x, std::int64_t z,
+                                const FetchBox& fetch) {
     std::optional<Tops> out;
     for (const std::int64_t top : column_tops(bounds, x, z, fetch)) {
-        if (top == kNoTop) continue;
+        if (top == kNoTop)
+            continue;
         const auto y = static_cast<std::int32_t>(top);
-        if (!out) out = {y, y};
+        if (!out)
+            out = {y, y};
         out->low = std::min(out->low, y), out->high = std::max(out->high, y);
     }
     return out;
 }
 
 void append_number(std::string& out, const char* name, double value) {
-    char text[512];  // the longest number has 309 digits before the point; the shortest that read back are few after it
-    const auto end = std::to_chars(text, text + sizeof text, value + 0.0, std::chars_format::fixed).ptr;  // + 0.0: no "-0"
+    char text[512];  // the longest number has 309 digits before the point; the shortest that read
+                     // back are few after it
+    const auto end = std::to_chars(text, text + sizeof text, value + 0.0, std::chars_format::fixed)
+                         .ptr;  // + 0.0: no "-0"
     out += (out.size() > 1 ? ",\"" : "\"") + std::string(name) + "\":" + std::string(text, end);
 }
 
 }  // namespace
 
 std::int64_t voxel_of(double value, double unit) noexcept {
-    constexpr double kMost = 9007199254740992.0;  // 2^53: beyond any world, and whole numbers are still exact
+    constexpr double kMost =
+        9007199254740992.0;  // 2^53: beyond any world, and whole numbers are still exact
     return static_cast<std::int64_t>(std::clamp(std::floor(value / unit), -kMost, kMost));
 }
 
 double height_of(std::int64_t y, double voxel_m) noexcept {
     double height = static_cast<double>(y) * voxel_m;
-    while (voxel_of(height, voxel_m) < y) height = std::nextafter(height, std::numeric_limits<double>::infinity());
+    while (voxel_of(height, voxel_m) < y)
+        height = std::nextafter(height, std::numeric_limits<double>::infinity());
     return height;
 }
 
-Origin find_origin(const voxel::WorldInfo& info, const OriginRequest& request, const FetchBox& fetch) {
+Origin find_origin(const voxel::WorldInfo& info, const OriginRequest& request,
+                   const FetchBox& fetch) {
     Origin out;
     out.tmx = request.tmx, out.tmy = request.tmy;
-    if (info.bounds.empty()) return out;
+    if (info.bounds.empty())
+        return out;
     const double unit = info.crs_units_per_voxel;
-    const auto tops = tops_around(info.bounds, voxel_of(request.tmx, unit), voxel_of(-request.tmy, unit), fetch);
+    const auto tops =
+        tops_around(info.bounds, voxel_of(request.tmx, unit), voxel_of(-request.tmy, unit), fetch);
     out.tmz = out.zmin = height_of(tops ? tops->low : info.bounds.min[1], info.voxel_m);
     out.zmax = height_of(tops ? tops->high : info.bounds.max[1] - 1, info.voxel_m);
     out.zrange = out.zmax - out.zmin;

@@ -34,30 +34,43 @@ std::string quoted(std::string_view value) {
 /// The parameters of one query that have a meaning, decoded.
 class Parameters {
 public:
-    /// @param attempt begins every message @param names the parameters that count, with spaces around each
-    Parameters(std::string_view query, std::string attempt, std::string_view names) : m_attempt(std::move(attempt)) {
+    /// @param attempt begins every message @param names the parameters that count, with spaces
+    /// around each
+    Parameters(std::string_view query, std::string attempt, std::string_view names)
+        : m_attempt(std::move(attempt)) {
         if (query.size() > kMostQueryBytes)
-            throw UsageError(m_attempt + ": a query of " + std::to_string(query.size()) + " bytes; allowed: 0 to " + std::to_string(kMostQueryBytes));
+            throw UsageError(m_attempt + ": a query of " + std::to_string(query.size()) +
+                             " bytes; allowed: 0 to " + std::to_string(kMostQueryBytes));
         while (!query.empty()) {
             const std::string_view part = query.substr(0, query.find('&'));
             query.remove_prefix(std::min(query.size(), part.size() + 1));
-            if (part.empty()) continue;
+            if (part.empty())
+                continue;
             const std::size_t equals = part.find('=');
             const std::string name = decoded(part.substr(0, equals), part);
-            if (name.empty() || name.find(' ') != std::string::npos || names.find(" " + name + " ") == std::string_view::npos) continue;
-            if (equals == std::string_view::npos) fail(name, "has no value", "NAME=VALUE");
-            const auto [at, is_new] = m_values.emplace(name, decoded(part.substr(equals + 1), part));
-            if (!is_new) fail(name, "is given twice, " + quoted(at->second) + " at first", "once");
+            if (name.empty() || name.find(' ') != std::string::npos ||
+                names.find(" " + name + " ") == std::string_view::npos)
+                continue;
+            if (equals == std::string_view::npos)
+                fail(name, "has no value", "NAME=VALUE");
+            const auto [at, is_new] =
+                m_values.emplace(name, decoded(part.substr(equals + 1), part));
+            if (!is_new)
+                fail(name, "is given twice, " + quoted(at->second) + " at first", "once");
         }
     }
 
-    [[noreturn]] void fail(std::string_view name, const std::string& what, const std::string& allowed) const {
-        throw UsageError(m_attempt + ": " + std::string(name) + " " + what + "; allowed: " + allowed);
+    [[noreturn]] void fail(std::string_view name, const std::string& what,
+                           const std::string& allowed) const {
+        throw UsageError(m_attempt + ": " + std::string(name) + " " + what +
+                         "; allowed: " + allowed);
     }
     [[nodiscard]] bool has(const std::string& name) const { return m_values.contains(name); }
-    [[nodiscard]] const std::string& text(const std::string& name, const std::string& allowed) const {
+    [[nodiscard]] const std::string& text(const std::string& name,
+                                          const std::string& allowed) const {
         const auto found = m_values.find(name);
-        if (found == m_values.end()) fail(name, "is missing", allowed);
+        if (found == m_values.end())
+            fail(name, "is missing", allowed);
         return found->second;
     }
     /// A number in [-most, most].
@@ -67,7 +80,8 @@ public:
         const std::string& value = text(name, allowed);
         double out = 0;
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), out);
-        if (error != std::errc{} || end != value.data() + value.size() || !std::isfinite(out) || std::abs(out) > most)
+        if (error != std::errc{} || end != value.data() + value.size() || !std::isfinite(out) ||
+            std::abs(out) > most)
             fail(name, "= " + quoted(value), allowed);
         return out;
     }
@@ -75,7 +89,8 @@ public:
         const std::string& value = text(name, allowed);
         std::int32_t out = 0;
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), out);
-        if (error != std::errc{} || end != value.data() + value.size()) fail(name, "= " + quoted(value), allowed);
+        if (error != std::errc{} || end != value.data() + value.size())
+            fail(name, "= " + quoted(value), allowed);
         return out;
     }
 
@@ -89,9 +104,11 @@ private:
             }
             unsigned byte = 0;
             const std::string_view digits = text.substr(i + 1, 2);
-            const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
+            const auto [end, error] =
+                std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
             if (digits.size() != 2 || error != std::errc{} || end != digits.data() + 2 || byte == 0)
-                throw UsageError(m_attempt + ": " + quoted(part) + " is badly encoded; allowed: %01 to %ff");
+                throw UsageError(m_attempt + ": " + quoted(part) +
+                                 " is badly encoded; allowed: %01 to %ff");
             out += static_cast<char>(byte);
             i += 2;
         }
@@ -109,29 +126,39 @@ OriginRequest origin_of(const Parameters& parameters) {
 std::int32_t size_of(const Parameters& parameters, const std::string& name) {
     const std::string allowed = "a power of two, 1 to " + std::to_string(kMostSide);
     const std::int32_t size = parameters.integer(name, allowed);
-    if (size < 1 || size > kMostSide || !std::has_single_bit(static_cast<std::uint32_t>(size))) parameters.fail(name, "= " + std::to_string(size), allowed);
+    if (size < 1 || size > kMostSide || !std::has_single_bit(static_cast<std::uint32_t>(size)))
+        parameters.fail(name, "= " + std::to_string(size), allowed);
     return size;
 }
 
 std::int32_t coordinate_of(const Parameters& parameters, const std::string& name) {
     using Limits = std::numeric_limits<std::int32_t>;
-    return parameters.integer(name, "a whole number from " + std::to_string(Limits::min()) + " to " + std::to_string(Limits::max()));
+    return parameters.integer(name, "a whole number from " + std::to_string(Limits::min()) +
+                                        " to " + std::to_string(Limits::max()));
 }
 
 }  // namespace
 
-OriginRequest parse_origin_request(std::string_view query) { return origin_of({query, "find the origin", " tmx tmy "}); }
+OriginRequest parse_origin_request(std::string_view query) {
+    return origin_of({query, "find the origin", " tmx tmy "});
+}
 
 BoxRequest parse_box_request(std::string_view query) {
     const Parameters parameters(query, "send a box", " format tmx tmy tmz x y z sx sy sz ");
-    if (const std::string& format = parameters.text("format", "raw"); format != "raw") parameters.fail("format", "= " + quoted(format), "raw");
+    if (const std::string& format = parameters.text("format", "raw"); format != "raw")
+        parameters.fail("format", "= " + quoted(format), "raw");
     BoxRequest out;
     out.origin = origin_of(parameters);
-    if (parameters.has("tmz")) out.tmz = parameters.number("tmz", kMostHeight_m);
-    out.x = coordinate_of(parameters, "x"), out.y = coordinate_of(parameters, "y"), out.z = coordinate_of(parameters, "z");
-    out.sx = size_of(parameters, "sx"), out.sy = size_of(parameters, "sy"), out.sz = size_of(parameters, "sz");
+    if (parameters.has("tmz"))
+        out.tmz = parameters.number("tmz", kMostHeight_m);
+    out.x = coordinate_of(parameters, "x"), out.y = coordinate_of(parameters, "y"),
+    out.z = coordinate_of(parameters, "z");
+    out.sx = size_of(parameters, "sx"), out.sy = size_of(parameters, "sy"),
+    out.sz = size_of(parameters, "sz");
     const std::int64_t voxels = std::int64_t{out.sx} * out.sy * out.sz;
-    if (voxels > kMostVoxels) parameters.fail("sx * sy * sz", "= " + std::to_string(voxels), "1 to " + std::to_string(kMostVoxels));
+    if (voxels > kMostVoxels)
+        parameters.fail("sx * sy * sz", "= " + std::to_string(voxels),
+                        "1 to " + std::to_string(kMostVoxels));
     return out;
 }
 

@@ -20,7 +20,8 @@ using voxel::BoxKey;
 
 constexpr int kMostBatches = 8;  // each has threads of its own
 constexpr std::size_t kLanes = 4;
-constexpr auto kPatience = std::chrono::seconds(60);  // for a place in line, while other requests take them
+constexpr auto kPatience =
+    std::chrono::seconds(60);  // for a place in line, while other requests take them
 constexpr auto kPause = std::chrono::milliseconds(50);
 
 std::atomic<int> g_batches{0};
@@ -29,9 +30,11 @@ std::atomic<int> g_batches{0};
 class Counted {
 public:
     Counted() {
-        if (++g_batches <= kMostBatches) return;
+        if (++g_batches <= kMostBatches)
+            return;
         --g_batches;
-        throw boxes::Busy("make a batch of boxes: " + std::to_string(kMostBatches) + " batches are being made; ask again later");
+        throw boxes::Busy("make a batch of boxes: " + std::to_string(kMostBatches) +
+                          " batches are being made; ask again later");
     }
     ~Counted() { --g_batches; }
     Counted(const Counted&) = delete;
@@ -39,38 +42,54 @@ public:
 };
 
 [[noreturn]] void refuse(const std::string& what) {
-    throw UsageError("read the list of boxes: " + what + "; allowed: {\"boxes\": [[level, bx, by, bz], ...]}, 1 to " + std::to_string(kMostBatchBoxes) +
-                     " boxes, whole numbers of 32 bits");
+    throw UsageError("read the list of boxes: " + what +
+                     "; allowed: {\"boxes\": [[level, bx, by, bz], ...]}, 1 to " +
+                     std::to_string(kMostBatchBoxes) + " boxes, whole numbers of 32 bits");
 }
 
 std::vector<BoxKey> keys_of(std::string_view body, int levels) {
     const json in = json::parse(body, nullptr, false);
-    if (!in.is_object() || !in.contains("boxes") || !in["boxes"].is_array()) refuse("not JSON of that form");
+    if (!in.is_object() || !in.contains("boxes") || !in["boxes"].is_array())
+        refuse("not JSON of that form");
     const json& list = in["boxes"];
-    if (list.empty() || list.size() > kMostBatchBoxes) refuse(std::to_string(list.size()) + " boxes");
+    if (list.empty() || list.size() > kMostBatchBoxes)
+        refuse(std::to_string(list.size()) + " boxes");
     std::vector<BoxKey> out;
     for (const json& one : list) {
-        if (!one.is_array() || one.size() != 4) refuse("an entry is not four numbers");
+        if (!one.is_array() || one.size() != 4)
+            refuse("an entry is not four numbers");
         std::array<std::int32_t, 4> numbers{};
         for (std::size_t i = 0; i < 4; ++i) {
-            if (!one[i].is_number_integer()) refuse("an entry is not four whole numbers");
-            const auto value = one[i].is_number_unsigned() && one[i].get<std::uint64_t>() > INT64_MAX ? INT64_MAX : one[i].get<std::int64_t>();
-            if (value < INT32_MIN || value > INT32_MAX) refuse("the number " + one[i].dump());
+            if (!one[i].is_number_integer())
+                refuse("an entry is not four whole numbers");
+            const auto value =
+                one[i].is_number_unsigned() && one[i].get<std::uint64_t>() > INT64_MAX
+                    ? INT64_MAX
+                    : one[i].get<std::int64_t>();
+            if (value < INT32_MIN || value > INT32_MAX)
+                refuse("the number " + one[i].dump());
             numbers[i] = static_cast<std::int32_t>(value);
         }
-        if (numbers[0] < 0 || numbers[0] >= levels) refuse("level " + std::to_string(numbers[0]) + " of a world with levels 0 to " + std::to_string(levels - 1));
+        if (numbers[0] < 0 || numbers[0] >= levels)
+            refuse("level " + std::to_string(numbers[0]) + " of a world with levels 0 to " +
+                   std::to_string(levels - 1));
         out.push_back({numbers[0], numbers[1], numbers[2], numbers[3]});
     }
     return out;
 }
 
 std::string record(const BoxKey& key, std::uint32_t status, std::string_view payload) {
-    const std::uint32_t words[6] = {static_cast<std::uint32_t>(key.level), static_cast<std::uint32_t>(key.bx), static_cast<std::uint32_t>(key.by),
-                                    static_cast<std::uint32_t>(key.bz), status, static_cast<std::uint32_t>(payload.size())};
+    const std::uint32_t words[6] = {static_cast<std::uint32_t>(key.level),
+                                    static_cast<std::uint32_t>(key.bx),
+                                    static_cast<std::uint32_t>(key.by),
+                                    static_cast<std::uint32_t>(key.bz),
+                                    status,
+                                    static_cast<std::uint32_t>(payload.size())};
     std::string out;
     out.reserve(kBatchRecordBytes + payload.size());
     for (const std::uint32_t word : words)
-        for (int byte = 0; byte < 4; ++byte) out += static_cast<char>(word >> (8 * byte) & 255);
+        for (int byte = 0; byte < 4; ++byte)
+            out += static_cast<char>(word >> (8 * byte) & 255);
     out += payload;
     return out;
 }
@@ -81,7 +100,8 @@ boxes::KeptBoxPtr patiently(boxes::BoxCache& cache, const BoxKey& key) {
         try {
             return cache.get(key);
         } catch (const boxes::Busy&) {
-            if (cache.refusing() || std::chrono::steady_clock::now() > give_up) throw;
+            if (cache.refusing() || std::chrono::steady_clock::now() > give_up)
+                throw;
         }
         std::this_thread::sleep_for(kPause);
     }
@@ -99,7 +119,8 @@ std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
     }
 }
 
-// What is kept goes first: it is ready. The rest is made by a few threads; one lock lets them write one after the other.
+// What is kept goes first: it is ready. The rest is made by a few threads; one lock lets them write
+// one after the other.
 void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Write& write) {
     std::vector<BoxKey> missing;
     for (const BoxKey& key : keys) {
@@ -117,7 +138,8 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
             for (std::size_t i = next++; i < missing.size() && !gone; i = next++) {
                 const std::string bytes = record_of(cache, missing[i]);
                 const std::lock_guard lock(writing);
-                if (!gone && !write(bytes)) gone = true;
+                if (!gone && !write(bytes))
+                    gone = true;
             }
         } catch (...) {
             gone = true;  // no memory even to say so: the stream ends without its last record
@@ -126,13 +148,16 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
     {
         std::vector<std::jthread> lanes;
         try {
-            for (std::size_t i = 1; i < std::min(kLanes, missing.size()); ++i) lanes.emplace_back(lane);
+            for (std::size_t i = 1; i < std::min(kLanes, missing.size()); ++i)
+                lanes.emplace_back(lane);
         } catch (const std::system_error&) {
             // The system gives no more threads: fewer lanes make all of it, too.
         }
         lane();
     }
-    if (!gone) write(record({-1, static_cast<std::int32_t>(keys.size()), 0, 0}, 0, ""));  // so that a stream cut short is known as one
+    if (!gone)
+        write(record({-1, static_cast<std::int32_t>(keys.size()), 0, 0}, 0,
+                     ""));  // so that a stream cut short is known as one
 }
 
 }  // namespace
@@ -140,7 +165,8 @@ void send_all(boxes::BoxCache& cache, const std::vector<BoxKey>& keys, const Wri
 Response answer_batch(Service& service, const Asked& asked) {
     const std::string type = asked.request.header("Content-Type");
     if (!same_word(type.substr(0, type.find(';')), "application/json"))
-        return problem(415, "read the list of boxes: Content-Type '" + type + "'; allowed: application/json");
+        return problem(
+            415, "read the list of boxes: Content-Type '" + type + "'; allowed: application/json");
     std::vector<BoxKey> keys;
     try {
         keys = keys_of(asked.request.body, service.world.info().levels);
@@ -150,7 +176,9 @@ Response answer_batch(Service& service, const Asked& asked) {
     Response out;
     out.add("Content-Type", kBatchMediaType).add("Cache-Control", "no-store");
     auto counted = std::make_shared<Counted>();
-    out.stream = [counted, keys = std::move(keys), &cache = service.boxes](const Write& write) { send_all(cache, keys, write); };
+    out.stream = [counted, keys = std::move(keys), &cache = service.boxes](const Write& write) {
+        send_all(cache, keys, write);
+    };
     return out;
 }
 

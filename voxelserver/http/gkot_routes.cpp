@@ -7,7 +7,8 @@
 namespace terravox::http {
 namespace {
 
-// A reply takes eight bytes a voxel while it is made, up to 130 MiB: one at a time, and no more than an eighth of the process's memory.
+// A reply takes eight bytes a voxel while it is made, up to 130 MiB: one at a time, and no more
+// than an eighth of the process's memory.
 constexpr int kAtOnce = 1, kInLine = 32;
 constexpr std::size_t kBytesPerVoxel = 8, kShare = 8;
 boxes::Gate& gate() {
@@ -18,7 +19,8 @@ boxes::Gate& gate() {
 gkot::FetchBox fetch_from(Service& service) {
     return [&service](const voxel::BoxKey& key) -> std::shared_ptr<const voxel::Box> {
         const voxel::ColumnExtent column = service.world.column(key.level, key.bx, key.bz);
-        if (key.by < column.by_begin || key.by >= column.by_end) return nullptr;
+        if (key.by < column.by_begin || key.by >= column.by_end)
+            return nullptr;
         return boxes::BoxCache::unpacked(*service.boxes.get(key), key);
     };
 }
@@ -39,20 +41,30 @@ Response answer(const Parse& parse, const Work& work) {
 }  // namespace
 
 Response answer_gkot_box(Service& service, const Asked& asked) {
-    return answer([&] { return gkot::parse_box_request(asked.request.query); },
-                  [&](const gkot::BoxRequest& request) {
-                      const std::size_t voxels = static_cast<std::size_t>(request.sx) * static_cast<std::size_t>(request.sy) * static_cast<std::size_t>(request.sz);
-                      const std::size_t most = service.memory_limit_bytes / kShare / kBytesPerVoxel;
-                      if (most > 0 && voxels > most)
-                          return problem(413, "send a box: " + std::to_string(voxels) + " voxels; allowed with this server's memory: up to " + std::to_string(most));
-                      return reply(200, "application/octet-stream", gkot::box_reply(service.world.info(), request, fetch_from(service))).add("Cache-Control", "no-store");
-                  });
+    return answer(
+        [&] { return gkot::parse_box_request(asked.request.query); },
+        [&](const gkot::BoxRequest& request) {
+            const std::size_t voxels = static_cast<std::size_t>(request.sx) *
+                                       static_cast<std::size_t>(request.sy) *
+                                       static_cast<std::size_t>(request.sz);
+            const std::size_t most = service.memory_limit_bytes / kShare / kBytesPerVoxel;
+            if (most > 0 && voxels > most)
+                return problem(413, "send a box: " + std::to_string(voxels) +
+                                        " voxels; allowed with this server's memory: up to " +
+                                        std::to_string(most));
+            return reply(200, "application/octet-stream",
+                         gkot::box_reply(service.world.info(), request, fetch_from(service)))
+                .add("Cache-Control", "no-store");
+        });
 }
 
 Response answer_gkot_origin(Service& service, const Asked& asked) {
     return answer([&] { return gkot::parse_origin_request(asked.request.query); },
                   [&](const gkot::OriginRequest& request) {
-                      return reply(200, "application/json", gkot::to_json(gkot::find_origin(service.world.info(), request, fetch_from(service)))).add("Cache-Control", "no-store");
+                      return reply(200, "application/json",
+                                   gkot::to_json(gkot::find_origin(service.world.info(), request,
+                                                                   fetch_from(service))))
+                          .add("Cache-Control", "no-store");
                   });
 }
 

@@ -7,11 +7,17 @@
 namespace terravox::http {
 namespace {
 
-char lower(char c) noexcept { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+char lower(char c) noexcept {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
 
-bool is_blank(char c) noexcept { return c == ' ' || c == '\t' || c == ','; }
+bool is_blank(char c) noexcept {
+    return c == ' ' || c == '\t' || c == ',';
+}
 
-bool is_letter(char c) noexcept { return lower(c) >= 'a' && lower(c) <= 'z'; }
+bool is_letter(char c) noexcept {
+    return lower(c) >= 'a' && lower(c) <= 'z';
+}
 
 // May a path begin behind this? Not within a word, such as a file's name or 1/2.
 bool may_precede_path(char c) noexcept {
@@ -41,28 +47,33 @@ std::size_t path_length(std::string_view text) noexcept {
 }  // namespace
 
 bool same_word(std::string_view a, std::string_view b) noexcept {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](char x, char y) { return lower(x) == lower(y); });
 }
 
 std::string Request::header(std::string_view name) const {
     std::string joined;
     for (const Header& h : headers)
         if (same_word(h.name, name)) {
-            if (!joined.empty()) joined += ", ";
+            if (!joined.empty())
+                joined += ", ";
             joined += h.value;
         }
     return joined;
 }
 
 bool Request::has_header(std::string_view name) const noexcept {
-    return std::any_of(headers.begin(), headers.end(), [&](const Header& h) { return same_word(h.name, name); });
+    return std::any_of(headers.begin(), headers.end(),
+                       [&](const Header& h) { return same_word(h.name, name); });
 }
 
 Response& Response::add(std::string_view name, std::string_view value) {
-    if (head.capacity() < 256) head.reserve(256);
+    if (head.capacity() < 256)
+        head.reserve(256);
     const auto append = [&](std::string_view text) {
         for (const char c : text)
-            if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) head += c;
+            if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f)
+                head += c;
     };
     append(name);
     head += ": ";
@@ -75,7 +86,8 @@ std::string Response::header(std::string_view name) const {
     std::size_t at = 0;
     while (at < head.size()) {
         const std::size_t colon = head.find(": ", at), end = head.find("\r\n", at);
-        if (same_word(std::string_view(head).substr(at, colon - at), name)) return head.substr(colon + 2, end - colon - 2);
+        if (same_word(std::string_view(head).substr(at, colon - at), name))
+            return head.substr(colon + 2, end - colon - 2);
         at = end + 2;
     }
     return {};
@@ -111,7 +123,8 @@ std::string without_folders(std::string_view text) {
         if (text.front() == '/' && (out.empty() || may_precede_path(out.back()))) {
             const std::string_view path = text.substr(0, path_length(text));
             const std::size_t last = path.find_last_not_of('/');
-            if (last != std::string_view::npos) out += path.substr(path.rfind('/', last) + 1);
+            if (last != std::string_view::npos)
+                out += path.substr(path.rfind('/', last) + 1);
             text.remove_prefix(std::max<std::size_t>(path.size(), 1));
         } else {
             out += text.front();
@@ -130,8 +143,13 @@ Response reply(int status, std::string_view content_type, std::string body) {
 }
 
 Response problem(int status, const std::string& detail) {
-    const nlohmann::json json = {{"type", "about:blank"}, {"title", std::string(reason_phrase(status))}, {"status", status}, {"detail", detail}};
-    Response out = reply(status, "application/problem+json", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    const nlohmann::json json = {{"type", "about:blank"},
+                                 {"title", std::string(reason_phrase(status))},
+                                 {"status", status},
+                                 {"detail", detail}};
+    Response out =
+        reply(status, "application/problem+json",
+              json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     out.add("Cache-Control", "no-store");
     return out;
 }
@@ -139,14 +157,21 @@ Response problem(int status, const std::string& detail) {
 bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept {
     std::string_view rest = if_none_match;
     for (;;) {
-        while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
-        if (rest.empty()) return false;
-        if (rest.front() == '*') return true;
-        if (rest.substr(0, 2) == "W/") rest.remove_prefix(2);
-        if (rest.empty() || rest.front() != '"') return false;  // not a list of entity tags
+        while (!rest.empty() && is_blank(rest.front()))
+            rest.remove_prefix(1);
+        if (rest.empty())
+            return false;
+        if (rest.front() == '*')
+            return true;
+        if (rest.substr(0, 2) == "W/")
+            rest.remove_prefix(2);
+        if (rest.empty() || rest.front() != '"')
+            return false;  // not a list of entity tags
         const std::size_t end = rest.find('"', 1);
-        if (end == std::string_view::npos) return false;
-        if (rest.substr(0, end + 1) == etag) return true;
+        if (end == std::string_view::npos)
+            return false;
+        if (rest.substr(0, end + 1) == etag)
+            return true;
         rest.remove_prefix(end + 1);
     }
 }
@@ -158,17 +183,24 @@ Coding choose_coding(std::string_view accept_encoding) noexcept {
         std::string_view one = accept_encoding.substr(0, end);
         accept_encoding.remove_prefix(std::min(end + 1, accept_encoding.size()));
         const auto trim = [](std::string_view text) {
-            while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-            while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+            while (!text.empty() && is_blank(text.front()))
+                text.remove_prefix(1);
+            while (!text.empty() && is_blank(text.back()))
+                text.remove_suffix(1);
             return text;
         };
         const std::size_t semicolon = std::min(one.find(';'), one.size());
-        const std::string_view name = trim(one.substr(0, semicolon)), weight = trim(one.substr(std::min(semicolon + 1, one.size())));
+        const std::string_view name = trim(one.substr(0, semicolon)),
+                               weight = trim(one.substr(std::min(semicolon + 1, one.size())));
         // q=0, q=0.0 ...: not wanted.
-        const bool wanted = !(weight.size() >= 3 && lower(weight[0]) == 'q' && weight[1] == '=' && weight.find_first_not_of("0.", 2) == std::string_view::npos);
-        if (same_word(name, "zstd")) zstd = wanted;
-        if (same_word(name, "identity")) identity = wanted, named_identity = true;
-        if (name == "*" && !wanted && !named_identity) identity = false;
+        const bool wanted = !(weight.size() >= 3 && lower(weight[0]) == 'q' && weight[1] == '=' &&
+                              weight.find_first_not_of("0.", 2) == std::string_view::npos);
+        if (same_word(name, "zstd"))
+            zstd = wanted;
+        if (same_word(name, "identity"))
+            identity = wanted, named_identity = true;
+        if (name == "*" && !wanted && !named_identity)
+            identity = false;
     }
     return zstd ? Coding::kZstd : identity ? Coding::kIdentity : Coding::kNone;
 }
@@ -178,13 +210,19 @@ BodyClaim body_claim(const Request& request) {
     BodyClaim claim;
     bool seen = false;
     for (const Header& h : request.headers) {
-        if (same_word(h.name, "Transfer-Encoding")) return {Kind::kMalformed, 0};
-        if (!same_word(h.name, "Content-Length")) continue;
+        if (same_word(h.name, "Transfer-Encoding"))
+            return {Kind::kMalformed, 0};
+        if (!same_word(h.name, "Content-Length"))
+            continue;
         std::uint64_t bytes = 0;
-        const auto [end, error] = std::from_chars(h.value.data(), h.value.data() + h.value.size(), bytes);
-        if (error == std::errc::result_out_of_range) bytes = UINT64_MAX;
+        const auto [end, error] =
+            std::from_chars(h.value.data(), h.value.data() + h.value.size(), bytes);
+        if (error == std::errc::result_out_of_range)
+            bytes = UINT64_MAX;
         // Two lengths: one of the machines on the way would believe the other one.
-        if (error == std::errc::invalid_argument || end != h.value.data() + h.value.size() || h.value.empty() || seen) return {Kind::kMalformed, 0};
+        if (error == std::errc::invalid_argument || end != h.value.data() + h.value.size() ||
+            h.value.empty() || seen)
+            return {Kind::kMalformed, 0};
         seen = true;
         claim = {bytes > 0 ? Kind::kSome : Kind::kNone, bytes};
     }

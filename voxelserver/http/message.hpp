@@ -20,7 +20,8 @@ struct Request {
     std::string_view query = {};  ///< as sent, not decoded, without the question mark
     std::string_view body = {};   ///< read whole, where the route takes one
 
-    /// Values of all headers of that name (any case), in the order sent, joined by ", "; empty when there is none.
+    /// Values of all headers of that name (any case), in the order sent, joined by ", "; empty when
+    /// there is none.
     [[nodiscard]] std::string header(std::string_view name) const;
     [[nodiscard]] bool has_header(std::string_view name) const noexcept;
 };
@@ -31,18 +32,22 @@ using Write = std::function<bool(std::string_view)>;
 /// A reply. Content-Length, Date and Connection are left to the server that sends it.
 struct Response {
     int status = 200;
-    std::string head;                         ///< header lines, each with its end; add() writes them
+    std::string head;  ///< header lines, each with its end; add() writes them
     std::shared_ptr<const std::string> body;  ///< nullptr: none
-    std::string_view fixed_body = {};         ///< instead of body: bytes that live as long as the program
-    std::function<void(const Write&)> stream; ///< instead of body: called once to send one of a length not known before
-    bool head_only = false;                   ///< reply to HEAD: the length of the body is told, the body is not sent
-    bool close = false;                       ///< the connection must not be used again
+    std::string_view fixed_body = {};  ///< instead of body: bytes that live as long as the program
+    std::function<void(const Write&)>
+        stream;  ///< instead of body: called once to send one of a length not known before
+    bool head_only =
+        false;           ///< reply to HEAD: the length of the body is told, the body is not sent
+    bool close = false;  ///< the connection must not be used again
 
     /// Control characters are left out: they would end the header. @return this
     Response& add(std::string_view name, std::string_view value);
     /// @return the header's value, or "" when there is none
     [[nodiscard]] std::string header(std::string_view name) const;
-    [[nodiscard]] std::string_view bytes() const noexcept { return body ? std::string_view(*body) : fixed_body; }
+    [[nodiscard]] std::string_view bytes() const noexcept {
+        return body ? std::string_view(*body) : fixed_body;
+    }
 };
 
 [[nodiscard]] bool same_word(std::string_view a, std::string_view b) noexcept;  ///< ASCII, any case
@@ -57,7 +62,8 @@ struct Response {
 /// application/problem+json. Ref: Nottingham & Wilde, RFC 7807, 2016.
 [[nodiscard]] Response problem(int status, const std::string& detail);
 
-/// Does If-None-Match name this entity tag (quotes included)? Weak comparison. Ref: Fielding et al., RFC 9110, 13.1.2.
+/// Does If-None-Match name this entity tag (quotes included)? Weak comparison. Ref: Fielding et
+/// al., RFC 9110, 13.1.2.
 [[nodiscard]] bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept;
 
 /// How a body may be sent. Ref: RFC 9110, 12.5.3.

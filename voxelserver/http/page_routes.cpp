@@ -7,7 +7,8 @@
 namespace terravox::http {
 namespace {
 
-// The page loads nothing from elsewhere, and nobody else may show it as a part of theirs. Map tiles come as blobs where there is a token.
+// The page loads nothing from elsewhere, and nobody else may show it as a part of theirs. Map tiles
+// come as blobs where there is a token.
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
     "blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -15,7 +16,8 @@ constexpr std::string_view kPolicy =
 // Bytes that are part of the program: their tag changes with the program alone.
 Response fixed(std::string_view content_type, std::string_view bytes, const Request& request) {
     const std::string etag = etag_of(XXH64(bytes.data(), bytes.size(), 0), "p");
-    if (etag_matches(request.header("If-None-Match"), etag)) return not_modified(etag);
+    if (etag_matches(request.header("If-None-Match"), etag))
+        return not_modified(etag);
     Response out;
     out.add("Content-Type", content_type);
     add_validators(out, etag);
@@ -26,15 +28,19 @@ Response fixed(std::string_view content_type, std::string_view bytes, const Requ
 }  // namespace
 
 Response answer_page(const Asked& asked) {
-    const std::string_view name = asked.parts.count == 1 ? std::string_view("index.html") : asked.parts.part[1];
+    const std::string_view name =
+        asked.parts.count == 1 ? std::string_view("index.html") : asked.parts.part[1];
     const page::Asset* asset = page::find(name);
-    if (asset == nullptr) return problem(404, "the page has no file " + std::string(name));
+    if (asset == nullptr)
+        return problem(404, "the page has no file " + std::string(name));
     Response out = fixed(asset->content_type, asset->bytes, asked.request);
     return out.add("Content-Security-Policy", kPolicy)
         .add("Referrer-Policy", "no-referrer")
         .add("Cross-Origin-Opener-Policy", "same-origin");
 }
 
-Response answer_open_api(const Asked& asked) { return fixed("application/json", page::open_api(), asked.request); }
+Response answer_open_api(const Asked& asked) {
+    return fixed("application/json", page::open_api(), asked.request);
+}
 
 }  // namespace terravox::http

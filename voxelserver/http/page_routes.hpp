@@ -4,7 +4,8 @@
 
 namespace terravox::http {
 
-/// GET / and /page/{name}: the page and its files, which are part of the program; 404 for another name.
+/// GET / and /page/{name}: the page and its files, which are part of the program; 404 for another
+/// name.
 [[nodiscard]] Response answer_page(const Asked& asked);
 
 /// GET /openapi.json: docs/openapi.json, which is part of the program.

@@ -9,11 +9,13 @@
 
 namespace terravox::http {
 
-/// Replies sent, by route and status, and how long they took. Thread-safe, without a lock: every request passes here.
+/// Replies sent, by route and status, and how long they took. Thread-safe, without a lock: every
+/// request passes here.
 class RequestCounts {
 public:
     /// Upper ends of the buckets of times, seconds; the last bucket has none.
-    static constexpr std::array kBucketEnds_s = {0.0005, 0.001, 0.005, 0.01, 0.05, 0.1, 0.5, 1.0, 5.0, 30.0};
+    static constexpr std::array kBucketEnds_s = {0.0005, 0.001, 0.005, 0.01, 0.05,
+                                                 0.1,    0.5,   1.0,   5.0,  30.0};
     static constexpr std::size_t kBuckets = kBucketEnds_s.size() + 1;
 
     void add(Route route, int status, double seconds) noexcept;

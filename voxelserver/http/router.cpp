@@ -30,23 +30,31 @@ std::string world_text(const voxel::WorldInfo& info) {
 bool same_secret(std::string_view given, std::string_view wanted) noexcept {
     unsigned difference = given.size() == wanted.size() ? 0 : 1;
     for (std::size_t i = 0; i < wanted.size(); ++i)
-        difference |= static_cast<unsigned char>(wanted[i]) ^ static_cast<unsigned char>(given.empty() ? 0 : given[i % given.size()]);
+        difference |= static_cast<unsigned char>(wanted[i]) ^
+                      static_cast<unsigned char>(given.empty() ? 0 : given[i % given.size()]);
     return difference == 0;
 }
 
 // Two machines on the way of a request must not read it differently. Ref: RFC 9112, 3.2 and 5.1.
 std::string fault_of(const Request& request) {
-    const auto is_token = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos; };
+    const auto is_token = [](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos;
+    };
     for (const Header& h : request.headers)
-        if (h.name.empty() || !std::all_of(h.name.begin(), h.name.end(), is_token)) return "a header's name is no token";
-    const auto hosts = std::count_if(request.headers.begin(), request.headers.end(), [](const Header& h) { return same_word(h.name, "Host"); });
-    if (hosts > 1) return std::to_string(hosts) + " headers Host; allowed: one";
+        if (h.name.empty() || !std::all_of(h.name.begin(), h.name.end(), is_token))
+            return "a header's name is no token";
+    const auto hosts = std::count_if(request.headers.begin(), request.headers.end(),
+                                     [](const Header& h) { return same_word(h.name, "Host"); });
+    if (hosts > 1)
+        return std::to_string(hosts) + " headers Host; allowed: one";
     return {};
 }
 
 Response not_allowed(const RouteFacts& route, const Request& request) {
     const std::string allowed = route.post ? "POST" : "GET, HEAD";
-    return problem(405, "method " + std::string(request.method) + "; allowed: " + allowed).add("Allow", allowed);
+    return problem(405, "method " + std::string(request.method) + "; allowed: " + allowed)
+        .add("Allow", allowed);
 }
 
 }  // namespace
@@ -62,8 +70,10 @@ std::optional<Response> Router::refusal(const Request& request) {
     const auto split = split_path(request.path);
     const RouteFacts& route = facts_of(split ? route_of(*split) : Route::kUnknown);
     std::optional<Response> out = refuse_head(route, request);
-    if (!out) return out;
-    if (body_claim(request).kind != BodyClaim::Kind::kNone) out->close = true;
+    if (!out)
+        return out;
+    if (body_claim(request).kind != BodyClaim::Kind::kNone)
+        out->close = true;
     out->head_only = request.method == "HEAD";
     m_counts.add(route.route, out->status, 0);
     return out;
@@ -76,7 +86,9 @@ Response Router::handle(const Request& request) {
     const RouteFacts& route = facts_of(split ? route_of(parts) : Route::kUnknown);
     Response out = answer(route, request, parts);
     // A body that was not read must not be taken for the next request.
-    if (const BodyClaim claim = body_claim(request); claim.kind == BodyClaim::Kind::kMalformed || claim.bytes != request.body.size()) out.close = true;
+    if (const BodyClaim claim = body_claim(request);
+        claim.kind == BodyClaim::Kind::kMalformed || claim.bytes != request.body.size())
+        out.close = true;
     out.head_only = request.method == "HEAD";
     m_counts.add(route.route, out.status, clock.seconds());
     return out;
@@ -84,7 +96,8 @@ Response Router::handle(const Request& request) {
 
 Response Router::answer(const RouteFacts& route, const Request& request, const PathParts& parts) {
     try {
-        if (auto refused = refuse_head(route, request)) return std::move(*refused);
+        if (auto refused = refuse_head(route, request))
+            return std::move(*refused);
         return dispatch(route.route, {request, parts, has_token(request)});
     } catch (const boxes::Busy& e) {
         return problem(503, e.what()).add("Retry-After", "1");
@@ -130,14 +143,23 @@ std::optional<Response> Router::refuse_head(const RouteFacts& route, const Reque
                                  "allowed: the server's own page, and programs"));
     const bool readable = request.method == "GET" || request.method == "HEAD";
     const BodyClaim claim = body_claim(request);
-    if (claim.kind == Kind::kMalformed) return problem(400, "read the request: a Transfer-Encoding, two Content-Lengths, or one that is no number; allowed: none, or one number");
+    if (claim.kind == Kind::kMalformed)
+        return problem(400,
+                       "read the request: a Transfer-Encoding, two Content-Lengths, or one that is "
+                       "no number; allowed: none, or one number");
     const std::size_t most = route.post && request.method == "POST" ? route.most_body_bytes : 0;
-    if (claim.bytes > most) return problem(413, "read the request: a body of " + std::to_string(claim.bytes) + " bytes; allowed: " + (most > 0 ? "up to " + std::to_string(most) : "none"));
+    if (claim.bytes > most)
+        return problem(
+            413, "read the request: a body of " + std::to_string(claim.bytes) +
+                     " bytes; allowed: " + (most > 0 ? "up to " + std::to_string(most) : "none"));
     if (!route.open && !m_token.empty() && !has_token(request))
         return problem(401, "the request has no valid token; allowed: Authorization: Bearer TOKEN")
             .add("WWW-Authenticate", "Bearer");
-    if (route.route == Route::kUnknown) return problem(404, "nothing at " + std::string(request.path) + "; /openapi.json lists what there is");
-    if (route.post ? request.method != "POST" : !readable) return not_allowed(route, request);
+    if (route.route == Route::kUnknown)
+        return problem(
+            404, "nothing at " + std::string(request.path) + "; /openapi.json lists what there is");
+    if (route.post ? request.method != "POST" : !readable)
+        return not_allowed(route, request);
     // A body that comes nevertheless must not be taken for the next request.
     if (route.post && claim.kind == Kind::kNone)
         return and_close(problem(411, "read the request: no Content-Length, or 0; allowed: 1 to " +
@@ -160,7 +182,9 @@ Response Router::health(const Asked& asked) const {
 }
 
 Response Router::dispatch(Route route, const Asked& asked) {
-    const auto uptime_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count(); };
+    const auto uptime_s = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    };
     switch (route) {
         case Route::kPage:
         case Route::kPageFile: return answer_page(asked);
@@ -170,7 +194,9 @@ Response Router::dispatch(Route route, const Asked& asked) {
         case Route::kBox: return answer_box(m_service, asked);
         case Route::kBatch: return answer_batch(m_service, asked);
         case Route::kColumn: return answer_column(m_service, asked);
-        case Route::kSquares: return json_reply(squares_json(m_service.squares(), m_service.world.info()), asked.request);
+        case Route::kSquares:
+            return json_reply(squares_json(m_service.squares(), m_service.world.info()),
+                              asked.request);
         case Route::kCached: return answer_cached(m_service, asked);
         case Route::kStats: return answer_stats(m_service, asked, m_counts, uptime_s());
         case Route::kMetrics: return answer_metrics(m_service, m_counts, uptime_s());
@@ -184,7 +210,8 @@ Response Router::dispatch(Route route, const Asked& asked) {
 }
 
 Response Router::world(const Request& request) const {
-    if (etag_matches(request.header("If-None-Match"), m_world_etag)) return not_modified(m_world_etag);
+    if (etag_matches(request.header("If-None-Match"), m_world_etag))
+        return not_modified(m_world_etag);
     Response out = reply(200, "application/json", m_world_json);
     add_validators(out, m_world_etag);
     return out;

@@ -27,48 +27,60 @@ constexpr std::array<RouteFacts, kRouteCount> kRoutes = {{
 
 constexpr bool in_order() {
     for (std::size_t i = 0; i < kRouteCount; ++i)
-        if (static_cast<std::size_t>(kRoutes[i].route) != i) return false;
+        if (static_cast<std::size_t>(kRoutes[i].route) != i)
+            return false;
     return true;
 }
 static_assert(in_order());
 
 // "{y}.png" stands for anything that ends in ".png".
 bool part_fits(std::string_view pattern, std::string_view part) noexcept {
-    if (pattern.empty() || pattern.front() != '{') return pattern == part;
+    if (pattern.empty() || pattern.front() != '{')
+        return pattern == part;
     const std::string_view tail = pattern.substr(pattern.find('}') + 1);
     return part.size() >= tail.size() && part.substr(part.size() - tail.size()) == tail;
 }
 
 bool fits(std::string_view pattern, const PathParts& parts) noexcept {
     const auto wanted = split_path(pattern);
-    if (!wanted || wanted->count != parts.count) return false;
+    if (!wanted || wanted->count != parts.count)
+        return false;
     for (std::size_t i = 0; i < parts.count; ++i)
-        if (!part_fits(wanted->part[i], parts.part[i])) return false;
+        if (!part_fits(wanted->part[i], parts.part[i]))
+            return false;
     return true;
 }
 
 }  // namespace
 
-std::span<const RouteFacts> routes() noexcept { return kRoutes; }
+std::span<const RouteFacts> routes() noexcept {
+    return kRoutes;
+}
 
-const RouteFacts& facts_of(Route route) noexcept { return kRoutes[static_cast<std::size_t>(route)]; }
+const RouteFacts& facts_of(Route route) noexcept {
+    return kRoutes[static_cast<std::size_t>(route)];
+}
 
 std::optional<PathParts> split_path(std::string_view path) noexcept {
-    if (path.empty() || path.front() != '/') return std::nullopt;
+    if (path.empty() || path.front() != '/')
+        return std::nullopt;
     path.remove_prefix(1);
     PathParts out;
     for (;;) {
-        if (out.count == out.part.size()) return std::nullopt;
+        if (out.count == out.part.size())
+            return std::nullopt;
         const std::size_t end = path.find('/');
         out.part[out.count++] = path.substr(0, end);
-        if (end == std::string_view::npos) return out;
+        if (end == std::string_view::npos)
+            return out;
         path.remove_prefix(end + 1);
     }
 }
 
 Route route_of(const PathParts& parts) noexcept {
     for (const RouteFacts& r : kRoutes)
-        if (fits(r.path, parts)) return r.route;
+        if (fits(r.path, parts))
+            return r.route;
     return Route::kUnknown;
 }
 

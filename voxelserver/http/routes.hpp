@@ -8,7 +8,8 @@
 
 namespace terravox::http {
 
-/// What a request was for. kUnknown: no such path; kRefused: not even a request (malformed, too large, too late).
+/// What a request was for. kUnknown: no such path; kRefused: not even a request (malformed, too
+/// large, too late).
 enum class Route {
     kPage,
     kPageFile,
@@ -33,15 +34,17 @@ inline constexpr std::size_t kRouteCount = static_cast<std::size_t>(Route::kRefu
 /// One line of the interface.
 struct RouteFacts {
     Route route = Route::kUnknown;
-    std::string_view path;                ///< with {names} for what varies: also its name in statistics and in docs/openapi.json
-    bool post = false;                    ///< POST; otherwise GET and HEAD
-    bool open = false;                    ///< needs no token
+    std::string_view path;  ///< with {names} for what varies: also its name in statistics and in
+                            ///< docs/openapi.json
+    bool post = false;      ///< POST; otherwise GET and HEAD
+    bool open = false;      ///< needs no token
     std::size_t most_body_bytes = 0;
 };
 [[nodiscard]] std::span<const RouteFacts> routes() noexcept;
 [[nodiscard]] const RouteFacts& facts_of(Route route) noexcept;
 
-/// Parts of a path between its slashes. @return nothing for a path that does not begin with one, or of more parts than any route
+/// Parts of a path between its slashes. @return nothing for a path that does not begin with one, or
+/// of more parts than any route
 struct PathParts {
     std::array<std::string_view, 6> part;
     std::size_t count = 0;

@@ -28,19 +28,24 @@ namespace {
 constexpr const char* kMostHeaderBytes = "16384";
 constexpr const char* kConnectionQueue = "128";
 constexpr const char* kTlsOldest = "4";  // CivetWeb's number for TLS 1.2
-constexpr std::string_view kLastResortBody = "{\"type\":\"about:blank\",\"title\":\"Internal Server Error\",\"status\":500}\n";
+constexpr std::string_view kLastResortBody =
+    "{\"type\":\"about:blank\",\"title\":\"Internal Server Error\",\"status\":500}\n";
 constexpr std::string_view kLastResortHead =
-    "HTTP/1.1 500 Internal Server Error\r\nContent-Type: application/problem+json\r\nContent-Length: 68\r\nConnection: close\r\n\r\n";
+    "HTTP/1.1 500 Internal Server Error\r\nContent-Type: "
+    "application/problem+json\r\nContent-Length: 68\r\nConnection: close\r\n\r\n";
 static_assert(kLastResortBody.size() == 68);
 
-bool is_ipv6(const std::string& address) { return address.find(':') != std::string::npos; }
+bool is_ipv6(const std::string& address) {
+    return address.find(':') != std::string::npos;
+}
 
 std::string endpoint(const std::string& address, int port) {
     return (is_ipv6(address) ? "[" + address + "]" : address) + ":" + std::to_string(port);
 }
 
 [[noreturn]] void fail_to_listen(const ServerOptions& o, const std::string& why) {
-    throw Error("listen on " + endpoint(o.bind, o.port) + ": " + why + "; --port chooses another port, 0 any free one");
+    throw Error("listen on " + endpoint(o.bind, o.port) + ": " + why +
+                "; --port chooses another port, 0 any free one");
 }
 
 struct Address {
@@ -49,7 +54,8 @@ struct Address {
 };
 
 Address address_of(const ServerOptions& o) {
-    if (o.port < 0 || o.port > 65535) throw UsageError("listen: port " + std::to_string(o.port) + "; allowed: 0 to 65535");
+    if (o.port < 0 || o.port > 65535)
+        throw UsageError("listen: port " + std::to_string(o.port) + "; allowed: 0 to 65535");
     Address out;
     if (is_ipv6(o.bind)) {
         auto* a = reinterpret_cast<sockaddr_in6*>(&out.storage);
@@ -57,7 +63,9 @@ Address address_of(const ServerOptions& o) {
         a->sin6_port = htons(static_cast<std::uint16_t>(o.port));
         out.length = sizeof *a;
         if (inet_pton(AF_INET6, o.bind.c_str(), &a->sin6_addr) == 1) {
-            if (mg_check_feature(MG_FEATURES_IPV6) == 0) throw UsageError("listen on " + o.bind + ": this build of CivetWeb has no IPv6; allowed: IPv4");
+            if (mg_check_feature(MG_FEATURES_IPV6) == 0)
+                throw UsageError("listen on " + o.bind +
+                                 ": this build of CivetWeb has no IPv6; allowed: IPv4");
             return out;
         }
     } else {
@@ -65,13 +73,17 @@ Address address_of(const ServerOptions& o) {
         a->sin_family = AF_INET;
         a->sin_port = htons(static_cast<std::uint16_t>(o.port));
         out.length = sizeof *a;
-        if (inet_pton(AF_INET, o.bind.c_str(), &a->sin_addr) == 1) return out;
+        if (inet_pton(AF_INET, o.bind.c_str(), &a->sin_addr) == 1)
+            return out;
     }
-    throw UsageError("listen on '" + o.bind + "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or 0.0.0.0 (all networks)");
+    throw UsageError("listen on '" + o.bind +
+                     "': not an address; allowed: numbers, such as 127.0.0.1 (this machine) or "
+                     "0.0.0.0 (all networks)");
 }
 
-// No thread_local of this file has a destructor: to register one, a thread's first reply would wait for the dynamic loader's lock, which is held for
-// long while the LiDAR module is loaded beside. What is to be destroyed with a thread is the thread pointer of CivetWeb (new_buffer).
+// No thread_local of this file has a destructor: to register one, a thread's first reply would wait
+// for the dynamic loader's lock, which is held for long while the LiDAR module is loaded beside.
+// What is to be destroyed with a thread is the thread pointer of CivetWeb (new_buffer).
 
 // Written anew once a second and thread: it took a tenth of a small reply's time.
 std::string_view http_date() {
@@ -90,7 +102,10 @@ std::string_view http_date() {
 enum class Length { kKnown, kChunked, kUntilClose };
 
 void append_head(std::string& out, const Response& r, Length length, bool keep_alive) {
-    out.append("HTTP/1.1 ").append(std::to_string(r.status)).append(" ").append(reason_phrase(r.status));
+    out.append("HTTP/1.1 ")
+        .append(std::to_string(r.status))
+        .append(" ")
+        .append(reason_phrase(r.status));
     out.append("\r\nDate: ").append(http_date()).append("\r\n").append(r.head);
     if (length == Length::kChunked)
         out.append("Transfer-Encoding: chunked\r\n");
@@ -107,9 +122,12 @@ bool has_token(const std::string& list, std::string_view token) {
     while (begin <= list.size()) {
         const std::size_t end = std::min(list.find(',', begin), list.size());
         std::string_view word(list.data() + begin, end - begin);
-        while (!word.empty() && (word.front() == ' ' || word.front() == '\t')) word.remove_prefix(1);
-        while (!word.empty() && (word.back() == ' ' || word.back() == '\t')) word.remove_suffix(1);
-        if (same_word(word, token)) return true;
+        while (!word.empty() && (word.front() == ' ' || word.front() == '\t'))
+            word.remove_prefix(1);
+        while (!word.empty() && (word.back() == ' ' || word.back() == '\t'))
+            word.remove_suffix(1);
+        if (same_word(word, token))
+            return true;
         begin = end + 1;
     }
     return false;
@@ -118,7 +136,8 @@ bool has_token(const std::string& list, std::string_view token) {
 // What CivetWeb decides from the same header; told to the client before.
 bool wants_keep_alive(const Request& request, const char* http_version) {
     const std::string connection = request.header("Connection");
-    if (!connection.empty()) return has_token(connection, "keep-alive");
+    if (!connection.empty())
+        return has_token(connection, "keep-alive");
     return http_version != nullptr && std::strcmp(http_version, "1.1") == 0;
 }
 
@@ -126,7 +145,8 @@ bool write_all(mg_connection* connection, const char* data, std::size_t bytes) n
     return bytes == 0 || mg_write(connection, data, bytes) == static_cast<int>(bytes);
 }
 
-// One call for head and body: each call is a packet and wakes the client. A large body goes on its own after its first part.
+// One call for head and body: each call is a packet and wakes the client. A large body goes on its
+// own after its first part.
 bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
     constexpr std::size_t kTogether = std::size_t{128} << 10;
     std::string& out = *static_cast<std::string*>(mg_get_thread_pointer(connection));
@@ -135,43 +155,57 @@ bool send_whole(mg_connection* connection, const Response& r, bool keep_alive) {
     const std::string_view body = r.head_only ? std::string_view() : r.bytes();
     out.append(body.substr(0, kTogether));
     bool sent = write_all(connection, out.data(), out.size());
-    if (sent && body.size() > kTogether) sent = write_all(connection, body.data() + kTogether, body.size() - kTogether);
+    if (sent && body.size() > kTogether)
+        sent = write_all(connection, body.data() + kTogether, body.size() - kTogether);
     return sent;
 }
 
 // HTTP/1.0 knows no chunks: there, the end of the connection ends the body.
-bool send_stream(mg_connection* connection, const Response& r, bool chunked, bool keep_alive, std::uint64_t& bytes) {
+bool send_stream(mg_connection* connection, const Response& r, bool chunked, bool keep_alive,
+                 std::uint64_t& bytes) {
     std::string head;
     append_head(head, r, chunked ? Length::kChunked : Length::kUntilClose, keep_alive);
     bool alive = write_all(connection, head.data(), head.size());
-    if (r.head_only) return alive;
-    // An error cannot be told any more: the stream ends where it is, and a client knows that it is not whole.
+    if (r.head_only)
+        return alive;
+    // An error cannot be told any more: the stream ends where it is, and a client knows that it is
+    // not whole.
     const auto write = [&](std::string_view part) {
-        if (part.empty()) return alive;
+        if (part.empty())
+            return alive;
         if (chunked)
-            alive = alive && mg_send_chunk(connection, part.data(), static_cast<unsigned>(part.size())) > 0;
+            alive = alive &&
+                    mg_send_chunk(connection, part.data(), static_cast<unsigned>(part.size())) > 0;
         else
             alive = alive && write_all(connection, part.data(), part.size());
-        if (alive) bytes += part.size();
+        if (alive)
+            bytes += part.size();
         return alive;
     };
     try {
-        if (alive) r.stream(write);
+        if (alive)
+            r.stream(write);
     } catch (const std::exception& e) {
         spdlog::error("send a stream: {}", e.what());
         alive = false;
     }
-    if (alive && chunked) alive = mg_send_chunk(connection, "", 0) >= 0;
+    if (alive && chunked)
+        alive = mg_send_chunk(connection, "", 0) >= 0;
     return alive;
 }
 
 /// @return bytes of the body that were sent
-std::uint64_t send(mg_connection* connection, const Response& r, bool keep_alive, bool http_1_0 = false) {
-    if (r.stream && http_1_0) keep_alive = false;
+std::uint64_t send(mg_connection* connection, const Response& r, bool keep_alive,
+                   bool http_1_0 = false) {
+    if (r.stream && http_1_0)
+        keep_alive = false;
     std::uint64_t bytes = r.head_only ? 0 : r.bytes().size();
-    const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive, bytes) : send_whole(connection, r, keep_alive);
-    // Closing also keeps CivetWeb from reading (and waiting for) a body of any length that the client announced.
-    if (!sent || !keep_alive) mg_disable_connection_keep_alive(connection);
+    const bool sent = r.stream ? send_stream(connection, r, !http_1_0, keep_alive, bytes)
+                               : send_whole(connection, r, keep_alive);
+    // Closing also keeps CivetWeb from reading (and waiting for) a body of any length that the
+    // client announced.
+    if (!sent || !keep_alive)
+        mg_disable_connection_keep_alive(connection);
     return bytes;
 }
 
@@ -179,20 +213,24 @@ Request request_of(const mg_request_info& info) {
     Request out;
     out.method = info.request_method;
     out.path = info.local_uri_raw;  // not decoded: no address of the interface needs an escape
-    if (info.query_string != nullptr) out.query = info.query_string;
+    if (info.query_string != nullptr)
+        out.query = info.query_string;
     out.headers.reserve(static_cast<std::size_t>(info.num_headers));
-    for (int i = 0; i < info.num_headers; ++i) out.headers.push_back({info.http_headers[i].name, info.http_headers[i].value});
+    for (int i = 0; i < info.num_headers; ++i)
+        out.headers.push_back({info.http_headers[i].name, info.http_headers[i].value});
     return out;
 }
 
 /// Reads a body of a known length. @return false when it did not come in time, or not whole
-bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::milliseconds timeout, std::string& body) {
+bool read_body(mg_connection* connection, std::uint64_t bytes, std::chrono::milliseconds timeout,
+               std::string& body) {
     const auto give_up = std::chrono::steady_clock::now() + timeout;
     body.resize(bytes);
     std::size_t have = 0;
     while (have < bytes) {
         const int n = mg_read(connection, body.data() + have, bytes - have);
-        if (n <= 0 || std::chrono::steady_clock::now() > give_up) return false;
+        if (n <= 0 || std::chrono::steady_clock::now() > give_up)
+            return false;
         have += static_cast<std::size_t>(n);
     }
     return true;
@@ -204,11 +242,15 @@ net::SlowClients::Limits limits_of(const ServerOptions& options) {
     return {std::max(threads - (threads + 7) / 8, 1), options.patience};
 }
 
-// What CivetWeb itself refuses. 1.15 calls a header that is too long, too slow or cut off a malformed message (400); where
-// a version has a 413 for the first, that is about the header, which is 431's meaning.
+// What CivetWeb itself refuses. 1.15 calls a header that is too long, too slow or cut off a
+// malformed message (400); where a version has a 413 for the first, that is about the header, which
+// is 431's meaning.
 Response refusal(int status, const char* message) {
-    std::string detail = std::string("read the request: ") + (message != nullptr ? message : "refused");
-    if (status == 400 || status == 413) detail += std::string("; allowed: HTTP/1.1, a header of up to ") + kMostHeaderBytes + " bytes, sent without delay";
+    std::string detail =
+        std::string("read the request: ") + (message != nullptr ? message : "refused");
+    if (status == 400 || status == 413)
+        detail += std::string("; allowed: HTTP/1.1, a header of up to ") + kMostHeaderBytes +
+                  " bytes, sent without delay";
     return problem(status == 413 ? 431 : status, detail);
 }
 
@@ -216,7 +258,8 @@ Response refusal(int status, const char* message) {
 void init_library(bool with_tls) {
     static std::once_flag plain, secure;
     std::call_once(plain, [] { mg_init_library(MG_FEATURES_DEFAULT); });
-    if (!with_tls) return;
+    if (!with_tls)
+        return;
     std::call_once(secure, [] {
         tls::load_library();
         mg_init_library(MG_FEATURES_TLS);
@@ -227,16 +270,21 @@ void init_library(bool with_tls) {
 
 void check_can_listen(const ServerOptions& options) {
     if (!options.tls_certificate.empty() && access(options.tls_certificate.c_str(), R_OK) != 0)
-        throw UsageError("read the TLS certificate " + options.tls_certificate + ": " + std::strerror(errno) + "; allowed: a PEM file with certificate and private key");
+        throw UsageError("read the TLS certificate " + options.tls_certificate + ": " +
+                         std::strerror(errno) +
+                         "; allowed: a PEM file with certificate and private key");
     const Address address = address_of(options);
     const int probe = socket(address.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (probe < 0) fail_to_listen(options, std::strerror(errno));
+    if (probe < 0)
+        fail_to_listen(options, std::strerror(errno));
     const int on = 1;
     setsockopt(probe, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);  // as CivetWeb does
-    const bool bound = bind(probe, reinterpret_cast<const sockaddr*>(&address.storage), address.length) == 0;
+    const bool bound =
+        bind(probe, reinterpret_cast<const sockaddr*>(&address.storage), address.length) == 0;
     const int error = errno;
     close(probe);
-    if (!bound) fail_to_listen(options, std::strerror(error));
+    if (!bound)
+        fail_to_listen(options, std::strerror(error));
 }
 
 /// CivetWeb calls back on its own threads, through C: nothing may be thrown there.
@@ -258,28 +306,52 @@ public:
         callbacks.log_message = on_log;
         callbacks.init_connection = on_connection;
         callbacks.connection_close = on_connection_close;
-        const std::string listen = endpoint(options.bind, options.port) + (options.tls_certificate.empty() ? "" : "s"), threads = std::to_string(std::max(options.request_threads, 1));
-        const std::string request_ms = std::to_string(options.request_timeout.count()), keep_ms = std::to_string(options.keep_alive_timeout.count());
-        // No document_root: CivetWeb serves no files. No check of Host against a domain: there is only one world here.
-        std::vector<const char*> settings = {"listening_ports",    listen.c_str(),     "num_threads",              threads.c_str(),
-                                                      "connection_queue",   kConnectionQueue,   "max_request_size",         kMostHeaderBytes,
-                                                      "request_timeout_ms", request_ms.c_str(), "keep_alive_timeout_ms",    keep_ms.c_str(),
-                                                      "enable_keep_alive",  "yes",              "tcp_nodelay",              "1",
-                                                      "decode_url",         "no",               "enable_auth_domain_check", "no"};
+        const std::string listen = endpoint(options.bind, options.port) +
+                                   (options.tls_certificate.empty() ? "" : "s"),
+                          threads = std::to_string(std::max(options.request_threads, 1));
+        const std::string request_ms = std::to_string(options.request_timeout.count()),
+                          keep_ms = std::to_string(options.keep_alive_timeout.count());
+        // No document_root: CivetWeb serves no files. No check of Host against a domain: there is
+        // only one world here.
+        std::vector<const char*> settings = {"listening_ports",
+                                             listen.c_str(),
+                                             "num_threads",
+                                             threads.c_str(),
+                                             "connection_queue",
+                                             kConnectionQueue,
+                                             "max_request_size",
+                                             kMostHeaderBytes,
+                                             "request_timeout_ms",
+                                             request_ms.c_str(),
+                                             "keep_alive_timeout_ms",
+                                             keep_ms.c_str(),
+                                             "enable_keep_alive",
+                                             "yes",
+                                             "tcp_nodelay",
+                                             "1",
+                                             "decode_url",
+                                             "no",
+                                             "enable_auth_domain_check",
+                                             "no"};
         if (!options.tls_certificate.empty())
-            settings.insert(settings.end(), {"ssl_certificate", options.tls_certificate.c_str(), "ssl_protocol_version", kTlsOldest});
+            settings.insert(settings.end(), {"ssl_certificate", options.tls_certificate.c_str(),
+                                             "ssl_protocol_version", kTlsOldest});
         settings.push_back(nullptr);
         m_context = mg_start(&callbacks, this, const_cast<const char**>(settings.data()));
         if (m_context == nullptr && !options.tls_certificate.empty())
-            throw Error("serve with the certificate " + options.tls_certificate + ": " + (m_last_message.empty() ? "CivetWeb could not start" : m_last_message) +
+            throw Error("serve with the certificate " + options.tls_certificate + ": " +
+                        (m_last_message.empty() ? "CivetWeb could not start" : m_last_message) +
                         "; allowed: a PEM file with certificate and private key");
-        if (m_context == nullptr) fail_to_listen(options, m_last_message.empty() ? "CivetWeb could not start" : m_last_message);
+        if (m_context == nullptr)
+            fail_to_listen(options,
+                           m_last_message.empty() ? "CivetWeb could not start" : m_last_message);
         {
             const std::lock_guard lock(m_mutex);
             m_started = true;
         }
         mg_server_port port{};
-        if (mg_get_server_ports(m_context, 1, &port) == 1) m_port = port.port;
+        if (mg_get_server_ports(m_context, 1, &port) == 1)
+            m_port = port.port;
         try {
             m_slow_clients.watch(m_port);
         } catch (...) {
@@ -291,19 +363,25 @@ public:
     ~Impl() { stop({}); }
 
     [[nodiscard]] int port() const noexcept { return m_port; }
-    [[nodiscard]] std::string url() const { return (m_options.tls_certificate.empty() ? "http://" : "https://") + endpoint(m_options.bind, m_port); }
+    [[nodiscard]] std::string url() const {
+        return (m_options.tls_certificate.empty() ? "http://" : "https://") +
+               endpoint(m_options.bind, m_port);
+    }
 
     void stop(const std::function<void()>& time_is_up) noexcept {
-        if (m_context == nullptr) return;
+        if (m_context == nullptr)
+            return;
         {
             // mg_stop cuts replies short: let them finish first.
             std::unique_lock lock(m_mutex);
             m_draining = true;
             if (!m_finished.wait_for(lock, m_options.drain_timeout, [&] { return m_running == 0; }))
-                spdlog::warn("stopping with {} requests unfinished after {} s", m_running, m_options.drain_timeout.count() / 1000.0);
+                spdlog::warn("stopping with {} requests unfinished after {} s", m_running,
+                             m_options.drain_timeout.count() / 1000.0);
         }
         try {
-            if (time_is_up) time_is_up();
+            if (time_is_up)
+                time_is_up();
         } catch (const std::exception& e) {
             spdlog::error("stop the server: {}", e.what());
         }
@@ -312,13 +390,23 @@ public:
     }
 
 private:
-    static Impl& self(const mg_connection* connection) noexcept { return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection))); }
+    static Impl& self(const mg_connection* connection) noexcept {
+        return *static_cast<Impl*>(mg_get_user_data(mg_get_context(connection)));
+    }
 
-    // A thread's room for replies that are sent as a whole: taken anew for each of them, it would cost page faults.
-    static void* new_buffer(const mg_context* /*context*/, int /*thread*/) noexcept { return new std::string; }
-    static void delete_buffer(const mg_context* /*context*/, int /*thread*/, void* buffer) noexcept { delete static_cast<std::string*>(buffer); }
+    // A thread's room for replies that are sent as a whole: taken anew for each of them, it would
+    // cost page faults.
+    static void* new_buffer(const mg_context* /*context*/, int /*thread*/) noexcept {
+        return new std::string;
+    }
+    static void delete_buffer(const mg_context* /*context*/, int /*thread*/,
+                              void* buffer) noexcept {
+        delete static_cast<std::string*>(buffer);
+    }
 
-    static int on_request(mg_connection* connection) noexcept { return self(connection).handle(connection); }
+    static int on_request(mg_connection* connection) noexcept {
+        return self(connection).handle(connection);
+    }
 
     static int on_refusal(mg_connection* connection, int status, const char* message) noexcept {
         try {
@@ -337,7 +425,8 @@ private:
             spdlog::debug("CivetWeb: {}", message);
             Impl& me = self(connection);
             const std::lock_guard lock(me.m_mutex);
-            if (!me.m_started) me.m_last_message = message;
+            if (!me.m_started)
+                me.m_last_message = message;
         } catch (...) {
         }
         return 1;
@@ -348,10 +437,13 @@ private:
         return 0;
     }
 
-    static void on_connection_close(const mg_connection* connection) noexcept { --self(connection).m_connections; }
+    static void on_connection_close(const mg_connection* connection) noexcept {
+        --self(connection).m_connections;
+    }
 
     static void send_last_resort(mg_connection* connection) noexcept {
-        if (write_all(connection, kLastResortHead.data(), kLastResortHead.size())) write_all(connection, kLastResortBody.data(), kLastResortBody.size());
+        if (write_all(connection, kLastResortHead.data(), kLastResortHead.size()))
+            write_all(connection, kLastResortBody.data(), kLastResortBody.size());
         mg_disable_connection_keep_alive(connection);
     }
 
@@ -368,12 +460,17 @@ private:
             if (!refused && body_claim(request).kind == BodyClaim::Kind::kSome)
                 refused = take_body(connection, request, body);
             std::optional<net::SlowClients::Answering> answering;
-            if (!refused) answering.emplace(m_slow_clients, info.remote_addr, info.remote_port);
+            if (!refused)
+                answering.emplace(m_slow_clients, info.remote_addr, info.remote_port);
             const Response out = refused ? std::move(*refused) : m_router.handle(request);
             const bool others_wait = m_connections >= m_options.request_threads;
-            const bool keep_alive = !out.close && !others_wait && wants_keep_alive(request, info.http_version);
-            m_router.counts().add_bytes(send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0"));
-            if (spdlog::should_log(spdlog::level::debug)) spdlog::debug("{} {} {} {:.1f} ms", request.method, request.path, out.status, clock.seconds() * 1e3);
+            const bool keep_alive =
+                !out.close && !others_wait && wants_keep_alive(request, info.http_version);
+            m_router.counts().add_bytes(
+                send(connection, out, keep_alive, std::string_view(info.http_version) == "1.0"));
+            if (spdlog::should_log(spdlog::level::debug))
+                spdlog::debug("{} {} {} {:.1f} ms", request.method, request.path, out.status,
+                              clock.seconds() * 1e3);
             return out.status;
         } catch (const std::exception& e) {
             log_failure(e.what());
@@ -392,7 +489,8 @@ private:
     }
 
     std::optional<Response> refuse(const mg_request_info& info, const Request& request) {
-        if (info.num_headers >= MG_MAX_HEADERS) return too_many_headers();
+        if (info.num_headers >= MG_MAX_HEADERS)
+            return too_many_headers();
         if (!request.has_header("Host") && std::string_view(info.http_version) == "1.1")
             return host_missing();
         return std::nullopt;
@@ -402,8 +500,10 @@ private:
     /// @return what to send instead of an answer
     std::optional<Response> take_body(mg_connection* connection, Request& request,
                                       std::string& body) {
-        if (auto refused = m_router.refusal(request)) return refused;
-        if (same_word(request.header("Expect"), "100-continue")) mg_printf(connection, "HTTP/1.1 100 Continue\r\n\r\n");
+        if (auto refused = m_router.refusal(request))
+            return refused;
+        if (same_word(request.header("Expect"), "100-continue"))
+            mg_printf(connection, "HTTP/1.1 100 Continue\r\n\r\n");
         if (!read_body(connection, body_claim(request).bytes, m_options.request_timeout, body))
             return body_missing();
         request.body = body;
@@ -411,7 +511,9 @@ private:
     }
 
     Response body_missing() {
-        Response out = problem(408, "read the request: its body did not come, or not in " + std::to_string(m_options.request_timeout.count() / 1000.0) + " s");
+        Response out =
+            problem(408, "read the request: its body did not come, or not in " +
+                             std::to_string(m_options.request_timeout.count() / 1000.0) + " s");
         out.close = true;
         m_router.counts().add(Route::kRefused, out.status, 0);
         return out;
@@ -433,9 +535,11 @@ private:
         return out;
     }
 
-    // CivetWeb leaves out further headers: one of them could announce a body, to be taken for the next request.
+    // CivetWeb leaves out further headers: one of them could announce a body, to be taken for the
+    // next request.
     Response too_many_headers() {
-        Response out = problem(431, "read the request: " + std::to_string(MG_MAX_HEADERS) + " or more headers");
+        Response out = problem(
+            431, "read the request: " + std::to_string(MG_MAX_HEADERS) + " or more headers");
         out.close = true;
         m_router.counts().add(Route::kRefused, out.status, 0);
         return out;
@@ -447,12 +551,15 @@ private:
         explicit Running(Impl& server) noexcept : m_server(server) {
             const std::lock_guard lock(server.m_mutex);
             m_draining = server.m_draining;
-            if (!m_draining) ++server.m_running;
+            if (!m_draining)
+                ++server.m_running;
         }
         ~Running() {
-            if (m_draining) return;
+            if (m_draining)
+                return;
             const std::lock_guard lock(m_server.m_mutex);
-            if (--m_server.m_running == 0) m_server.m_finished.notify_all();
+            if (--m_server.m_running == 0)
+                m_server.m_finished.notify_all();
         }
         Running(const Running&) = delete;
         Running& operator=(const Running&) = delete;
@@ -476,10 +583,17 @@ private:
     bool m_started = false, m_draining = false;
 };
 
-Server::Server(Router& router, const ServerOptions& options) : m_impl(std::make_unique<Impl>(router, options)) {}
+Server::Server(Router& router, const ServerOptions& options)
+    : m_impl(std::make_unique<Impl>(router, options)) {}
 Server::~Server() = default;
-int Server::port() const noexcept { return m_impl->port(); }
-std::string Server::url() const { return m_impl->url(); }
-void Server::stop(const std::function<void()>& time_is_up) noexcept { m_impl->stop(time_is_up); }
+int Server::port() const noexcept {
+    return m_impl->port();
+}
+std::string Server::url() const {
+    return m_impl->url();
+}
+void Server::stop(const std::function<void()>& time_is_up) noexcept {
+    m_impl->stop(time_is_up);
+}
 
 }  // namespace terravox::http

@@ -41,14 +41,19 @@ struct Asked {
 };
 
 /// What the routes share.
-[[nodiscard]] Response json_reply(std::string text, const Request& request);  ///< not to be kept; compressed where that helps and the client takes it
+[[nodiscard]] Response json_reply(std::string text,
+                                  const Request& request);  ///< not to be kept; compressed where
+                                                            ///< that helps and the client takes it
 void add_validators(Response& out, std::string_view etag);
 [[nodiscard]] Response not_modified(std::string_view etag);
 [[nodiscard]] Response not_acceptable();
 [[nodiscard]] Response not_numbers(const Request& request);
 [[nodiscard]] Response no_such_level(int level, int levels);
-[[nodiscard]] std::string etag_of(std::uint64_t hash, std::string_view tail);  ///< "16 hex digits-tail", in quotes
-[[nodiscard]] std::optional<std::int32_t> parse_int32(std::string_view text) noexcept;  ///< only the one usual way to write a number counts: no +1, -0, 007
+[[nodiscard]] std::string etag_of(std::uint64_t hash,
+                                  std::string_view tail);  ///< "16 hex digits-tail", in quotes
+[[nodiscard]] std::optional<std::int32_t> parse_int32(
+    std::string_view
+        text) noexcept;  ///< only the one usual way to write a number counts: no +1, -0, 007
 
 /// The resident memory of this process, bytes; 0 where the system does not tell.
 [[nodiscard]] std::uint64_t resident_bytes() noexcept;

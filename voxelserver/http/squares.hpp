@@ -23,7 +23,9 @@ struct SquareEntry {
 /// Asked for each reply: cheap and thread-safe.
 using SquaresNow = std::function<std::vector<SquareEntry>()>;
 
-/// GeoJSON in the world's own CRS (named in the member `crs`), not in degrees: the page shows the world in it.
-[[nodiscard]] std::string squares_json(const std::vector<SquareEntry>& squares, const voxel::WorldInfo& info);
+/// GeoJSON in the world's own CRS (named in the member `crs`), not in degrees: the page shows the
+/// world in it.
+[[nodiscard]] std::string squares_json(const std::vector<SquareEntry>& squares,
+                                       const voxel::WorldInfo& info);
 
 }  // namespace terravox::http

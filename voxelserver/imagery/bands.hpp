@@ -15,13 +15,17 @@ struct BandRoles {
 };
 
 /// Finds out what the bands hold. In this order:
-/// 1. band by band what the file says: a colour interpretation (near infrared where GDAL knows it: 3.10), or a description such as
+/// 1. band by band what the file says: a colour interpretation (near infrared where GDAL knows
+/// it: 3.10), or a description such as
 ///    "nir", "near infrared", "pir";
-/// 2. a file name with the word "irc" or "cir" (no letter before or after it: "ortho_irc_2021.tif"), three bands or more: near infrared, red, green;
-/// 3. a file name with the word "rgbi", "rgbn" or "rgbnir": the fourth band is near infrared, even if tagged as alpha;
+/// 2. a file name with the word "irc" or "cir" (no letter before or after it:
+/// "ortho_irc_2021.tif"), three bands or more: near infrared, red, green;
+/// 3. a file name with the word "rgbi", "rgbn" or "rgbnir": the fourth band is near infrared, even
+/// if tagged as alpha;
 /// 4. four bands or more, the fourth neither alpha nor described: near infrared;
 /// 5. else red, green, blue in the order of the bands; fewer than three bands are grey.
-/// An image of near infrared, red and green alone gives no colour: its blue is not known, and an invented one would be painted.
+/// An image of near infrared, red and green alone gives no colour: its blue is not known, and an
+/// invented one would be painted.
 [[nodiscard]] BandRoles roles_of(GDALDataset& image, const std::string& file_name);
 
 }  // namespace terravox::imagery

@@ -39,85 +39,118 @@ private:
     void read_space(const PaletteFile& file) {
         if (const auto* node = file.root().get("space")) {
             const auto space = node->value<std::string>().value_or("");
-            if (space != "cielab" && space != "rgb") file.fail("space = '" + space + "'; allowed: cielab, rgb");
+            if (space != "cielab" && space != "rgb")
+                file.fail("space = '" + space + "'; allowed: cielab, rgb");
             m_map.m_cielab = space == "cielab";
         }
-        m_map.m_lightness_weight = file.number(file.root(), "", "lightness_weight", 0.05, 4, m_map.m_lightness_weight);
+        m_map.m_lightness_weight =
+            file.number(file.root(), "", "lightness_weight", 0.05, 4, m_map.m_lightness_weight);
     }
 
     void read_candidates(const PaletteFile& file) {
         const auto* node = file.root().get("candidates");
-        if (node == nullptr) return;
+        if (node == nullptr)
+            return;
         const auto* table = node->as_table();
-        if (table == nullptr) file.fail("candidates is no table; allowed: [candidates]");
-        file.allow_only(*table, "[candidates] ", {"ground", "dry_ground", "building", "vegetation", "water"});
+        if (table == nullptr)
+            file.fail("candidates is no table; allowed: [candidates]");
+        file.allow_only(*table, "[candidates] ",
+                        {"ground", "dry_ground", "building", "vegetation", "water"});
         const auto set = [&](Group group, const char* name) {
-            if (table->contains(name)) m_map.m_candidates[static_cast<std::size_t>(group)] = file.materials(*table, "[candidates] ", name);
+            if (table->contains(name))
+                m_map.m_candidates[static_cast<std::size_t>(group)] =
+                    file.materials(*table, "[candidates] ", name);
         };
-        set(Group::kGround, "ground"), set(Group::kDryGround, "dry_ground"), set(Group::kBuilding, "building");
+        set(Group::kGround, "ground"), set(Group::kDryGround, "dry_ground"),
+            set(Group::kBuilding, "building");
         set(Group::kVegetation, "vegetation"), set(Group::kWater, "water");
     }
 
     void read_rules(const PaletteFile& file) {
         const auto rows = file.rows("ndvi");
-        if (!rows.empty()) m_map.m_rules.clear();
+        if (!rows.empty())
+            m_map.m_rules.clear();
         constexpr std::size_t kMostRules = 16;
-        if (rows.size() > kMostRules) file.fail("[[ndvi]] has " + std::to_string(rows.size()) + " rows; allowed: up to 16");
+        if (rows.size() > kMostRules)
+            file.fail("[[ndvi]] has " + std::to_string(rows.size()) + " rows; allowed: up to 16");
         for (const toml::table* row : rows) {
-            const std::string where = "[[ndvi]] row " + std::to_string(m_map.m_rules.size() + 1) + " ";
-            file.allow_only(*row, where, {"name", "above", "below", "darker_than", "only", "forbids"});
+            const std::string where =
+                "[[ndvi]] row " + std::to_string(m_map.m_rules.size() + 1) + " ";
+            file.allow_only(*row, where,
+                            {"name", "above", "below", "darker_than", "only", "forbids"});
             ColourMap::NdviRule rule;
             rule.above = static_cast<float>(file.number(*row, where, "above", -1, 1, -2));
             rule.below = static_cast<float>(file.number(*row, where, "below", -1, 1, 2));
             rule.darker_than = file.number(*row, where, "darker_than", 0, 100, 1000);
-            if (row->contains("only") == row->contains("forbids")) file.fail(where + "needs one of: only, forbids");
-            rule.only = row->contains("only") ? file.materials(*row, where, "only") : ~file.materials(*row, where, "forbids");
+            if (row->contains("only") == row->contains("forbids"))
+                file.fail(where + "needs one of: only, forbids");
+            rule.only = row->contains("only") ? file.materials(*row, where, "only")
+                                              : ~file.materials(*row, where, "forbids");
             m_map.m_rules.push_back(rule);
         }
     }
 
     void read_entries(const PaletteFile& file) {
         const auto rows = file.rows("entry");
-        if (!rows.empty()) m_entries.clear();
-        if (rows.size() > kMostEntries) file.fail("[[entry]] has " + std::to_string(rows.size()) + " rows; allowed: up to 512");
+        if (!rows.empty())
+            m_entries.clear();
+        if (rows.size() > kMostEntries)
+            file.fail("[[entry]] has " + std::to_string(rows.size()) + " rows; allowed: up to 512");
         for (const toml::table* row : rows) {
             const std::string where = "[[entry]] row " + std::to_string(m_entries.size() + 1) + " ";
             file.allow_only(*row, where, {"material", "colour", "note"});
             const std::string text = (*row)["colour"].value_or(std::string());
             const auto colour = parse_hex(text);
-            if (!colour) file.fail(where + "colour = '" + text + "'; allowed: \"#rrggbb\"");
-            m_entries.push_back({file.material(where + "material", (*row)["material"].value_or(std::string())), *colour});
+            if (!colour)
+                file.fail(where + "colour = '" + text + "'; allowed: \"#rrggbb\"");
+            m_entries.push_back(
+                {file.material(where + "material", (*row)["material"].value_or(std::string())),
+                 *colour});
         }
     }
 
     static std::optional<Rgb8> parse_hex(const std::string& text) {
-        if (text.size() != 7 || text[0] != '#' || text.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) return std::nullopt;
+        if (text.size() != 7 || text[0] != '#' ||
+            text.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos)
+            return std::nullopt;
         const unsigned long v = std::stoul(text.substr(1), nullptr, 16);
-        return Rgb8{static_cast<std::uint8_t>(v >> 16), static_cast<std::uint8_t>(v >> 8 & 255), static_cast<std::uint8_t>(v & 255)};
+        return Rgb8{static_cast<std::uint8_t>(v >> 16), static_cast<std::uint8_t>(v >> 8 & 255),
+                    static_cast<std::uint8_t>(v & 255)};
     }
 
     void check(const PaletteFile& file) const {
         std::uint32_t told = 0, asked = 0;
-        for (const auto& e : m_entries) told |= bit_of(e.material);
-        for (const std::uint32_t c : m_map.m_candidates) asked |= c;
+        for (const auto& e : m_entries)
+            told |= bit_of(e.material);
+        for (const std::uint32_t c : m_map.m_candidates)
+            asked |= c;
         for (int m = 0; m < voxel::kMaterialCount; ++m)
             if ((asked & ~told & bit_of(static_cast<Material>(m))) != 0)
-                file.fail("[candidates] names '" + std::string(voxel::material_name(static_cast<Material>(m))) +
+                file.fail("[candidates] names '" +
+                          std::string(voxel::material_name(static_cast<Material>(m))) +
                           "', which no [[entry]] has; allowed: materials with an entry");
-        if (asked == 0) file.fail("[candidates] is missing or empty; allowed: lists of materials for ground, dry_ground, building, vegetation, water");
+        if (asked == 0)
+            file.fail(
+                "[candidates] is missing or empty; allowed: lists of materials for ground, "
+                "dry_ground, building, vegetation, water");
     }
 
     ColourMap m_map;
     std::vector<ColourMap::Entry> m_entries;
 };
 
-ColourMap ColourMap::load(const std::string& id_or_path) { return ColourMapLoader().load(id_or_path); }
+ColourMap ColourMap::load(const std::string& id_or_path) {
+    return ColourMapLoader().load(id_or_path);
+}
 
 ColourMap::Place ColourMap::place_of(Rgb8 colour, double& lightness) const noexcept {
     const Lab lab = to_lab(colour);
     lightness = lab.l;
-    if (!m_cielab) return {colour.r * 16, colour.g * 16, colour.b * 16};
-    const auto steps = [](double v) { return static_cast<std::int32_t>(v * 64 + (v < 0 ? -0.5 : 0.5)); };
+    if (!m_cielab)
+        return {colour.r * 16, colour.g * 16, colour.b * 16};
+    const auto steps = [](double v) {
+        return static_cast<std::int32_t>(v * 64 + (v < 0 ? -0.5 : 0.5));
+    };
     return {steps(lab.l * m_lightness_weight), steps(lab.a), steps(lab.b)};
 }
 
@@ -125,34 +158,45 @@ void ColourMap::build_sets(const std::vector<Entry>& entries) {
     m_sets.resize(m_rules.size() + 1);
     for (std::size_t r = 0; r < m_sets.size(); ++r)
         for (std::size_t g = 0; g < kGroupCount; ++g) {
-            std::uint32_t allowed = m_candidates[g] & (r == 0 ? ~std::uint32_t{0} : m_rules[r - 1].only);
-            if (allowed == 0) allowed = m_candidates[g];  // a rule about other groups' materials
+            std::uint32_t allowed =
+                m_candidates[g] & (r == 0 ? ~std::uint32_t{0} : m_rules[r - 1].only);
+            if (allowed == 0)
+                allowed = m_candidates[g];  // a rule about other groups' materials
             Set& set = m_sets[r][g];
             for (const Entry& e : entries) {
-                if ((allowed & bit_of(e.material)) == 0) continue;
+                if ((allowed & bit_of(e.material)) == 0)
+                    continue;
                 double lightness = 0;
                 const Place p = place_of(e.colour, lightness);
-                set.x.push_back(p.x), set.y.push_back(p.y), set.z.push_back(p.z), set.material.push_back(e.material);
+                set.x.push_back(p.x), set.y.push_back(p.y), set.z.push_back(p.z),
+                    set.material.push_back(e.material);
                 set.materials |= bit_of(e.material);
             }
             while (set.material.size() % 4 != 0)
-                set.x.push_back(set.x[0]), set.y.push_back(set.y[0]), set.z.push_back(set.z[0]), set.material.push_back(set.material[0]);
+                set.x.push_back(set.x[0]), set.y.push_back(set.y[0]), set.z.push_back(set.z[0]),
+                    set.material.push_back(set.material[0]);
         }
 }
 
-const ColourMap::Set& ColourMap::set_for(Group group, float index, double lightness) const noexcept {
+const ColourMap::Set& ColourMap::set_for(Group group, float index,
+                                         double lightness) const noexcept {
     std::size_t fits = 0;
-    for (std::size_t r = 0; r < m_rules.size() && fits == 0; ++r)  // every comparison with an unknown index (NaN) is false
-        if (index > m_rules[r].above && index < m_rules[r].below && lightness < m_rules[r].darker_than) fits = r + 1;
+    for (std::size_t r = 0; r < m_rules.size() && fits == 0;
+         ++r)  // every comparison with an unknown index (NaN) is false
+        if (index > m_rules[r].above && index < m_rules[r].below &&
+            lightness < m_rules[r].darker_than)
+            fits = r + 1;
     return m_sets[fits][static_cast<std::size_t>(group)];
 }
 
 Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcept {
-    if (candidates(group) == 0) return Material::kAir;
+    if (candidates(group) == 0)
+        return Material::kAir;
     double lightness = 0;
     const Place p = place_of(colour, lightness);
     const Set& set = set_for(group, index, lightness);
-    // Two plain loops, which compilers turn into vector code; one loop that remembers the nearest is three times slower.
+    // Two plain loops, which compilers turn into vector code; one loop that remembers the nearest
+    // is three times slower.
     std::array<std::int32_t, kMostEntries + 3> distances;
     const std::size_t count = set.material.size();
     std::int32_t least = std::numeric_limits<std::int32_t>::max();
@@ -163,21 +207,26 @@ Material ColourMap::nearest(Rgb8 colour, Group group, float index) const noexcep
         least = std::min(least, d);
     }
     std::size_t nearest = 0;
-    while (distances[nearest] != least) ++nearest;
+    while (distances[nearest] != least)
+        ++nearest;
     return set.material[nearest];
 }
 
 void ColourMap::add_values(store::ByteWriter& out) const {
     out.add(m_cielab), out.add(m_lightness_weight);
-    for (const std::uint32_t c : m_candidates) out.add(c);
+    for (const std::uint32_t c : m_candidates)
+        out.add(c);
     out.add(m_rules.size());
-    for (const NdviRule& r : m_rules) out.add(r.above), out.add(r.below), out.add(r.darker_than), out.add(r.only);
+    for (const NdviRule& r : m_rules)
+        out.add(r.above), out.add(r.below), out.add(r.darker_than), out.add(r.only);
     for (const auto& by_group : m_sets)
-        for (const Set& s : by_group) out.add_all(s.x), out.add_all(s.y), out.add_all(s.z), out.add_all(s.material);
+        for (const Set& s : by_group)
+            out.add_all(s.x), out.add_all(s.y), out.add_all(s.z), out.add_all(s.material);
 }
 
 Material ColourMap::by_ndvi(Group group, float index) const noexcept {
-    constexpr double kUnknownLightness = 999;  // below no limit that a file may set, so that rules for dark colours do not fit
+    constexpr double kUnknownLightness =
+        999;  // below no limit that a file may set, so that rules for dark colours do not fit
     const Set& set = set_for(group, index, kUnknownLightness);
     const bool single = !set.material.empty() && set.materials == bit_of(set.material.front());
     return single ? set.material.front() : Material::kAir;

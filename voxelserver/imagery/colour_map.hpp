@@ -16,8 +16,9 @@ namespace terravox::imagery {
 
 /// What the LiDAR says a column's surface is: it limits what a colour may make of it.
 enum class Group : std::uint8_t {
-    kNone,       ///< nothing there, or a thing that colours say nothing about (bridge, object): keeps its material
-    kGround,     ///< where the survey has no class for water: dark blue ground becomes water
+    kNone,    ///< nothing there, or a thing that colours say nothing about (bridge, object): keeps
+              ///< its material
+    kGround,  ///< where the survey has no class for water: dark blue ground becomes water
     kDryGround,  ///< where it has one
     kBuilding,
     kVegetation,
@@ -28,22 +29,27 @@ inline constexpr int kGroupCount = 6;
 inline constexpr float kNoNdvi = std::numeric_limits<float>::quiet_NaN();
 
 /// Normalized difference vegetation index, [-1, 1]; 0 where both are black.
-/// Ref: Rouse, Haas, Schell & Deering, "Monitoring Vegetation Systems in the Great Plains with ERTS", 1974.
+/// Ref: Rouse, Haas, Schell & Deering, "Monitoring Vegetation Systems in the Great Plains with
+/// ERTS", 1974.
 [[nodiscard]] constexpr float ndvi(std::uint8_t nir, std::uint8_t red) noexcept {
     const int sum = nir + red;
     return sum == 0 ? 0.0F : static_cast<float>(nir - red) / static_cast<float>(sum);
 }
 
-/// Which material a colour seen from above means: the nearest of a table of colours. Immutable, thread-safe.
+/// Which material a colour seen from above means: the nearest of a table of colours. Immutable,
+/// thread-safe.
 class ColourMap {
 public:
     /// Reads config/palettes/<id>.toml, following `extends`. A path to a .toml file works too.
-    /// @throws UsageError for an unknown id; Error for a bad file, naming field, value and allowed range
+    /// @throws UsageError for an unknown id; Error for a bad file, naming field, value and allowed
+    /// range
     static ColourMap load(const std::string& id_or_path);
 
-    /// The material of the nearest entry (to 1/64 of a unit of CIELAB; the first of equals in the file's order) among the group's
-    /// candidates that the index of vegetation leaves. kAir where the group has no candidates: the column keeps its material.
-    [[nodiscard]] voxel::Material nearest(voxel::Rgb8 colour, Group group, float ndvi = kNoNdvi) const noexcept;
+    /// The material of the nearest entry (to 1/64 of a unit of CIELAB; the first of equals in the
+    /// file's order) among the group's candidates that the index of vegetation leaves. kAir where
+    /// the group has no candidates: the column keeps its material.
+    [[nodiscard]] voxel::Material nearest(voxel::Rgb8 colour, Group group,
+                                          float ndvi = kNoNdvi) const noexcept;
 
     /// Without a colour: the material where the index of vegetation leaves a single one, else kAir.
     [[nodiscard]] voxel::Material by_ndvi(Group group, float ndvi) const noexcept;
@@ -52,7 +58,9 @@ public:
     void add_values(store::ByteWriter& out) const;
 
     [[nodiscard]] std::size_t entry_count() const noexcept { return m_entry_count; }
-    [[nodiscard]] std::uint32_t candidates(Group group) const noexcept { return m_candidates[static_cast<std::size_t>(group)]; }  ///< bit m: material m
+    [[nodiscard]] std::uint32_t candidates(Group group) const noexcept {
+        return m_candidates[static_cast<std::size_t>(group)];
+    }  ///< bit m: material m
 
 private:
     struct Entry {
@@ -65,12 +73,13 @@ private:
         double darker_than = 1000;  ///< L*
         std::uint32_t only = ~std::uint32_t{0};
     };
-    /// A place in the colour space in whole steps of 1/64 (CIELAB) or 1/16 (RGB) of a unit: squared distances fit 32 bits, are exact,
-    /// and are compared four at a time.
+    /// A place in the colour space in whole steps of 1/64 (CIELAB) or 1/16 (RGB) of a unit: squared
+    /// distances fit 32 bits, are exact, and are compared four at a time.
     struct Place {
         std::int32_t x = 0, y = 0, z = 0;
     };
-    /// The places of the entries of one set of candidates, filled up to a multiple of four with the first.
+    /// The places of the entries of one set of candidates, filled up to a multiple of four with the
+    /// first.
     struct Set {
         std::vector<std::int32_t> x, y, z;
         std::vector<voxel::Material> material;

@@ -16,13 +16,18 @@ using Shares = std::array<std::array<Share, 256>, 3>;
 
 Shares make_shares() noexcept {
     // sRGB's linear light to XYZ; each row is divided by its sum, which is the white.
-    constexpr double kMatrix[3][3] = {{0.4124564, 0.3575761, 0.1804375}, {0.2126729, 0.7151522, 0.0721750}, {0.0193339, 0.1191920, 0.9503041}};
+    constexpr double kMatrix[3][3] = {{0.4124564, 0.3575761, 0.1804375},
+                                      {0.2126729, 0.7151522, 0.0721750},
+                                      {0.0193339, 0.1191920, 0.9503041}};
     Shares out{};
     for (std::size_t v = 0; v < 256; ++v) {
         const double s = static_cast<double>(v) / 255;
         const double linear = s <= 0.04045 ? s / 12.92 : det::pow((s + 0.055) / 1.055, 2.4);
         for (std::size_t c = 0; c < 3; ++c) {
-            const auto part = [&](int row) { return linear * kMatrix[row][c] / (kMatrix[row][0] + kMatrix[row][1] + kMatrix[row][2]); };
+            const auto part = [&](int row) {
+                return linear * kMatrix[row][c] /
+                       (kMatrix[row][0] + kMatrix[row][1] + kMatrix[row][2]);
+            };
             out[c][v] = {part(0), part(1), part(2)};
         }
     }

@@ -20,10 +20,13 @@ constexpr int kMostRadius = 6;  ///< voxels
 std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radii) {
     std::vector<int> reach(filters.size(), 0);
     for (std::size_t i = filters.size(); i-- > 0;) {
-        const std::uint32_t writes = filters[i].of | (filters[i].to ? bit_of(*filters[i].to) : filters[i].by);
+        const std::uint32_t writes =
+            filters[i].of | (filters[i].to ? bit_of(*filters[i].to) : filters[i].by);
         for (std::size_t j = i + 1; j < filters.size(); ++j) {
-            const std::uint32_t reads = filters[j].of | filters[j].by | (filters[j].to ? bit_of(*filters[j].to) : 0);
-            if ((writes & reads) != 0) reach[i] = std::max(reach[i], reach[j] + radii[j]);
+            const std::uint32_t reads =
+                filters[j].of | filters[j].by | (filters[j].to ? bit_of(*filters[j].to) : 0);
+            if ((writes & reads) != 0)
+                reach[i] = std::max(reach[i], reach[j] + radii[j]);
         }
     }
     return reach;
@@ -32,7 +35,8 @@ std::vector<int> reaches_of(const Filters& filters, const std::vector<int>& radi
 int longest(const Filters& filters, const std::vector<int>& radii) {
     const auto reach = reaches_of(filters, radii);
     int most = 0;
-    for (std::size_t i = 0; i < filters.size(); ++i) most = std::max(most, reach[i] + radii[i]);
+    for (std::size_t i = 0; i < filters.size(); ++i)
+        most = std::max(most, reach[i] + radii[i]);
     return most;
 }
 
@@ -41,21 +45,28 @@ FilterRow read_row(const PaletteFile& file, const toml::table& row, std::size_t 
     file.allow_only(row, where, {"name", "of", "by", "to", "radius_m", "at_least", "at_most"});
     FilterRow out;
     out.name = row["name"].value_or(std::string());
-    if (out.name.empty()) file.fail(where + "name is missing; allowed: a text");
+    if (out.name.empty())
+        file.fail(where + "name is missing; allowed: a text");
     where = "[[filter]] '" + out.name + "' ";
     out.of = file.materials(row, where, "of"), out.by = file.materials(row, where, "by");
     const bool isolated = row.contains("at_most");
     if (out.of == 0 || (out.by == 0 && !isolated))
-        file.fail(where + (out.of == 0 ? "of" : "by") + " is missing or empty; allowed: a list of materials of materials.toml");
+        file.fail(where + (out.of == 0 ? "of" : "by") +
+                  " is missing or empty; allowed: a list of materials of materials.toml");
     if (isolated && (row.contains("by") || row.contains("at_least")))
         file.fail(where + "at_most goes without by and at_least: only the own material is counted");
     const auto to = row["to"].value_or(std::string());
-    if (to != "majority" || isolated) out.to = file.material(where + "to", to);
+    if (to != "majority" || isolated)
+        out.to = file.material(where + "to", to);
     for (const char* field : {"radius_m", isolated ? "at_most" : "at_least"})
-        if (!row.contains(field)) file.fail(where + field + " is missing");
+        if (!row.contains(field))
+            file.fail(where + field + " is missing");
     out.radius_m = file.number(row, where, "radius_m", 0.1, 20, 1);
-    out.at_least_permille = static_cast<int>(std::lround(1000 * file.number(row, where, "at_least", 0.001, 1, 0.5)));
-    if (isolated) out.at_most_permille = static_cast<int>(std::lround(1000 * file.number(row, where, "at_most", 0, 1, 0)));
+    out.at_least_permille =
+        static_cast<int>(std::lround(1000 * file.number(row, where, "at_least", 0.001, 1, 0.5)));
+    if (isolated)
+        out.at_most_permille =
+            static_cast<int>(std::lround(1000 * file.number(row, where, "at_most", 0, 1, 0)));
     return out;
 }
 
@@ -64,24 +75,33 @@ std::array<int, kMostRadius + 1> disc_of(int radius) {
     std::array<int, kMostRadius + 1> half{};
     for (int dz = 0; dz <= radius; ++dz) {
         int& h = half[static_cast<std::size_t>(dz)];
-        while ((h + 1) * (h + 1) + dz * dz <= radius * radius + radius) ++h;
+        while ((h + 1) * (h + 1) + dz * dz <= radius * radius + radius)
+            ++h;
     }
     return half;
 }
 
 /// Runs one row over the part of a grid where its result is needed.
-/// Discs are counted by sums along rows: a disc of radius r is 2 r + 1 differences of two sums, side by side for a whole row.
+/// Discs are counted by sums along rows: a disc of radius r is 2 r + 1 differences of two sums,
+/// side by side for a whole row.
 class RowPass {
 public:
     RowPass(const Grid& grid, const FilterRow& row, int radius, int inset)
-        : m_grid(grid), m_row(row), m_radius(radius), m_inset(inset), m_width(static_cast<std::size_t>(grid.width - 2 * inset)), m_disc(disc_of(radius)) {}
+        : m_grid(grid),
+          m_row(row),
+          m_radius(radius),
+          m_inset(inset),
+          m_width(static_cast<std::size_t>(grid.width - 2 * inset)),
+          m_disc(disc_of(radius)) {}
 
     /// Writes the changed columns to `out`, which starts as a copy of the grid's materials.
     void run(std::vector<Material>& out) {
         find_work();
-        if (!m_any_work) return;
+        if (!m_any_work)
+            return;
         const std::size_t columns = m_width * static_cast<std::size_t>(m_grid.height - 2 * m_inset);
-        m_total.assign(columns, 0), m_best.assign(columns, 0), m_own.assign(columns, 0), m_winner.assign(columns, Material::kAir);
+        m_total.assign(columns, 0), m_best.assign(columns, 0), m_own.assign(columns, 0),
+            m_winner.assign(columns, Material::kAir);
         const std::uint32_t voters = m_row.by | (m_row.to ? bit_of(*m_row.to) : 0);
         if (m_row.at_most_permille >= 0) {
             count_own();
@@ -92,18 +112,23 @@ public:
             std::fill(m_winner.begin(), m_winner.end(), *m_row.to);
         } else {
             for (int m = 1; m < voxel::kMaterialCount; ++m)
-                if ((voters & m_present & bit_of(static_cast<Material>(m))) != 0) count_votes(static_cast<Material>(m));
+                if ((voters & m_present & bit_of(static_cast<Material>(m))) != 0)
+                    count_votes(static_cast<Material>(m));
         }
         decide(out);
     }
 
 private:
     [[nodiscard]] std::size_t at(int x, int z) const noexcept {
-        return static_cast<std::size_t>(z) * static_cast<std::size_t>(m_grid.width) + static_cast<std::size_t>(x);
+        return static_cast<std::size_t>(z) * static_cast<std::size_t>(m_grid.width) +
+               static_cast<std::size_t>(x);
     }
-    [[nodiscard]] std::size_t local(int z) const noexcept { return static_cast<std::size_t>(z - m_inset) * m_width; }
+    [[nodiscard]] std::size_t local(int z) const noexcept {
+        return static_cast<std::size_t>(z - m_inset) * m_width;
+    }
     [[nodiscard]] bool may_change(std::size_t i) const noexcept {
-        return (m_row.of & bit_of(m_grid.material[i])) != 0 && (m_grid.flags.empty() || (m_grid.flags[i] & Grid::kFixed) == 0);
+        return (m_row.of & bit_of(m_grid.material[i])) != 0 &&
+               (m_grid.flags.empty() || (m_grid.flags[i] & Grid::kFixed) == 0);
     }
 
     /// Which rows of the grid hold a column that may change; which materials there are at all.
@@ -111,17 +136,23 @@ private:
         m_work.assign(static_cast<std::size_t>(m_grid.height), 0);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z)
             for (int x = m_inset; x < m_grid.width - m_inset; ++x)
-                if (may_change(at(x, z))) m_work[static_cast<std::size_t>(z)] = 1, m_any_work = true;
-        if (!m_any_work) return;
+                if (may_change(at(x, z)))
+                    m_work[static_cast<std::size_t>(z)] = 1, m_any_work = true;
+        if (!m_any_work)
+            return;
         m_votes_for = m_grid.material;
         for (std::size_t i = 0; i < m_grid.flags.size(); ++i)
-            if ((m_grid.flags[i] & Grid::kSilent) != 0) m_votes_for[i] = Material::kAir;
-        for (const Material m : m_votes_for) m_present |= bit_of(m);
+            if ((m_grid.flags[i] & Grid::kSilent) != 0)
+                m_votes_for[i] = Material::kAir;
+        for (const Material m : m_votes_for)
+            m_present |= bit_of(m);
     }
 
-    /// Adds, for each column of a row with work, how many columns of its disc have one of `materials`.
+    /// Adds, for each column of a row with work, how many columns of its disc have one of
+    /// `materials`.
     void count(std::uint32_t materials, std::vector<std::uint16_t>& into) {
-        if ((materials & m_present) == 0) return;
+        if ((materials & m_present) == 0)
+            return;
         const int z0 = m_inset - m_radius, z1 = m_grid.height - m_inset + m_radius;
         const auto stride = static_cast<std::size_t>(m_grid.width) + 1;
         m_sums.resize(stride * static_cast<std::size_t>(m_grid.height));
@@ -131,18 +162,22 @@ private:
             const Material* row = &m_votes_for[at(0, z)];
             sums[0] = 0;
             for (int x = 0; x < m_grid.width; ++x) {
-                sum = static_cast<std::uint16_t>(sum + (materials >> static_cast<unsigned>(row[x]) & 1U));
+                sum = static_cast<std::uint16_t>(sum +
+                                                 (materials >> static_cast<unsigned>(row[x]) & 1U));
                 sums[x + 1] = sum;
             }
         }
         for (int z = m_inset; z < m_grid.height - m_inset; ++z) {
-            if (m_work[static_cast<std::size_t>(z)] == 0) continue;
+            if (m_work[static_cast<std::size_t>(z)] == 0)
+                continue;
             std::uint16_t* to = &into[local(z)];
             for (int dz = -m_radius; dz <= m_radius; ++dz) {
                 const int half = m_disc[static_cast<std::size_t>(std::abs(dz))];
-                const std::uint16_t* left = &m_sums[static_cast<std::size_t>(z + dz) * stride + static_cast<std::size_t>(m_inset - half)];
+                const std::uint16_t* left = &m_sums[static_cast<std::size_t>(z + dz) * stride +
+                                                    static_cast<std::size_t>(m_inset - half)];
                 const std::uint16_t* right = left + 2 * half + 1;
-                for (std::size_t x = 0; x < m_width; ++x) to[x] = static_cast<std::uint16_t>(to[x] + right[x] - left[x]);
+                for (std::size_t x = 0; x < m_width; ++x)
+                    to[x] = static_cast<std::uint16_t>(to[x] + right[x] - left[x]);
             }
         }
     }
@@ -151,7 +186,8 @@ private:
         m_votes.assign(m_total.size(), 0);
         count(bit_of(m), m_votes);
         for (int z = m_inset; z < m_grid.height - m_inset; ++z) {
-            if (m_work[static_cast<std::size_t>(z)] == 0) continue;
+            if (m_work[static_cast<std::size_t>(z)] == 0)
+                continue;
             const Material* row = &m_grid.material[at(m_inset, z)];
             for (std::size_t x = 0, i = local(z); x < m_width; ++x, ++i) {
                 const std::uint16_t votes = m_votes[i];
@@ -166,25 +202,31 @@ private:
     /// The votes for each column's own material; the total is the disc's area.
     void count_own() {
         int area = 0;
-        for (int dz = -m_radius; dz <= m_radius; ++dz) area += 2 * m_disc[static_cast<std::size_t>(std::abs(dz))] + 1;
+        for (int dz = -m_radius; dz <= m_radius; ++dz)
+            area += 2 * m_disc[static_cast<std::size_t>(std::abs(dz))] + 1;
         for (int m = 1; m < voxel::kMaterialCount; ++m)
-            if ((m_row.of & bit_of(static_cast<Material>(m))) != 0) count_votes(static_cast<Material>(m));
+            if ((m_row.of & bit_of(static_cast<Material>(m))) != 0)
+                count_votes(static_cast<Material>(m));
         std::fill(m_total.begin(), m_total.end(), static_cast<std::uint16_t>(area));
     }
 
     [[nodiscard]] bool changes(std::size_t i) const noexcept {
         const std::int32_t best = m_best[i], own = m_own[i], total = m_total[i];
-        if (m_row.at_most_permille >= 0) return own * 1000 <= m_row.at_most_permille * total;
-        if (best == 0 || (!m_row.to && own == best)) return false;
+        if (m_row.at_most_permille >= 0)
+            return own * 1000 <= m_row.at_most_permille * total;
+        if (best == 0 || (!m_row.to && own == best))
+            return false;
         return best * 1000 >= m_row.at_least_permille * total;
     }
 
     void decide(std::vector<Material>& out) const {
         for (int z = m_inset; z < m_grid.height - m_inset; ++z) {
-            if (m_work[static_cast<std::size_t>(z)] == 0) continue;
+            if (m_work[static_cast<std::size_t>(z)] == 0)
+                continue;
             for (std::size_t x = 0; x < m_width; ++x) {
                 const std::size_t i = local(z) + x, to = at(m_inset, z) + x;
-                if (may_change(to) && changes(i)) out[to] = m_winner[i];
+                if (may_change(to) && changes(i))
+                    out[to] = m_winner[i];
             }
         }
     }
@@ -198,7 +240,8 @@ private:
     std::uint32_t m_present = 0;
     std::vector<std::uint8_t> m_work;
     std::vector<std::uint16_t> m_sums, m_votes, m_total, m_best, m_own;
-    std::vector<Material> m_votes_for, m_winner;  ///< of the grid's columns (kAir: none); of the part's
+    std::vector<Material> m_votes_for,
+        m_winner;  ///< of the grid's columns (kAir: none); of the part's
 };
 
 }  // namespace
@@ -206,7 +249,8 @@ private:
 void add_values(const Filters& filters, store::ByteWriter& out) {
     out.add(filters.size());
     for (const FilterRow& f : filters) {
-        out.add(f.of), out.add(f.by), out.add(f.to ? static_cast<int>(*f.to) : -1), out.add(f.radius_m);
+        out.add(f.of), out.add(f.by), out.add(f.to ? static_cast<int>(*f.to) : -1),
+            out.add(f.radius_m);
         out.add(f.at_least_permille), out.add(f.at_most_permille);
     }
 }
@@ -216,9 +260,12 @@ Filters load_filters(const std::string& id_or_path) {
     Filters out;
     for (const PaletteFile& file : read_palette(id_or_path)) {
         const auto rows = file.rows("filter");
-        if (rows.size() > kMostRows) file.fail("[[filter]] has " + std::to_string(rows.size()) + " rows; allowed: up to 24");
-        if (!rows.empty()) out.clear();
-        for (const toml::table* row : rows) out.push_back(read_row(file, *row, out.size() + 1));
+        if (rows.size() > kMostRows)
+            file.fail("[[filter]] has " + std::to_string(rows.size()) + " rows; allowed: up to 24");
+        if (!rows.empty())
+            out.clear();
+        for (const toml::table* row : rows)
+            out.push_back(read_row(file, *row, out.size() + 1));
     }
     return out;
 }
@@ -226,36 +273,51 @@ Filters load_filters(const std::string& id_or_path) {
 std::vector<int> radii_of(const Filters& filters, double voxel_m) {
     std::vector<int> radii;
     for (const FilterRow& row : filters)
-        radii.push_back(static_cast<int>(std::clamp(std::floor(row.radius_m / voxel_m + 0.5), 1.0, static_cast<double>(kMostRadius))));
+        radii.push_back(static_cast<int>(std::clamp(std::floor(row.radius_m / voxel_m + 0.5), 1.0,
+                                                    static_cast<double>(kMostRadius))));
     while (longest(filters, radii) > kMostMargin) {
         const auto widest = std::max_element(radii.rbegin(), radii.rend());
-        if (*widest <= 1) throw Error("run the neighbourhood filters: " + std::to_string(filters.size()) + " rows; allowed: up to 24");
+        if (*widest <= 1)
+            throw Error("run the neighbourhood filters: " + std::to_string(filters.size()) +
+                        " rows; allowed: up to 24");
         --*widest;
     }
     return radii;
 }
 
-int margin_of(const Filters& filters, double voxel_m) { return longest(filters, radii_of(filters, voxel_m)); }
+int margin_of(const Filters& filters, double voxel_m) {
+    return longest(filters, radii_of(filters, voxel_m));
+}
 
 void apply_filters(Grid& grid, const Filters& filters, double voxel_m) {
-    const auto columns = static_cast<std::size_t>(std::max(grid.width, 0)) * static_cast<std::size_t>(std::max(grid.height, 0));
-    const bool complete = grid.material.size() == columns && (grid.flags.empty() || grid.flags.size() == columns);
+    const auto columns = static_cast<std::size_t>(std::max(grid.width, 0)) *
+                         static_cast<std::size_t>(std::max(grid.height, 0));
+    const bool complete =
+        grid.material.size() == columns && (grid.flags.empty() || grid.flags.size() == columns);
     if (!complete || grid.width < 2 * grid.margin || grid.height < 2 * grid.margin)
-        throw Error("run the neighbourhood filters: a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) +
-                    " with a margin of " + std::to_string(grid.margin) + " has " + std::to_string(grid.material.size()) + " materials");
+        throw Error("run the neighbourhood filters: a grid of " + std::to_string(grid.width) +
+                    " x " + std::to_string(grid.height) + " with a margin of " +
+                    std::to_string(grid.margin) + " has " + std::to_string(grid.material.size()) +
+                    " materials");
     const auto radii = radii_of(filters, voxel_m);
     const auto reaches = reaches_of(filters, radii);
     if (const int margin = longest(filters, radii); grid.margin < margin)
-        throw Error("run the neighbourhood filters: the grid's margin is " + std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) + " or more");
-    if (columns == 0) return;
+        throw Error("run the neighbourhood filters: the grid's margin is " +
+                    std::to_string(grid.margin) + "; allowed: " + std::to_string(margin) +
+                    " or more");
+    if (columns == 0)
+        return;
     std::uint32_t present = 0;
-    for (const Material m : grid.material) present |= bit_of(m);
+    for (const Material m : grid.material)
+        present |= bit_of(m);
     for (std::size_t i = 0; i < filters.size(); ++i) {
-        // Nothing to change, or nobody who could win: on most of the land some materials are not there at all.
+        // Nothing to change, or nobody who could win: on most of the land some materials are not
+        // there at all.
         const FilterRow& row = filters[i];
         const bool isolated = row.at_most_permille >= 0;
         const std::uint32_t winners = row.to ? bit_of(*row.to) : row.by;
-        if ((row.of & present) == 0 || (!isolated && (winners & present) == 0)) continue;
+        if ((row.of & present) == 0 || (!isolated && (winners & present) == 0))
+            continue;
         present |= row.to ? bit_of(*row.to) : 0;
         std::vector<Material> out = grid.material;
         RowPass(grid, filters[i], radii[i], grid.margin - reaches[i]).run(out);

@@ -12,9 +12,13 @@ static_assert(PixelPlace::kOne == std::int64_t{1} << kShift);
 /// Sums pixels with weights.
 struct Sum {
     std::uint64_t r = 0, g = 0, b = 0, nir = 0, weight = 0;
-    void add(const Pixel& p, std::uint64_t w) noexcept { r += w * p.r, g += w * p.g, b += w * p.b, nir += w * p.nir, weight += w; }
+    void add(const Pixel& p, std::uint64_t w) noexcept {
+        r += w * p.r, g += w * p.g, b += w * p.b, nir += w * p.nir, weight += w;
+    }
     [[nodiscard]] Pixel mean() const noexcept {
-        const auto part = [&](std::uint64_t sum) { return static_cast<std::uint8_t>((sum + weight / 2) / weight); };
+        const auto part = [&](std::uint64_t sum) {
+            return static_cast<std::uint8_t>((sum + weight / 2) / weight);
+        };
         return {part(r), part(g), part(b), part(nir)};
     }
 };
@@ -22,16 +26,23 @@ struct Sum {
 /// The pixels of a window by image coordinates.
 class View {
 public:
-    explicit View(const Pixels& pixels) noexcept : m_pixels(pixels), m_all_valid(pixels.valid.empty()) {}
+    explicit View(const Pixels& pixels) noexcept
+        : m_pixels(pixels), m_all_valid(pixels.valid.empty()) {}
     [[nodiscard]] bool holds(std::int64_t u, std::int64_t v) const noexcept {
         const PixelWindow& w = m_pixels.window;
-        return u >= w.x && v >= w.y && u < std::int64_t{w.x} + w.width && v < std::int64_t{w.y} + w.height;
+        return u >= w.x && v >= w.y && u < std::int64_t{w.x} + w.width &&
+               v < std::int64_t{w.y} + w.height;
     }
     [[nodiscard]] std::size_t index(std::int64_t u, std::int64_t v) const noexcept {
-        return static_cast<std::size_t>((v - m_pixels.window.y) * m_pixels.window.width + (u - m_pixels.window.x));
+        return static_cast<std::size_t>((v - m_pixels.window.y) * m_pixels.window.width +
+                                        (u - m_pixels.window.x));
     }
-    [[nodiscard]] bool has(std::int64_t u, std::int64_t v) const noexcept { return holds(u, v) && (m_all_valid || m_pixels.valid[index(u, v)] != 0); }
-    [[nodiscard]] const Pixel& at(std::int64_t u, std::int64_t v) const noexcept { return m_pixels.values[index(u, v)]; }
+    [[nodiscard]] bool has(std::int64_t u, std::int64_t v) const noexcept {
+        return holds(u, v) && (m_all_valid || m_pixels.valid[index(u, v)] != 0);
+    }
+    [[nodiscard]] const Pixel& at(std::int64_t u, std::int64_t v) const noexcept {
+        return m_pixels.values[index(u, v)];
+    }
     [[nodiscard]] bool all_valid() const noexcept { return m_all_valid; }
 
 private:
@@ -40,13 +51,16 @@ private:
 };
 
 Pixel bilinear(const View& view, PixelPlace centre) noexcept {
-    const std::int64_t u = centre.u - PixelPlace::kOne / 2, v = centre.v - PixelPlace::kOne / 2;  // pixel centres become whole numbers
+    const std::int64_t u = centre.u - PixelPlace::kOne / 2,
+                       v = centre.v - PixelPlace::kOne / 2;  // pixel centres become whole numbers
     const std::int64_t iu = u >> kShift, iv = v >> kShift;
-    const auto fu = static_cast<std::uint64_t>(u & (PixelPlace::kOne - 1)), fv = static_cast<std::uint64_t>(v & (PixelPlace::kOne - 1));
+    const auto fu = static_cast<std::uint64_t>(u & (PixelPlace::kOne - 1)),
+               fv = static_cast<std::uint64_t>(v & (PixelPlace::kOne - 1));
     constexpr auto kOne = static_cast<std::uint64_t>(PixelPlace::kOne);
     Sum sum;
     const auto tap = [&](std::int64_t tu, std::int64_t tv, std::uint64_t weight) {
-        if (weight != 0 && view.has(tu, tv)) sum.add(view.at(tu, tv), weight);
+        if (weight != 0 && view.has(tu, tv))
+            sum.add(view.at(tu, tv), weight);
     };
     tap(iu, iv, (kOne - fu) * (kOne - fv));
     tap(iu + 1, iv, fu * (kOne - fv));
@@ -56,22 +70,28 @@ Pixel bilinear(const View& view, PixelPlace centre) noexcept {
 }
 
 /// All samples lie in the window and have data: plain 32-bit sums.
-Pixel plain_mean(const View& view, PixelPlace centre, const PixelPlace* offsets, int count) noexcept {
+Pixel plain_mean(const View& view, PixelPlace centre, const PixelPlace* offsets,
+                 int count) noexcept {
     std::uint32_t r = 0, g = 0, b = 0, nir = 0;
     for (int i = 0; i < count; ++i) {
-        const Pixel& p = view.at((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift);
+        const Pixel& p =
+            view.at((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift);
         r += p.r, g += p.g, b += p.b, nir += p.nir;
     }
     const auto n = static_cast<std::uint32_t>(count);
-    const auto part = [&](std::uint32_t sum) { return static_cast<std::uint8_t>((sum + n / 2) / n); };
+    const auto part = [&](std::uint32_t sum) {
+        return static_cast<std::uint8_t>((sum + n / 2) / n);
+    };
     return {part(r), part(g), part(b), part(nir)};
 }
 
 }  // namespace
 
 int samples_for(double pixels_per_voxel) noexcept {
-    constexpr double kSame = 1.0 + 1e-6;  // pixels as wide as voxels: bilinear is their mean over a column
-    if (!(pixels_per_voxel > kSame)) return 1;
+    constexpr double kSame =
+        1.0 + 1e-6;  // pixels as wide as voxels: bilinear is their mean over a column
+    if (!(pixels_per_voxel > kSame))
+        return 1;
     return static_cast<int>(std::clamp(std::ceil(pixels_per_voxel - 1e-6), 4.0, 16.0));
 }
 
@@ -82,7 +102,8 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
     out.samples = samples_for(map.pixels_per_voxel());
     const std::int32_t cx0 = rect.x >> 6, cz0 = rect.z >> 6;
     static_assert(kCell == 64);
-    const int nx = ((rect.x + rect.width - 1) >> 6) - cx0 + 1, nz = ((rect.z + rect.height - 1) >> 6) - cz0 + 1;
+    const int nx = ((rect.x + rect.width - 1) >> 6) - cx0 + 1,
+              nz = ((rect.z + rect.height - 1) >> 6) - cz0 + 1;
     const auto cells = map.cells(cx0, cz0, nx, nz);
     const auto count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
     out.centres.reserve(count), out.cell.reserve(count);
@@ -97,42 +118,60 @@ ColumnPlaces places_of(const PixelMap& map, const ColumnRect& rect) {
         const PixelPlace dx = cell.step_x(), dz = cell.step_z();
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
-                const std::int64_t a = 2 * i + 1 - n, b = 2 * j + 1 - n;  // in 2n-ths of a column from its centre
-                out.offsets.push_back({(a * dx.u + b * dz.u) / (2 * n), (a * dx.v + b * dz.v) / (2 * n)});
+                const std::int64_t a = 2 * i + 1 - n,
+                                   b = 2 * j + 1 - n;  // in 2n-ths of a column from its centre
+                out.offsets.push_back(
+                    {(a * dx.u + b * dz.u) / (2 * n), (a * dx.v + b * dz.v) / (2 * n)});
             }
     }
     return out;
 }
 
 PixelWindow window_of(const ColumnPlaces& places, int image_width, int image_height) noexcept {
-    std::int64_t reach_u = PixelPlace::kOne, reach_v = PixelPlace::kOne;  // bilinear asks one pixel further
-    for (const PixelPlace& o : places.offsets) reach_u = std::max(reach_u, std::abs(o.u) + 1), reach_v = std::max(reach_v, std::abs(o.v) + 1);
-    const std::int64_t end_u = std::int64_t{image_width} << kShift, end_v = std::int64_t{image_height} << kShift;
+    std::int64_t reach_u = PixelPlace::kOne,
+                 reach_v = PixelPlace::kOne;  // bilinear asks one pixel further
+    for (const PixelPlace& o : places.offsets)
+        reach_u = std::max(reach_u, std::abs(o.u) + 1),
+        reach_v = std::max(reach_v, std::abs(o.v) + 1);
+    const std::int64_t end_u = std::int64_t{image_width} << kShift,
+                       end_v = std::int64_t{image_height} << kShift;
     std::int64_t u0 = end_u, u1 = -1, v0 = end_v, v1 = -1;
     for (const PixelPlace& c : places.centres) {
-        if (c.u < 0 || c.v < 0 || c.u >= end_u || c.v >= end_v) continue;
-        u0 = std::min(u0, c.u), u1 = std::max(u1, c.u), v0 = std::min(v0, c.v), v1 = std::max(v1, c.v);
+        if (c.u < 0 || c.v < 0 || c.u >= end_u || c.v >= end_v)
+            continue;
+        u0 = std::min(u0, c.u), u1 = std::max(u1, c.u), v0 = std::min(v0, c.v),
+        v1 = std::max(v1, c.v);
     }
-    if (u1 < u0) return {};
-    const auto low = [](std::int64_t v) { return static_cast<int>(std::max<std::int64_t>(v >> kShift, 0)); };
+    if (u1 < u0)
+        return {};
+    const auto low = [](std::int64_t v) {
+        return static_cast<int>(std::max<std::int64_t>(v >> kShift, 0));
+    };
     const int x0 = low(u0 - reach_u), y0 = low(v0 - reach_v);
-    const int x1 = static_cast<int>(std::min<std::int64_t>(((u1 + reach_u) >> kShift) + 1, image_width));
-    const int y1 = static_cast<int>(std::min<std::int64_t>(((v1 + reach_v) >> kShift) + 1, image_height));
+    const int x1 =
+        static_cast<int>(std::min<std::int64_t>(((u1 + reach_u) >> kShift) + 1, image_width));
+    const int y1 =
+        static_cast<int>(std::min<std::int64_t>(((v1 + reach_v) >> kShift) + 1, image_height));
     return {x0, y0, x1 - x0, y1 - y0};
 }
 
-bool mean_at(const ColumnPlaces& places, std::size_t index, const Pixels& pixels, Pixel& out) noexcept {
+bool mean_at(const ColumnPlaces& places, std::size_t index, const Pixels& pixels,
+             Pixel& out) noexcept {
     const View view(pixels);
     const PixelPlace centre = places.centres[index];
-    if (!view.has(centre.u >> kShift, centre.v >> kShift)) return false;
+    if (!view.has(centre.u >> kShift, centre.v >> kShift))
+        return false;
     if (places.samples == 1) {
         out = bilinear(view, centre);
         return true;
     }
     const int count = places.samples * places.samples;
-    const PixelPlace* offsets = &places.offsets[places.cell[index] * static_cast<std::size_t>(count)];
+    const PixelPlace* offsets =
+        &places.offsets[places.cell[index] * static_cast<std::size_t>(count)];
     // A footprint is a parallelogram: its four corners bound it.
-    const auto inside = [&](int i) { return view.holds((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift); };
+    const auto inside = [&](int i) {
+        return view.holds((centre.u + offsets[i].u) >> kShift, (centre.v + offsets[i].v) >> kShift);
+    };
     const int n = places.samples;
     if (view.all_valid() && inside(0) && inside(n - 1) && inside(count - n) && inside(count - 1)) {
         out = plain_mean(view, centre, offsets, count);
@@ -140,10 +179,13 @@ bool mean_at(const ColumnPlaces& places, std::size_t index, const Pixels& pixels
     }
     Sum sum;
     for (int i = 0; i < count; ++i) {
-        const std::int64_t u = (centre.u + offsets[i].u) >> kShift, v = (centre.v + offsets[i].v) >> kShift;
-        if (view.has(u, v)) sum.add(view.at(u, v), 1);
+        const std::int64_t u = (centre.u + offsets[i].u) >> kShift,
+                           v = (centre.v + offsets[i].v) >> kShift;
+        if (view.has(u, v))
+            sum.add(view.at(u, v), 1);
     }
-    if (sum.weight == 0) sum.add(view.at(centre.u >> kShift, centre.v >> kShift), 1);
+    if (sum.weight == 0)
+        sum.add(view.at(centre.u >> kShift, centre.v >> kShift), 1);
     out = sum.mean();
     return true;
 }

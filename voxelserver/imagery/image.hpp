@@ -34,14 +34,17 @@ struct Pixels {
     std::vector<std::uint8_t> valid;  ///< empty: all of them; else 0 = no data
 };
 
-/// One image file. Nothing is resampled here: pixels come as they are in the file (or in the overview chosen), so what is read does
-/// not depend on the window. Every member function needs the caller to hold gdal_mutex().
+/// One image file. Nothing is resampled here: pixels come as they are in the file (or in the
+/// overview chosen), so what is read does not depend on the window. Every member function needs the
+/// caller to hold gdal_mutex().
 class Image {
 public:
-    /// Reads what the file says of itself. @throws Error naming the file when it is missing, no image, or has no place on Earth
+    /// Reads what the file says of itself. @throws Error naming the file when it is missing, no
+    /// image, or has no place on Earth
     explicit Image(const std::filesystem::path& path);
 
-    /// From now on reads an overview whose pixels are still well below `pixels_per_voxel` times smaller than a voxel, if there is one.
+    /// From now on reads an overview whose pixels are still well below `pixels_per_voxel` times
+    /// smaller than a voxel, if there is one.
     void choose_overview(double pixels_per_voxel);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
@@ -51,7 +54,9 @@ public:
     [[nodiscard]] int width() const noexcept { return m_width; }
     [[nodiscard]] int height() const noexcept { return m_height; }
     [[nodiscard]] const BandRoles& roles() const noexcept { return m_roles; }
-    [[nodiscard]] const std::string& date() const noexcept { return m_date; }  ///< "2021:06:14 10:30:00"; empty when the file does not tell
+    [[nodiscard]] const std::string& date() const noexcept {
+        return m_date;
+    }  ///< "2021:06:14 10:30:00"; empty when the file does not tell
 
     /// @param window inside the image, not empty
     /// @throws Error naming the file when it is damaged

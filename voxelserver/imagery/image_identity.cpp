@@ -17,12 +17,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kDeepest = 4;              // a .vrt of .vrts
+constexpr int kDeepest = 4;                 // a .vrt of .vrts
 constexpr std::size_t kMostSources = 4096;  // of one .vrt
 constexpr std::size_t kMostVrtBytes = std::size_t{16} << 20;
 
 std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return text;
 }
 
@@ -31,7 +32,8 @@ std::vector<fs::path> sources_of(const fs::path& vrt) {
     std::ifstream in(vrt, std::ios::binary);
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(vrt, failed);
-    std::string text(failed ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMostVrtBytes)), '\0');
+    std::string text(
+        failed ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMostVrtBytes)), '\0');
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(in.gcount()));
     return vrt_sources(text, vrt.parent_path(), kMostSources);
@@ -41,10 +43,13 @@ void add(store::ByteWriter& out, const fs::path& file, int depth) {
     out.add(store::file_identity(file, "orthophoto"));
     std::error_code ignored;
     for (const fs::path& other : geo::side_files(file))
-        if (other != file && fs::is_regular_file(other, ignored)) out.add(other.extension().string()), out.add(store::file_identity(other, "orthophoto"));
-    if (lower(file.extension().string()) != ".vrt" || depth >= kDeepest) return;
+        if (other != file && fs::is_regular_file(other, ignored))
+            out.add(other.extension().string()), out.add(store::file_identity(other, "orthophoto"));
+    if (lower(file.extension().string()) != ".vrt" || depth >= kDeepest)
+        return;
     for (const fs::path& source : sources_of(file))
-        if (source != file && fs::is_regular_file(source, ignored)) add(out, source, depth + 1);
+        if (source != file && fs::is_regular_file(source, ignored))
+            add(out, source, depth + 1);
 }
 
 }  // namespace

@@ -21,75 +21,99 @@ struct Orthophotos::Layer {
     PixelMap map;
     long long pixel_mm = 0;
     voxel::Fingerprint identity;
-    Layer(const fs::path& path, const voxelize::Frame& frame) : image(path), map(frame, image), identity(image_identity(path)) {
+    Layer(const fs::path& path, const voxelize::Frame& frame)
+        : image(path), map(frame, image), identity(image_identity(path)) {
         constexpr double kMost = 4096;
         image.choose_overview(map.pixels_per_voxel());
         map = PixelMap(frame, image);
         pixel_mm = std::llround(1000 * frame.voxel_m() / map.pixels_per_voxel());
         if (!(map.pixels_per_voxel() <= kMost))
-            throw Error("read the orthophoto " + path.string() + ": " + std::to_string(map.pixels_per_voxel()) +
+            throw Error("read the orthophoto " + path.string() + ": " +
+                        std::to_string(map.pixels_per_voxel()) +
                         " pixels to a voxel's edge; allowed: up to 4096");
-        if (!image.crs()) spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(), frame.crs().name());
+        if (!image.crs())
+            spdlog::info("orthophoto {}: no CRS in the file; taken to be in {}", path.string(),
+                         frame.crs().name());
     }
 };
 
-/// Keeps the number of open files below what a process may have: the one used longest ago is closed. Behind gdal_mutex().
+/// Keeps the number of open files below what a process may have: the one used longest ago is
+/// closed. Behind gdal_mutex().
 struct Orthophotos::OpenFiles {
     static constexpr std::size_t kMost = 256;
     std::list<Image*> used;  ///< last used first
     void use(Image& image) {
         const auto found = std::find(used.begin(), used.end(), &image);
-        if (found != used.end()) used.splice(used.begin(), used, found);
-        else used.push_front(&image);
-        if (used.size() > kMost) used.back()->close(), used.pop_back();
+        if (found != used.end())
+            used.splice(used.begin(), used, found);
+        else
+            used.push_front(&image);
+        if (used.size() > kMost)
+            used.back()->close(), used.pop_back();
     }
 };
 
 namespace {
 
 /// Whether the image still has something to tell of some column.
-bool wanted(const Raster& raster, const ColumnRect& part, const ColumnRect& whole, std::uint8_t has) {
-    if (raster.empty()) return true;
+bool wanted(const Raster& raster, const ColumnRect& part, const ColumnRect& whole,
+            std::uint8_t has) {
+    if (raster.empty())
+        return true;
     for (int z = part.z - whole.z; z < part.z - whole.z + part.height; ++z)
         for (int x = part.x - whole.x; x < part.x - whole.x + part.width; ++x)
-            if ((raster.flags[static_cast<std::size_t>(z) * static_cast<std::size_t>(whole.width) + static_cast<std::size_t>(x)] & has) != has) return true;
+            if ((raster.flags[static_cast<std::size_t>(z) * static_cast<std::size_t>(whole.width) +
+                              static_cast<std::size_t>(x)] &
+                 has) != has)
+                return true;
     return false;
 }
 
 void allocate(Raster& raster, std::uint8_t has) {
-    const auto count = static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height);
+    const auto count =
+        static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height);
     raster.flags.resize(count), raster.colour.resize(count);
-    if ((has & Raster::kNir) != 0) raster.nir.resize(count), raster.red.resize(count);
+    if ((has & Raster::kNir) != 0)
+        raster.nir.resize(count), raster.red.resize(count);
 }
 
 void put(Raster& raster, std::size_t at, const Pixel& p, std::uint8_t has) {
     const auto news = static_cast<std::uint8_t>(has & ~raster.flags[at]);
-    if ((news & Raster::kColour) != 0) raster.colour[at] = {p.r, p.g, p.b};
-    if ((news & Raster::kNir) != 0) raster.nir[at] = p.nir, raster.red[at] = p.r;
+    if ((news & Raster::kColour) != 0)
+        raster.colour[at] = {p.r, p.g, p.b};
+    if ((news & Raster::kNir) != 0)
+        raster.nir[at] = p.nir, raster.red[at] = p.r;
     raster.flags[at] |= news;
 }
 
 /// Puts what one image shows of `part` into the raster of `whole`.
-void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, const Pixels& pixels, std::uint8_t has) {
+void fill(Raster& raster, const ColumnRect& whole, const ColumnPlaces& places, const Pixels& pixels,
+          std::uint8_t has) {
     for (int z = 0; z < places.rect.height; ++z)
         for (int x = 0; x < places.rect.width; ++x) {
             const auto from = static_cast<std::size_t>(z * places.rect.width + x);
-            const auto row = static_cast<std::size_t>(places.rect.z - whole.z + z), column = static_cast<std::size_t>(places.rect.x - whole.x + x);
+            const auto row = static_cast<std::size_t>(places.rect.z - whole.z + z),
+                       column = static_cast<std::size_t>(places.rect.x - whole.x + x);
             const std::size_t to = row * static_cast<std::size_t>(whole.width) + column;
-            if (!raster.empty() && (raster.flags[to] & has) == has) continue;
+            if (!raster.empty() && (raster.flags[to] & has) == has)
+                continue;
             Pixel p;
-            if (!mean_at(places, from, pixels, p)) continue;
+            if (!mean_at(places, from, pixels, p))
+                continue;
             allocate(raster, has);
             put(raster, to, p, has);
         }
 }
 
 /// Side of the blocks of columns that are read at once: their pixels stay below some 16 million.
-int block_side(double pixels_per_voxel) { return static_cast<int>(std::clamp(4096 / pixels_per_voxel, 1.0, 256.0)); }
+int block_side(double pixels_per_voxel) {
+    return static_cast<int>(std::clamp(4096 / pixels_per_voxel, 1.0, 256.0));
+}
 
 }  // namespace
 
-Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame) : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
+Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Frame& frame)
+    : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
     for (const fs::path& file : voxelize::orthophoto_files(paths)) {
@@ -97,9 +121,12 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Fra
         m_open->use(m_layers.back()->image);
     }
     std::sort(m_layers.begin(), m_layers.end(), [](const auto& a, const auto& b) {
-        if (a->pixel_mm != b->pixel_mm) return a->pixel_mm < b->pixel_mm;
-        if (a->image.date() != b->image.date()) return a->image.date() > b->image.date();
-        const std::string name_a = a->image.path().filename().string(), name_b = b->image.path().filename().string();
+        if (a->pixel_mm != b->pixel_mm)
+            return a->pixel_mm < b->pixel_mm;
+        if (a->image.date() != b->image.date())
+            return a->image.date() > b->image.date();
+        const std::string name_a = a->image.path().filename().string(),
+                          name_b = b->image.path().filename().string();
         return name_a != name_b ? name_a < name_b : a->image.path() < b->image.path();
     });
 }
@@ -114,40 +141,54 @@ void Orthophotos::warn_of_outside(const voxelize::ColumnRect& world) const {
     std::size_t outside = 0;
     for (const auto& layer : m_layers) {
         const PixelMap::Extent& e = layer->map.extent();
-        const bool apart = e.x1 <= world.min_x || e.x0 >= world.max_x || e.z1 <= world.min_z || e.z0 >= world.max_z;
-        if (!apart) continue;
+        const bool apart = e.x1 <= world.min_x || e.x0 >= world.max_x || e.z1 <= world.min_z ||
+                           e.z0 >= world.max_z;
+        if (!apart)
+            continue;
         ++outside;
-        if (shown == nullptr || (shown->image.crs() && !layer->image.crs())) shown = layer.get();  // one whose CRS is a guess says most
+        if (shown == nullptr || (shown->image.crs() && !layer->image.crs()))
+            shown = layer.get();  // one whose CRS is a guess says most
     }
-    if (shown == nullptr) return;
+    if (shown == nullptr)
+        return;
     const auto place = [&](double x0, double z0, double x1, double z1) {
-        return fmt::format("E {:.0f} to {:.0f}, N {:.0f} to {:.0f}", m_frame.easting(x0), m_frame.easting(x1), m_frame.northing(z1), m_frame.northing(z0));
+        return fmt::format("E {:.0f} to {:.0f}, N {:.0f} to {:.0f}", m_frame.easting(x0),
+                           m_frame.easting(x1), m_frame.northing(z1), m_frame.northing(z0));
     };
     const PixelMap::Extent& e = shown->map.extent();
     const bool suspicious = outside == m_layers.size() || !shown->image.crs();
-    spdlog::log(suspicious ? spdlog::level::warn : spdlog::level::info, "orthophoto {}{} covers nothing of the world: it lies at {} ({}{}), the world at {}",
-                shown->image.path().string(), outside > 1 ? fmt::format(" (one of {} such)", outside) : "", place(e.x0, e.z0, e.x1, e.z1), m_frame.crs().name(),
-                shown->image.crs() ? "" : ", assumed: the file names no CRS", place(world.min_x, world.min_z, world.max_x, world.max_z));
+    spdlog::log(
+        suspicious ? spdlog::level::warn : spdlog::level::info,
+        "orthophoto {}{} covers nothing of the world: it lies at {} ({}{}), the world at {}",
+        shown->image.path().string(), outside > 1 ? fmt::format(" (one of {} such)", outside) : "",
+        place(e.x0, e.z0, e.x1, e.z1), m_frame.crs().name(),
+        shown->image.crs() ? "" : ", assumed: the file names no CRS",
+        place(world.min_x, world.min_z, world.max_x, world.max_z));
 }
 
-std::size_t Orthophotos::count() const noexcept { return m_layers.size(); }
+std::size_t Orthophotos::count() const noexcept {
+    return m_layers.size();
+}
 
 std::vector<fs::path> Orthophotos::order() const {
     std::vector<fs::path> out;
-    for (const auto& layer : m_layers) out.push_back(layer->image.path());
+    for (const auto& layer : m_layers)
+        out.push_back(layer->image.path());
     return out;
 }
 
 std::vector<Orthophotos::Input> Orthophotos::inputs() const {
     std::vector<Input> out;
-    for (const auto& layer : m_layers) out.push_back({layer->map.influence(), layer->identity});
+    for (const auto& layer : m_layers)
+        out.push_back({layer->map.influence(), layer->identity});
     return out;
 }
 
 Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height) const {
     constexpr int kMostColumns = 65536;
     if (width < 1 || height < 1 || width > kMostColumns || height > kMostColumns)
-        throw Error("read orthophotos: " + std::to_string(width) + " x " + std::to_string(height) + " columns; allowed: 1 to 65536 each");
+        throw Error("read orthophotos: " + std::to_string(width) + " x " + std::to_string(height) +
+                    " columns; allowed: 1 to 65536 each");
     const ColumnRect whole{x0, z0, width, height};
     Raster raster;
     raster.width = width, raster.height = height;
@@ -156,17 +197,23 @@ Raster Orthophotos::read(std::int32_t x0, std::int32_t z0, int width, int height
         const ColumnRect covered = layer->map.covered(whole);
         const int side = block_side(layer->map.pixels_per_voxel());
         const BandRoles& roles = layer->image.roles();
-        const auto has = static_cast<std::uint8_t>((roles.colour() ? Raster::kColour : 0) | (roles.nir != 0 ? Raster::kNir : 0));
+        const auto has = static_cast<std::uint8_t>((roles.colour() ? Raster::kColour : 0) |
+                                                   (roles.nir != 0 ? Raster::kNir : 0));
         for (int z = 0; z < covered.height; z += side)
             for (int x = 0; x < covered.width; x += side) {
-                const ColumnRect part{covered.x + x, covered.z + z, std::min(side, covered.width - x), std::min(side, covered.height - z)};
-                if (!wanted(raster, part, whole, has)) continue;
+                const ColumnRect part{covered.x + x, covered.z + z,
+                                      std::min(side, covered.width - x),
+                                      std::min(side, covered.height - z)};
+                if (!wanted(raster, part, whole, has))
+                    continue;
                 ColumnPlaces places;
                 {
                     const std::lock_guard lock(gdal_mutex());
                     places = places_of(layer->map, part);
-                    const PixelWindow window = window_of(places, layer->image.width(), layer->image.height());
-                    if (window.width < 1) continue;
+                    const PixelWindow window =
+                        window_of(places, layer->image.width(), layer->image.height());
+                    if (window.width < 1)
+                        continue;
                     m_open->use(layer->image);
                     layer->image.read(window, pixels);
                 }

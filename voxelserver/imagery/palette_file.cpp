@@ -12,35 +12,49 @@ namespace terravox::imagery {
 
 namespace fs = std::filesystem;
 
-PaletteFile::PaletteFile(fs::path path) : m_path(std::move(path)), m_root(util::read_toml(m_path, [this](const std::string& what) { fail(what); })) {}
+PaletteFile::PaletteFile(fs::path path)
+    : m_path(std::move(path)),
+      m_root(util::read_toml(m_path, [this](const std::string& what) { fail(what); })) {}
 
-void PaletteFile::fail(const std::string& what) const { throw UsageError("read the palette " + m_path.string() + ": " + what); }
+void PaletteFile::fail(const std::string& what) const {
+    throw UsageError("read the palette " + m_path.string() + ": " + what);
+}
 
-double PaletteFile::number(const toml::table& table, const std::string& where, const char* field, double least, double most, double otherwise) const {
+double PaletteFile::number(const toml::table& table, const std::string& where, const char* field,
+                           double least, double most, double otherwise) const {
     const auto* node = table.get(field);
-    if (node == nullptr) return otherwise;
+    if (node == nullptr)
+        return otherwise;
     const std::string allowed = fmt::format("; allowed: {} to {}", least, most);
     const auto value = node->value<double>();
-    if (!value || !node->is_number()) fail(where + field + " is not a number" + allowed);
-    if (!(*value >= least && *value <= most)) fail(where + field + fmt::format(" = {}", *value) + allowed);
+    if (!value || !node->is_number())
+        fail(where + field + " is not a number" + allowed);
+    if (!(*value >= least && *value <= most))
+        fail(where + field + fmt::format(" = {}", *value) + allowed);
     return *value;
 }
 
 voxel::Material PaletteFile::material(const std::string& where, const std::string& name) const {
     const auto found = voxel::material_from_name(name);
-    if (!found || *found == voxel::Material::kAir) fail(where + " = '" + name + "'; allowed: a material of materials.toml");
+    if (!found || *found == voxel::Material::kAir)
+        fail(where + " = '" + name + "'; allowed: a material of materials.toml");
     return *found;
 }
 
-std::uint32_t PaletteFile::materials(const toml::table& table, const std::string& where, const char* field) const {
+std::uint32_t PaletteFile::materials(const toml::table& table, const std::string& where,
+                                     const char* field) const {
     const auto* node = table.get(field);
-    if (node == nullptr) return 0;
+    if (node == nullptr)
+        return 0;
     const auto* list = node->as_array();
-    if (list == nullptr) fail(where + field + " is not a list; allowed: a list of materials of materials.toml");
+    if (list == nullptr)
+        fail(where + field + " is not a list; allowed: a list of materials of materials.toml");
     std::uint32_t bits = 0;
     for (const auto& item : *list) {
         const auto name = item.value<std::string>();
-        if (!name) fail(where + field + " holds something that is no text; allowed: materials of materials.toml");
+        if (!name)
+            fail(where + field +
+                 " holds something that is no text; allowed: materials of materials.toml");
         bits |= bit_of(material(where + field, *name));
     }
     return bits;
@@ -49,18 +63,24 @@ std::uint32_t PaletteFile::materials(const toml::table& table, const std::string
 std::vector<const toml::table*> PaletteFile::rows(const char* name) const {
     std::vector<const toml::table*> out;
     const auto* node = m_root.get(name);
-    if (node == nullptr) return out;
+    if (node == nullptr)
+        return out;
     const auto* list = node->as_array();
-    if (list == nullptr || !list->is_homogeneous<toml::table>()) fail(std::string(name) + " is no list of tables; allowed: [[" + name + "]]");
-    for (const auto& item : *list) out.push_back(item.as_table());
+    if (list == nullptr || !list->is_homogeneous<toml::table>())
+        fail(std::string(name) + " is no list of tables; allowed: [[" + name + "]]");
+    for (const auto& item : *list)
+        out.push_back(item.as_table());
     return out;
 }
 
-void PaletteFile::allow_only(const toml::table& table, const std::string& where, std::initializer_list<std::string_view> fields) const {
+void PaletteFile::allow_only(const toml::table& table, const std::string& where,
+                             std::initializer_list<std::string_view> fields) const {
     for (const auto& [key, node] : table) {
-        if (std::find(fields.begin(), fields.end(), key.str()) != fields.end()) continue;
+        if (std::find(fields.begin(), fields.end(), key.str()) != fields.end())
+            continue;
         std::string known;
-        for (const auto field : fields) known += (known.empty() ? "" : ", ") + std::string(field);
+        for (const auto field : fields)
+            known += (known.empty() ? "" : ", ") + std::string(field);
         fail(where + std::string(key.str()) + " is no field; allowed: " + known);
     }
 }
@@ -72,7 +92,8 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
         const fs::path folder = util::config_dir() / "palettes";
         file = folder / (id_or_path + ".toml");
         if (id_or_path.empty() || id_or_path.find('/') != std::string::npos || !fs::exists(file))
-            throw UsageError("find the palette '" + id_or_path + "': allowed: " + util::toml_ids(folder) + ", or a path to a .toml file");
+            throw UsageError("find the palette '" + id_or_path + "': allowed: " +
+                             util::toml_ids(folder) + ", or a path to a .toml file");
     } else if (!fs::exists(file)) {
         throw UsageError("read the palette " + file.string() + ": no such file");
     }
@@ -80,14 +101,21 @@ std::vector<PaletteFile> read_palette(const std::string& id_or_path) {
     for (;;) {
         out.emplace_back(file);
         const PaletteFile& last = out.back();
-        if (out.size() > kMostExtends) last.fail("'extends' goes round in a circle");
-        last.allow_only(last.root(), "", {"title", "extends", "space", "lightness_weight", "candidates", "ndvi", "entry", "filter"});
+        if (out.size() > kMostExtends)
+            last.fail("'extends' goes round in a circle");
+        last.allow_only(last.root(), "",
+                        {"title", "extends", "space", "lightness_weight", "candidates", "ndvi",
+                         "entry", "filter"});
         const auto* extends = last.root().get("extends");
-        if (extends == nullptr) break;
+        if (extends == nullptr)
+            break;
         const auto base = extends->value<std::string>();
-        if (!base) last.fail("extends is no text");
+        if (!base)
+            last.fail("extends is no text");
         file = util::base_file(file, *base, "palettes");
-        if (file.empty()) last.fail("extends = '" + *base + "'; allowed: a palette beside it, or " + util::toml_ids(util::config_dir() / "palettes"));
+        if (file.empty())
+            last.fail("extends = '" + *base + "'; allowed: a palette beside it, or " +
+                      util::toml_ids(util::config_dir() / "palettes"));
     }
     std::reverse(out.begin(), out.end());
     return out;

@@ -11,8 +11,8 @@
 
 namespace terravox::imagery {
 
-/// One file of config/palettes, parsed, with the checks that all its readers share. Every failure is an Error that names the file,
-/// the field, the value and what is allowed.
+/// One file of config/palettes, parsed, with the checks that all its readers share. Every failure
+/// is an Error that names the file, the field, the value and what is allowed.
 class PaletteFile {
 public:
     explicit PaletteFile(std::filesystem::path path);
@@ -21,23 +21,30 @@ public:
 
     [[noreturn]] void fail(const std::string& what) const;
     /// A number of [least, most]; `otherwise` where the field is not set.
-    [[nodiscard]] double number(const toml::table& table, const std::string& where, const char* field, double least, double most, double otherwise) const;
+    [[nodiscard]] double number(const toml::table& table, const std::string& where,
+                                const char* field, double least, double most,
+                                double otherwise) const;
     [[nodiscard]] voxel::Material material(const std::string& where, const std::string& name) const;
     /// The materials of a list as bits, bit m for material m; 0 where the field is not set.
-    [[nodiscard]] std::uint32_t materials(const toml::table& table, const std::string& where, const char* field) const;
+    [[nodiscard]] std::uint32_t materials(const toml::table& table, const std::string& where,
+                                          const char* field) const;
     /// The tables of [[name]]; empty where there are none.
     [[nodiscard]] std::vector<const toml::table*> rows(const char* name) const;
     /// Refuses a field that no one reads: a misspelt one would otherwise do nothing, silently.
-    void allow_only(const toml::table& table, const std::string& where, std::initializer_list<std::string_view> fields) const;
+    void allow_only(const toml::table& table, const std::string& where,
+                    std::initializer_list<std::string_view> fields) const;
 
 private:
     std::filesystem::path m_path;
     toml::table m_root;
 };
 
-[[nodiscard]] constexpr std::uint32_t bit_of(voxel::Material m) noexcept { return std::uint32_t{1} << static_cast<unsigned>(m); }
+[[nodiscard]] constexpr std::uint32_t bit_of(voxel::Material m) noexcept {
+    return std::uint32_t{1} << static_cast<unsigned>(m);
+}
 
-/// The file of config/palettes/<id>.toml, or of a path that ends in .toml, after those that it extends: the base first.
+/// The file of config/palettes/<id>.toml, or of a path that ends in .toml, after those that it
+/// extends: the base first.
 /// @throws UsageError for an unknown id (listing those there are); Error for a bad file
 [[nodiscard]] std::vector<PaletteFile> read_palette(const std::string& id_or_path);
 

@@ -17,24 +17,27 @@ struct ColumnRect {
     int width = 0, height = 0;
 };
 
-/// Where a column's centre lies in the pixels of an image, and how the pixels move from column to column.
-/// Fixed point: kOne to a pixel, so that what follows is exact.
+/// Where a column's centre lies in the pixels of an image, and how the pixels move from column to
+/// column. Fixed point: kOne to a pixel, so that what follows is exact.
 struct PixelPlace {
     static constexpr std::int64_t kOne = 65536;
     std::int64_t u = 0, v = 0;
 };
 
-/// From columns to the pixels of one image. The exact way (affine, or through PROJ for another CRS) is taken at the nodes of an
-/// absolute lattice, kCell voxels apart, and bilinear between: a column's place does not depend on the rectangle it is asked in.
-/// Between two map projections the error is about (cell length)^2 / (8 Earth radii): 0.1 mm for cells of 64 m.
+/// From columns to the pixels of one image. The exact way (affine, or through PROJ for another CRS)
+/// is taken at the nodes of an absolute lattice, kCell voxels apart, and bilinear between: a
+/// column's place does not depend on the rectangle it is asked in. Between two map projections the
+/// error is about (cell length)^2 / (8 Earth radii): 0.1 mm for cells of 64 m.
 class PixelMap {
 public:
     static constexpr int kCell = 64;
 
-    /// The caller holds gdal_mutex(). @throws Error when PROJ knows no way from the frame's CRS to the image's
+    /// The caller holds gdal_mutex(). @throws Error when PROJ knows no way from the frame's CRS to
+    /// the image's
     PixelMap(const voxelize::Frame& frame, const Image& image);
 
-    /// The image's outline from west to east and from north to south: continuous voxels. Not finite where PROJ knows no way.
+    /// The image's outline from west to east and from north to south: continuous voxels. Not finite
+    /// where PROJ knows no way.
     struct Extent {
         double x0 = 0, z0 = 0, x1 = 0, z1 = 0;
     };
@@ -49,11 +52,13 @@ public:
     /// One lattice cell: the corners' pixel coordinates in the order (0,0), (1,0), (0,1), (1,1).
     struct Cell {
         std::array<double, 4> u{}, v{};
-        [[nodiscard]] PixelPlace centre(int x, int z) const noexcept;  ///< of the column (x, z) in [0, kCell)
-        [[nodiscard]] PixelPlace step_x() const noexcept;             ///< pixels from a column to the next one
+        [[nodiscard]] PixelPlace centre(
+            int x, int z) const noexcept;                  ///< of the column (x, z) in [0, kCell)
+        [[nodiscard]] PixelPlace step_x() const noexcept;  ///< pixels from a column to the next one
         [[nodiscard]] PixelPlace step_z() const noexcept;
     };
-    /// The cells [x0, x0 + nx) x [z0, z0 + nz) of the lattice, row by row. The caller holds gdal_mutex(). @throws Error outside PROJ's domain
+    /// The cells [x0, x0 + nx) x [z0, z0 + nz) of the lattice, row by row. The caller holds
+    /// gdal_mutex(). @throws Error outside PROJ's domain
     [[nodiscard]] std::vector<Cell> cells(std::int32_t x0, std::int32_t z0, int nx, int nz) const;
 
 private:

@@ -25,12 +25,17 @@ bool is_open(Group group, Material own) noexcept {
 }
 
 void check(const SurfaceColumns& c, const Raster& raster) {
-    const auto count = static_cast<std::size_t>(std::max(c.width, 0)) * static_cast<std::size_t>(std::max(c.height, 0));
+    const auto count = static_cast<std::size_t>(std::max(c.width, 0)) *
+                       static_cast<std::size_t>(std::max(c.height, 0));
     const auto fits = [&](std::size_t size) { return size == count; };
-    const bool points = c.point_colour.empty() ? c.has_point_colour.empty() : fits(c.point_colour.size()) && fits(c.has_point_colour.size());
+    const bool points = c.point_colour.empty()
+                            ? c.has_point_colour.empty()
+                            : fits(c.point_colour.size()) && fits(c.has_point_colour.size());
     const bool image = raster.empty() || (raster.width == c.width && raster.height == c.height);
-    if (!fits(c.group.size()) || !fits(c.material.size()) || !(c.covered.empty() || fits(c.covered.size())) || !points || !image)
-        throw Error("specialize surfaces: lists and image do not have the " + std::to_string(c.width) + " x " + std::to_string(c.height) + " columns");
+    if (!fits(c.group.size()) || !fits(c.material.size()) ||
+        !(c.covered.empty() || fits(c.covered.size())) || !points || !image)
+        throw Error("specialize surfaces: lists and image do not have the " +
+                    std::to_string(c.width) + " x " + std::to_string(c.height) + " columns");
 }
 
 }  // namespace
@@ -38,31 +43,47 @@ void check(const SurfaceColumns& c, const Raster& raster) {
 Grid specialize(const SurfaceColumns& columns, const Raster& raster, const ColourMap& map) {
     check(columns, raster);
     const std::size_t count = columns.material.size();
-    Grid out{columns.width, columns.height, columns.margin, {columns.material.begin(), columns.material.end()}, std::vector<std::uint8_t>(count, Grid::kFixed)};
+    Grid out{columns.width,
+             columns.height,
+             columns.margin,
+             {columns.material.begin(), columns.material.end()},
+             std::vector<std::uint8_t>(count, Grid::kFixed)};
     for (std::size_t i = 0; i < count; ++i) {
         const Group group = columns.group[i];
-        if (!is_open(group, columns.material[i]) || map.candidates(group) == 0) continue;
+        if (!is_open(group, columns.material[i]) || map.candidates(group) == 0)
+            continue;
         out.flags[i] = Grid::kSilent;
-        if (!columns.covered.empty() && columns.covered[i] != 0) continue;
+        if (!columns.covered.empty() && columns.covered[i] != 0)
+            continue;
         const std::uint8_t flags = raster.empty() ? 0 : raster.flags[i];
-        const float index = (flags & Raster::kNir) != 0 ? ndvi(raster.nir[i], raster.red[i]) : kNoNdvi;
+        const float index =
+            (flags & Raster::kNir) != 0 ? ndvi(raster.nir[i], raster.red[i]) : kNoNdvi;
         Material found = Material::kAir;
-        if ((flags & Raster::kColour) != 0) found = map.nearest(raster.colour[i], group, index);
-        else if (!columns.point_colour.empty() && columns.has_point_colour[i] != 0) found = map.nearest(columns.point_colour[i], group, index);
-        else if ((flags & Raster::kNir) != 0) found = map.by_ndvi(group, index);
-        if (found == Material::kAir) continue;
+        if ((flags & Raster::kColour) != 0)
+            found = map.nearest(raster.colour[i], group, index);
+        else if (!columns.point_colour.empty() && columns.has_point_colour[i] != 0)
+            found = map.nearest(columns.point_colour[i], group, index);
+        else if ((flags & Raster::kNir) != 0)
+            found = map.by_ndvi(group, index);
+        if (found == Material::kAir)
+            continue;
         out.material[i] = found;
         out.flags[i] = 0;
     }
     return out;
 }
 
-std::vector<std::uint8_t> looks_wet(std::span<const Material> material, std::span<const std::uint8_t> told, int width, int height, int cell,
-                                    double share, double least_told) {
-    const auto count = static_cast<std::size_t>(std::max(width, 0)) * static_cast<std::size_t>(std::max(height, 0));
+std::vector<std::uint8_t> looks_wet(std::span<const Material> material,
+                                    std::span<const std::uint8_t> told, int width, int height,
+                                    int cell, double share, double least_told) {
+    const auto count = static_cast<std::size_t>(std::max(width, 0)) *
+                       static_cast<std::size_t>(std::max(height, 0));
     if (material.size() != count || (!told.empty() && told.size() != count))
-        throw Error("find wet cells: lists do not have the " + std::to_string(width) + " x " + std::to_string(height) + " columns");
-    if (cell < 1 || cell > 4096) throw Error("find wet cells: cells of " + std::to_string(cell) + " columns; allowed: 1 to 4096");
+        throw Error("find wet cells: lists do not have the " + std::to_string(width) + " x " +
+                    std::to_string(height) + " columns");
+    if (cell < 1 || cell > 4096)
+        throw Error("find wet cells: cells of " + std::to_string(cell) +
+                    " columns; allowed: 1 to 4096");
     const int across = (width + cell - 1) / cell, down = (height + cell - 1) / cell;
     std::vector<std::uint8_t> out;
     for (int cz = 0; cz < down; ++cz)
@@ -70,8 +91,10 @@ std::vector<std::uint8_t> looks_wet(std::span<const Material> material, std::spa
             int all = 0, tell = 0, wet = 0;
             for (int z = cz * cell; z < std::min((cz + 1) * cell, height); ++z)
                 for (int x = cx * cell; x < std::min((cx + 1) * cell, width); ++x) {
-                    const auto i = static_cast<std::size_t>(z) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-                    const bool tells = material[i] != Material::kAir && (told.empty() || told[i] != 0);
+                    const auto i = static_cast<std::size_t>(z) * static_cast<std::size_t>(width) +
+                                   static_cast<std::size_t>(x);
+                    const bool tells =
+                        material[i] != Material::kAir && (told.empty() || told[i] != 0);
                     ++all, tell += tells, wet += tells && material[i] == Material::kWater;
                 }
             out.push_back(tell > 0 && tell >= least_told * all && wet >= share * tell ? 1 : 0);

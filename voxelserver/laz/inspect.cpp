@@ -14,7 +14,9 @@ namespace {
 bool is_copc(const std::filesystem::path& path) {
     const lidar::FileBytes file(path);
     const auto records = lidar::read_records(file);
-    return std::any_of(records.begin(), records.end(), [](const lidar::VariableRecord& r) { return r.id == 1 && r.user == "copc"; });
+    return std::any_of(records.begin(), records.end(), [](const lidar::VariableRecord& r) {
+        return r.id == 1 && r.user == "copc";
+    });
 }
 
 }  // namespace
@@ -36,7 +38,8 @@ std::string info_json(const std::filesystem::path& path) {
         {"offset", info.offset},
         {"min", info.min},
         {"max", info.max},
-        {"crs", crs.starts_with("EPSG:") ? nlohmann::ordered_json(crs) : nlohmann::ordered_json(nullptr)},
+        {"crs",
+         crs.starts_with("EPSG:") ? nlohmann::ordered_json(crs) : nlohmann::ordered_json(nullptr)},
         {"crs_name", info.crs ? nlohmann::ordered_json(crs) : nlohmann::ordered_json(nullptr)},
         {"colour", info.has_colour()},
         {"near_infrared", info.has_near_infrared()},
@@ -47,16 +50,19 @@ std::string info_json(const std::filesystem::path& path) {
 std::uint64_t check(const std::filesystem::path& path) {
     const lidar::LasInfo info = lidar::read_las_info(path);
     const lidar::FileBytes file(path);
-    if (info.point_count == 0) file.fail("no points; allowed: 1 or more");
+    if (info.point_count == 0)
+        file.fail("no points; allowed: 1 or more");
     PointStream points(info);
     std::uint64_t count = 0;
     while (points.next()) {
         const laszip_point_struct& p = points.point();
         const std::array<laszip_I32, 3> raw = {p.X, p.Y, p.Z};
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double value = raw[axis] * info.scale[axis] + info.offset[axis], step = info.scale[axis];
+            const double value = raw[axis] * info.scale[axis] + info.offset[axis],
+                         step = info.scale[axis];
             if (value < info.min[axis] - step || value > info.max[axis] + step) [[unlikely]]
-                file.fail("point " + std::to_string(count) + " has " + "xyz"[axis] + " = " + std::to_string(value) + "; allowed by its header: " +
+                file.fail("point " + std::to_string(count) + " has " + "xyz"[axis] + " = " +
+                          std::to_string(value) + "; allowed by its header: " +
                           std::to_string(info.min[axis]) + " to " + std::to_string(info.max[axis]));
         }
         ++count;

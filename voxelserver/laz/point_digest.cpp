@@ -6,10 +6,12 @@
 namespace terravox::laz {
 namespace {
 
-/// Fields one after the other, without the padding and the scratch fields that LASzip's structure has.
+/// Fields one after the other, without the padding and the scratch fields that LASzip's structure
+/// has.
 class Packed {
 public:
-    template <class T> void put(T value) noexcept {
+    template <class T>
+    void put(T value) noexcept {
         std::memcpy(m_bytes.data() + m_size, &value, sizeof value);
         m_size += sizeof value;
     }
@@ -28,14 +30,17 @@ private:
 void put_flags(Packed& to, const laszip_point_struct& p, bool extended) noexcept {
     to.put(static_cast<std::uint8_t>(p.scan_direction_flag | p.edge_of_flight_line << 1));
     if (extended) {
-        to.put(static_cast<std::uint8_t>(p.extended_return_number | p.extended_number_of_returns << 4));
-        to.put(static_cast<std::uint8_t>(p.extended_scanner_channel | p.extended_classification_flags << 4));
+        to.put(static_cast<std::uint8_t>(p.extended_return_number | p.extended_number_of_returns
+                                                                        << 4));
+        to.put(static_cast<std::uint8_t>(p.extended_scanner_channel |
+                                         p.extended_classification_flags << 4));
         to.put(p.extended_classification);
         to.put(p.extended_scan_angle);
         return;
     }
     to.put(static_cast<std::uint8_t>(p.return_number | p.number_of_returns << 3));
-    to.put(static_cast<std::uint8_t>(p.classification | p.synthetic_flag << 5 | p.keypoint_flag << 6 | p.withheld_flag << 7));
+    to.put(static_cast<std::uint8_t>(p.classification | p.synthetic_flag << 5 |
+                                     p.keypoint_flag << 6 | p.withheld_flag << 7));
     to.put(p.scan_angle_rank);
 }
 
@@ -44,11 +49,13 @@ void put_flags(Packed& to, const laszip_point_struct& p, bool extended) noexcept
 PointDigest::PointDigest(int format)
     : m_extended(format >= 6),
       m_time(format != 0 && format != 2),
-      m_colour(format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10),
+      m_colour(format == 2 || format == 3 || format == 5 || format == 7 || format == 8 ||
+               format == 10),
       m_infrared(format == 8 || format == 10),
       m_wave(format == 4 || format == 5 || format == 9 || format == 10),
       m_state(XXH3_createState()) {
-    if (!m_state) throw std::bad_alloc();
+    if (!m_state)
+        throw std::bad_alloc();
     XXH3_64bits_reset(m_state.get());
 }
 
@@ -57,12 +64,18 @@ void PointDigest::add(const laszip_point_struct& p) {
     packed.put(p.X), packed.put(p.Y), packed.put(p.Z), packed.put(p.intensity);
     put_flags(packed, p, m_extended);
     packed.put(p.user_data), packed.put(p.point_source_ID);
-    if (m_time) packed.put(&p.gps_time, sizeof p.gps_time);
-    if (m_colour) packed.put(p.rgb, 3 * sizeof p.rgb[0]);
-    if (m_infrared) packed.put(p.rgb[3]);
-    if (m_wave) packed.put(p.wave_packet, sizeof p.wave_packet);
+    if (m_time)
+        packed.put(&p.gps_time, sizeof p.gps_time);
+    if (m_colour)
+        packed.put(p.rgb, 3 * sizeof p.rgb[0]);
+    if (m_infrared)
+        packed.put(p.rgb[3]);
+    if (m_wave)
+        packed.put(p.wave_packet, sizeof p.wave_packet);
     XXH3_64bits_update(m_state.get(), packed.data(), packed.size());
-    if (p.num_extra_bytes > 0) XXH3_64bits_update(m_state.get(), p.extra_bytes, static_cast<std::size_t>(p.num_extra_bytes));
+    if (p.num_extra_bytes > 0)
+        XXH3_64bits_update(m_state.get(), p.extra_bytes,
+                           static_cast<std::size_t>(p.num_extra_bytes));
 }
 
 }  // namespace terravox::laz

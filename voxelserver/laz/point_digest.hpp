@@ -9,7 +9,8 @@
 
 namespace terravox::laz {
 
-/// A fingerprint of points in their order: equal for a file and its compressed copy when every field of every point is.
+/// A fingerprint of points in their order: equal for a file and its compressed copy when every
+/// field of every point is.
 class PointDigest {
 public:
     /// @param format  0-10, which says what fields a point has

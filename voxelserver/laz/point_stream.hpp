@@ -9,8 +9,8 @@
 
 namespace terravox::laz {
 
-/// All points of a checked file with all their fields, from first to last; LaszipReader unpacks only what voxels need.
-/// Each chunk is checked before LASzip trusts it. For one thread.
+/// All points of a checked file with all their fields, from first to last; LaszipReader unpacks
+/// only what voxels need. Each chunk is checked before LASzip trusts it. For one thread.
 class PointStream {
 public:
     /// @param info  of read_las_info(); outlives this
@@ -20,7 +20,8 @@ public:
     PointStream(const PointStream&) = delete;
     PointStream& operator=(const PointStream&) = delete;
 
-    /// Decodes the next point into point(). @return false behind the last one @throws Error when the file is damaged
+    /// Decodes the next point into point(). @return false behind the last one @throws Error when
+    /// the file is damaged
     [[nodiscard]] bool next();
     [[nodiscard]] const laszip_header_struct& header() const noexcept { return *m_header; }
     [[nodiscard]] const laszip_point_struct& point() const noexcept { return *m_point; }

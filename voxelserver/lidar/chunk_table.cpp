@@ -9,11 +9,12 @@
 namespace terravox::lidar {
 namespace {
 
-constexpr std::uint64_t kTableHeader = 8;    ///< version and number of chunks
-constexpr std::uint64_t kTableOffset = 8;    ///< bytes before the first chunk: where the table is
-constexpr std::uint64_t kLayersBegin = 4;    ///< number of points, before the sizes of layers
+constexpr std::uint64_t kTableHeader = 8;  ///< version and number of chunks
+constexpr std::uint64_t kTableOffset = 8;  ///< bytes before the first chunk: where the table is
+constexpr std::uint64_t kLayersBegin = 4;  ///< number of points, before the sizes of layers
 constexpr std::uint64_t kSizeBytes = 4;
-constexpr std::uint64_t kMostEmptyChunks = 65'536;  ///< they take next to no bytes, so the size of the file hardly bounds their number
+constexpr std::uint64_t kMostEmptyChunks =
+    65'536;  ///< they take next to no bytes, so the size of the file hardly bounds their number
 
 // Bytes one after the other, read in blocks.
 class ByteQueue {
@@ -21,7 +22,8 @@ public:
     ByteQueue(const FileBytes& file, std::uint64_t at) : m_file(file), m_at(at) {}
     std::uint8_t next() {
         if (m_used == m_count) {
-            m_count = static_cast<std::size_t>(std::clamp<std::uint64_t>(m_file.size() - std::min(m_file.size(), m_at), 1, m_block.size()));
+            m_count = static_cast<std::size_t>(std::clamp<std::uint64_t>(
+                m_file.size() - std::min(m_file.size(), m_at), 1, m_block.size()));
             m_file.read(m_at, {m_block.data(), m_count});
             m_at += m_count, m_used = 0;
         }
@@ -38,37 +40,53 @@ private:
 std::uint64_t find_table(const FileBytes& file, std::uint64_t points_at) {
     auto at = file.at<std::int64_t>(points_at);
     // A writer that could not seek back leaves -1 and puts the offset at the end of the file.
-    if (at == -1) at = file.at<std::int64_t>(file.size() - 8);
-    if (at < static_cast<std::int64_t>(points_at + kTableOffset) || static_cast<std::uint64_t>(at) > file.size() - kTableHeader)
-        file.fail("cut short or damaged: its chunk table should be at byte " + std::to_string(at) + " of " + std::to_string(file.size()));
+    if (at == -1)
+        at = file.at<std::int64_t>(file.size() - 8);
+    if (at < static_cast<std::int64_t>(points_at + kTableOffset) ||
+        static_cast<std::uint64_t>(at) > file.size() - kTableHeader)
+        file.fail("cut short or damaged: its chunk table should be at byte " + std::to_string(at) +
+                  " of " + std::to_string(file.size()));
     return static_cast<std::uint64_t>(at);
 }
 
 // @return number of chunks: those with points cannot be more than there are bytes for
-std::uint32_t check_claims(const FileBytes& file, const LaszipRecord& record, std::uint64_t table_at, std::uint64_t most_chunks, std::uint64_t point_count) {
-    const auto version = file.at<std::uint32_t>(table_at), chunks = file.at<std::uint32_t>(table_at + 4);
-    if (version != 0) file.fail("chunk table of version " + std::to_string(version) + "; allowed: 0");
+std::uint32_t check_claims(const FileBytes& file, const LaszipRecord& record,
+                           std::uint64_t table_at, std::uint64_t most_chunks,
+                           std::uint64_t point_count) {
+    const auto version = file.at<std::uint32_t>(table_at),
+               chunks = file.at<std::uint32_t>(table_at + 4);
+    if (version != 0)
+        file.fail("chunk table of version " + std::to_string(version) + "; allowed: 0");
     if (chunks == 0 || most_chunks == 0 || chunks > most_chunks + kMostEmptyChunks)
-        file.fail(std::to_string(chunks) + " chunks; the compressed points hold 1 to " + std::to_string(most_chunks) + ", and up to " +
-                  std::to_string(kMostEmptyChunks) + " may be empty");
-    if (record.chunk_points == 0) file.fail("chunks of 0 points");
+        file.fail(std::to_string(chunks) + " chunks; the compressed points hold 1 to " +
+                  std::to_string(most_chunks) + ", and up to " + std::to_string(kMostEmptyChunks) +
+                  " may be empty");
+    if (record.chunk_points == 0)
+        file.fail("chunks of 0 points");
     const std::uint64_t most_points = std::uint64_t{chunks} * record.chunk_points;
     if (record.chunk_points != LaszipRecord::kVariableChunks && point_count > most_points)
-        file.fail(std::to_string(point_count) + " points; its " + std::to_string(chunks) + " chunks hold at most " + std::to_string(most_points));
+        file.fail(std::to_string(point_count) + " points; its " + std::to_string(chunks) +
+                  " chunks hold at most " + std::to_string(most_points));
     return chunks;
 }
 
 }  // namespace
 
 std::size_t ChunkTable::chunk_of(std::uint64_t point) const noexcept {
-    return static_cast<std::size_t>(std::upper_bound(first_point.begin(), first_point.end(), point) - first_point.begin()) - 1;
+    return static_cast<std::size_t>(
+               std::upper_bound(first_point.begin(), first_point.end(), point) -
+               first_point.begin()) -
+           1;
 }
 
-ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record, std::uint64_t points_at, std::uint64_t point_count,
+ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record,
+                            std::uint64_t points_at, std::uint64_t point_count,
                             std::uint32_t record_bytes) {
     const std::uint64_t table_at = find_table(file, points_at);
-    const std::uint64_t least_bytes = record_bytes + (record.layers > 0 ? kLayersBegin + kSizeBytes * record.layers : 0);
-    const std::uint32_t chunks = check_claims(file, record, table_at, (table_at - points_at - kTableOffset) / least_bytes, point_count);
+    const std::uint64_t least_bytes =
+        record_bytes + (record.layers > 0 ? kLayersBegin + kSizeBytes * record.layers : 0);
+    const std::uint32_t chunks = check_claims(
+        file, record, table_at, (table_at - points_at - kTableOffset) / least_bytes, point_count);
     ChunkTable table;
     table.record_bytes = record_bytes, table.layers = record.layers;
     table.first_point.push_back(0), table.first_byte.push_back(points_at + kTableOffset);
@@ -78,44 +96,59 @@ ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record, s
     const bool variable = record.chunk_points == LaszipRecord::kVariableChunks;
     std::int32_t points = 0, bytes = 0;
     for (std::uint32_t i = 0; i < chunks; ++i) {
-        const std::uint64_t points_left = point_count - table.first_point.back(), bytes_left = table_at - table.first_byte.back();
-        if (variable) points = numbers.next(points, 0);
+        const std::uint64_t points_left = point_count - table.first_point.back(),
+                            bytes_left = table_at - table.first_byte.back();
+        if (variable)
+            points = numbers.next(points, 0);
         bytes = numbers.next(bytes, 1);
-        const std::int64_t mine = variable ? points : static_cast<std::int64_t>(std::min<std::uint64_t>(record.chunk_points, points_left));
-        const auto fail = [&](std::int64_t value, const char* what, std::uint64_t least, std::uint64_t most) {
-            file.fail("damaged chunk table: chunk " + std::to_string(i) + " of " + std::to_string(value) + what + "; allowed: " +
-                      std::to_string(least) + " to " +
-                      std::to_string(most));
+        const std::int64_t mine = variable ? points
+                                           : static_cast<std::int64_t>(std::min<std::uint64_t>(
+                                                 record.chunk_points, points_left));
+        const auto fail = [&](std::int64_t value, const char* what, std::uint64_t least,
+                              std::uint64_t most) {
+            file.fail("damaged chunk table: chunk " + std::to_string(i) + " of " +
+                      std::to_string(value) + what + "; allowed: " + std::to_string(least) +
+                      " to " + std::to_string(most));
         };
-        if (mine < 0 || static_cast<std::uint64_t>(mine) > points_left) fail(mine, " points", 0, points_left);
+        if (mine < 0 || static_cast<std::uint64_t>(mine) > points_left)
+            fail(mine, " points", 0, points_left);
         // LASzip takes a chunk that ends where it begins for damage, and reads nothing of the file.
         const std::uint64_t least = mine == 0 ? 1 : least_bytes;
-        if (bytes < 0 || static_cast<std::uint64_t>(bytes) < least || static_cast<std::uint64_t>(bytes) > bytes_left)
+        if (bytes < 0 || static_cast<std::uint64_t>(bytes) < least ||
+            static_cast<std::uint64_t>(bytes) > bytes_left)
             fail(bytes, " bytes", least, bytes_left);
         table.first_point.push_back(table.first_point.back() + static_cast<std::uint64_t>(mine));
         table.first_byte.push_back(table.first_byte.back() + static_cast<std::uint64_t>(bytes));
     }
     if (table.first_byte.back() != table_at)
-        file.fail("damaged chunk table: the last chunk ends at byte " + std::to_string(table.first_byte.back()) + ", the table begins at " +
+        file.fail("damaged chunk table: the last chunk ends at byte " +
+                  std::to_string(table.first_byte.back()) + ", the table begins at " +
                   std::to_string(table_at));
     if (table.first_point.back() != point_count)
-        file.fail(std::to_string(point_count) + " points; its chunks hold " + std::to_string(table.first_point.back()));
+        file.fail(std::to_string(point_count) + " points; its chunks hold " +
+                  std::to_string(table.first_point.back()));
     return table;
 }
 
 void check_chunk(const FileBytes& file, const ChunkTable& table, std::size_t chunk) {
-    if (table.layers == 0) return;
-    const std::uint64_t begin = table.first_byte[chunk] + table.record_bytes, end = table.first_byte[chunk + 1];
+    if (table.layers == 0)
+        return;
+    const std::uint64_t begin = table.first_byte[chunk] + table.record_bytes,
+                        end = table.first_byte[chunk + 1];
     const std::uint64_t points = table.first_point[chunk + 1] - table.first_point[chunk];
     const auto count = file.at<std::uint32_t>(begin);
     if (count != points)
-        file.fail("damaged chunk " + std::to_string(chunk) + ": " + std::to_string(count) + " points; its table says " + std::to_string(points));
+        file.fail("damaged chunk " + std::to_string(chunk) + ": " + std::to_string(count) +
+                  " points; its table says " + std::to_string(points));
     std::vector<std::uint32_t> sizes(table.layers);
-    file.read(begin + kLayersBegin, {reinterpret_cast<unsigned char*>(sizes.data()), sizes.size() * kSizeBytes});
+    file.read(begin + kLayersBegin,
+              {reinterpret_cast<unsigned char*>(sizes.data()), sizes.size() * kSizeBytes});
     std::uint64_t at = begin + kLayersBegin + sizes.size() * kSizeBytes;
-    for (const std::uint32_t size : sizes) at += size;
+    for (const std::uint32_t size : sizes)
+        at += size;
     if (at != end)
-        file.fail("damaged chunk " + std::to_string(chunk) + ": its layers end at byte " + std::to_string(at) + " instead of " + std::to_string(end));
+        file.fail("damaged chunk " + std::to_string(chunk) + ": its layers end at byte " +
+                  std::to_string(at) + " instead of " + std::to_string(end));
 }
 
 }  // namespace terravox::lidar

@@ -7,7 +7,8 @@
 
 namespace terravox::lidar {
 
-/// A file as bytes at offsets, little-endian as all LAS is. Nothing is read twice by itself and nothing beyond the end. For one thread.
+/// A file as bytes at offsets, little-endian as all LAS is. Nothing is read twice by itself and
+/// nothing beyond the end. For one thread.
 class FileBytes {
 public:
     /// @param path  of a regular file
@@ -21,7 +22,8 @@ public:
     /// @throws Error when [offset, offset + out.size()) is not all within the file
     void read(std::uint64_t offset, std::span<unsigned char> out) const;
     /// The value whose bytes start at offset, which needs no alignment. @throws Error as read
-    template <class T> [[nodiscard]] T at(std::uint64_t offset) const {
+    template <class T>
+    [[nodiscard]] T at(std::uint64_t offset) const {
         T value;
         read(offset, {reinterpret_cast<unsigned char*>(&value), sizeof value});
         return value;

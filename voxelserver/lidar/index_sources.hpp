@@ -14,7 +14,8 @@ struct CopcIndex {
 };
 
 /// @return nullopt when the file is no COPC
-/// @throws Error when it says that it is, but its hierarchy does not hold the chunks of the file one to one
+/// @throws Error when it says that it is, but its hierarchy does not hold the chunks of the file
+/// one to one
 [[nodiscard]] std::optional<CopcIndex> read_copc_index(const LasInfo& info);
 
 /// @return where the .lax file of a point cloud would be

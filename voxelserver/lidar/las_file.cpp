@@ -17,20 +17,25 @@
 namespace terravox::lidar {
 namespace {
 
-template <class T> std::span<const T> record_as(const laszip_vlr_struct& vlr) {
+template <class T>
+std::span<const T> record_as(const laszip_vlr_struct& vlr) {
     return {reinterpret_cast<const T*>(vlr.data), vlr.record_length_after_header / sizeof(T)};
 }
 
-std::optional<geo::Crs> crs_of(const laszip_header_struct& header, const std::filesystem::path& path) {
+std::optional<geo::Crs> crs_of(const laszip_header_struct& header,
+                               const std::filesystem::path& path) {
     std::vector<std::uint16_t> directory;
     std::vector<double> doubles;
     std::span<const char> ascii;
     std::string wkt;
     for (std::uint32_t i = 0; i < header.number_of_variable_length_records; ++i) {
         const laszip_vlr_struct& vlr = header.vlrs[i];
-        if (vlr.data == nullptr || std::strncmp(vlr.user_id, "LASF_Projection", sizeof vlr.user_id) != 0) continue;
+        if (vlr.data == nullptr ||
+            std::strncmp(vlr.user_id, "LASF_Projection", sizeof vlr.user_id) != 0)
+            continue;
         // Copied, not mapped: a record's bytes have no alignment.
-        if (vlr.record_id == 2112) wkt.assign(reinterpret_cast<const char*>(vlr.data), vlr.record_length_after_header);
+        if (vlr.record_id == 2112)
+            wkt.assign(reinterpret_cast<const char*>(vlr.data), vlr.record_length_after_header);
         if (vlr.record_id == 34735) {
             directory.resize(vlr.record_length_after_header / 2);
             std::memcpy(directory.data(), vlr.data, directory.size() * 2);
@@ -39,7 +44,8 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header, const std::fi
             doubles.resize(vlr.record_length_after_header / 8);
             std::memcpy(doubles.data(), vlr.data, doubles.size() * 8);
         }
-        if (vlr.record_id == 34737) ascii = record_as<char>(vlr);
+        if (vlr.record_id == 34737)
+            ascii = record_as<char>(vlr);
     }
     wkt.erase(std::find(wkt.begin(), wkt.end(), '\0'), wkt.end());
     if (!wkt.empty()) {
@@ -48,7 +54,8 @@ std::optional<geo::Crs> crs_of(const laszip_header_struct& header, const std::fi
         } catch (const geo::ProjUnusableError&) {
             throw;
         } catch (const Error& e) {
-            // Some writers leave text that is no WKT beside good keys: the keys decide then, or the person does.
+            // Some writers leave text that is no WKT beside good keys: the keys decide then, or the
+            // person does.
             spdlog::info("{}: {}; its GeoTIFF keys decide, or --crs", path.string(), e.what());
         }
     }
@@ -73,16 +80,21 @@ LasInfo read_las_info(const std::filesystem::path& path) {
 
 std::vector<PointRange> split_by_chunk(const LasInfo& info, std::uint64_t points_per_range) {
     std::vector<PointRange> out;
-    if (info.point_count == 0) return out;
-    if (!info.seekable) return {{0, info.point_count}};
+    if (info.point_count == 0)
+        return out;
+    if (!info.seekable)
+        return {{0, info.point_count}};
     if (!info.chunks) {
-        const std::uint64_t step = std::max<std::uint64_t>(1, points_per_range / info.chunk_points) * info.chunk_points;
-        for (std::uint64_t begin = 0; begin < info.point_count; begin += step) out.push_back({begin, std::min(begin + step, info.point_count)});
+        const std::uint64_t step =
+            std::max<std::uint64_t>(1, points_per_range / info.chunk_points) * info.chunk_points;
+        for (std::uint64_t begin = 0; begin < info.point_count; begin += step)
+            out.push_back({begin, std::min(begin + step, info.point_count)});
         return out;
     }
     const auto& starts = info.chunks->first_point;
     for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
-        if (info.chunks->empty_chunk(i)) continue;
+        if (info.chunks->empty_chunk(i))
+            continue;
         if (!out.empty() && starts[i + 1] - out.back().begin <= points_per_range)
             out.back().end = starts[i + 1];
         else
@@ -91,7 +103,8 @@ std::vector<PointRange> split_by_chunk(const LasInfo& info, std::uint64_t points
     return out;
 }
 
-void read_las_points(const LasInfo& info, PointRange range, const std::function<void(const LasPoint&)>& sink) {
+void read_las_points(const LasInfo& info, PointRange range,
+                     const std::function<void(const LasPoint&)>& sink) {
     LasPoint point;
     read_point_batches(info, {&range, 1}, [&](std::span<const RawPoint> batch) {
         for (const RawPoint& raw : batch) {
@@ -112,7 +125,8 @@ std::uint64_t decode_only(const LasInfo& info, int threads) {
     std::atomic<std::uint64_t> count{0};
     thread::parallel_for(ranges.size(), threads, [&](std::size_t i) {
         std::uint64_t mine = 0;
-        read_point_batches(info, {&ranges[i], 1}, [&](std::span<const RawPoint> batch) { mine += batch.size(); });
+        read_point_batches(info, {&ranges[i], 1},
+                           [&](std::span<const RawPoint> batch) { mine += batch.size(); });
         count += mine;
     });
     return count;

@@ -32,41 +32,55 @@ void copy_legacy(const laszip_point_struct& from, RawPoint& to) noexcept {
     to.overlap = from.classification == 12;
 }
 
-// LASzip can do this itself, but trusts the description of the extra bytes; find_compatible_bytes() has checked them.
-void copy_compatible(const laszip_point_struct& from, const CompatibleBytes& bytes, RawPoint& to) noexcept {
+// LASzip can do this itself, but trusts the description of the extra bytes; find_compatible_bytes()
+// has checked them.
+void copy_compatible(const laszip_point_struct& from, const CompatibleBytes& bytes,
+                     RawPoint& to) noexcept {
     const laszip_U8 *const extra = from.extra_bytes, returns = extra[bytes.returns];
-    to.classification = static_cast<std::uint8_t>(from.classification + extra[bytes.classification]);
+    to.classification =
+        static_cast<std::uint8_t>(from.classification + extra[bytes.classification]);
     to.return_number = static_cast<std::uint8_t>(from.return_number + (returns >> 4));
     to.return_count = static_cast<std::uint8_t>(from.number_of_returns + (returns & 15));
     to.withheld = from.withheld_flag != 0;
     to.overlap = (extra[bytes.flags] & 1) != 0;
-    if (bytes.near_infrared) to.nir = static_cast<std::uint16_t>(extra[*bytes.near_infrared] | extra[*bytes.near_infrared + 1] << 8);
+    if (bytes.near_infrared)
+        to.nir = static_cast<std::uint16_t>(extra[*bytes.near_infrared] |
+                                            extra[*bytes.near_infrared + 1] << 8);
 }
 
 class BatchReader {
 public:
     BatchReader(const LasInfo& info, const PointBatchSink& sink)
-        : m_info(info), m_sink(sink), m_bytes(info.path), m_reader(info.path, {info.has_colour(), info.has_near_infrared()}), m_batch(kBatchPoints) {}
+        : m_info(info),
+          m_sink(sink),
+          m_bytes(info.path),
+          m_reader(info.path, {info.has_colour(), info.has_near_infrared()}),
+          m_batch(kBatchPoints) {}
 
     void read(PointRange range) {
-        if (!m_info.chunks) return read_piece(range);
+        if (!m_info.chunks)
+            return read_piece(range);
         // Chunk by chunk, each checked before LASzip trusts it.
         const auto& starts = m_info.chunks->first_point;
-        for (std::size_t chunk = m_info.chunks->chunk_of(range.begin); chunk < m_info.chunks->size() && starts[chunk] < range.end; ++chunk) {
+        for (std::size_t chunk = m_info.chunks->chunk_of(range.begin);
+             chunk < m_info.chunks->size() && starts[chunk] < range.end; ++chunk) {
             if (m_info.chunks->empty_chunk(chunk)) {
                 m_at = kNowhere;  // LASzip would go on in it: it seeks to what comes behind
                 continue;
             }
             check_chunk(m_bytes, *m_info.chunks, chunk);
-            read_piece({std::max(range.begin, starts[chunk]), std::min(range.end, starts[chunk + 1])});
+            read_piece(
+                {std::max(range.begin, starts[chunk]), std::min(range.end, starts[chunk + 1])});
         }
     }
 
 private:
     void read_piece(PointRange range) {
-        if (range.begin != m_at) m_reader.seek(range.begin);
+        if (range.begin != m_at)
+            m_reader.seek(range.begin);
         for (m_at = range.begin; m_at < range.end;) {
-            const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(kBatchPoints, range.end - m_at));
+            const auto count =
+                static_cast<std::size_t>(std::min<std::uint64_t>(kBatchPoints, range.end - m_at));
             for (std::size_t i = 0; i < count; ++i) {
                 m_reader.next();
                 copy(m_batch[i]);
@@ -84,8 +98,10 @@ private:
             copy_compatible(from, *m_info.compatible, to);
         else
             copy_legacy(from, to);
-        if (m_colour) to.rgb = {from.rgb[0], from.rgb[1], from.rgb[2]};
-        if (m_near_infrared) to.nir = from.rgb[3];
+        if (m_colour)
+            to.rgb = {from.rgb[0], from.rgb[1], from.rgb[2]};
+        if (m_near_infrared)
+            to.nir = from.rgb[3];
     }
     const LasInfo& m_info;
     const PointBatchSink& m_sink;
@@ -93,21 +109,27 @@ private:
     LaszipReader m_reader;
     std::vector<RawPoint> m_batch;
     static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
-    /// The point that LASzip unpacks next. At the beginning it is in the first chunk, which may be an empty one.
+    /// The point that LASzip unpacks next. At the beginning it is in the first chunk, which may be
+    /// an empty one.
     std::uint64_t m_at = m_info.chunks && m_info.chunks->empty_chunk(0) ? kNowhere : 0;
-    const bool m_extended = m_info.point_format >= 6, m_colour = m_info.has_colour(), m_near_infrared = m_extended && m_info.has_near_infrared();
+    const bool m_extended = m_info.point_format >= 6, m_colour = m_info.has_colour(),
+               m_near_infrared = m_extended && m_info.has_near_infrared();
 };
 
 }  // namespace
 
-void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges, const PointBatchSink& sink) {
+void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
+                        const PointBatchSink& sink) {
     std::optional<BatchReader> reader;
     for (const PointRange& range : ranges) {
         if (range.end > info.point_count)
-            throw Error("read the point cloud " + info.path.string() + ": points " + std::to_string(range.begin) + " to " + std::to_string(range.end) +
+            throw Error("read the point cloud " + info.path.string() + ": points " +
+                        std::to_string(range.begin) + " to " + std::to_string(range.end) +
                         "; it has " + std::to_string(info.point_count));
-        if (range.begin >= range.end) continue;
-        if (!reader) reader.emplace(info, sink);
+        if (range.begin >= range.end)
+            continue;
+        if (!reader)
+            reader.emplace(info, sink);
         reader->read(range);
     }
 }

@@ -9,20 +9,25 @@ namespace terravox::lidar {
 namespace {
 
 laszip_U32 selection(WantedFields fields) {
-    laszip_U32 out = laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY | laszip_DECOMPRESS_SELECTIVE_Z | laszip_DECOMPRESS_SELECTIVE_CLASSIFICATION |
+    laszip_U32 out = laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY |
+                     laszip_DECOMPRESS_SELECTIVE_Z | laszip_DECOMPRESS_SELECTIVE_CLASSIFICATION |
                      laszip_DECOMPRESS_SELECTIVE_FLAGS;
-    if (fields.colour) out |= laszip_DECOMPRESS_SELECTIVE_RGB;
-    if (fields.near_infrared) out |= laszip_DECOMPRESS_SELECTIVE_NIR;
+    if (fields.colour)
+        out |= laszip_DECOMPRESS_SELECTIVE_RGB;
+    if (fields.near_infrared)
+        out |= laszip_DECOMPRESS_SELECTIVE_NIR;
     return out;
 }
 
 }  // namespace
 
 LaszipReader::LaszipReader(const std::filesystem::path& path, WantedFields fields) : m_path(path) {
-    if (laszip_create(&m_reader) != 0) throw Error("read the point cloud " + path.string() + ": LASzip could not start");
+    if (laszip_create(&m_reader) != 0)
+        throw Error("read the point cloud " + path.string() + ": LASzip could not start");
     try {
         check(laszip_decompress_selective(m_reader, selection(fields)));
-        // LASzip keeps the messages of all its readers in one unguarded map, and writes to it when headers are odd.
+        // LASzip keeps the messages of all its readers in one unguarded map, and writes to it when
+        // headers are odd.
         static std::mutex opening;
         const std::lock_guard lock(opening);
         laszip_BOOL compressed = 0;
@@ -36,20 +41,26 @@ LaszipReader::LaszipReader(const std::filesystem::path& path, WantedFields field
     }
 }
 
-LaszipReader::~LaszipReader() { close(); }
+LaszipReader::~LaszipReader() {
+    close();
+}
 
 void LaszipReader::close() noexcept {
-    if (m_open) laszip_close_reader(m_reader);
+    if (m_open)
+        laszip_close_reader(m_reader);
     laszip_destroy(m_reader);
 }
 
-void LaszipReader::seek(std::uint64_t point) { check(laszip_seek_point(m_reader, static_cast<laszip_I64>(point))); }
+void LaszipReader::seek(std::uint64_t point) {
+    check(laszip_seek_point(m_reader, static_cast<laszip_I64>(point)));
+}
 
 void LaszipReader::fail() const {
     laszip_CHAR* text = nullptr;
     laszip_get_error(m_reader, &text);
     std::string reason = text != nullptr ? text : "LASzip failed";
-    while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.')) reason.pop_back();
+    while (!reason.empty() && (reason.back() == '\n' || reason.back() == '.'))
+        reason.pop_back();
     throw Error("read the point cloud " + m_path.string() + ": " + reason);
 }
 

@@ -7,14 +7,15 @@
 
 namespace terravox::lidar {
 
-/// Which fields of formats 6-10 a reader decompresses; coordinates, returns, classes and flags always. Older formats have no choice.
+/// Which fields of formats 6-10 a reader decompresses; coordinates, returns, classes and flags
+/// always. Older formats have no choice.
 struct WantedFields {
     bool colour = true;
     bool near_infrared = true;
 };
 
-/// An open reader of LASzip for a file that check_las_header() has passed; closes itself. For one thread.
-/// LASzip trusts what it reads: never open a file unchecked.
+/// An open reader of LASzip for a file that check_las_header() has passed; closes itself. For one
+/// thread. LASzip trusts what it reads: never open a file unchecked.
 class LaszipReader {
 public:
     /// @throws Error naming the file and LASzip's reason
@@ -23,7 +24,8 @@ public:
     LaszipReader(const LaszipReader&) = delete;
     LaszipReader& operator=(const LaszipReader&) = delete;
 
-    /// The next point read is this one. Decodes the points of its chunk before it. @throws Error as above
+    /// The next point read is this one. Decodes the points of its chunk before it. @throws Error as
+    /// above
     void seek(std::uint64_t point);
     /// Decodes one point into point(). @throws Error as above
     void next() { check(laszip_read_point(m_reader)); }

@@ -6,11 +6,13 @@ namespace terravox::lidar {
 namespace {
 
 constexpr std::uint32_t kSymbolBits = 15, kBitBits = 13, kShortest = 1U << 24;
-constexpr std::uint32_t kMostHighBits = 8;  ///< of a correction go through a model, the rest are stored as they are
+constexpr std::uint32_t kMostHighBits =
+    8;  ///< of a correction go through a model, the rest are stored as they are
 
 }  // namespace
 
-RangeDecoder::SymbolModel::SymbolModel(std::uint32_t symbols) : m_counts(symbols, 1), m_below(symbols), m_cycle(symbols) {
+RangeDecoder::SymbolModel::SymbolModel(std::uint32_t symbols)
+    : m_counts(symbols, 1), m_below(symbols), m_cycle(symbols) {
     update();
     m_cycle = m_until_update = (symbols + 6) / 2;
 }
@@ -20,7 +22,8 @@ void RangeDecoder::SymbolModel::update() {
     m_total += m_cycle;
     if (m_total > 1U << kSymbolBits) {
         m_total = 0;
-        for (std::uint32_t& n : m_counts) m_total += n = (n + 1) / 2;
+        for (std::uint32_t& n : m_counts)
+            m_total += n = (n + 1) / 2;
     }
     const std::uint32_t scale = 0x80000000U / m_total;
     std::uint32_t sum = 0;
@@ -37,19 +40,23 @@ void RangeDecoder::BitModel::update() {
     if (m_total > 1U << kBitBits) {
         m_total = (m_total + 1) / 2;
         m_zeros = (m_zeros + 1) / 2;
-        if (m_zeros == m_total) ++m_total;
+        if (m_zeros == m_total)
+            ++m_total;
     }
     m_zero_share = (m_zeros * (0x80000000U / m_total)) >> (31 - kBitBits);
     m_cycle = std::min(5 * m_cycle / 4, 64U);
     m_until_update = m_cycle;
 }
 
-RangeDecoder::RangeDecoder(std::function<std::uint8_t()> next_byte) : m_next_byte(std::move(next_byte)) {
-    for (int i = 0; i < 4; ++i) m_value = m_value << 8 | m_next_byte();
+RangeDecoder::RangeDecoder(std::function<std::uint8_t()> next_byte)
+    : m_next_byte(std::move(next_byte)) {
+    for (int i = 0; i < 4; ++i)
+        m_value = m_value << 8 | m_next_byte();
 }
 
 void RangeDecoder::refill() {
-    // A length of 0 comes from damaged bytes alone; four bytes later any length is long enough or stays 0.
+    // A length of 0 comes from damaged bytes alone; four bytes later any length is long enough or
+    // stays 0.
     for (int i = 0; i < 4 && m_length < kShortest; ++i) {
         m_value = m_value << 8 | m_next_byte();
         m_length <<= 8;
@@ -63,12 +70,14 @@ std::uint32_t RangeDecoder::symbol(SymbolModel& model) {
     const std::uint32_t share = m_value / m_length;
     const auto above = std::upper_bound(model.m_below.begin() + 1, model.m_below.end(), share);
     const auto found = static_cast<std::size_t>(above - model.m_below.begin()) - 1;
-    const std::uint32_t from = model.m_below[found] * m_length, to = above == model.m_below.end() ? whole : *above * m_length;
+    const std::uint32_t from = model.m_below[found] * m_length,
+                        to = above == model.m_below.end() ? whole : *above * m_length;
     m_value -= from;
     m_length = to - from;
     refill();
     ++model.m_counts[found];
-    if (--model.m_until_update == 0) model.update();
+    if (--model.m_until_update == 0)
+        model.update();
     return static_cast<std::uint32_t>(found);
 }
 
@@ -83,7 +92,8 @@ std::uint32_t RangeDecoder::bit(BitModel& model) {
         m_length -= zero;
     }
     refill();
-    if (--model.m_until_update == 0) model.update();
+    if (--model.m_until_update == 0)
+        model.update();
     return out;
 }
 
@@ -100,15 +110,20 @@ std::uint32_t RangeDecoder::bits(std::uint32_t count) {
     return out;
 }
 
-IntegerDecoder::IntegerDecoder(RangeDecoder& decoder) : m_decoder(decoder), m_widths{RangeDecoder::SymbolModel(33), RangeDecoder::SymbolModel(33)} {
-    for (std::uint32_t width = 1; width < 32; ++width) m_high_bits.emplace_back(1U << std::min(width, kMostHighBits));
+IntegerDecoder::IntegerDecoder(RangeDecoder& decoder)
+    : m_decoder(decoder), m_widths{RangeDecoder::SymbolModel(33), RangeDecoder::SymbolModel(33)} {
+    for (std::uint32_t width = 1; width < 32; ++width)
+        m_high_bits.emplace_back(1U << std::min(width, kMostHighBits));
 }
 
 std::uint32_t IntegerDecoder::correction(std::size_t context) {
-    // A correction of width k lies in [-(2^k - 1), -2^(k-1)] or [2^(k-1) + 1, 2^k]; width 0 is 0 or 1.
+    // A correction of width k lies in [-(2^k - 1), -2^(k-1)] or [2^(k-1) + 1, 2^k]; width 0 is 0
+    // or 1.
     const std::uint32_t width = m_decoder.symbol(m_widths[context]);
-    if (width == 0) return m_decoder.bit(m_zero_or_one);
-    if (width == 32) return 0x80000000U;
+    if (width == 0)
+        return m_decoder.bit(m_zero_or_one);
+    if (width == 32)
+        return 0x80000000U;
     std::uint32_t value = m_decoder.symbol(m_high_bits[width - 1]);
     if (width > kMostHighBits) {
         const std::uint32_t low = width - kMostHighBits;

@@ -7,8 +7,9 @@
 
 namespace terravox::lidar {
 
-/// The entropy coder of LASzip, enough of it to read a chunk table. Damaged bytes give wrong symbols, never undefined behaviour.
-/// Ref: Said, "Introduction to Arithmetic Coding", HP Laboratories HPL-2004-76, 2004 (adaptive models of 15 and 13 bits).
+/// The entropy coder of LASzip, enough of it to read a chunk table. Damaged bytes give wrong
+/// symbols, never undefined behaviour. Ref: Said, "Introduction to Arithmetic Coding", HP
+/// Laboratories HPL-2004-76, 2004 (adaptive models of 15 and 13 bits).
 class RangeDecoder {
 public:
     /// How often each symbol has come; the shares that the decoder goes by follow in steps.
@@ -19,13 +20,15 @@ public:
     private:
         friend class RangeDecoder;
         void update();
-        std::vector<std::uint32_t> m_counts, m_below;  ///< below: share of all smaller symbols, of 2^15
+        std::vector<std::uint32_t> m_counts,
+            m_below;  ///< below: share of all smaller symbols, of 2^15
         std::uint32_t m_total = 0, m_cycle = 0, m_until_update = 0;
     };
     class BitModel {
         friend class RangeDecoder;
         void update();
-        std::uint32_t m_zeros = 1, m_total = 2, m_zero_share = 1U << 12, m_cycle = 4, m_until_update = 4;
+        std::uint32_t m_zeros = 1, m_total = 2, m_zero_share = 1U << 12, m_cycle = 4,
+                      m_until_update = 4;
     };
 
     /// @param next_byte  throws where there is none

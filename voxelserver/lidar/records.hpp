@@ -13,7 +13,7 @@ namespace terravox::lidar {
 struct VariableRecord {
     std::string user;  ///< up to 16 characters
     std::uint16_t id = 0;
-    std::uint64_t at = 0;    ///< byte of the payload
+    std::uint64_t at = 0;  ///< byte of the payload
     std::uint16_t bytes = 0;
 };
 
@@ -21,19 +21,23 @@ struct VariableRecord {
 /// @throws Error when they do not all lie there
 [[nodiscard]] std::vector<VariableRecord> read_records(const FileBytes& file);
 
-/// LASzip's own record: how the points are packed. Ref: Isenburg, "LASzip: lossless compression of LiDAR data", 2013.
+/// LASzip's own record: how the points are packed. Ref: Isenburg, "LASzip: lossless compression of
+/// LiDAR data", 2013.
 struct LaszipRecord {
     enum Compressor : std::uint16_t { kPointwise = 1, kChunked = 2, kLayered = 3 };
     static constexpr std::uint32_t kVariableChunks = 0xFFFFFFFF;
     std::uint16_t compressor = 0;
     std::uint32_t chunk_points = 0;  ///< or kVariableChunks
-    /// Separately packed layers of a chunk of formats 6-10, whose sizes stand behind its first point; 0 for older formats.
+    /// Separately packed layers of a chunk of formats 6-10, whose sizes stand behind its first
+    /// point; 0 for older formats.
     std::uint32_t layers = 0;
 };
 
 /// @return nullopt when the points are not compressed
-/// @throws Error when LASzip's record does not describe points of this format, since LASzip itself would read them as something else
-[[nodiscard]] std::optional<LaszipRecord> read_laszip_record(const FileBytes& file, const std::vector<VariableRecord>& records, int point_format,
-                                                             std::uint32_t record_bytes);
+/// @throws Error when LASzip's record does not describe points of this format, since LASzip itself
+/// would read them as something else
+[[nodiscard]] std::optional<LaszipRecord> read_laszip_record(
+    const FileBytes& file, const std::vector<VariableRecord>& records, int point_format,
+    std::uint32_t record_bytes);
 
 }  // namespace terravox::lidar

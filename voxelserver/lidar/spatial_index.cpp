@@ -9,7 +9,8 @@
 namespace terravox::lidar {
 namespace {
 
-// An index of another file may well hold as many points. Looks up the first points of some chunks, which cost little.
+// An index of another file may well hold as many points. Looks up the first points of some chunks,
+// which cost little.
 void check_by_points(const LasInfo& info, const SpatialIndex& index) {
     constexpr std::uint64_t kLookUps = 16, kPointsEach = 16;
     const auto pieces = split_by_chunk(info, 1);
@@ -18,31 +19,42 @@ void check_by_points(const LasInfo& info, const SpatialIndex& index) {
         firsts.push_back({pieces[i].begin, std::min(pieces[i].begin + kPointsEach, pieces[i].end)});
     std::vector<std::uint64_t> numbers;
     for (const PointRange& range : firsts)
-        for (std::uint64_t i = range.begin; i < range.end; ++i) numbers.push_back(i);
+        for (std::uint64_t i = range.begin; i < range.end; ++i)
+            numbers.push_back(i);
     auto number = numbers.begin();
     read_point_batches(info, firsts, [&](std::span<const RawPoint> batch) {
         for (const RawPoint& p : batch) {
-            const double x = p.x * info.scale[0] + info.offset[0], y = p.y * info.scale[1] + info.offset[1];
+            const double x = p.x * info.scale[0] + info.offset[0],
+                         y = p.y * info.scale[1] + info.offset[1];
             const std::uint64_t wanted = *number++;
             const auto ranges = index.ranges_over(x, y, x, y);
-            if (std::none_of(ranges.begin(), ranges.end(), [&](const PointRange& r) { return r.begin <= wanted && wanted < r.end; }))
-                throw Error("read " + index.source() + ": by it point " + std::to_string(wanted) + " of " + info.path.string() +
-                            " lies elsewhere; one of the two is damaged, or they do not belong together");
+            if (std::none_of(ranges.begin(), ranges.end(), [&](const PointRange& r) {
+                    return r.begin <= wanted && wanted < r.end;
+                }))
+                throw Error(
+                    "read " + index.source() + ": by it point " + std::to_string(wanted) + " of " +
+                    info.path.string() +
+                    " lies elsewhere; one of the two is damaged, or they do not belong together");
         }
     });
 }
 
 }  // namespace
 
-std::vector<PointRange> SpatialIndex::cells_over(double min_x, double min_y, double max_x, double max_y) const {
+std::vector<PointRange> SpatialIndex::cells_over(double min_x, double min_y, double max_x,
+                                                 double max_y) const {
     std::vector<PointRange> out;
     for (const Cell& cell : m_cells)
-        if (cell.min_x <= max_x && min_x <= cell.max_x && cell.min_y <= max_y && min_y <= cell.max_y) out.push_back(cell.points);
-    std::sort(out.begin(), out.end(), [](const PointRange& a, const PointRange& b) { return a.begin < b.begin; });
+        if (cell.min_x <= max_x && min_x <= cell.max_x && cell.min_y <= max_y &&
+            min_y <= cell.max_y)
+            out.push_back(cell.points);
+    std::sort(out.begin(), out.end(),
+              [](const PointRange& a, const PointRange& b) { return a.begin < b.begin; });
     return out;
 }
 
-std::vector<PointRange> SpatialIndex::ranges_over(double min_x, double min_y, double max_x, double max_y) const {
+std::vector<PointRange> SpatialIndex::ranges_over(double min_x, double min_y, double max_x,
+                                                  double max_y) const {
     std::vector<PointRange> out;
     for (const PointRange& range : cells_over(min_x, min_y, max_x, max_y)) {
         if (!out.empty() && range.begin <= out.back().end)
@@ -54,13 +66,17 @@ std::vector<PointRange> SpatialIndex::ranges_over(double min_x, double min_y, do
 }
 
 std::shared_ptr<const SpatialIndex> read_spatial_index(const LasInfo& info) {
-    if (info.point_count == 0) return nullptr;
+    if (info.point_count == 0)
+        return nullptr;
     std::shared_ptr<const SpatialIndex> index;
     if (auto copc = read_copc_index(info))
-        index = std::make_shared<const SpatialIndex>(std::move(copc->cells), "the COPC hierarchy of " + info.path.string(), true);
+        index = std::make_shared<const SpatialIndex>(
+            std::move(copc->cells), "the COPC hierarchy of " + info.path.string(), true);
     else if (auto cells = read_lax_index(info))
-        index = std::make_shared<const SpatialIndex>(std::move(*cells), lax_path(info.path).string(), false);
-    if (index) check_by_points(info, *index);
+        index = std::make_shared<const SpatialIndex>(std::move(*cells),
+                                                     lax_path(info.path).string(), false);
+    if (index)
+        check_by_points(info, *index);
     return index;
 }
 

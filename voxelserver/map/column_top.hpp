@@ -23,20 +23,25 @@ struct ColumnTop {
 struct BoxTop {
     std::array<ColumnTop, static_cast<std::size_t>(voxel::kBoxSizeX) * voxel::kBoxSizeZ> columns;
     /// x, z in [0, 64)
-    [[nodiscard]] const ColumnTop& at(int x, int z) const noexcept { return columns[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)]; }
+    [[nodiscard]] const ColumnTop& at(int x, int z) const noexcept {
+        return columns[static_cast<std::size_t>(z * voxel::kBoxSizeX + x)];
+    }
 };
 
-/// How colours of voxels become colours of the map: the true colour mixed into that of the material, in linear light. Water takes less of
-/// it, because reflections and waves in an image hide that it is water.
+/// How colours of voxels become colours of the map: the true colour mixed into that of the
+/// material, in linear light. Water takes less of it, because reflections and waves in an image
+/// hide that it is water.
 struct TopColours {
     voxel::Palette palette;
-    int true_percent = 85;        ///< share of the true colour, where a voxel has one; [0, 100], as the ray tracer's quality.colour_mix
+    int true_percent = 85;  ///< share of the true colour, where a voxel has one; [0, 100], as the
+                            ///< ray tracer's quality.colour_mix
     int true_percent_water = 45;  ///< the same for water; [0, 100]
 };
 
 /// @param boxes level 0, of one box column, in any order; nullptr: air
 /// @return nullptr when nothing is there
 /// @throws Error for boxes of another level or of different box columns
-[[nodiscard]] std::shared_ptr<const BoxTop> make_top(std::span<const std::shared_ptr<const voxel::Box>> boxes, const TopColours& colours);
+[[nodiscard]] std::shared_ptr<const BoxTop> make_top(
+    std::span<const std::shared_ptr<const voxel::Box>> boxes, const TopColours& colours);
 
 }  // namespace terravox::map

@@ -13,15 +13,25 @@ const ColumnTop kNothing;
 /// The tile's box columns and the ring around them; indices from -1 to kTileBoxes.
 class Patchwork {
 public:
-    Patchwork(TopSource& source, const voxel::Reach& world, std::int32_t x, std::int32_t z, bool make, FinestTile& out)
-        : m_source(source), m_world(world), m_bx(std::int64_t{x} * kTileBoxes), m_bz(std::int64_t{z} * kTileBoxes), m_make(make), m_out(out) {}
+    Patchwork(TopSource& source, const voxel::Reach& world, std::int32_t x, std::int32_t z,
+              bool make, FinestTile& out)
+        : m_source(source),
+          m_world(world),
+          m_bx(std::int64_t{x} * kTileBoxes),
+          m_bz(std::int64_t{z} * kTileBoxes),
+          m_make(make),
+          m_out(out) {}
 
     void ask(int dx, int dz) {
         const std::int64_t bx = m_bx + dx, bz = m_bz + dz;
-        if (bx < m_world.min_bx || bx >= m_world.max_bx || bz < m_world.min_bz || bz >= m_world.max_bz) return;
-        const Top top = m_source.top(static_cast<std::int32_t>(bx), static_cast<std::int32_t>(bz), m_make);
+        if (bx < m_world.min_bx || bx >= m_world.max_bx || bz < m_world.min_bz ||
+            bz >= m_world.max_bz)
+            return;
+        const Top top =
+            m_source.top(static_cast<std::int32_t>(bx), static_cast<std::int32_t>(bz), m_make);
         m_out.complete = m_out.complete && top.known;
-        if (!top.known) return;
+        if (!top.known)
+            return;
         const auto x = static_cast<std::int32_t>(bx), z = static_cast<std::int32_t>(bz);
         m_out.reach.add({x, z, x + 1, z + 1});
         m_out.reach.add(top.reach);
@@ -35,7 +45,9 @@ public:
     }
 
 private:
-    static std::size_t index(int dx, int dz) { return static_cast<std::size_t>((dz + 1) * kRingSide + dx + 1); }
+    static std::size_t index(int dx, int dz) {
+        return static_cast<std::size_t>((dz + 1) * kRingSide + dx + 1);
+    }
     TopSource& m_source;
     const voxel::Reach& m_world;
     const std::int64_t m_bx, m_bz;
@@ -47,17 +59,20 @@ private:
 bool has_neighbour_inside(const Patchwork& tops, int dx, int dz) {
     for (int z = std::max(dz - 1, 0); z <= std::min(dz + 1, kTileBoxes - 1); ++z)
         for (int x = std::max(dx - 1, 0); x <= std::min(dx + 1, kTileBoxes - 1); ++x)
-            if (tops.top(x, z)) return true;
+            if (tops.top(x, z))
+                return true;
     return false;
 }
 
 void ask_all(Patchwork& tops) {
     for (int dz = 0; dz < kTileBoxes; ++dz)
-        for (int dx = 0; dx < kTileBoxes; ++dx) tops.ask(dx, dz);
+        for (int dx = 0; dx < kTileBoxes; ++dx)
+            tops.ask(dx, dz);
     for (int dz = -1; dz <= kTileBoxes; ++dz)
         for (int dx = -1; dx <= kTileBoxes; ++dx) {
             const bool inside = dx >= 0 && dx < kTileBoxes && dz >= 0 && dz < kTileBoxes;
-            if (!inside && has_neighbour_inside(tops, dx, dz)) tops.ask(dx, dz);
+            if (!inside && has_neighbour_inside(tops, dx, dz))
+                tops.ask(dx, dz);
         }
 }
 
@@ -65,21 +80,24 @@ void shade_box(const Patchwork& tops, int box_x, int box_z, std::vector<Rgba8>& 
     for (int z = box_z * 64; z < box_z * 64 + 64; ++z)
         for (int x = box_x * 64; x < box_x * 64 + 64; ++x) {
             TopWindow window{};
-            for (int i = 0; i < 9; ++i) window[static_cast<std::size_t>(i)] = &tops.at(x + i % 3 - 1, z + i / 3 - 1);
+            for (int i = 0; i < 9; ++i)
+                window[static_cast<std::size_t>(i)] = &tops.at(x + i % 3 - 1, z + i / 3 - 1);
             pixels[static_cast<std::size_t>(z * kSide + x)] = shaded_pixel(window);
         }
 }
 
 }  // namespace
 
-FinestTile make_finest_tile(TopSource& source, const voxel::Reach& world, std::int32_t x, std::int32_t z, bool make) {
+FinestTile make_finest_tile(TopSource& source, const voxel::Reach& world, std::int32_t x,
+                            std::int32_t z, bool make) {
     FinestTile out;
     Patchwork tops(source, world, x, z, make, out);
     ask_all(tops);
     for (int dz = 0; dz < kTileBoxes; ++dz)
         for (int dx = 0; dx < kTileBoxes; ++dx)
             if (tops.top(dx, dz)) {
-                if (out.pixels.empty()) out.pixels.resize(std::size_t{kSide} * kSide);
+                if (out.pixels.empty())
+                    out.pixels.resize(std::size_t{kSide} * kSide);
                 shade_box(tops, dx, dz, out.pixels);
             }
     return out;

@@ -15,11 +15,12 @@ struct Rgba8 {
 /// A column and its neighbours, row by row from the north-west: index 3 dz + dx + 4.
 using TopWindow = std::array<const ColumnTop*, 9>;
 
-/// Brightness of the middle column by its slope, light from the north-west at 45 degrees; kFlatShade = as bright as level ground.
+/// Brightness of the middle column by its slope, light from the north-west at 45 degrees;
+/// kFlatShade = as bright as level ground.
 ///
-/// Neighbours with nothing in them count as level with the middle. Differences of height are cut to a few voxels, so that walls and
-/// trees are outlined and not blotted out. In [0.6, 1.25] kFlatShade.
-/// Ref: Horn, "Hill shading and the reflectance map", Proceedings of the IEEE 69, 1981.
+/// Neighbours with nothing in them count as level with the middle. Differences of height are cut to
+/// a few voxels, so that walls and trees are outlined and not blotted out. In [0.6, 1.25]
+/// kFlatShade. Ref: Horn, "Hill shading and the reflectance map", Proceedings of the IEEE 69, 1981.
 inline constexpr std::uint32_t kFlatShade = 4096;
 [[nodiscard]] std::uint32_t hill_shade(const TopWindow& window) noexcept;
 

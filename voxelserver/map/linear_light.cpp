@@ -8,7 +8,9 @@
 namespace terravox::map {
 namespace {
 
-double linear_of(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : det::pow((srgb + 0.055) / 1.055, 2.4); }
+double linear_of(double srgb) {
+    return srgb <= 0.04045 ? srgb / 12.92 : det::pow((srgb + 0.055) / 1.055, 2.4);
+}
 
 struct Tables {
     std::array<std::uint16_t, 256> linear{};
@@ -23,8 +25,11 @@ const Tables& tables() {
         for (int v = 0; v < 256; ++v) {
             const auto i = static_cast<std::size_t>(v);
             out.linear[i] = static_cast<std::uint16_t>(linear_of(v / 255.0) * kBrightest + 0.5);
-            const auto end = v == 255 ? out.srgb.size() : static_cast<std::size_t>(linear_of((v + 0.5) / 255) * kBrightest + 0.5);
-            while (next < end) out.srgb[next++] = static_cast<std::uint8_t>(v);
+            const auto end =
+                v == 255 ? out.srgb.size()
+                         : static_cast<std::size_t>(linear_of((v + 0.5) / 255) * kBrightest + 0.5);
+            while (next < end)
+                out.srgb[next++] = static_cast<std::uint8_t>(v);
         }
         return out;
     }();
@@ -33,8 +38,12 @@ const Tables& tables() {
 
 }  // namespace
 
-std::uint32_t to_linear(std::uint8_t srgb) noexcept { return tables().linear[srgb]; }
+std::uint32_t to_linear(std::uint8_t srgb) noexcept {
+    return tables().linear[srgb];
+}
 
-std::uint8_t to_srgb(std::uint32_t linear) noexcept { return tables().srgb[std::min(linear, kBrightest)]; }
+std::uint8_t to_srgb(std::uint32_t linear) noexcept {
+    return tables().srgb[std::min(linear, kBrightest)];
+}
 
 }  // namespace terravox::map

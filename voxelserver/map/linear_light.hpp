@@ -4,7 +4,8 @@
 
 namespace terravox::map {
 
-/// Linear light as whole numbers, 65535 = the brightest of sRGB: sums and means of them are the same on every machine.
+/// Linear light as whole numbers, 65535 = the brightest of sRGB: sums and means of them are the
+/// same on every machine.
 inline constexpr std::uint32_t kBrightest = 65535;
 
 /// Ref: IEC 61966-2-1 (sRGB).

@@ -14,8 +14,10 @@ void MadeAreas::add(std::int32_t bx, std::int32_t bz) {
     const std::lock_guard lock(m_mutex);
     ++m_clock;
     for (std::int32_t z = tile_of(std::int64_t{bz} - 1); z <= tile_of(std::int64_t{bz} + 1); ++z)
-        for (std::int32_t x = tile_of(std::int64_t{bx} - 1); x <= tile_of(std::int64_t{bx} + 1); ++x)
-            for (int out = 0; out < m_zooms; ++out) m_versions[{out, x >> out, z >> out}] = m_clock;
+        for (std::int32_t x = tile_of(std::int64_t{bx} - 1); x <= tile_of(std::int64_t{bx} + 1);
+             ++x)
+            for (int out = 0; out < m_zooms; ++out)
+                m_versions[{out, x >> out, z >> out}] = m_clock;
 }
 
 std::uint64_t MadeAreas::version(const TileArea& area) const {

@@ -8,8 +8,9 @@
 
 namespace terravox::map {
 
-/// Where something has been made, so that a map of a large world need not ask for every box column: a quadtree of counters over the map's
-/// finest tiles. Holds at most a third more entries than finest tiles that were ever touched (about 60 bytes each). Thread-safe.
+/// Where something has been made, so that a map of a large world need not ask for every box column:
+/// a quadtree of counters over the map's finest tiles. Holds at most a third more entries than
+/// finest tiles that were ever touched (about 60 bytes each). Thread-safe.
 class MadeAreas {
 public:
     /// @param zooms zooms of the map; areas with zooms_out in [0, zooms) can be asked for
@@ -26,7 +27,8 @@ private:
     };
     const int m_zooms;
     mutable std::mutex m_mutex;
-    std::unordered_map<TileArea, std::uint64_t, AreaHash> m_versions;  ///< m_clock when the area last changed
+    std::unordered_map<TileArea, std::uint64_t, AreaHash>
+        m_versions;  ///< m_clock when the area last changed
     std::uint64_t m_clock = 0;
 };
 

@@ -6,26 +6,33 @@
 
 namespace terravox::map {
 
-// libpng's "simplified" interface catches its own long jumps, so none crosses C++ frames, and compresses at zlib's default level, 6.
+// libpng's "simplified" interface catches its own long jumps, so none crosses C++ frames, and
+// compresses at zlib's default level, 6.
 std::string png_of(std::span<const Rgba8> pixels, int width, int height) {
     constexpr int kMostSide = 8192;
     const auto fail = [&](const std::string& what) -> void {
-        throw Error("write a PNG of " + std::to_string(width) + " x " + std::to_string(height) + " pixels: " + what);
+        throw Error("write a PNG of " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels: " + what);
     };
-    if (width < 1 || height < 1 || width > kMostSide || height > kMostSide) fail("allowed: 1 to " + std::to_string(kMostSide) + " a side");
-    if (pixels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) fail(std::to_string(pixels.size()) + " pixels were given");
+    if (width < 1 || height < 1 || width > kMostSide || height > kMostSide)
+        fail("allowed: 1 to " + std::to_string(kMostSide) + " a side");
+    if (pixels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+        fail(std::to_string(pixels.size()) + " pixels were given");
 
     png_image image{};
     image.version = PNG_IMAGE_VERSION;
     image.width = static_cast<png_uint_32>(width);
     image.height = static_cast<png_uint_32>(height);
     image.format = PNG_FORMAT_RGBA;
-    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);  // for pixels that cannot be compressed at all: one pass is enough
+    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(
+        image);  // for pixels that cannot be compressed at all: one pass is enough
     std::string out(bytes, '\0');
-    const int written = png_image_write_to_memory(&image, out.data(), &bytes, 0, pixels.data(), 0, nullptr);
+    const int written =
+        png_image_write_to_memory(&image, out.data(), &bytes, 0, pixels.data(), 0, nullptr);
     const std::string message = image.message;
     png_image_free(&image);
-    if (written == 0) fail(message);
+    if (written == 0)
+        fail(message);
     out.resize(bytes);
     out.shrink_to_fit();
     return out;

@@ -7,7 +7,8 @@
 
 namespace terravox::map {
 
-/// A PNG file: 8 bits a channel, sRGB, straight alpha. The same pixels give the same bytes (no time is written).
+/// A PNG file: 8 bits a channel, sRGB, straight alpha. The same pixels give the same bytes (no time
+/// is written).
 /// @param pixels row by row from the top; width * height of them
 /// @throws Error when their number does not fit, a side is not in [1, 8192], or libpng fails
 [[nodiscard]] std::string png_of(std::span<const Rgba8> pixels, int width, int height);

@@ -15,20 +15,26 @@ struct ColumnBoxes {
     std::vector<std::shared_ptr<const voxel::Box>> boxes;  ///< nullptr: air
     voxel::Reach reach;                                    ///< empty = the box column alone
 };
-/// Called from any thread. With make = false: nullopt when not all boxes of the column are at hand. @throws Error when they cannot be made
-using FetchColumn = std::function<std::optional<ColumnBoxes>(std::int32_t bx, std::int32_t bz, bool make)>;
+/// Called from any thread. With make = false: nullopt when not all boxes of the column are at hand.
+/// @throws Error when they cannot be made
+using FetchColumn =
+    std::function<std::optional<ColumnBoxes>(std::int32_t bx, std::int32_t bz, bool make)>;
 
-/// Box columns seen from above, kept under a byte limit (32 KiB each), made of boxes that somebody else makes and keeps. Thread-safe.
+/// Box columns seen from above, kept under a byte limit (32 KiB each), made of boxes that somebody
+/// else makes and keeps. Thread-safe.
 class TopCache final : public TopSource {
 public:
     /// @param zooms zooms of the map = levels of the world
     TopCache(FetchColumn fetch, TopColours colours, int zooms, std::size_t limit_bytes);
 
     [[nodiscard]] Top top(std::int32_t bx, std::int32_t bz, bool make) override;
-    [[nodiscard]] std::uint64_t version(const TileArea& area) override { return m_made.version(area); }
+    [[nodiscard]] std::uint64_t version(const TileArea& area) override {
+        return m_made.version(area);
+    }
 
-    /// To be called when all boxes of a column have come to hand without top(), and only once `fetch` finds them: the map may show them from
-    /// now on. Cheap enough to call for every column.
+    /// To be called when all boxes of a column have come to hand without top(), and only once
+    /// `fetch` finds them: the map may show them from now on. Cheap enough to call for every
+    /// column.
     void note_made(std::int32_t bx, std::int32_t bz) { m_made.add(bx, bz); }
 
     [[nodiscard]] util::CacheStats stats() const { return m_tops.stats(); }

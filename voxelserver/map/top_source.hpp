@@ -15,8 +15,8 @@ struct Top {
     voxel::Reach reach;                 ///< of its boxes; empty = the box column alone
 };
 
-/// A square of the map's finest tiles, each 4 x 4 box columns (256 x 256 columns): 2^zooms_out tiles a side, the first one at
-/// (x, z) * 2^zooms_out.
+/// A square of the map's finest tiles, each 4 x 4 box columns (256 x 256 columns): 2^zooms_out
+/// tiles a side, the first one at (x, z) * 2^zooms_out.
 struct TileArea {
     int zooms_out = 0;
     std::int32_t x = 0, z = 0;
@@ -36,7 +36,8 @@ public:
     /// @throws Error when the column cannot be made
     [[nodiscard]] virtual Top top(std::int32_t bx, std::int32_t bz, bool make) = 0;
 
-    /// A number that grows whenever a column of the area, or of the ring of box columns around it, comes to hand; 0: none ever did. Quick.
+    /// A number that grows whenever a column of the area, or of the ring of box columns around it,
+    /// comes to hand; 0: none ever did. Quick.
     [[nodiscard]] virtual std::uint64_t version(const TileArea& area) = 0;
 };
 

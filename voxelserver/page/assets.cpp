@@ -4,17 +4,23 @@
 #include <array>
 #include <cstddef>
 
-// The assembler takes the files in as they are: as a C++ array half a megabyte would take the compiler seconds.
-// NOLINTBEGIN(cppcoreguidelines-macro-usage): only a preprocessor can put a path into an assembler directive
-#define TERRAVOX_EMBED(symbol, file)                                                            \
-    asm(".pushsection .rodata.terravox_page,\"a\",@progbits\n"                                  \
-        ".global terravox_page_" #symbol "_begin\n"                                             \
-        ".global terravox_page_" #symbol "_end\n"                                               \
-        "terravox_page_" #symbol "_begin:\n"                                                    \
-        ".incbin \"" file "\"\n"                                       \
-        "terravox_page_" #symbol "_end:\n"                                                      \
-        ".byte 0\n"                                                                             \
-        ".popsection\n");                                                                       \
+// The assembler takes the files in as they are: as a C++ array half a megabyte would take the
+// compiler seconds. NOLINTBEGIN(cppcoreguidelines-macro-usage): only a preprocessor can put a path
+// into an assembler directive
+#define TERRAVOX_EMBED(symbol, file)                           \
+    asm(".pushsection .rodata.terravox_page,\"a\",@progbits\n" \
+        ".global terravox_page_" #symbol                       \
+        "_begin\n"                                             \
+        ".global terravox_page_" #symbol                       \
+        "_end\n"                                               \
+        "terravox_page_" #symbol                               \
+        "_begin:\n"                                            \
+        ".incbin \"" file                                      \
+        "\"\n"                                                 \
+        "terravox_page_" #symbol                               \
+        "_end:\n"                                              \
+        ".byte 0\n"                                            \
+        ".popsection\n");                                      \
     extern "C" const char terravox_page_##symbol##_begin[], terravox_page_##symbol##_end[]
 // NOLINTEND(cppcoreguidelines-macro-usage)
 
@@ -27,25 +33,34 @@ TERRAVOX_EMBED(open_api, TERRAVOX_OPEN_API);
 namespace terravox::page {
 namespace {
 
-std::string_view between(const char* begin, const char* end) noexcept { return {begin, static_cast<std::size_t>(end - begin)}; }
+std::string_view between(const char* begin, const char* end) noexcept {
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
 
 }  // namespace
 
-std::string_view open_api() noexcept { return between(terravox_page_open_api_begin, terravox_page_open_api_end); }
+std::string_view open_api() noexcept {
+    return between(terravox_page_open_api_begin, terravox_page_open_api_end);
+}
 
 std::span<const Asset> assets() noexcept {
     static const std::array all = {
-        Asset{"index.html", "text/html; charset=utf-8", between(terravox_page_index_begin, terravox_page_index_end)},
-        Asset{"app.js", "text/javascript; charset=utf-8", between(terravox_page_script_begin, terravox_page_script_end)},
-        Asset{"app.css", "text/css; charset=utf-8", between(terravox_page_style_begin, terravox_page_style_end)},
-        Asset{"licences.txt", "text/plain; charset=utf-8", between(terravox_page_licences_begin, terravox_page_licences_end)},
+        Asset{"index.html", "text/html; charset=utf-8",
+              between(terravox_page_index_begin, terravox_page_index_end)},
+        Asset{"app.js", "text/javascript; charset=utf-8",
+              between(terravox_page_script_begin, terravox_page_script_end)},
+        Asset{"app.css", "text/css; charset=utf-8",
+              between(terravox_page_style_begin, terravox_page_style_end)},
+        Asset{"licences.txt", "text/plain; charset=utf-8",
+              between(terravox_page_licences_begin, terravox_page_licences_end)},
     };
     return all;
 }
 
 const Asset* find(std::string_view path) noexcept {
     const auto all = assets();
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Asset& asset) { return asset.path == path; });
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const Asset& asset) { return asset.path == path; });
     return found == all.end() ? nullptr : &*found;
 }
 

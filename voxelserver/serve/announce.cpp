@@ -12,39 +12,62 @@ namespace terravox::serve {
 namespace {
 
 std::string size_text(double bytes) {
-    return bytes >= 1e9 ? fmt::format("{:.1f} GB", bytes / 1e9) : fmt::format("{:.0f} MB", bytes / 1e6);
+    return bytes >= 1e9 ? fmt::format("{:.1f} GB", bytes / 1e9)
+                        : fmt::format("{:.0f} MB", bytes / 1e6);
 }
 
 std::string area_text(const voxel::WorldInfo& info) {
-    const auto km = [&](int axis) { return (info.bounds.max[static_cast<std::size_t>(axis)] - info.bounds.min[static_cast<std::size_t>(axis)]) * info.voxel_m / 1000; };
-    std::string out = fmt::format("{:.2f} x {:.2f} km, {}", km(0), km(2), info.crs.empty() ? "a CRS without a name" : info.crs);
+    const auto km = [&](int axis) {
+        return (info.bounds.max[static_cast<std::size_t>(axis)] -
+                info.bounds.min[static_cast<std::size_t>(axis)]) *
+               info.voxel_m / 1000;
+    };
+    std::string out = fmt::format("{:.2f} x {:.2f} km, {}", km(0), km(2),
+                                  info.crs.empty() ? "a CRS without a name" : info.crs);
     if (info.centre)
-        out += fmt::format(", around {:.4f} {} {:.4f} {}", std::abs(info.centre->lat_deg), info.centre->lat_deg < 0 ? "S" : "N", std::abs(info.centre->lon_deg),
+        out += fmt::format(", around {:.4f} {} {:.4f} {}", std::abs(info.centre->lat_deg),
+                           info.centre->lat_deg < 0 ? "S" : "N", std::abs(info.centre->lon_deg),
                            info.centre->lon_deg < 0 ? "W" : "E");
     return out;
 }
 
 }  // namespace
 
-void announce(const OpeningWorld& world, const Options& options, const Plan& plan, const std::string& url) {
+void announce(const OpeningWorld& world, const Options& options, const Plan& plan,
+              const std::string& url) {
     const voxel::WorldInfo& info = world.info();
     const voxelize::WorldFacts& facts = world.facts();
     std::uint64_t points = 0;
-    for (const auto& s : facts.squares) points += s.points;
-    const auto say = [](const char* what, const std::string& text) { std::cout << fmt::format("  {:<7} {}\n", what, text); };
+    for (const auto& s : facts.squares)
+        points += s.points;
+    const auto say = [](const char* what, const std::string& text) {
+        std::cout << fmt::format("  {:<7} {}\n", what, text);
+    };
     say("world", info.title + ", " + area_text(info));
-    say("data", fmt::format("{} points in {} files, {} orthophotos; voxels of {} m, levels 0 to {}", points, facts.squares.size(), facts.orthophotos, info.voxel_m,
-                            info.levels - 1));
-    if (!info.licence.empty()) say("licence", info.licence);
-    const std::string where = plan.boxes.file.empty() ? "nothing on disk" : fmt::format("{} on disk in {}", size_text(static_cast<double>(options.cache_mib) * 1048576.0), options.world.cache_dir.string());
-    say("boxes", std::string(options.prepare ? "all are made now" : "are made when they are asked for") +
-                     fmt::format("; kept: {} of memory in all, {}", size_text(static_cast<double>(options.memory_mib) * 1048576.0), where));
+    say("data",
+        fmt::format("{} points in {} files, {} orthophotos; voxels of {} m, levels 0 to {}", points,
+                    facts.squares.size(), facts.orthophotos, info.voxel_m, info.levels - 1));
+    if (!info.licence.empty())
+        say("licence", info.licence);
+    const std::string where =
+        plan.boxes.file.empty()
+            ? "nothing on disk"
+            : fmt::format("{} on disk in {}",
+                          size_text(static_cast<double>(options.cache_mib) * 1048576.0),
+                          options.world.cache_dir.string());
+    say("boxes",
+        std::string(options.prepare ? "all are made now" : "are made when they are asked for") +
+            fmt::format("; kept: {} of memory in all, {}",
+                        size_text(static_cast<double>(options.memory_mib) * 1048576.0), where));
     say("map", url + "/");
     say("stop", "Ctrl-C");
     std::cout << std::flush;
     const std::string& bind = options.server.bind;
     if (!net::is_loopback(bind) && plan.token.empty())
-        spdlog::warn("whoever reaches {} may ask: --token-file wants a token of them, config/nginx/ is a front for open networks", bind);
+        spdlog::warn(
+            "whoever reaches {} may ask: --token-file wants a token of them, config/nginx/ is a "
+            "front for open networks",
+            bind);
 }
 
 }  // namespace terravox::serve

@@ -8,6 +8,7 @@
 namespace terravox::serve {
 
 /// Tells a person, on standard output, what is served and what the server will do.
-void announce(const OpeningWorld& world, const Options& options, const Plan& plan, const std::string& url);
+void announce(const OpeningWorld& world, const Options& options, const Plan& plan,
+              const std::string& url);
 
 }  // namespace terravox::serve

@@ -17,11 +17,13 @@ namespace terravox::serve {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMostFacts = 200;  // worlds of which something is kept; those written longest ago go
+constexpr std::size_t kMostFacts =
+    200;  // worlds of which something is kept; those written longest ago go
 
 std::optional<voxelize::WorldFacts> read_facts(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
-    if (!in) return std::nullopt;
+    if (!in)
+        return std::nullopt;
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     try {
         return voxelize::facts_from_bytes(bytes);
@@ -34,34 +36,45 @@ std::optional<voxelize::WorldFacts> read_facts(const fs::path& file) {
 void forget_old(const fs::path& folder) {
     std::vector<std::pair<fs::file_time_type, fs::path>> files;
     std::error_code failed, gone;
-    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed))
-        if (entry->path().extension() == ".facts") files.emplace_back(entry->last_write_time(gone), entry->path());
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed))
+        if (entry->path().extension() == ".facts")
+            files.emplace_back(entry->last_write_time(gone), entry->path());
     std::sort(files.begin(), files.end());
-    for (std::size_t i = 0; i + kMostFacts < files.size(); ++i) fs::remove(files[i].second, gone);
+    for (std::size_t i = 0; i + kMostFacts < files.size(); ++i)
+        fs::remove(files[i].second, gone);
 }
 
 }  // namespace
 
-OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const Means& means)
-    : m_options(std::move(options)), m_image_bytes(means.image_bytes), m_times(times), m_world(m_promise.get_future()) {
-    if (!means.facts.empty()) m_file = means.facts / (voxelize::world_name(m_options, module::lidar_module()) + ".facts");
+OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times,
+                           const Means& means)
+    : m_options(std::move(options)),
+      m_image_bytes(means.image_bytes),
+      m_times(times),
+      m_world(m_promise.get_future()) {
+    if (!means.facts.empty())
+        m_file = means.facts / (voxelize::world_name(m_options, module::lidar_module()) + ".facts");
     if (auto known = m_file.empty() ? std::nullopt : read_facts(m_file)) {
         m_facts = std::move(*known);
         m_info = m_facts.info;
         return;
     }
     std::call_once(m_begun, [&] {
-        std::shared_ptr<voxelize::LidarWorld> world = module::open_lidar_world(m_options, m_times, m_image_bytes);
+        std::shared_ptr<voxelize::LidarWorld> world =
+            module::open_lidar_world(m_options, m_times, m_image_bytes);
         m_facts = world->facts();
         m_info = m_facts.info;
         m_promise.set_value(std::move(world));
         m_is_open = true;
     });
-    if (!m_file.empty()) keep(m_facts);
+    if (!m_file.empty())
+        keep(m_facts);
 }
 
 OpeningWorld::~OpeningWorld() {
-    if (m_opening.joinable()) m_opening.join();
+    if (m_opening.joinable())
+        m_opening.join();
 }
 
 void OpeningWorld::begin_opening() {
@@ -70,13 +83,16 @@ void OpeningWorld::begin_opening() {
 
 void OpeningWorld::open() noexcept {
     try {
-        std::shared_ptr<voxelize::LidarWorld> world = module::open_lidar_world(m_options, m_times, m_image_bytes);
-        // A name cannot stand for everything: the system's GDAL and PROJ may be others than before. Whatever it was, the next start must not meet
-        // these facts again.
+        std::shared_ptr<voxelize::LidarWorld> world =
+            module::open_lidar_world(m_options, m_times, m_image_bytes);
+        // A name cannot stand for everything: the system's GDAL and PROJ may be others than before.
+        // Whatever it was, the next start must not meet these facts again.
         if (voxelize::to_bytes(world->facts()) != voxelize::to_bytes(m_facts)) {
             std::error_code ignored;
             fs::remove(m_file, ignored);
-            throw Error("open the world: its files have changed since the server started, or what is known of it is out of date; start it again");
+            throw Error(
+                "open the world: its files have changed since the server started, or what is known "
+                "of it is out of date; start it again");
         }
         m_promise.set_value(std::move(world));
         m_is_open = true;
@@ -93,7 +109,9 @@ voxelize::LidarWorld& OpeningWorld::opened() {
     return *m_world.get();
 }
 
-std::vector<voxelize::SquareInfo> OpeningWorld::squares() const { return m_is_open ? m_world.get()->squares() : m_facts.squares; }
+std::vector<voxelize::SquareInfo> OpeningWorld::squares() const {
+    return m_is_open ? m_world.get()->squares() : m_facts.squares;
+}
 
 void OpeningWorld::keep(const voxelize::WorldFacts& facts) const noexcept {
     try {

@@ -14,32 +14,45 @@
 
 namespace terravox::serve {
 
-/// A LiDAR world of which is known, from an earlier process, what it is: boxes that were kept can be handed out at once, and the world
-/// is opened beside, on a thread of its own. The first box that has to be made waits for that. Thread-safe.
+/// A LiDAR world of which is known, from an earlier process, what it is: boxes that were kept can
+/// be handed out at once, and the world is opened beside, on a thread of its own. The first box
+/// that has to be made waits for that. Thread-safe.
 ///
-/// What opens worlds is loaded for that only (module/load_module.hpp). Facts are kept in a folder under the world's name (voxelize::world_name), so
-/// that they are never those of other inputs.
+/// What opens worlds is loaded for that only (module/load_module.hpp). Facts are kept in a folder
+/// under the world's name (voxelize::world_name), so that they are never those of other inputs.
 class OpeningWorld final : public voxel::TracedWorld {
 public:
     struct Means {
         std::filesystem::path facts;  ///< folder; empty: nothing is kept
         std::size_t image_bytes = 0;  ///< of memory, for what is decoded of images
     };
-    /// Opens the world now where nothing is known of it; otherwise begin_opening() does, or the first box that has to be made.
+    /// Opens the world now where nothing is known of it; otherwise begin_opening() does, or the
+    /// first box that has to be made.
     /// @throws as module::open_lidar_world
     OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes& times, const Means& means);
     ~OpeningWorld() override;  ///< waits for the opening
-    /// Opens the world beside. To be called when the server answers, whose start would have to share memory and cores with it. Idempotent.
+    /// Opens the world beside. To be called when the server answers, whose start would have to
+    /// share memory and cores with it. Idempotent.
     void begin_opening();
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
-    [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override { return opened().box(key); }
-    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override { return m_facts.column(level, bx, bz); }
-    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override { return opened().traced_box(key); }
-    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const override { return m_facts.fingerprint(reach); }
+    [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
+        return opened().box(key);
+    }
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return m_facts.column(level, bx, bz);
+    }
+    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override {
+        return opened().traced_box(key);
+    }
+    [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const override {
+        return m_facts.fingerprint(reach);
+    }
 
     /// What the store knows of the data, before anybody asks for info().
-    void set_licence(const std::string& licence, const std::string& attribution) { m_info.licence = licence, m_info.attribution = attribution; }
+    void set_licence(const std::string& licence, const std::string& attribution) {
+        m_info.licence = licence, m_info.attribution = attribution;
+    }
     [[nodiscard]] const voxelize::WorldFacts& facts() const noexcept { return m_facts; }
     /// All files with their states; none is known to be prepared before the world is open.
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;

@@ -23,13 +23,14 @@ struct Options {
     std::vector<std::string> public_names;  ///< host names, beside those of net::HttpNames
     std::filesystem::path store;  ///< that the grabber fills; empty: the files are named one by one
     int memory_mib = 2048;        ///< of the whole process
-    std::int64_t cache_mib = 40960;  ///< of the cache folder: half for prepared squares, half for finished boxes
-    int queue = 96;               ///< boxes that may wait to be made
-    int request_threads = 0;      ///< 0 = as many as can make or wait, and some for everything else
+    std::int64_t cache_mib =
+        40960;       ///< of the cache folder: half for prepared squares, half for finished boxes
+    int queue = 96;  ///< boxes that may wait to be made
+    int request_threads = 0;  ///< 0 = as many as can make or wait, and some for everything else
     double header_timeout_s = 5, keep_alive_s = 2, drain_s = 10;
     bool no_ahead = false, prepare = false, prepare_only = false;
-    std::string cache;            ///< util::cache_dir
-    std::string token_file;       ///< "" = TERRAVOX_SERVER_TOKEN of the environment, or no token
+    std::string cache;       ///< util::cache_dir
+    std::string token_file;  ///< "" = TERRAVOX_SERVER_TOKEN of the environment, or no token
     std::string log_level = "info";
     bool log_json = false;
 };
@@ -46,7 +47,8 @@ struct Plan {
     net::HttpNames names;         ///< that the server answers to
     std::filesystem::path facts;  ///< folder for what is known of worlds; empty: nothing is kept
 };
-/// Fills in the world's and the server's options, too. @throws UsageError for flags that do not go together; Error for a token file that cannot be read
+/// Fills in the world's and the server's options, too. @throws UsageError for flags that do not go
+/// together; Error for a token file that cannot be read
 [[nodiscard]] Plan finish(Options& options);
 
 }  // namespace terravox::serve

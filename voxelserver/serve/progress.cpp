@@ -28,28 +28,35 @@ std::string duration_text(double seconds) {
 
 void PrepareProgress::show(const boxes::Preparer::Progress& now) {
     const double seconds = std::chrono::duration<double>(Clock::now() - m_start).count();
-    const double share = now.total > 0 ? static_cast<double>(now.done) / static_cast<double>(now.total) : 1;
+    const double share =
+        now.total > 0 ? static_cast<double>(now.done) / static_cast<double>(now.total) : 1;
     if (m_bar) {
         const int full = static_cast<int>(share * kBarWidth);
-        const std::string bar = std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(kBarWidth - full), '.');
-        const std::string left = share > 0.01 ? ", " + duration_text(seconds / share - seconds) + " left" : "";
-        std::fprintf(stderr, "\rpreparing [%s] %3.0f %%, %llu of %llu boxes%s\033[K", bar.c_str(), share * 100, static_cast<unsigned long long>(now.done),
+        const std::string bar = std::string(static_cast<std::size_t>(full), '#') +
+                                std::string(static_cast<std::size_t>(kBarWidth - full), '.');
+        const std::string left =
+            share > 0.01 ? ", " + duration_text(seconds / share - seconds) + " left" : "";
+        std::fprintf(stderr, "\rpreparing [%s] %3.0f %%, %llu of %llu boxes%s\033[K", bar.c_str(),
+                     share * 100, static_cast<unsigned long long>(now.done),
                      static_cast<unsigned long long>(now.total), left.c_str());
         return;
     }
     const auto percent = static_cast<std::uint64_t>(share * 100);
-    if (percent < m_told_percent + kTellEach_percent) return;
+    if (percent < m_told_percent + kTellEach_percent)
+        return;
     m_told_percent = percent - percent % kTellEach_percent;
     spdlog::info("preparing: {} % of {} boxes", m_told_percent, now.total);
 }
 
 void PrepareProgress::end(const boxes::Preparer::Progress& now) {
-    if (m_bar) std::fprintf(stderr, "\r\033[K");
+    if (m_bar)
+        std::fprintf(stderr, "\r\033[K");
     const double seconds = std::chrono::duration<double>(Clock::now() - m_start).count();
     if (now.failed == 0 && now.done >= now.total)
         spdlog::info("prepared: {} boxes in {}", now.done, duration_text(seconds));
     else
-        spdlog::warn("prepared: {} of {} boxes in {}; {} cannot be made", now.done - now.failed, now.total, duration_text(seconds), now.failed);
+        spdlog::warn("prepared: {} of {} boxes in {}; {} cannot be made", now.done - now.failed,
+                     now.total, duration_text(seconds), now.failed);
 }
 
 }  // namespace terravox::serve

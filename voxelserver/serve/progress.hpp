@@ -10,7 +10,8 @@ namespace terravox::serve {
 /// Tells how far preparing is: a bar on a terminal, else a log line now and then. Not thread-safe.
 class PrepareProgress {
 public:
-    explicit PrepareProgress(bool bar) : m_bar(bar) {}  ///< @param bar standard error is a terminal and the log is for people
+    explicit PrepareProgress(bool bar)
+        : m_bar(bar) {}  ///< @param bar standard error is a terminal and the log is for people
     void show(const boxes::Preparer::Progress& now);
     void end(const boxes::Preparer::Progress& now);  ///< the last word
 

@@ -26,11 +26,14 @@ namespace {
 constexpr std::chrono::milliseconds kLook{200};  // at the progress
 
 std::unique_ptr<boxes::Preparer> start_preparing(boxes::BoxCache& cache, int lanes) {
-    return std::make_unique<boxes::Preparer>(cache, lanes, [](const std::string& why) { spdlog::warn("prepare: {}", why); });
+    return std::make_unique<boxes::Preparer>(
+        cache, lanes, [](const std::string& why) { spdlog::warn("prepare: {}", why); });
 }
 
-/// Tells the progress until all is prepared, the person wants to stop, or `useless`. @return whether the person wants to stop
-template <class Useless> bool watch(const boxes::Preparer& preparer, bool bar, const Useless& useless) {
+/// Tells the progress until all is prepared, the person wants to stop, or `useless`. @return
+/// whether the person wants to stop
+template <class Useless>
+bool watch(const boxes::Preparer& preparer, bool bar, const Useless& useless) {
     PrepareProgress progress(bar);
     bool stop = false;
     while (!stop && !preparer.finished() && !useless()) {
@@ -49,32 +52,43 @@ ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     const auto end = preparer->progress();
     disk.flush();
     if (const auto dropped = disk.stats().dropped; disk.failing() || dropped > 0)
-        throw Error("prepare the world: " + (disk.failing() ? std::string("finished boxes") : std::to_string(dropped) + " boxes") + " cannot be kept in " + disk.file().string() + "; the next start goes on from there");
-    if (stopped) throw Error("prepare the world: stopped after " + std::to_string(end.done) + " of " + std::to_string(end.total) + " boxes; the next start goes on from there");
-    if (const auto d = disk.stats(); d.evictions > 0) spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room", d.evictions);
+        throw Error(
+            "prepare the world: " +
+            (disk.failing() ? std::string("finished boxes") : std::to_string(dropped) + " boxes") +
+            " cannot be kept in " + disk.file().string() + "; the next start goes on from there");
+    if (stopped)
+        throw Error("prepare the world: stopped after " + std::to_string(end.done) + " of " +
+                    std::to_string(end.total) + " boxes; the next start goes on from there");
+    if (const auto d = disk.stats(); d.evictions > 0)
+        spdlog::warn("prepare: {} boxes had to go again; --cache-mib gives them more room",
+                     d.evictions);
     return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
 }
 
 http::Health health_of(const OpeningWorld& world) {
     using State = http::Health::State;
-    if (std::string why = world.trouble(); !why.empty()) return {State::kFailed, std::move(why)};
+    if (std::string why = world.trouble(); !why.empty())
+        return {State::kFailed, std::move(why)};
     return {world.is_open() ? State::kOk : State::kOpening};
 }
 
 }  // namespace
 
 ExitCode serve(Options& options) {
-    util::set_up_log(options.log_level, options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
+    util::set_up_log(options.log_level,
+                     options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk: an error to be told
     const Plan plan = finish(options);
-    if (!options.prepare_only) http::check_can_listen(options.server);  // before minutes of decoding
+    if (!options.prepare_only)
+        http::check_can_listen(options.server);  // before minutes of decoding
     std::optional<store::GrabberStore> store;
     if (!options.store.empty()) {
         store = store::read_grabber_store(options.store);
         voxelize::take_from_store(*store, options.world);
     }
-    if (options.world.classes.empty()) options.world.classes = "asprs";
+    if (options.world.classes.empty())
+        options.world.classes = "asprs";
 
     // Threads that are started from here on leave SIGINT and SIGTERM to this one.
     std::optional<SignalsHeld> held(std::in_place);
@@ -93,9 +107,11 @@ ExitCode serve(Options& options) {
         return prepare_only(cache, plan, bar);
     }
 
-    http::MapView map(cache, {voxel::load_palette(util::config_dir() / "materials.toml")}, plan.map_bytes);
+    http::MapView map(cache, {voxel::load_palette(util::config_dir() / "materials.toml")},
+                      plan.map_bytes);
     std::unique_ptr<boxes::Preparer> preparer;
-    if (options.prepare) preparer = start_preparing(cache, plan.boxes.makers);
+    if (options.prepare)
+        preparer = start_preparing(cache, plan.boxes.makers);
     http::Service service{world, times, cache};
     service.squares = [&] { return squares_of(world, store); };
     service.map = &map;
@@ -105,16 +121,19 @@ ExitCode serve(Options& options) {
     http::Router router(service, plan.token, plan.names);
     http::Server server(router, options.server);
     std::cout << "listening on " << server.url() << std::endl;
-    // All that kept boxes do not need comes after: whoever waits for the start has its cores, and no thread but those that answer.
+    // All that kept boxes do not need comes after: whoever waits for the start has its cores, and
+    // no thread but those that answer.
     world.begin_opening();
     map.look_through_disk();
     install_stop_handlers();
     held.reset();
     announce(world, options, plan, server.url());
     bool stop = preparer && watch(*preparer, bar, [] { return false; });
-    while (!stop) stop = wait_for_stop(std::chrono::hours(1));
+    while (!stop)
+        stop = wait_for_stop(std::chrono::hours(1));
     spdlog::info("stopping: running requests are finished first");
-    if (preparer) preparer->stop();
+    if (preparer)
+        preparer->stop();
     server.stop([&] { cache.refuse(); });
     return ExitCode::kDone;
 }

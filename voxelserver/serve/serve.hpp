@@ -5,7 +5,8 @@
 
 namespace terravox::serve {
 
-/// Opens the world and serves it until SIGINT or SIGTERM, or makes all of its boxes (--prepare-only).
+/// Opens the world and serves it until SIGINT or SIGTERM, or makes all of its boxes
+/// (--prepare-only).
 /// @return kHoles when boxes that were to be prepared cannot be made @throws Error, UsageError
 [[nodiscard]] ExitCode serve(Options& options);
 

@@ -20,7 +20,7 @@ SignalsHeld::SignalsHeld() {
 
 void install_stop_handlers() {
     sem_init(&g_stop, 0, 0);
-    struct sigaction action {};
+    struct sigaction action{};
     action.sa_handler = [](int) { sem_post(&g_stop); };
     action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
@@ -32,7 +32,8 @@ bool wait_for_stop(std::chrono::milliseconds longest) {
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_sec += longest.count() / 1000;
     until.tv_nsec += longest.count() % 1000 * 1'000'000;
-    if (until.tv_nsec >= 1'000'000'000) ++until.tv_sec, until.tv_nsec -= 1'000'000'000;
+    if (until.tv_nsec >= 1'000'000'000)
+        ++until.tv_sec, until.tv_nsec -= 1'000'000'000;
     int got = 0;
     while ((got = sem_timedwait(&g_stop, &until)) != 0 && errno == EINTR) {
     }

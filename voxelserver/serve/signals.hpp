@@ -7,7 +7,8 @@
 
 namespace terravox::serve {
 
-/// SIGINT and SIGTERM are held back while this lives, so that threads started meanwhile never see them.
+/// SIGINT and SIGTERM are held back while this lives, so that threads started meanwhile never see
+/// them.
 class SignalsHeld {
 public:
     SignalsHeld();
@@ -19,7 +20,8 @@ private:
     sigset_t m_before{};
 };
 
-/// The first SIGINT or SIGTERM is a wish to stop; a second one of the same kind ends the process as if nothing had been installed.
+/// The first SIGINT or SIGTERM is a wish to stop; a second one of the same kind ends the process as
+/// if nothing had been installed.
 void install_stop_handlers();
 
 /// Waits for such a wish. @return whether it came in time

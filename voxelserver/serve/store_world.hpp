@@ -9,7 +9,9 @@
 
 namespace terravox::serve {
 
-/// What the interface shows of squares: those of the world, and those that the store has not fetched.
-[[nodiscard]] std::vector<http::SquareEntry> squares_of(const OpeningWorld& world, const std::optional<store::GrabberStore>& store);
+/// What the interface shows of squares: those of the world, and those that the store has not
+/// fetched.
+[[nodiscard]] std::vector<http::SquareEntry> squares_of(
+    const OpeningWorld& world, const std::optional<store::GrabberStore>& store);
 
 }  // namespace terravox::serve

@@ -14,12 +14,15 @@ namespace terravox::store {
 /// XXH3, 128 bits.
 [[nodiscard]] voxel::Fingerprint print_of(std::string_view bytes) noexcept;
 
-/// Values one after the other as bytes (little-endian, as on every machine this is built for), to be kept or to be hashed: texts and lists
-/// are preceded by their length, so that no two sequences of values look alike.
+/// Values one after the other as bytes (little-endian, as on every machine this is built for), to
+/// be kept or to be hashed: texts and lists are preceded by their length, so that no two sequences
+/// of values look alike.
 class ByteWriter {
 public:
-    template <class T> void add(const T& value) {
-        static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>, "structures have padding: member by member");
+    template <class T>
+    void add(const T& value) {
+        static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>,
+                      "structures have padding: member by member");
         m_bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
     void add(std::string_view text) {
@@ -28,9 +31,11 @@ public:
     }
     void add(const std::string& text) { add(std::string_view(text)); }
     void add(const voxel::Fingerprint& print) { add(print[0]), add(print[1]); }
-    template <class T> void add_all(const std::vector<T>& values) {
+    template <class T>
+    void add_all(const std::vector<T>& values) {
         add(static_cast<std::uint64_t>(values.size()));
-        for (const T& v : values) add(v);
+        for (const T& v : values)
+            add(v);
     }
     [[nodiscard]] const std::string& bytes() const noexcept { return m_bytes; }
     /// Of what was added.
@@ -40,14 +45,17 @@ private:
     std::string m_bytes;
 };
 
-/// Reads such values from bytes that may be anything: once something is missing, all that follows is 0 or empty, and ok() tells.
+/// Reads such values from bytes that may be anything: once something is missing, all that follows
+/// is 0 or empty, and ok() tells.
 class ByteReader {
 public:
     explicit ByteReader(std::string_view bytes) : m_left(bytes) {}
-    template <class T> [[nodiscard]] T get() {
+    template <class T>
+    [[nodiscard]] T get() {
         static_assert(std::is_arithmetic_v<T>);
         T out{};
-        if (const auto part = take(sizeof out); !part.empty()) std::memcpy(&out, part.data(), sizeof out);
+        if (const auto part = take(sizeof out); !part.empty())
+            std::memcpy(&out, part.data(), sizeof out);
         return out;
     }
     [[nodiscard]] std::string text() { return std::string(take(get<std::uint64_t>())); }
@@ -55,10 +63,12 @@ public:
         const auto a = get<std::uint64_t>(), b = get<std::uint64_t>();
         return {a, b};
     }
-    /// Length of a list. @param least bytes that each of its values takes: a list longer than what is left is no list
+    /// Length of a list. @param least bytes that each of its values takes: a list longer than what
+    /// is left is no list
     [[nodiscard]] std::size_t count(std::size_t least) {
         const auto n = get<std::uint64_t>();
-        if (n > m_left.size() / least) m_ok = false;
+        if (n > m_left.size() / least)
+            m_ok = false;
         return m_ok ? static_cast<std::size_t>(n) : 0;
     }
     /// Nothing was missing so far.

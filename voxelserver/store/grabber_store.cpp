@@ -19,22 +19,30 @@ constexpr std::size_t kLongestText = 4096;
 constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 
 [[nodiscard]] bool plain(const std::string& text) {
-    return text.size() <= kLongestText && std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
+    return text.size() <= kLongestText &&
+           std::none_of(text.begin(), text.end(),
+                        [](unsigned char c) { return c < ' ' || c == 127; });
 }
 
 /// Names become parts of paths and of pages.
 [[nodiscard]] bool is_name(const std::string& text) {
-    return !text.empty() && text[0] != '.' && plain(text) && text.find_first_of("/\\") == std::string::npos;
+    return !text.empty() && text[0] != '.' && plain(text) &&
+           text.find_first_of("/\\") == std::string::npos;
 }
 
-/// As the grabber writes them, such as lidar/<source>/<square>.laz: no other folder can be meant. @param folders below the first one
-[[nodiscard]] bool is_place(const std::string& path, std::string_view first, std::size_t folders, std::initializer_list<std::string_view> endings) {
-    if (std::none_of(endings.begin(), endings.end(), [&](std::string_view ending) { return path.ends_with(ending); })) return false;
+/// As the grabber writes them, such as lidar/<source>/<square>.laz: no other folder can be meant.
+/// @param folders below the first one
+[[nodiscard]] bool is_place(const std::string& path, std::string_view first, std::size_t folders,
+                            std::initializer_list<std::string_view> endings) {
+    if (std::none_of(endings.begin(), endings.end(),
+                     [&](std::string_view ending) { return path.ends_with(ending); }))
+        return false;
     std::size_t parts = 0, begin = 0;
     for (std::size_t end = 0; end != std::string::npos; begin = end + 1, ++parts) {
         end = path.find('/', begin);
         const std::string part = path.substr(begin, end == std::string::npos ? end : end - begin);
-        if (!is_name(part) || (parts == 0 && part != first)) return false;
+        if (!is_name(part) || (parts == 0 && part != first))
+            return false;
     }
     return parts == folders + 2;
 }
@@ -42,17 +50,20 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 /// The length of a plain file; nullopt when there is none.
 [[nodiscard]] std::optional<std::uint64_t> length_of(const fs::path& file) {
     std::error_code failed;
-    if (!fs::is_regular_file(file, failed)) return std::nullopt;
+    if (!fs::is_regular_file(file, failed))
+        return std::nullopt;
     const std::uintmax_t size = fs::file_size(file, failed);
     return failed ? std::nullopt : std::optional<std::uint64_t>(size);
 }
 
 /// What a server or a system said: it may be long, or of several lines.
 [[nodiscard]] std::string one_line(std::string text) {
-    std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');
     if (text.size() > kLongestText) {
         std::size_t end = kLongestText;
-        while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // not within a character
+        while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80)
+            --end;  // not within a character
         text.resize(end);
     }
     return text;
@@ -61,32 +72,47 @@ constexpr std::int64_t kGeoPackage = 0x47504B47;  // "GPKG"
 /// The grabber's fishnet.gpkg: tables as grabber/migrations makes them.
 class FishnetReader {
 public:
-    FishnetReader(fs::path folder, bool immutable) : m_folder(std::move(folder)), m_file(m_folder / "fishnet.gpkg"), m_database(m_file, immutable) {
+    FishnetReader(fs::path folder, bool immutable)
+        : m_folder(std::move(folder)),
+          m_file(m_folder / "fishnet.gpkg"),
+          m_database(m_file, immutable) {
         // An empty database is one that the grabber has made and not yet filled.
-        if (m_database.number("SELECT count(*) FROM sqlite_master") == 0) return;
-        if (m_database.number("PRAGMA application_id") != kGeoPackage) fail("is no GeoPackage");
-        if (!m_database.has_table("terravox_schema")) fail("is a GeoPackage, but no store: it has no table terravox_schema");
+        if (m_database.number("SELECT count(*) FROM sqlite_master") == 0)
+            return;
+        if (m_database.number("PRAGMA application_id") != kGeoPackage)
+            fail("is no GeoPackage");
+        if (!m_database.has_table("terravox_schema"))
+            fail("is a GeoPackage, but no store: it has no table terravox_schema");
         const auto version = m_database.number("SELECT max(version) FROM terravox_schema");
         if (version != kGrabberSchema)
-            fail("its version is " + (version ? std::to_string(*version) : "missing") + "; allowed: " + std::to_string(kGrabberSchema) +
-                 (version && *version < kGrabberSchema ? "; terravox grab resume brings it there" : ""));
+            fail("its version is " + (version ? std::to_string(*version) : "missing") +
+                 "; allowed: " + std::to_string(kGrabberSchema) +
+                 (version && *version < kGrabberSchema ? "; terravox grab resume brings it there"
+                                                       : ""));
         for (const char* table : {"squares", "orthophotos"})
-            if (!m_database.has_table(table)) fail(std::string("has no table ") + table);
+            if (!m_database.has_table(table))
+                fail(std::string("has no table ") + table);
         m_filled = true;
     }
 
     [[nodiscard]] std::vector<StoredSquare> squares() {
         std::vector<StoredSquare> out;
-        if (!m_filled) return out;
-        Rows rows(m_database, "SELECT source, name, state, verified_at IS NOT NULL, file_path, file_bytes, point_count, error_message, "
-                              "crs, class_table, licence, attribution, min_x, min_y, min_z, max_x, max_y, max_z, west, south, east, north, grid "
-                              "FROM squares WHERE state <> 'known' ORDER BY source, name, grid");
+        if (!m_filled)
+            return out;
+        Rows rows(m_database,
+                  "SELECT source, name, state, verified_at IS NOT NULL, file_path, file_bytes, "
+                  "point_count, error_message, "
+                  "crs, class_table, licence, attribution, min_x, min_y, min_z, max_x, max_y, "
+                  "max_z, west, south, east, north, grid "
+                  "FROM squares WHERE state <> 'known' ORDER BY source, name, grid");
         for (std::size_t row = 0; rows.next(); ++row) {
             m_where = "squares." + std::to_string(row) + ".";
             StoredSquare square = read_square(rows);
-            if (!out.empty() && out.back().source == square.source && out.back().name == square.name)
+            if (!out.empty() && out.back().source == square.source &&
+                out.back().name == square.name)
                 fail(m_where + "name: " + square.source + "/" + square.name + " twice");
-            if (row >= kMostSquares) fail("more than " + std::to_string(kMostSquares) + " squares that were asked for");
+            if (row >= kMostSquares)
+                fail("more than " + std::to_string(kMostSquares) + " squares that were asked for");
             out.push_back(std::move(square));
         }
         return out;
@@ -94,45 +120,62 @@ public:
 
     [[nodiscard]] std::vector<fs::path> orthophotos() {
         std::vector<fs::path> out;
-        if (!m_filled) return out;
-        Rows rows(m_database, "SELECT file_path, file_bytes FROM orthophotos WHERE verified_at IS NOT NULL ORDER BY file_path");
+        if (!m_filled)
+            return out;
+        Rows rows(m_database,
+                  "SELECT file_path, file_bytes FROM orthophotos WHERE verified_at IS NOT NULL "
+                  "ORDER BY file_path");
         for (std::size_t row = 0; rows.next(); ++row) {
             m_where = "orthophotos." + std::to_string(row) + ".";
-            if (row >= kMostRows) fail("more than " + std::to_string(kMostRows) + " orthophotos");
+            if (row >= kMostRows)
+                fail("more than " + std::to_string(kMostRows) + " orthophotos");
             const std::string path = text(rows, 0, "file_path", true);
-            if (!is_place(path, "ortho", 2, {".tif"})) fail(m_where + "file_path = '" + path + "'; allowed: ortho/<source>/<grid>/<square>.tif");
+            if (!is_place(path, "ortho", 2, {".tif"}))
+                fail(m_where + "file_path = '" + path +
+                     "'; allowed: ortho/<source>/<grid>/<square>.tif");
             const auto length = length_of(m_folder / path);
-            if (length == count(rows, 1, "file_bytes")) out.push_back(m_folder / path);
+            if (length == count(rows, 1, "file_bytes"))
+                out.push_back(m_folder / path);
             else
-                spdlog::warn("read the store {}: {} {}; it is left out", m_folder.string(), path, length ? "has another length than it had" : "is not there any more");
+                spdlog::warn("read the store {}: {} {}; it is left out", m_folder.string(), path,
+                             length ? "has another length than it had" : "is not there any more");
         }
         return out;
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const { throw Error("read the store's list " + m_file.string() + ": " + what); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error("read the store's list " + m_file.string() + ": " + what);
+    }
 
     /// @return empty for NULL, when `required` is not set
-    [[nodiscard]] std::string text(const Rows& rows, int column, const char* name, bool required) const {
+    [[nodiscard]] std::string text(const Rows& rows, int column, const char* name,
+                                   bool required) const {
         if (rows.is_null(column)) {
-            if (required) fail(m_where + name + " is missing");
+            if (required)
+                fail(m_where + name + " is missing");
             return {};
         }
         std::optional<std::string> out = rows.text(column);
-        if (!out) fail(m_where + name + " is no text");
-        if (!plain(*out)) fail(m_where + name + " is no line of up to " + std::to_string(kLongestText) + " characters");
+        if (!out)
+            fail(m_where + name + " is no text");
+        if (!plain(*out))
+            fail(m_where + name + " is no line of up to " + std::to_string(kLongestText) +
+                 " characters");
         return *std::move(out);
     }
 
     [[nodiscard]] std::uint64_t count(const Rows& rows, int column, const char* name) const {
         const auto out = rows.integer(column);
-        if (!out || *out <= 0) fail(m_where + name + " is no whole number above 0");
+        if (!out || *out <= 0)
+            fail(m_where + name + " is no whole number above 0");
         return static_cast<std::uint64_t>(*out);
     }
 
     [[nodiscard]] std::string name(const Rows& rows, int column, const char* field) const {
         std::string out = text(rows, column, field, true);
-        if (!is_name(out)) fail(m_where + field + " = '" + out + "' is no name");
+        if (!is_name(out))
+            fail(m_where + field + " = '" + out + "' is no name");
         return out;
     }
 
@@ -141,10 +184,13 @@ private:
         constexpr int kPoints = 12, kSquare = 18;
         StoredBounds out;
         const bool points = !rows.is_null(kPoints);
-        if (!points && rows.is_null(kSquare)) return std::nullopt;
+        if (!points && rows.is_null(kSquare))
+            return std::nullopt;
         const auto number = [&](int column) {
             const auto value = rows.number(column);
-            if (!value) fail(m_where + (points ? "min_x to max_z" : "west to north") + " are not all numbers");
+            if (!value)
+                fail(m_where + (points ? "min_x to max_z" : "west to north") +
+                     " are not all numbers");
             return *value;
         };
         for (int i = 0; i < (points ? 3 : 2); ++i) {
@@ -159,38 +205,52 @@ private:
         StoredSquare out;
         out.source = name(rows, 0, "source"), out.name = name(rows, 1, "name");
         const std::string state = text(rows, 2, "state", true);
-        out.crs = text(rows, 8, "crs", false), out.class_table = text(rows, 9, "class_table", false);
-        out.licence = text(rows, 10, "licence", false), out.attribution = text(rows, 11, "attribution", false);
+        out.crs = text(rows, 8, "crs", false),
+        out.class_table = text(rows, 9, "class_table", false);
+        out.licence = text(rows, 10, "licence", false),
+        out.attribution = text(rows, 11, "attribution", false);
         out.bounds = bounds(rows);
         if (!rows.is_null(7)) {
             auto said = rows.text(7);
-            if (!said) fail(m_where + "error_message is no text");
+            if (!said)
+                fail(m_where + "error_message is no text");
             out.error = one_line(*std::move(said));
         }
         const bool usable = state == "verified" || state == "converted";
-        if (usable) use_file(rows, out, StoredState::kFailed);
+        if (usable)
+            use_file(rows, out, StoredState::kFailed);
         else if (state == "wanted" || state == "fetching" || state == "fetched") {
             out.error.clear();
             // Asked for again: until the new file is there, the old one serves.
-            if (rows.integer(3) == 1) use_file(rows, out, StoredState::kWanted);
-        } else if (state == "missing") out.state = StoredState::kMissing;
-        else if (state == "failed") out.state = StoredState::kFailed;
-        else fail(m_where + "state = '" + state + "'; allowed: known, wanted, fetching, fetched, verified, converted, missing, failed");
+            if (rows.integer(3) == 1)
+                use_file(rows, out, StoredState::kWanted);
+        } else if (state == "missing")
+            out.state = StoredState::kMissing;
+        else if (state == "failed")
+            out.state = StoredState::kFailed;
+        else
+            fail(m_where + "state = '" + state +
+                 "'; allowed: known, wanted, fetching, fetched, verified, converted, missing, "
+                 "failed");
         return out;
     }
 
     /// @param otherwise what the square is when its file is not as it was
     void use_file(const Rows& rows, StoredSquare& out, StoredState otherwise) const {
         const std::string path = text(rows, 4, "file_path", true);
-        if (!is_place(path, "lidar", 1, {".laz", ".las"})) fail(m_where + "file_path = '" + path + "'; allowed: lidar/<source>/<square>.laz or .las");
+        if (!is_place(path, "lidar", 1, {".laz", ".las"}))
+            fail(m_where + "file_path = '" + path +
+                 "'; allowed: lidar/<source>/<square>.laz or .las");
         out.bytes = count(rows, 5, "file_bytes"), out.points = count(rows, 6, "point_count");
         const auto length = length_of(m_folder / path);
         out.error.clear();
         out.state = otherwise;
-        if (length == out.bytes) out.state = StoredState::kFetched, out.file = m_folder / path;
+        if (length == out.bytes)
+            out.state = StoredState::kFetched, out.file = m_folder / path;
         else if (otherwise == StoredState::kFailed)
             out.error = !length ? path + " is not there any more; fetch it again"
-                                : path + " has " + std::to_string(*length) + " bytes; it had " + std::to_string(out.bytes) + " when it was fetched";
+                                : path + " has " + std::to_string(*length) + " bytes; it had " +
+                                      std::to_string(out.bytes) + " when it was fetched";
     }
 
     const fs::path m_folder, m_file;
@@ -211,29 +271,40 @@ private:
 std::vector<fs::path> GrabberStore::files() const {
     std::vector<fs::path> out;
     for (const StoredSquare& s : squares)
-        if (s.state == StoredState::kFetched) out.push_back(s.file);
+        if (s.state == StoredState::kFetched)
+            out.push_back(s.file);
     return out;
 }
 
 GrabberStore read_grabber_store(const fs::path& folder) {
-    const auto fail = [&](const std::string& what) { return Error("read the store " + folder.string() + ": " + what); };
+    const auto fail = [&](const std::string& what) {
+        return Error("read the store " + folder.string() + ": " + what);
+    };
     std::error_code failed;
-    if (!fs::is_directory(folder, failed)) throw fail("no such folder");
+    if (!fs::is_directory(folder, failed))
+        throw fail("no such folder");
     const fs::path file = folder / "fishnet.gpkg";
     if (!fs::exists(file, failed)) {
-        if (fs::exists(folder / ".grabber.lock", failed)) return {};
+        if (fs::exists(folder / ".grabber.lock", failed))
+            return {};
         throw fail("it has no fishnet.gpkg; allowed: a folder that the grabber fills");
     }
-    if (!fs::is_regular_file(file, failed)) throw fail("its fishnet.gpkg is not a plain file");
-    // Without a log everything is in the file itself, which is read as it is: no file appears beside it that the grabber, as another user,
-    // could not write to, and a disk without write access will do. Should the grabber come meanwhile, what was read is read again.
-    const auto log_is_empty = [&] { return length_of(folder / "fishnet.gpkg-wal").value_or(0) == 0; };
+    if (!fs::is_regular_file(file, failed))
+        throw fail("its fishnet.gpkg is not a plain file");
+    // Without a log everything is in the file itself, which is read as it is: no file appears
+    // beside it that the grabber, as another user, could not write to, and a disk without write
+    // access will do. Should the grabber come meanwhile, what was read is read again.
+    const auto log_is_empty = [&] {
+        return length_of(folder / "fishnet.gpkg-wal").value_or(0) == 0;
+    };
     if (log_is_empty()) {
         try {
             GrabberStore out = read_fishnet(folder, true);
-            if (log_is_empty()) return out;
+            if (log_is_empty())
+                return out;
         } catch (const Error&) {
-            if (log_is_empty()) throw;
+            if (log_is_empty())
+                throw;
         }
     }
     return read_fishnet(folder, false);

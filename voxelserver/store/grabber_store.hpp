@@ -38,19 +38,23 @@ struct StoredSquare {
 
 /// What a store that the grabber fills holds now.
 struct GrabberStore {
-    std::vector<StoredSquare> squares;  ///< by source, then name; each once
+    std::vector<StoredSquare> squares;               ///< by source, then name; each once
     std::vector<std::filesystem::path> orthophotos;  ///< files of those that can be used, by path
     /// The files of all fetched squares.
     [[nodiscard]] std::vector<std::filesystem::path> files() const;
 };
 
-/// Reads a store, also while the grabber works in it; how it keeps its list of squares is nobody else's matter. Squares that are only known
-/// to exist are left out. A square whose file has gone or has another length than it had when it was fetched has failed, unless it is being
-/// fetched again; such an orthophoto is left out with a warning. A store that is only just being filled has no squares.
+/// Reads a store, also while the grabber works in it; how it keeps its list of squares is nobody
+/// else's matter. Squares that are only known to exist are left out. A square whose file has gone
+/// or has another length than it had when it was fetched has failed, unless it is being fetched
+/// again; such an orthophoto is left out with a warning. A store that is only just being filled has
+/// no squares.
 /// @param folder as given to `grabber fetch --store`
-/// @throws Error when there is no such folder, it is no store or one of another version, or its list cannot be read or says what cannot be
+/// @throws Error when there is no such folder, it is no store or one of another version, or its
+/// list cannot be read or says what cannot be
 [[nodiscard]] GrabberStore read_grabber_store(const std::filesystem::path& folder);
 
-[[nodiscard]] const char* name_of(StoredState state) noexcept;  ///< "wanted", "fetched", "failed", "missing"
+[[nodiscard]] const char* name_of(
+    StoredState state) noexcept;  ///< "wanted", "fetched", "failed", "missing"
 
 }  // namespace terravox::store

@@ -10,12 +10,14 @@ struct sqlite3_stmt;
 
 namespace terravox::store {
 
-/// An SQLite file that another program makes and may be writing to, or that may be anything: read-only, with limits on what a statement
-/// may cost, so that no content can fill the memory or keep us for ever. For one thread at a time.
+/// An SQLite file that another program makes and may be writing to, or that may be anything:
+/// read-only, with limits on what a statement may cost, so that no content can fill the memory or
+/// keep us for ever. For one thread at a time.
 class ReadOnlyDatabase {
 public:
-    /// @param immutable nobody writes: no lock is taken, and no file beside it is read or made, so that a disk without write access will do;
-    /// false: what is in its write-ahead log counts too @throws Error
+    /// @param immutable nobody writes: no lock is taken, and no file beside it is read or made, so
+    /// that a disk without write access will do; false: what is in its write-ahead log counts too
+    /// @throws Error
     ReadOnlyDatabase(const std::filesystem::path& file, bool immutable);
     ~ReadOnlyDatabase();
     ReadOnlyDatabase(const ReadOnlyDatabase&) = delete;

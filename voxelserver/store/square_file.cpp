@@ -21,13 +21,15 @@ using voxelize::PointCounts;
 using voxelize::Square;
 using voxelize::VoxelPoint;
 
-/// Head of both kinds of file. `count` and `more`: patches and points, or chunks and patches of chunks.
+/// Head of both kinds of file. `count` and `more`: patches and points, or chunks and patches of
+/// chunks.
 struct Header {
     std::array<char, 8> magic{};
     std::uint32_t version = kSquareFileVersion;
     std::uint32_t header_bytes = sizeof(Header);
     std::uint64_t count = 0, more = 0;
-    std::uint64_t checksum = 0;  ///< XXH64 of the header with this field 0, then of the tables after it (not of the points)
+    std::uint64_t checksum = 0;  ///< XXH64 of the header with this field 0, then of the tables
+                                 ///< after it (not of the points)
     std::uint64_t reserved = 0;
     PointCounts counts;
 };
@@ -46,16 +48,21 @@ std::uint64_t checksum(Header header, std::span<const std::byte> tables) {
     return XXH64(tables.data(), tables.size(), XXH64(&header, sizeof header, 0));
 }
 
-void write(const std::filesystem::path& path, Header header, std::span<const std::byte> tables, std::span<const std::byte> points) {
+void write(const std::filesystem::path& path, Header header, std::span<const std::byte> tables,
+           std::span<const std::byte> points) {
     header.checksum = checksum(header, tables);
     util::AtomicFile file(path);
     std::ofstream out(file.temporary_path(), std::ios::binary);
-    const auto put = [&](const void* data, std::size_t size) { out.write(static_cast<const char*>(data), static_cast<std::streamsize>(size)); };
+    const auto put = [&](const void* data, std::size_t size) {
+        out.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
+    };
     put(&header, sizeof header);
     put(tables.data(), tables.size());
     put(points.data(), points.size());
     out.close();
-    if (!out) throw Error("write the prepared square " + path.string() + ": the disk is full or not writable");
+    if (!out)
+        throw Error("write the prepared square " + path.string() +
+                    ": the disk is full or not writable");
     // Checksums tell what a crash cut short, so nothing waits for the disk.
     file.commit(util::AtomicFile::Flush::kNo);
 }
@@ -76,24 +83,35 @@ struct Layout {
     std::size_t tables = 0, points = 0;
 };
 
-/// @param layout_of std::optional<Layout>(Header, room behind it): nullopt when the counts do not fit
+/// @param layout_of std::optional<Layout>(Header, room behind it): nullopt when the counts do not
+/// fit
 template <class LayoutOf>
-Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic, const LayoutOf& layout_of) {
-    const auto fail = [&](const std::string& what) { return Error("read the prepared square " + path.string() + ": " + what); };
+Opened open(const std::filesystem::path& path, const std::array<char, 8>& magic,
+            const LayoutOf& layout_of) {
+    const auto fail = [&](const std::string& what) {
+        return Error("read the prepared square " + path.string() + ": " + what);
+    };
     Opened out{util::MappedFile::open(path), {}};
-    if (!out.file) return out;
+    if (!out.file)
+        return out;
     const auto bytes = out.file->bytes();
-    if (bytes.size() < sizeof(Header)) throw fail("cut short");
+    if (bytes.size() < sizeof(Header))
+        throw fail("cut short");
     std::memcpy(static_cast<void*>(&out.header), bytes.data(), sizeof(Header));
-    if (out.header.magic != magic) throw fail("not a prepared square");
+    if (out.header.magic != magic)
+        throw fail("not a prepared square");
     if (out.header.version != kSquareFileVersion || out.header.header_bytes != sizeof(Header))
-        throw fail("version " + std::to_string(out.header.version) + "; allowed: " + std::to_string(kSquareFileVersion));
+        throw fail("version " + std::to_string(out.header.version) +
+                   "; allowed: " + std::to_string(kSquareFileVersion));
     const auto room = bytes.size() - sizeof(Header);
     const std::optional<Layout> layout = layout_of(out.header, room);
     if (!layout || layout->tables + layout->points != room)
-        throw fail("damaged (" + std::to_string(bytes.size()) + " bytes do not fit the counts in its header)");
-    if (!util::readable(bytes.first(sizeof(Header) + layout->tables))) throw fail("cut short while it was read");
-    if (checksum(out.header, bytes.subspan(sizeof(Header), layout->tables)) != out.header.checksum) throw fail("damaged (checksum)");
+        throw fail("damaged (" + std::to_string(bytes.size()) +
+                   " bytes do not fit the counts in its header)");
+    if (!util::readable(bytes.first(sizeof(Header) + layout->tables)))
+        throw fail("cut short while it was read");
+    if (checksum(out.header, bytes.subspan(sizeof(Header), layout->tables)) != out.header.checksum)
+        throw fail("damaged (checksum)");
     return out;
 }
 
@@ -105,31 +123,43 @@ void write_square(const std::filesystem::path& file, const Square& square) {
     header.count = square.patches().size(), header.more = square.all().size();
     header.counts = square.counts();
     std::vector<PatchEntry> patches(square.patches().begin(), square.patches().end());
-    for (PatchEntry& p : patches) p.checksum = voxelize::checksum_of(square.points(p.key));  // one that is mapped and damaged stays so
+    for (PatchEntry& p : patches)
+        p.checksum =
+            voxelize::checksum_of(square.points(p.key));  // one that is mapped and damaged stays so
     write(file, header, std::as_bytes(std::span(patches)), std::as_bytes(square.all()));
 }
 
 std::shared_ptr<const Square> map_square(const std::filesystem::path& path) {
-    const auto opened = open(path, kSquareMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
-        if (h.count > room / sizeof(PatchEntry)) return std::nullopt;
-        const std::size_t tables = h.count * sizeof(PatchEntry);
-        if (h.more > (room - tables) / sizeof(VoxelPoint)) return std::nullopt;
-        return Layout{tables, h.more * sizeof(VoxelPoint)};
-    });
-    if (!opened.file) return nullptr;
+    const auto opened =
+        open(path, kSquareMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
+            if (h.count > room / sizeof(PatchEntry))
+                return std::nullopt;
+            const std::size_t tables = h.count * sizeof(PatchEntry);
+            if (h.more > (room - tables) / sizeof(VoxelPoint))
+                return std::nullopt;
+            return Layout{tables, h.more * sizeof(VoxelPoint)};
+        });
+    if (!opened.file)
+        return nullptr;
     const std::byte* tables = opened.file->bytes().data() + sizeof(Header);
     // The directory is looked at for every patch: a copy of it stays whatever becomes of the file.
-    const auto holder = std::make_shared<Mapped>(Mapped{opened.file, std::vector<PatchEntry>(opened.header.count)});
+    const auto holder =
+        std::make_shared<Mapped>(Mapped{opened.file, std::vector<PatchEntry>(opened.header.count)});
     const std::span patches(holder->patches);
-    if (!patches.empty()) std::memcpy(patches.data(), tables, patches.size_bytes());
-    const std::span points(reinterpret_cast<const VoxelPoint*>(tables + patches.size_bytes()), opened.header.more);
+    if (!patches.empty())
+        std::memcpy(patches.data(), tables, patches.size_bytes());
+    const std::span points(reinterpret_cast<const VoxelPoint*>(tables + patches.size_bytes()),
+                           opened.header.more);
     std::uint64_t at = 0;
     for (const PatchEntry& p : patches) {
-        if (p.begin != at || p.count > points.size() - at) throw Error("read the prepared square " + path.string() + ": damaged (directory)");
+        if (p.begin != at || p.count > points.size() - at)
+            throw Error("read the prepared square " + path.string() + ": damaged (directory)");
         at += p.count;
     }
-    if (at != points.size()) throw Error("read the prepared square " + path.string() + ": damaged (directory)");
-    return std::make_shared<Square>(holder, patches, points, opened.header.counts, opened.file->bytes().size() + patches.size_bytes(), false);
+    if (at != points.size())
+        throw Error("read the prepared square " + path.string() + ": damaged (directory)");
+    return std::make_shared<Square>(holder, patches, points, opened.header.counts,
+                                    opened.file->bytes().size() + patches.size_bytes(), false);
 }
 
 void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {
@@ -142,18 +172,25 @@ void write_chunks(const std::filesystem::path& file, const ChunkIndex& index) {
     Header header;
     header.magic = kChunksMagic;
     header.count = records.size(), header.more = patches.size();
-    std::vector<std::byte> tables(std::as_bytes(std::span(records)).begin(), std::as_bytes(std::span(records)).end());
-    tables.insert(tables.end(), std::as_bytes(std::span(patches)).begin(), std::as_bytes(std::span(patches)).end());
+    std::vector<std::byte> tables(std::as_bytes(std::span(records)).begin(),
+                                  std::as_bytes(std::span(records)).end());
+    tables.insert(tables.end(), std::as_bytes(std::span(patches)).begin(),
+                  std::as_bytes(std::span(patches)).end());
     write(file, header, tables, {});
 }
 
 std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
-    const auto opened = open(path, kChunksMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
-        if (h.count > room / sizeof(ChunkRecord) || h.more > room / sizeof(PatchKey)) return std::nullopt;
-        return Layout{h.count * sizeof(ChunkRecord) + h.more * sizeof(PatchKey), 0};
-    });
-    if (!opened.file) return std::nullopt;
-    const auto damaged = [&] { return Error("read the chunk index " + path.string() + ": damaged"); };
+    const auto opened =
+        open(path, kChunksMagic, [](const Header& h, std::size_t room) -> std::optional<Layout> {
+            if (h.count > room / sizeof(ChunkRecord) || h.more > room / sizeof(PatchKey))
+                return std::nullopt;
+            return Layout{h.count * sizeof(ChunkRecord) + h.more * sizeof(PatchKey), 0};
+        });
+    if (!opened.file)
+        return std::nullopt;
+    const auto damaged = [&] {
+        return Error("read the chunk index " + path.string() + ": damaged");
+    };
     const std::byte* at = opened.file->bytes().data() + sizeof(Header);
     const std::byte* patches_at = at + opened.header.count * sizeof(ChunkRecord);
     std::uint64_t left = opened.header.more;
@@ -162,14 +199,17 @@ std::optional<ChunkIndex> read_chunks(const std::filesystem::path& path) {
         ChunkRecord record;
         std::memcpy(&record, at, sizeof record);
         at += sizeof record;
-        if (record.patches > left || record.begin > record.end) throw damaged();
+        if (record.patches > left || record.begin > record.end)
+            throw damaged();
         left -= record.patches;
         chunk.points = {record.begin, record.end};
         chunk.patches.resize(record.patches);
-        if (record.patches > 0) std::memcpy(chunk.patches.data(), patches_at, record.patches * sizeof(PatchKey));
+        if (record.patches > 0)
+            std::memcpy(chunk.patches.data(), patches_at, record.patches * sizeof(PatchKey));
         patches_at += record.patches * sizeof(PatchKey);
     }
-    if (left != 0) throw damaged();
+    if (left != 0)
+        throw damaged();
     return ChunkIndex(std::move(chunks));
 }
 

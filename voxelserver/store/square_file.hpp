@@ -1,7 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,16 +11,19 @@
 
 namespace terravox::store {
 
-/// Version of both layouts. A file of another version counts as absent: prepared squares are made again, never converted.
+/// Version of both layouts. A file of another version counts as absent: prepared squares are made
+/// again, never converted.
 inline constexpr std::uint32_t kSquareFileVersion = 1;
 
 /// Writes a prepared square: header, patch directory, points. @throws Error
 void write_square(const std::filesystem::path& file, const voxelize::Square& square);
-/// Maps one. The header and the directory are checked at once, the points of a patch when they are first asked for.
+/// Maps one. The header and the directory are checked at once, the points of a patch when they are
+/// first asked for.
 /// @return nullptr when there is no such file @throws Error for a damaged file or another version
 [[nodiscard]] std::shared_ptr<const voxelize::Square> map_square(const std::filesystem::path& file);
 
-/// Writes and reads a chunk index. @throws Error as above; read_chunks: nullopt when there is no such file
+/// Writes and reads a chunk index. @throws Error as above; read_chunks: nullopt when there is no
+/// such file
 void write_chunks(const std::filesystem::path& file, const voxelize::ChunkIndex& index);
 [[nodiscard]] std::optional<voxelize::ChunkIndex> read_chunks(const std::filesystem::path& file);
 

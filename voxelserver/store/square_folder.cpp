@@ -24,23 +24,33 @@ struct Kept {
     fs::file_time_type used;
     fs::path file;
     std::uint64_t bytes = 0;
-    /// Squares first, which are large: an index saves nearly as much for a hundredth of the room. Of each kind what was used longest ago.
-    friend bool operator<(const Kept& a, const Kept& b) { return a.index != b.index ? b.index : a.used != b.used ? a.used < b.used : a.file < b.file; }
+    /// Squares first, which are large: an index saves nearly as much for a hundredth of the room.
+    /// Of each kind what was used longest ago.
+    friend bool operator<(const Kept& a, const Kept& b) {
+        return a.index != b.index ? b.index : a.used != b.used ? a.used < b.used : a.file < b.file;
+    }
 };
 
-// A file that a writer has not finished (AtomicFile names them so), or that a crash has left behind.
-bool unfinished(const fs::path& file) { return file.filename().string().starts_with('.'); }
+// A file that a writer has not finished (AtomicFile names them so), or that a crash has left
+// behind.
+bool unfinished(const fs::path& file) {
+    return file.filename().string().starts_with('.');
+}
 
 std::vector<Kept> files_of(const fs::path& folder) {
     std::vector<Kept> out;
     std::error_code failed;
-    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed)) {
         const fs::path& file = entry->path();
-        if (file.extension() != kSquare && file.extension() != kIndex) continue;
+        if (file.extension() != kSquare && file.extension() != kIndex)
+            continue;
         std::error_code gone;  // another process was faster
         Kept kept{file.extension() == kIndex, entry->last_write_time(gone), file, 0};
-        if (!gone) kept.bytes = entry->file_size(gone);
-        if (!gone) out.push_back(std::move(kept));
+        if (!gone)
+            kept.bytes = entry->file_size(gone);
+        if (!gone)
+            out.push_back(std::move(kept));
     }
     return out;
 }
@@ -50,22 +60,30 @@ std::vector<Kept> files_of(const fs::path& folder) {
 std::string square_name(const lidar::LasInfo& info, const std::string& recipe) {
     ByteWriter facts;
     facts.add(recipe), facts.add(file_identity(info.path, "point cloud"));
-    // The stem is for people: cut so that no name grows too long, and without the dots that mark unfinished files.
+    // The stem is for people: cut so that no name grows too long, and without the dots that mark
+    // unfinished files.
     constexpr std::size_t kStem = 80;
     const std::string stem = info.path.stem().string();
-    return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" + hex_of(facts.print());
+    return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" +
+           hex_of(facts.print());
 }
 
-SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes) : m_folder(std::move(folder)), m_limit_bytes(limit_bytes) {
+SquareFolder::SquareFolder(fs::path folder, std::uint64_t limit_bytes)
+    : m_folder(std::move(folder)), m_limit_bytes(limit_bytes) {
     std::error_code failed;
     fs::create_directories(m_folder, failed);
     std::error_code ignored;
     if (failed || !fs::is_directory(m_folder, ignored))
-        complain("make the cache folder " + m_folder.string() + ": " + (failed ? failed.message() : "not a folder"));
+        complain("make the cache folder " + m_folder.string() + ": " +
+                 (failed ? failed.message() : "not a folder"));
 }
 
-fs::path SquareFolder::square_file(const std::string& name) const { return m_folder / (name + kSquare); }
-fs::path SquareFolder::index_file(const std::string& name) const { return m_folder / (name + kIndex); }
+fs::path SquareFolder::square_file(const std::string& name) const {
+    return m_folder / (name + kSquare);
+}
+fs::path SquareFolder::index_file(const std::string& name) const {
+    return m_folder / (name + kIndex);
+}
 
 bool SquareFolder::holds(const std::string& name) const {
     std::error_code ignored;
@@ -77,7 +95,9 @@ std::shared_ptr<const voxelize::Square> SquareFolder::find(const std::string& na
     try {
         auto square = map_square(file);
         std::error_code ignored;
-        if (square) fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);  // used now: the last to go
+        if (square)
+            fs::last_write_time(file, fs::file_time_type::clock::now(),
+                                ignored);  // used now: the last to go
         return square;
     } catch (const Error& e) {
         spdlog::warn("{}; it is made again", e.what());
@@ -85,16 +105,19 @@ std::shared_ptr<const voxelize::Square> SquareFolder::find(const std::string& na
     }
 }
 
-std::shared_ptr<const voxelize::Square> SquareFolder::put(const std::string& name, std::shared_ptr<const voxelize::Square> square) {
+std::shared_ptr<const voxelize::Square> SquareFolder::put(
+    const std::string& name, std::shared_ptr<const voxelize::Square> square) {
     {
         const std::lock_guard lock(m_mutex);
-        if (m_read_only || square->memory_bytes() > m_limit_bytes) return square;
+        if (m_read_only || square->memory_bytes() > m_limit_bytes)
+            return square;
     }
     const fs::path file = square_file(name);
     try {
         write_square(file, *square);
         evict(file);
-        if (auto mapped = map_square(file)) return mapped;
+        if (auto mapped = map_square(file))
+            return mapped;
     } catch (const Error& e) {
         complain(e.what());
     }
@@ -105,7 +128,8 @@ std::optional<voxelize::ChunkIndex> SquareFolder::find_index(const std::string& 
     try {
         auto index = read_chunks(index_file(name));
         std::error_code ignored;
-        if (index) fs::last_write_time(index_file(name), fs::file_time_type::clock::now(), ignored);
+        if (index)
+            fs::last_write_time(index_file(name), fs::file_time_type::clock::now(), ignored);
         return index;
     } catch (const Error& e) {
         spdlog::warn("{}; it is made again", e.what());
@@ -116,7 +140,8 @@ std::optional<voxelize::ChunkIndex> SquareFolder::find_index(const std::string& 
 void SquareFolder::put_index(const std::string& name, const voxelize::ChunkIndex& index) {
     {
         const std::lock_guard lock(m_mutex);
-        if (m_read_only) return;
+        if (m_read_only)
+            return;
     }
     const fs::path file = index_file(name);
     try {
@@ -129,7 +154,8 @@ void SquareFolder::put_index(const std::string& name, const voxelize::ChunkIndex
 
 void SquareFolder::complain(const std::string& what) {
     const std::lock_guard lock(m_mutex);
-    if (!m_read_only) spdlog::warn("{}; prepared squares are kept in memory only", what);
+    if (!m_read_only)
+        spdlog::warn("{}; prepared squares are kept in memory only", what);
     m_read_only = true;
 }
 
@@ -139,21 +165,28 @@ void SquareFolder::evict(const fs::path& but_not) {
     std::vector<Kept> kept = files_of(m_folder);
     std::error_code ignored;
     std::erase_if(kept, [&](const Kept& k) {
-        if (!unfinished(k.file)) return false;
+        if (!unfinished(k.file))
+            return false;
         // Somebody may be writing it this moment: it counts when it is whole.
-        if (fs::file_time_type::clock::now() - k.used > kAbandoned) fs::remove(k.file, ignored);
+        if (fs::file_time_type::clock::now() - k.used > kAbandoned)
+            fs::remove(k.file, ignored);
         return true;
     });
     std::sort(kept.begin(), kept.end());
     std::uint64_t total = 0;
-    for (const Kept& k : kept) total += k.bytes;
+    for (const Kept& k : kept)
+        total += k.bytes;
     for (const Kept& k : kept) {
-        if (total <= m_limit_bytes) break;
-        if (k.file == but_not) continue;
-        if (fs::remove(k.file, ignored) || !ignored) total -= k.bytes;
+        if (total <= m_limit_bytes)
+            break;
+        if (k.file == but_not)
+            continue;
+        if (fs::remove(k.file, ignored) || !ignored)
+            total -= k.bytes;
     }
     // Larger than the limit on its own.
-    if (total > m_limit_bytes) fs::remove(but_not, ignored);
+    if (total > m_limit_bytes)
+        fs::remove(but_not, ignored);
 }
 
 }  // namespace terravox::store

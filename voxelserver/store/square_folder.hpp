@@ -13,16 +13,19 @@
 
 namespace terravox::store {
 
-/// Names what a prepared square was made of: a change of the source file or of anything that shapes its points changes the name.
+/// Names what a prepared square was made of: a change of the source file or of anything that shapes
+/// its points changes the name.
 /// @param recipe everything else that the points depend on (frame, filters, class table), as text
 [[nodiscard]] std::string square_name(const lidar::LasInfo& info, const std::string& recipe);
 
-/// Prepared squares in a folder, so that a restart need not decode again. Files are mapped, versioned and checksummed, appear whole or
-/// not at all, and go when the folder passes its limit: those used longest ago first. Chunk indices are small and go only when no
-/// square is left to go. A file that is mapped stays readable when it goes.
+/// Prepared squares in a folder, so that a restart need not decode again. Files are mapped,
+/// versioned and checksummed, appear whole or not at all, and go when the folder passes its limit:
+/// those used longest ago first. Chunk indices are small and go only when no square is left to go.
+/// A file that is mapped stays readable when it goes.
 ///
-/// A damaged or foreign file counts as absent, with a warning; the folder never decides what a voxel is. A folder that cannot be
-/// made or written to is reported once and then only read. Thread-safe; several processes may share a folder.
+/// A damaged or foreign file counts as absent, with a warning; the folder never decides what a
+/// voxel is. A folder that cannot be made or written to is reported once and then only read.
+/// Thread-safe; several processes may share a folder.
 class SquareFolder {
 public:
     /// @param limit_bytes of all finished files together; holds after every put
@@ -33,7 +36,8 @@ public:
     /// @return nullptr when it is not there
     [[nodiscard]] std::shared_ptr<const voxelize::Square> find(const std::string& name);
     /// Keeps a square. @return the mapped one, or the one given when it could not be written
-    [[nodiscard]] std::shared_ptr<const voxelize::Square> put(const std::string& name, std::shared_ptr<const voxelize::Square> square);
+    [[nodiscard]] std::shared_ptr<const voxelize::Square> put(
+        const std::string& name, std::shared_ptr<const voxelize::Square> square);
 
     [[nodiscard]] std::optional<voxelize::ChunkIndex> find_index(const std::string& name);
     void put_index(const std::string& name, const voxelize::ChunkIndex& index);

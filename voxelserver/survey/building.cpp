@@ -26,14 +26,17 @@ const char* name_of(RoofColour colour) noexcept {
 }
 
 const char* name_of(BuildingUse use) noexcept {
-    constexpr std::array kNames = {"house", "shed", "farm", "hotel", "church", "castle", "balcony", "carport", "canopy", "passage"};
+    constexpr std::array kNames = {"house",  "shed",    "farm",    "hotel",  "church",
+                                   "castle", "balcony", "carport", "canopy", "passage"};
     return kNames[static_cast<std::size_t>(use)];
 }
 
 std::optional<double> Building::top_m(Vec2 p) const noexcept {
     const Vec2 from = p - centre;
-    const double along = std::abs(dot(from, direction)), across = std::abs(dot(from, left_of(direction)));
-    if (along > half_length_m || across > half_width_m) return std::nullopt;
+    const double along = std::abs(dot(from, direction)),
+                 across = std::abs(dot(from, left_of(direction)));
+    if (along > half_length_m || across > half_width_m)
+        return std::nullopt;
     const double rise = ridge_m - eaves_m;
     switch (roof) {
         case RoofType::kGable: return eaves_m + rise * (1.0 - across / half_width_m);
@@ -41,10 +44,12 @@ std::optional<double> Building::top_m(Vec2 p) const noexcept {
             const double to_eaves = std::min(half_width_m - across, half_length_m - along);
             return eaves_m + rise * std::min(1.0, to_eaves / half_width_m);
         }
-        case RoofType::kPyramid: return eaves_m + rise * (1.0 - std::max(along / half_length_m, across / half_width_m));
+        case RoofType::kPyramid:
+            return eaves_m + rise * (1.0 - std::max(along / half_length_m, across / half_width_m));
         case RoofType::kCone: {
             const double part = length(from) / half_width_m;
-            if (part > 1.0) return std::nullopt;
+            if (part > 1.0)
+                return std::nullopt;
             return eaves_m + rise * (1.0 - part);
         }
         case RoofType::kFlat: break;
@@ -54,7 +59,8 @@ std::optional<double> Building::top_m(Vec2 p) const noexcept {
 }
 
 std::array<Vec2, 4> Building::corners(double margin_m) const noexcept {
-    const Vec2 a = direction * (half_length_m + margin_m), b = left_of(direction) * (half_width_m + margin_m);
+    const Vec2 a = direction * (half_length_m + margin_m),
+               b = left_of(direction) * (half_width_m + margin_m);
     return {centre - a - b, centre + a - b, centre + a + b, centre - a + b};
 }
 
@@ -84,7 +90,8 @@ Box2 Building::bounds() const noexcept {
 
 bool footprints_overlap(const Building& a, const Building& b, double margin_m) noexcept {
     for (const Vec2 axis : {a.direction, left_of(a.direction), b.direction, left_of(b.direction)})
-        if (separated_along(axis, a, b, margin_m)) return false;
+        if (separated_along(axis, a, b, margin_m))
+            return false;
     return true;
 }
 

@@ -9,7 +9,9 @@ namespace terravox::survey {
 /// sRGB, each part [0, 255], not yet rounded.
 struct Colour {
     double r = 0, g = 0, b = 0;
-    [[nodiscard]] constexpr Colour operator*(double f) const noexcept { return {r * f, g * f, b * f}; }
+    [[nodiscard]] constexpr Colour operator*(double f) const noexcept {
+        return {r * f, g * f, b * f};
+    }
     [[nodiscard]] constexpr Colour mixed(Colour other, double part) const noexcept {
         return {lerp(r, other.r, part), lerp(g, other.g, part), lerp(b, other.b, part)};
     }

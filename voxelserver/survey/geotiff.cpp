@@ -20,42 +20,57 @@ namespace {
 }
 
 template <class Value>
-void write(const std::filesystem::path& path, const SquareExtent& extent, const SquareRaster<Value>& raster, GDALDataType type,
-           const char* predictor) {
+void write(const std::filesystem::path& path, const SquareExtent& extent,
+           const SquareRaster<Value>& raster, GDALDataType type, const char* predictor) {
     geo::start_gdal();
     util::AtomicFile file(path);
     const geo::QuietGdal quiet;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-    if (driver == nullptr) fail(path);
-    const char* const options[] = {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256",   "COMPRESS=DEFLATE",
-                                   "ZLEVEL=4",  predictor,        "INTERLEAVE=PIXEL", nullptr};
-    GDALDatasetUniquePtr image{
-        driver->Create(file.temporary_path().c_str(), raster.side_px, raster.side_px, raster.bands, type, const_cast<char**>(options))};
-    if (!image) fail(path);
+    if (driver == nullptr)
+        fail(path);
+    const char* const options[] = {"TILED=YES",        "BLOCKXSIZE=256", "BLOCKYSIZE=256",
+                                   "COMPRESS=DEFLATE", "ZLEVEL=4",       predictor,
+                                   "INTERLEAVE=PIXEL", nullptr};
+    GDALDatasetUniquePtr image{driver->Create(file.temporary_path().c_str(), raster.side_px,
+                                              raster.side_px, raster.bands, type,
+                                              const_cast<char**>(options))};
+    if (!image)
+        fail(path);
     const double pixel_m = static_cast<double>(extent.size_m) / raster.side_px;
-    double corner[6] = {static_cast<double>(extent.east_m), pixel_m, 0, static_cast<double>(extent.north_m + extent.size_m), 0, -pixel_m};
+    double corner[6] = {static_cast<double>(extent.east_m),
+                        pixel_m,
+                        0,
+                        static_cast<double>(extent.north_m + extent.size_m),
+                        0,
+                        -pixel_m};
     const geo::Crs crs = geo::Crs::from_text(kSurveyCrs);
     image->SetGeoTransform(corner);
     image->SetSpatialRef(&crs.ogr());
     const GSpacing pixel_bytes = static_cast<GSpacing>(sizeof(Value)) * raster.bands;
-    if (image->RasterIO(GF_Write, 0, 0, raster.side_px, raster.side_px, const_cast<Value*>(raster.pixels.data()), raster.side_px,
-                        raster.side_px, type, raster.bands, nullptr, pixel_bytes, pixel_bytes * raster.side_px, sizeof(Value),
-                        nullptr) != CE_None)
+    if (image->RasterIO(GF_Write, 0, 0, raster.side_px, raster.side_px,
+                        const_cast<Value*>(raster.pixels.data()), raster.side_px, raster.side_px,
+                        type, raster.bands, nullptr, pixel_bytes, pixel_bytes * raster.side_px,
+                        sizeof(Value), nullptr) != CE_None)
         fail(path);
     image.reset();  // writes what is left; a full disk shows here
-    if (CPLGetLastErrorType() >= CE_Failure) fail(path);
+    if (CPLGetLastErrorType() >= CE_Failure)
+        fail(path);
     const auto missing = geo::missing_of_tiff(file.temporary_path());
-    if (missing) throw Error("write " + path.string() + ": not all could be written (the disk may be full); missing: " + *missing);
+    if (missing)
+        throw Error("write " + path.string() +
+                    ": not all could be written (the disk may be full); missing: " + *missing);
     file.commit();
 }
 
 }  // namespace
 
-void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent, const SquareRaster<std::uint8_t>& raster) {
+void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent,
+                   const SquareRaster<std::uint8_t>& raster) {
     write(path, extent, raster, GDT_Byte, "PREDICTOR=2");
 }
 
-void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent, const SquareRaster<float>& raster) {
+void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent,
+                   const SquareRaster<float>& raster) {
     write(path, extent, raster, GDT_Float32, "PREDICTOR=3");
 }
 
@@ -64,7 +79,8 @@ std::string survey_wkt1() {
     char* text = nullptr;
     const char* const options[] = {"FORMAT=WKT1_GDAL", "MULTILINE=NO", nullptr};
     const geo::QuietGdal quiet;
-    if (crs.ogr().exportToWkt(&text, options) != OGRERR_NONE) throw Error(std::string("describe ") + kSurveyCrs + " as WKT 1: GDAL failed");
+    if (crs.ogr().exportToWkt(&text, options) != OGRERR_NONE)
+        throw Error(std::string("describe ") + kSurveyCrs + " as WKT 1: GDAL failed");
     std::string wkt = text;
     CPLFree(text);
     return wkt;

@@ -16,9 +16,12 @@ struct SquareRaster {
     std::vector<Value> pixels;  ///< row by row, the bands of a pixel together
 };
 
-/// Writes a tiled, deflated GeoTIFF in EPSG:3794; it appears under its name when it is whole. @throws Error
-void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent, const SquareRaster<std::uint8_t>& raster);
-void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent, const SquareRaster<float>& raster);
+/// Writes a tiled, deflated GeoTIFF in EPSG:3794; it appears under its name when it is whole.
+/// @throws Error
+void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent,
+                   const SquareRaster<std::uint8_t>& raster);
+void write_geotiff(const std::filesystem::path& path, const SquareExtent& extent,
+                   const SquareRaster<float>& raster);
 
 /// The CRS of every survey as LAS 1.4 wants it: OGC WKT 1, one line.
 [[nodiscard]] std::string survey_wkt1();

@@ -13,26 +13,32 @@ namespace terravox::survey {
     return v ^ (v >> 31);
 }
 
-/// A hash of a seed and any number of integers (coordinates, counters); the order of the integers matters.
+/// A hash of a seed and any number of integers (coordinates, counters); the order of the integers
+/// matters.
 template <class... Integers>
 [[nodiscard]] constexpr std::uint64_t hash_of(std::uint64_t seed, Integers... values) noexcept {
     ((seed = mix64(seed ^ (static_cast<std::uint64_t>(values) * 0xD6E8FEB86659FD93ULL))), ...);
     return seed;
 }
 
-/// Random numbers as a function of a key and of how many were drawn: no state is shared between two keys, so work can be cut
-/// anywhere. Written out here because the distributions of <random> differ between standard libraries.
+/// Random numbers as a function of a key and of how many were drawn: no state is shared between two
+/// keys, so work can be cut anywhere. Written out here because the distributions of <random> differ
+/// between standard libraries.
 class Random {
 public:
     explicit constexpr Random(std::uint64_t key) noexcept : m_state(key) {}
     constexpr std::uint64_t next() noexcept { return mix64(m_state += 0xA0761D6478BD642FULL); }
-    constexpr double unit() noexcept { return static_cast<double>(next() >> 11) * 0x1p-53; }  ///< [0, 1)
+    constexpr double unit() noexcept {
+        return static_cast<double>(next() >> 11) * 0x1p-53;
+    }  ///< [0, 1)
     constexpr double range(double low, double high) noexcept { return low + (high - low) * unit(); }
     constexpr bool chance(double probability) noexcept { return unit() < probability; }
-    /// Mean 0, standard deviation 1, within +-3.5: the sum of four uniform numbers (Irwin-Hall), which needs no logarithm.
+    /// Mean 0, standard deviation 1, within +-3.5: the sum of four uniform numbers (Irwin-Hall),
+    /// which needs no logarithm.
     constexpr double normal() noexcept {
         const std::uint64_t bits = next();
-        const std::uint64_t sum = (bits & 0xFFFF) + ((bits >> 16) & 0xFFFF) + ((bits >> 32) & 0xFFFF) + (bits >> 48);
+        const std::uint64_t sum =
+            (bits & 0xFFFF) + ((bits >> 16) & 0xFFFF) + ((bits >> 32) & 0xFFFF) + (bits >> 48);
         return (static_cast<double>(sum) / 65536.0 - 2.0) * 1.7320508075688772;
     }
 

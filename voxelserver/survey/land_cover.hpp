@@ -40,7 +40,8 @@ struct CoverSite {
 /// The cover of land without road, building or water. A function of seed and the site only.
 [[nodiscard]] Cover natural_cover(std::uint64_t seed, const CoverSite& site) noexcept;
 
-/// The parcel that a point of the valley lies in: strips of one crop in blocks of different orientation.
+/// The parcel that a point of the valley lies in: strips of one crop in blocks of different
+/// orientation.
 struct Parcel {
     Cover crop = Cover::kMeadow;
     double shade = 0;  ///< [-1, 1], one number for the whole parcel

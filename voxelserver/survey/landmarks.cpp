@@ -12,7 +12,7 @@ struct Part {
     double eaves_m, ridge_m;
     RoofType roof;
     RoofColour colour;
-    bool across = false;  ///< ridge a quarter turn from the landmark's direction
+    bool across = false;                     ///< ridge a quarter turn from the landmark's direction
     BuildingUse slab = BuildingUse::kHouse;  ///< what it is when it hangs
     double underside_m = 0;                  ///< above 0: it hangs, or lies on another part
 };
@@ -22,21 +22,29 @@ Building placed(const Part& part, Vec2 at, Vec2 direction, double base_m, Buildi
     building.centre = at + direction * part.east_m + left_of(direction) * part.north_m;
     building.direction = part.across ? left_of(direction) : direction;
     building.half_length_m = part.half_length_m, building.half_width_m = part.half_width_m;
-    building.ground_m = base_m, building.eaves_m = base_m + part.eaves_m, building.ridge_m = base_m + part.ridge_m;
+    building.ground_m = base_m, building.eaves_m = base_m + part.eaves_m,
+    building.ridge_m = base_m + part.ridge_m;
     building.roof = part.roof, building.colour = part.colour, building.use = use;
-    if (part.underside_m > 0) building.use = part.slab, building.underside_m = base_m + part.underside_m;
+    if (part.underside_m > 0)
+        building.use = part.slab, building.underside_m = base_m + part.underside_m;
     return building;
 }
 
-void add_parts(const std::vector<Part>& parts, Vec2 at, Vec2 direction, double base_m, BuildingUse use, std::vector<Building>& out) {
-    for (const Part& part : parts) out.push_back(placed(part, at, direction, base_m, use));
+void add_parts(const std::vector<Part>& parts, Vec2 at, Vec2 direction, double base_m,
+               BuildingUse use, std::vector<Building>& out) {
+    for (const Part& part : parts)
+        out.push_back(placed(part, at, direction, base_m, use));
 }
 
-double lowest_ground(const Terrain& terrain, Vec2 at, Vec2 direction, double half_length_m, double half_width_m) {
+double lowest_ground(const Terrain& terrain, Vec2 at, Vec2 direction, double half_length_m,
+                     double half_width_m) {
     double lowest = terrain.at(at).ground_m;
     for (const double s : {-1.0, 1.0})
         for (const double t : {-1.0, 1.0})
-            lowest = std::min(lowest, terrain.at(at + direction * (s * half_length_m) + left_of(direction) * (t * half_width_m)).ground_m);
+            lowest = std::min(lowest, terrain
+                                          .at(at + direction * (s * half_length_m) +
+                                              left_of(direction) * (t * half_width_m))
+                                          .ground_m);
     return lowest;
 }
 
@@ -58,17 +66,21 @@ void add_island_church(const Island& island, std::vector<Building>& out) {
               island.centre, east, island.top_m, BuildingUse::kChurch, out);
 }
 
-// A ring of walls over the cliff with towers at its corners; hall, chapel and keep in the courtyard.
+// A ring of walls over the cliff with towers at its corners; hall, chapel and keep in the
+// courtyard.
 void add_castle(const CastleRock& rock, std::vector<Building>& out) {
-    const std::vector<Vec2> ring = {{-37, -7}, {-20, -23}, {9, -25}, {33, -15}, {38, 3}, {20, 22}, {-8, 25}, {-31, 14}};
+    const std::vector<Vec2> ring = {{-37, -7}, {-20, -23}, {9, -25}, {33, -15},
+                                    {38, 3},   {20, 22},   {-8, 25}, {-31, 14}};
     for (std::size_t i = 0; i < ring.size(); ++i) {
         const Vec2 a = ring[i], b = ring[(i + 1) % ring.size()];
         Part wall{0, 0, 0.5 * length(b - a), 1.1, 8.0, 8.0, RoofType::kFlat, RoofColour::kPale};
-        out.push_back(placed(wall, rock.centre + (a + b) * 0.5, unit(b - a), rock.top_m, BuildingUse::kCastle));
+        out.push_back(placed(wall, rock.centre + (a + b) * 0.5, unit(b - a), rock.top_m,
+                             BuildingUse::kCastle));
         out.back().battlements = true, out.back().ground_m = rock.top_m - 1.5;
     }
     for (const std::size_t i : {std::size_t{0}, std::size_t{3}, std::size_t{5}, std::size_t{7}}) {
-        const Part tower{ring[i].x, ring[i].y, 4.4, 4.4, 13.5, 21.5, RoofType::kCone, RoofColour::kRed};
+        const Part tower{ring[i].x,       ring[i].y,       4.4, 4.4, 13.5, 21.5,
+                         RoofType::kCone, RoofColour::kRed};
         out.push_back(placed(tower, rock.centre, {1, 0}, rock.top_m, BuildingUse::kCastle));
     }
     add_parts({{-6, -18, 15, 4.8, 10.5, 17.5, RoofType::kGable, RoofColour::kRed},
@@ -81,8 +93,8 @@ void add_castle(const CastleRock& rock, std::vector<Building>& out) {
 }
 
 void add_hotels(const Terrain& terrain, const Lake& lake, std::vector<Building>& out) {
-    // Along the east shore, their long side to the water. A passage leads through the middle, from the street to the shore, and
-    // a canopy stands before the door to the street.
+    // Along the east shore, their long side to the water. A passage leads through the middle, from
+    // the street to the shore, and a canopy stands before the door to the street.
     const std::vector<Vec2> directions = {unit({1, -0.12}), unit({1, 0.36})};
     const std::vector<double> storeys = {5, 4};
     for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -92,12 +104,14 @@ void add_hotels(const Terrain& terrain, const Lake& lake, std::vector<Building>&
         const double top = 1.5 + 3.2 * storeys[i];
         const auto flat = RoofType::kFlat;
         const auto pale = RoofColour::kPale;
-        add_parts({{-10.25, 0, 7.74, 6.5, top, top, flat, pale},
-                   {10.25, 0, 7.74, 6.5, top, top, flat, pale},
-                   {0, 0, 2.5, 6.5, top, top, flat, pale, false, BuildingUse::kPassage, 4.5},
-                   {0, 0, 7, 3, top + 3, top + 3, flat, pale, false, BuildingUse::kHotel, top - 0.5},
-                   {-9, -8.8, 5, 2.2, 5.0, 5.0, flat, RoofColour::kGrey, false, BuildingUse::kCanopy, 4.6}},
-                  at, along, base, BuildingUse::kHotel, out);
+        add_parts(
+            {{-10.25, 0, 7.74, 6.5, top, top, flat, pale},
+             {10.25, 0, 7.74, 6.5, top, top, flat, pale},
+             {0, 0, 2.5, 6.5, top, top, flat, pale, false, BuildingUse::kPassage, 4.5},
+             {0, 0, 7, 3, top + 3, top + 3, flat, pale, false, BuildingUse::kHotel, top - 0.5},
+             {-9, -8.8, 5, 2.2, 5.0, 5.0, flat, RoofColour::kGrey, false, BuildingUse::kCanopy,
+              4.6}},
+            at, along, base, BuildingUse::kHotel, out);
     }
 }
 
@@ -106,11 +120,15 @@ void add_hotels(const Terrain& terrain, const Lake& lake, std::vector<Building>&
 std::vector<Building> build_landmarks(const Terrain& terrain, const Site& site) {
     std::vector<Building> out;
     add_parish_church(terrain, site, out);
-    if (site.castle) add_castle(*site.castle, out);
-    if (site.island) add_island_church(*site.island, out);
-    if (site.is_the_place() && site.lake) add_hotels(terrain, *site.lake, out);
+    if (site.castle)
+        add_castle(*site.castle, out);
+    if (site.island)
+        add_island_church(*site.island, out);
+    if (site.is_the_place() && site.lake)
+        add_hotels(terrain, *site.lake, out);
     std::uint32_t count = 0;
-    for (Building& building : out) building.tint = static_cast<std::uint32_t>(hash_of(site.seed, 0xB1, count++));
+    for (Building& building : out)
+        building.tint = static_cast<std::uint32_t>(hash_of(site.seed, 0xB1, count++));
     return out;
 }
 

@@ -6,14 +6,18 @@ namespace terravox::survey {
 namespace {
 
 std::uint32_t lattice_hash(std::uint64_t seed, std::int64_t ix, std::int64_t iy) noexcept {
-    std::uint32_t h = static_cast<std::uint32_t>(ix) * 0x8DA6B343U ^ static_cast<std::uint32_t>(iy) * 0xD8163841U ^
-                      static_cast<std::uint32_t>(seed) ^ static_cast<std::uint32_t>(seed >> 32) * 0xCB1AB31FU;
+    std::uint32_t h = static_cast<std::uint32_t>(ix) * 0x8DA6B343U ^
+                      static_cast<std::uint32_t>(iy) * 0xD8163841U ^
+                      static_cast<std::uint32_t>(seed) ^
+                      static_cast<std::uint32_t>(seed >> 32) * 0xCB1AB31FU;
     h = (h ^ (h >> 15)) * 0x2C1B3C6DU;
     h = (h ^ (h >> 12)) * 0x297A2D39U;
     return h ^ (h >> 15);
 }
 
-double fade(double t) noexcept { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
+double fade(double t) noexcept {
+    return t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+}
 
 // Eight directions, a sixteenth of a turn off the axes so that no ridge follows the lattice.
 double slope_at(std::uint32_t h, double dx, double dy) noexcept {
@@ -28,7 +32,9 @@ double slope_at(std::uint32_t h, double dx, double dy) noexcept {
 double noise_1d(std::uint64_t seed, double x) noexcept {
     const double cell = std::floor(x);
     const auto ix = static_cast<std::int64_t>(cell);
-    const auto value = [&](std::int64_t i) { return static_cast<double>(lattice_hash(seed, i, 0)) * (2.0 / 4294967296.0) - 1.0; };
+    const auto value = [&](std::int64_t i) {
+        return static_cast<double>(lattice_hash(seed, i, 0)) * (2.0 / 4294967296.0) - 1.0;
+    };
     const double a = value(ix), b = value(ix + 1);
     return a + (b - a) * fade(x - cell);
 }
@@ -49,7 +55,8 @@ double noise_2d(std::uint64_t seed, double x, double y) noexcept {
 double fractal_2d(std::uint64_t seed, double x, double y, int octaves) noexcept {
     double sum = 0, height = 0.5;
     for (int i = 0; i < octaves; ++i) {
-        sum += height * noise_2d(seed + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, y);
+        sum +=
+            height * noise_2d(seed + static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ULL, x, y);
         x *= 2.03125, y *= 2.03125, height *= 0.5;
     }
     return sum;

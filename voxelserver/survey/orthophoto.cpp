@@ -10,29 +10,39 @@ namespace {
 /// The picture with the height of what each pixel shows: the highest thing wins.
 class Canvas {
 public:
-    explicit Canvas(const Box2& box) : m_box(box), m_side(static_cast<int>((box.x1 - box.x0) / kOrthophotoPixel_m)) {
+    explicit Canvas(const Box2& box)
+        : m_box(box), m_side(static_cast<int>((box.x1 - box.x0) / kOrthophotoPixel_m)) {
         const auto pixels = static_cast<std::size_t>(m_side) * static_cast<std::size_t>(m_side);
         m_rgb.resize(pixels * 3), m_top.assign(pixels, -1e6F);
     }
     [[nodiscard]] int side() const noexcept { return m_side; }
     [[nodiscard]] Vec2 centre(int column, int row) const noexcept {
-        return {m_box.x0 + (column + 0.5) * kOrthophotoPixel_m, m_box.y1 - (row + 0.5) * kOrthophotoPixel_m};
+        return {m_box.x0 + (column + 0.5) * kOrthophotoPixel_m,
+                m_box.y1 - (row + 0.5) * kOrthophotoPixel_m};
     }
     void put(int column, int row, double height_m, Colour colour) {
-        const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(m_side) + static_cast<std::size_t>(column);
-        if (height_m < m_top[i]) return;
+        const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(m_side) +
+                       static_cast<std::size_t>(column);
+        if (height_m < m_top[i])
+            return;
         m_top[i] = static_cast<float>(height_m);
-        const auto part = [](double v) { return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0)); };
-        m_rgb[3 * i] = part(colour.r), m_rgb[3 * i + 1] = part(colour.g), m_rgb[3 * i + 2] = part(colour.b);
+        const auto part = [](double v) {
+            return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0));
+        };
+        m_rgb[3 * i] = part(colour.r), m_rgb[3 * i + 1] = part(colour.g),
+                  m_rgb[3 * i + 2] = part(colour.b);
     }
     /// Calls visit(column, row, place) for each pixel with its centre in the box.
     template <class Visit>
     void over(const Box2& box, const Visit& visit) const {
         const auto to_column = [&](double x) { return (x - m_box.x0) / kOrthophotoPixel_m; };
         const auto to_row = [&](double y) { return (m_box.y1 - y) / kOrthophotoPixel_m; };
-        const auto within = [&](double v) { return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(m_side))); };
+        const auto within = [&](double v) {
+            return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(m_side)));
+        };
         for (int row = within(to_row(box.y1)); row < within(to_row(box.y0) + 1.0); ++row)
-            for (int column = within(to_column(box.x0)); column < within(to_column(box.x1) + 1.0); ++column)
+            for (int column = within(to_column(box.x0)); column < within(to_column(box.x1) + 1.0);
+                 ++column)
                 visit(column, row, centre(column, row));
     }
     [[nodiscard]] SquareRaster<std::uint8_t> take() { return {m_side, 3, std::move(m_rgb)}; }
@@ -46,22 +56,28 @@ private:
 
 double soft_shade(Vec2 gradient) noexcept {
     // A high, veiled sun in the south-west.
-    const double facing = 0.5 * (gradient.x + gradient.y) / std::sqrt(1.0 + dot(gradient, gradient));
+    const double facing =
+        0.5 * (gradient.x + gradient.y) / std::sqrt(1.0 + dot(gradient, gradient));
     return std::clamp(1.0 + 0.22 * facing, 0.8, 1.15);
 }
 
 Colour land_colour(const SquareModel& model, Vec2 p, bool lake_near) {
-    if (const auto level = model.water_m(p)) return water_colour(model.seed(), p, *level - model.ground_m(p), lake_near);
+    if (const auto level = model.water_m(p))
+        return water_colour(model.seed(), p, *level - model.ground_m(p), lake_near);
     // Land boundaries are softened by up to half a metre; road edges are exact.
     const std::uint64_t seed = model.seed();
-    const Vec2 ragged{p.x + 0.5 * noise_2d(seed + 71, p.x / 1.7, p.y / 1.7), p.y + 0.5 * noise_2d(seed + 72, p.x / 1.7, p.y / 1.7)};
+    const Vec2 ragged{p.x + 0.5 * noise_2d(seed + 71, p.x / 1.7, p.y / 1.7),
+                      p.y + 0.5 * noise_2d(seed + 72, p.x / 1.7, p.y / 1.7)};
     const double edge = model.road_edge_m(p);
     Cover cover = model.cover(ragged);
     const bool road_node = cover == Cover::kRoad || cover == Cover::kGravelRoad;
-    if (road_node && edge > 0.1 && edge < 29.0) cover = Cover::kMeadow;
-    if (!road_node && edge <= 0.1) cover = model.cover(p) == Cover::kGravelRoad ? Cover::kGravelRoad : Cover::kRoad;
+    if (road_node && edge > 0.1 && edge < 29.0)
+        cover = Cover::kMeadow;
+    if (!road_node && edge <= 0.1)
+        cover = model.cover(p) == Cover::kGravelRoad ? Cover::kGravelRoad : Cover::kRoad;
     Colour colour = ground_colour(seed, cover, p);
-    if (cover == Cover::kRoad && edge > -0.35) colour = colour.mixed({196, 194, 188}, 0.35);
+    if (cover == Cover::kRoad && edge > -0.35)
+        colour = colour.mixed({196, 194, 188}, 0.35);
     return colour * soft_shade(model.gradient(p));
 }
 
@@ -72,7 +88,8 @@ void paint_land(const SquareModel& model, Canvas& canvas) {
             const Vec2 p = canvas.centre(column, row);
             bool lake_near = false;
             for (const Site& site : sites)
-                lake_near = lake_near || (site.lake && length(p - site.lake->centre) < site.lake->reach_m() + 3.0);
+                lake_near = lake_near || (site.lake && length(p - site.lake->centre) <
+                                                           site.lake->reach_m() + 3.0);
             canvas.put(column, row, -1e5, land_colour(model, p, lake_near));
         }
 }
@@ -81,7 +98,8 @@ void paint_bridges(const SquareModel& model, Canvas& canvas) {
     for (const Bridge& bridge : model.roads().bridges)
         canvas.over(bridge.bounds(), [&](int column, int row, Vec2 p) {
             const double top = bridge.top_m(p);
-            if (top == kNoWater) return;
+            if (top == kNoWater)
+                return;
             const bool parapet = top > bridge.deck_m;
             canvas.put(column, row, top,
                        parapet                     ? Colour{190, 184, 172}
@@ -94,31 +112,41 @@ void paint_buildings(const SquareModel& model, Canvas& canvas) {
     for (const Building& building : model.buildings())
         canvas.over(building.bounds(), [&](int column, int row, Vec2 p) {
             const auto top = building.top_m(p);
-            if (!top) return;
+            if (!top)
+                return;
             const Vec2 from = p - building.centre;
-            const double across = dot(from, left_of(building.direction)), along = dot(from, building.direction);
+            const double across = dot(from, left_of(building.direction)),
+                         along = dot(from, building.direction);
             Colour colour = roof_colour(building, across > 0 ? 0 : 1);
             // Rows of tiles, a lighter ridge, a rim on flat roofs.
             const double tiles = std::floor(std::abs(across) * 2.0),
-                         rim = std::min(building.half_width_m - std::abs(across), building.half_length_m - std::abs(along));
-            if (building.roof == RoofType::kFlat) colour = colour * (rim < 0.6 ? 1.08 : 0.97);
-            else if (*top > building.ridge_m - 0.3) colour = colour * 1.08;
-            else colour = colour * (tiles - 2.0 * std::floor(tiles / 2.0) < 1.0 ? 1.02 : 0.98);
+                         rim = std::min(building.half_width_m - std::abs(across),
+                                        building.half_length_m - std::abs(along));
+            if (building.roof == RoofType::kFlat)
+                colour = colour * (rim < 0.6 ? 1.08 : 0.97);
+            else if (*top > building.ridge_m - 0.3)
+                colour = colour * 1.08;
+            else
+                colour = colour * (tiles - 2.0 * std::floor(tiles / 2.0) < 1.0 ? 1.02 : 0.98);
             canvas.put(column, row, *top, colour);
         });
 }
 
 void paint_trees(const SquareModel& model, Canvas& canvas) {
     for (const Tree& tree : model.trees()) {
-        const Box2 box{tree.at.x - tree.radius_m, tree.at.y - tree.radius_m, tree.at.x + tree.radius_m, tree.at.y + tree.radius_m};
+        const Box2 box{tree.at.x - tree.radius_m, tree.at.y - tree.radius_m,
+                       tree.at.x + tree.radius_m, tree.at.y + tree.radius_m};
         const Colour crown = crown_colour(tree);
         canvas.over(box, [&](int column, int row, Vec2 p) {
             const Vec2 from = p - tree.at;
             const double ragged = 1.0 + 0.22 * noise_2d(tree.tint, p.x / 0.9, p.y / 0.9);
             const auto top = tree.crown_top_m(length(from) * ragged);
-            if (!top) return;
-            const double lit = (from.x * -0.6 - from.y * 0.6) / tree.radius_m;  // lighter towards the south-west
-            const double grain = static_cast<double>(hash_of(tree.tint, column, row) & 0xFFU) / 255.0 - 0.5;
+            if (!top)
+                return;
+            const double lit =
+                (from.x * -0.6 - from.y * 0.6) / tree.radius_m;  // lighter towards the south-west
+            const double grain =
+                static_cast<double>(hash_of(tree.tint, column, row) & 0xFFU) / 255.0 - 0.5;
             canvas.put(column, row, *top, crown * (1.0 + 0.10 * lit + 0.16 * grain));
         });
     }

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <cstdint>
 
-/// Plane geometry in the place frame: metres east (x) and north (y) of the place's centre. Only + - * / sqrt and floor are
-/// used in the whole generator, which IEEE 754 rounds the same on every machine; a survey does not depend on the C library.
+/// Plane geometry in the place frame: metres east (x) and north (y) of the place's centre. Only + -
+/// * / sqrt and floor are used in the whole generator, which IEEE 754 rounds the same on every
+/// machine; a survey does not depend on the C library.
 namespace terravox::survey {
 
 struct Vec2 {
@@ -15,28 +16,42 @@ struct Vec2 {
     constexpr Vec2 operator*(double f) const noexcept { return {x * f, y * f}; }
 };
 
-[[nodiscard]] constexpr double dot(Vec2 a, Vec2 b) noexcept { return a.x * b.x + a.y * b.y; }
-[[nodiscard]] inline double length(Vec2 v) noexcept { return std::sqrt(v.x * v.x + v.y * v.y); }
+[[nodiscard]] constexpr double dot(Vec2 a, Vec2 b) noexcept {
+    return a.x * b.x + a.y * b.y;
+}
+[[nodiscard]] inline double length(Vec2 v) noexcept {
+    return std::sqrt(v.x * v.x + v.y * v.y);
+}
 /// @return v scaled to length 1, or east for a zero vector
 [[nodiscard]] inline Vec2 unit(Vec2 v) noexcept {
     const double l = length(v);
     return l > 0 ? v * (1.0 / l) : Vec2{1, 0};
 }
 /// A quarter turn to the left.
-[[nodiscard]] constexpr Vec2 left_of(Vec2 v) noexcept { return {-v.y, v.x}; }
+[[nodiscard]] constexpr Vec2 left_of(Vec2 v) noexcept {
+    return {-v.y, v.x};
+}
 
 /// [x0, x1) by [y0, y1), metres.
 struct Box2 {
     double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-    [[nodiscard]] constexpr Box2 expanded(double m) const noexcept { return {x0 - m, y0 - m, x1 + m, y1 + m}; }
-    [[nodiscard]] constexpr bool contains(Vec2 p) const noexcept { return p.x >= x0 && p.x < x1 && p.y >= y0 && p.y < y1; }
-    [[nodiscard]] constexpr bool overlaps(const Box2& o) const noexcept { return x0 < o.x1 && o.x0 < x1 && y0 < o.y1 && o.y0 < y1; }
+    [[nodiscard]] constexpr Box2 expanded(double m) const noexcept {
+        return {x0 - m, y0 - m, x1 + m, y1 + m};
+    }
+    [[nodiscard]] constexpr bool contains(Vec2 p) const noexcept {
+        return p.x >= x0 && p.x < x1 && p.y >= y0 && p.y < y1;
+    }
+    [[nodiscard]] constexpr bool overlaps(const Box2& o) const noexcept {
+        return x0 < o.x1 && o.x0 < x1 && y0 < o.y1 && o.y0 < y1;
+    }
 };
 
 /// The centre of the place in EPSG:3794, metres; the middle of the square TM_462_101.
 inline constexpr double kPlaceEasting_m = 462500, kPlaceNorthing_m = 101500;
 
-[[nodiscard]] constexpr double lerp(double a, double b, double t) noexcept { return a + (b - a) * t; }
+[[nodiscard]] constexpr double lerp(double a, double b, double t) noexcept {
+    return a + (b - a) * t;
+}
 /// 0 below low, 1 above high, a cubic without kinks between.
 [[nodiscard]] constexpr double smoothstep(double low, double high, double v) noexcept {
     const double t = std::clamp((v - low) / (high - low), 0.0, 1.0);

@@ -14,7 +14,8 @@ struct Pylon {
     double ground_m = 0, top_m = 0;
     /// @return half the width of the mast at a height, metres
     [[nodiscard]] double half_width_m(double height_m) const noexcept;
-    [[nodiscard]] bool holds(Vec2 p, double height_m) const noexcept;  ///< within the outline of mast or arm
+    [[nodiscard]] bool holds(
+        Vec2 p, double height_m) const noexcept;  ///< within the outline of mast or arm
 };
 
 /// A conductor between two masts: a parabola.
@@ -22,7 +23,9 @@ struct Wire {
     Vec2 a, b;
     double a_m = 0, b_m = 0;  ///< heights of the ends
     double sag_m = 0;
-    [[nodiscard]] double height_m(double along) const noexcept { return lerp(a_m, b_m, along) - 4.0 * sag_m * along * (1.0 - along); }
+    [[nodiscard]] double height_m(double along) const noexcept {
+        return lerp(a_m, b_m, along) - 4.0 * sag_m * along * (1.0 - along);
+    }
     [[nodiscard]] double lowest_m() const noexcept { return std::min(a_m, b_m) - sag_m; }
 };
 

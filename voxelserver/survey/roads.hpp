@@ -37,12 +37,14 @@ inline constexpr double kParapet_m = 1.1;         ///< above the deck
 inline constexpr double kRiverClearance_m = 5.2;  ///< deck above river
 inline constexpr double kBrookClearance_m = 2.4;  ///< deck above brook
 
-/// All roads and bridges that may reach into an area. Streets of sites, valley roads along rivers, paths around lakes.
+/// All roads and bridges that may reach into an area. Streets of sites, valley roads along rivers,
+/// paths around lakes.
 struct RoadNet {
     std::vector<Road> roads;
     std::vector<Bridge> bridges;
 };
-/// @param terrain made for `area` or a larger one @return a fixed order; a function of seed and place only
+/// @param terrain made for `area` or a larger one @return a fixed order; a function of seed and
+/// place only
 [[nodiscard]] RoadNet build_roads(const Terrain& terrain, const Box2& area);
 
 /// The streets of one site alone, with the heights and bridges that build_roads gives them.

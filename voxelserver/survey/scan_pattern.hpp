@@ -19,9 +19,9 @@ struct Pulse {
     bool strip_edge = false;  ///< first or last of its scan line
 };
 
-/// How the aircraft flies: parallel strips that overlap by about 30 %, flown to and fro, a little off the north; scan lines
-/// across each strip. The pattern covers the whole plane and hangs on seed and density only, so that every square sees its
-/// part of the same flight.
+/// How the aircraft flies: parallel strips that overlap by about 30 %, flown to and fro, a little
+/// off the north; scan lines across each strip. The pattern covers the whole plane and hangs on
+/// seed and density only, so that every square sees its part of the same flight.
 class ScanPattern {
 public:
     /// @param density pulses on each square metre, averaged over strips and overlaps
@@ -32,8 +32,9 @@ public:
     /// Greatest lean of any pulse: metres sideways for each metre up.
     static constexpr double kMostLean = 0.5 * kSwath_m / kFlightHeight_m;
 
-    /// Calls visit(pulse) for each pulse that may meet the ground in `area`, strip by strip, scan line by scan line in the
-    /// order of the flight. A few pulses just outside of the area are visited too.
+    /// Calls visit(pulse) for each pulse that may meet the ground in `area`, strip by strip, scan
+    /// line by scan line in the order of the flight. A few pulses just outside of the area are
+    /// visited too.
     template <class Visit>
     void visit(const Box2& area, const Visit& visit) const;
 
@@ -68,10 +69,12 @@ void ScanPattern::visit(const Box2& area, const Visit& visit) const {
     const Span strips = strips_over(area), lines = lines_over(area);
     for (auto s = strips.first; s <= strips.last; ++s) {
         const std::int64_t step = flown_north(s) ? 1 : -1;
-        for (auto n = step > 0 ? lines.first : lines.last; n >= lines.first && n <= lines.last; n += step) {
+        for (auto n = step > 0 ? lines.first : lines.last; n >= lines.first && n <= lines.last;
+             n += step) {
             const Line scan = line(s, n);
             const Range range = clip(scan, area);
-            for (auto i = range.first; i <= range.last; ++i) visit(pulse(scan, i));
+            for (auto i = range.first; i <= range.last; ++i)
+                visit(pulse(scan, i));
         }
     }
 }

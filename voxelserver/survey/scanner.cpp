@@ -54,7 +54,8 @@ void sort_highest_first(Item* items, int count) noexcept {
     for (int i = 1; i < count; ++i) {
         const Item item = items[i];
         int at = i;
-        for (; at > 0 && items[at - 1].height_m < item.height_m; --at) items[at] = items[at - 1];
+        for (; at > 0 && items[at - 1].height_m < item.height_m; --at)
+            items[at] = items[at - 1];
         items[at] = item;
     }
 }
@@ -77,11 +78,13 @@ struct Scanner::Shot {
     Returns out;
 
     void add(double height_m, std::uint8_t classification, double intensity) noexcept {
-        if (out.count == Returns::kMost) return;
+        if (out.count == Returns::kMost)
+            return;
         const double measured = height_m + kRangeNoise_m * random.normal();
-        const double shade = std::clamp(intensity * energy * random.range(0.8, 1.2), 200.0, 65000.0);
-        out.points[static_cast<std::size_t>(out.count++)] = {ray.at(measured), measured, static_cast<std::uint16_t>(shade),
-                                                             classification,   1,        1};
+        const double shade =
+            std::clamp(intensity * energy * random.range(0.8, 1.2), 200.0, 65000.0);
+        out.points[static_cast<std::size_t>(out.count++)] = {
+            ray.at(measured), measured, static_cast<std::uint16_t>(shade), classification, 1, 1};
     }
 };
 
@@ -90,16 +93,19 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
     double low = std::max(b.ground_m - 3.0, b.underside_m), high = b.top_of_all_m() + 0.01;
     const Vec2 from = ray.at(0) - b.centre, right = left_of(b.direction);
     const std::array<std::array<double, 3>, 2> slabs = {
-        {{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m}, {dot(from, right), dot(ray.lean, right), b.half_width_m}}};
+        {{dot(from, b.direction), dot(ray.lean, b.direction), b.half_length_m},
+         {dot(from, right), dot(ray.lean, right), b.half_width_m}}};
     for (const auto& [start, step, half] : slabs) {
         if (std::abs(step) < 1e-12) {
-            if (std::abs(start) > half) return std::nullopt;
+            if (std::abs(start) > half)
+                return std::nullopt;
             continue;
         }
         const double z0 = (-half - start) / step, z1 = (half - start) / step;
         low = std::max(low, std::min(z0, z1)), high = std::min(high, std::max(z0, z1));
     }
-    if (low >= high) return std::nullopt;
+    if (low >= high)
+        return std::nullopt;
     const auto inside = [&](double z) {
         const auto top = b.top_m(ray.at(z));
         return top && z <= *top;
@@ -107,7 +113,8 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
     // Down from the entry: in steps to the first point inside, then by halving.
     constexpr int kSteps = 10, kHalvings = 10;
     double above = high - 1e-7 * (high - low);
-    if (inside(above)) return Solid{above, las_class::kBuilding, above < b.eaves_m - 0.05};
+    if (inside(above))
+        return Solid{above, las_class::kBuilding, above < b.eaves_m - 0.05};
     for (int i = 1; i <= kSteps; ++i) {
         double below = lerp(high, low, (i - 1e-7) / kSteps);
         if (!inside(below)) {
@@ -126,8 +133,10 @@ std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Building& b) no
 
 std::optional<Scanner::Solid> Scanner::hit(const Ray& ray, const Bridge& bridge) noexcept {
     const double parapet = bridge.deck_m + kParapet_m;
-    if (bridge.top_m(ray.at(parapet)) == parapet) return Solid{parapet, las_class::kBridge, false};
-    if (bridge.top_m(ray.at(bridge.deck_m)) == bridge.deck_m) return Solid{bridge.deck_m, las_class::kBridge, false};
+    if (bridge.top_m(ray.at(parapet)) == parapet)
+        return Solid{parapet, las_class::kBridge, false};
+    if (bridge.top_m(ray.at(bridge.deck_m)) == bridge.deck_m)
+        return Solid{bridge.deck_m, las_class::kBridge, false};
     return std::nullopt;
 }
 
@@ -140,7 +149,8 @@ std::optional<double> Scanner::hit(const Ray& ray, const Wire& wire) noexcept {
         height = wire.height_m(on.along);
     }
     on = nearest_on_segment(ray.at(height), wire.a, wire.b);
-    if (on.distance_m > kWireReach_m) return std::nullopt;
+    if (on.distance_m > kWireReach_m)
+        return std::nullopt;
     return height;
 }
 
@@ -148,12 +158,15 @@ std::optional<double> Scanner::enter(const Ray& ray, const Tree& tree) noexcept 
     // Quick rejection at the middle of the crown.
     const double middle = tree.ground_m + 0.5 * (tree.height_m + tree.crown_base_m);
     const Vec2 off = ray.at(middle) - tree.at;
-    const double reach = tree.radius_m + 0.5 * (tree.height_m - tree.crown_base_m) * ScanPattern::kMostLean;
-    if (dot(off, off) > reach * reach) return std::nullopt;
+    const double reach =
+        tree.radius_m + 0.5 * (tree.height_m - tree.crown_base_m) * ScanPattern::kMostLean;
+    if (dot(off, off) > reach * reach)
+        return std::nullopt;
     double height = middle;
     for (int round = 0; round < 3; ++round) {
         const auto top = tree.crown_top_m(length(ray.at(height) - tree.at));
-        if (!top) return std::nullopt;
+        if (!top)
+            return std::nullopt;
         height = *top;
     }
     return height;
@@ -161,45 +174,58 @@ std::optional<double> Scanner::enter(const Ray& ray, const Tree& tree) noexcept 
 
 void Scanner::meet(Shot& shot, const Obstacle& obstacle) const noexcept {
     const auto solid = [&](const std::optional<Solid>& met) {
-        if (met && met->height_m > shot.solid.height_m) shot.solid = *met;
+        if (met && met->height_m > shot.solid.height_m)
+            shot.solid = *met;
     };
     switch (obstacle.kind) {
-        case ObstacleKind::kBuilding: solid(hit(shot.ray, m_model.buildings()[obstacle.index])); break;
-        case ObstacleKind::kBridge: solid(hit(shot.ray, m_model.roads().bridges[obstacle.index])); break;
+        case ObstacleKind::kBuilding:
+            solid(hit(shot.ray, m_model.buildings()[obstacle.index]));
+            break;
+        case ObstacleKind::kBridge:
+            solid(hit(shot.ray, m_model.roads().bridges[obstacle.index]));
+            break;
         case ObstacleKind::kTree: {
             const Tree& tree = m_model.trees()[obstacle.index];
             const auto height = enter(shot.ray, tree);
-            if (height && shot.crown_count < kMostCrowns) shot.crowns[static_cast<std::size_t>(shot.crown_count++)] = {*height, &tree};
+            if (height && shot.crown_count < kMostCrowns)
+                shot.crowns[static_cast<std::size_t>(shot.crown_count++)] = {*height, &tree};
             break;
         }
         case ObstacleKind::kPylon: {
-            // A lattice: a random height is tried, and most of the light passes. The pulse's own random numbers must not be
-            // drawn for what it only might meet: that depends on the grid of the square.
+            // A lattice: a random height is tried, and most of the light passes. The pulse's own
+            // random numbers must not be drawn for what it only might meet: that depends on the
+            // grid of the square.
             const Pylon& pylon = m_model.power_line().pylons[obstacle.index];
             Random random(shot.key ^ 0x9E10);
             const double height = random.range(pylon.ground_m, pylon.top_m);
-            if (pylon.holds(shot.ray.at(height), height) && random.chance(0.6)) solid(Solid{height, las_class::kTower, false});
+            if (pylon.holds(shot.ray.at(height), height) && random.chance(0.6))
+                solid(Solid{height, las_class::kTower, false});
             break;
         }
         case ObstacleKind::kWire: {
             const auto height = hit(shot.ray, m_model.power_line().wires[obstacle.index]);
-            if (height && shot.random.chance(0.75)) shot.add(*height, las_class::kWire, 5000);
+            if (height && shot.random.chance(0.75))
+                shot.add(*height, las_class::kWire, 5000);
             break;
         }
     }
 }
 
-// Leaves give back part of the light at the top of each crown and inside; the rest goes on to the ground.
+// Leaves give back part of the light at the top of each crown and inside; the rest goes on to the
+// ground.
 void Scanner::pass_crowns(Shot& shot) const noexcept {
     sort_highest_first(shot.crowns.data(), shot.crown_count);
     const auto end = shot.crowns.begin() + shot.crown_count;
     for (auto crown = shot.crowns.begin(); crown != end && shot.energy > 0.12; ++crown) {
         const Tree& tree = *crown->tree;
         const double top = crown->height_m;
-        const double bottom = std::max(tree.crown_bottom_m(length(shot.ray.at(top) - tree.at)), tree.ground_m + 0.1);
+        const double bottom =
+            std::max(tree.crown_bottom_m(length(shot.ray.at(top) - tree.at)), tree.ground_m + 0.1);
         const double depth = std::max(0.0, top - bottom);
-        if (top <= shot.solid.height_m || shot.random.chance(0.10)) continue;
-        const double met = top - std::min(0.5 * depth, 0.9 * shot.random.unit() * shot.random.unit());
+        if (top <= shot.solid.height_m || shot.random.chance(0.10))
+            continue;
+        const double met =
+            top - std::min(0.5 * depth, 0.9 * shot.random.unit() * shot.random.unit());
         shot.add(met, vegetation_class(met - tree.ground_m), 26000);
         shot.energy *= shot.random.range(0.30, 0.75);
         const double inner = met - depth * shot.random.range(0.25, 0.95);
@@ -218,14 +244,16 @@ void Scanner::reach_ground(Shot& shot) const noexcept {
         const double off_nadir = length(shot.ray.lean);
         const double depth = *water - shot.ray.foot_m;
         const double share = off_nadir < 0.06 ? 0.45 * (1.0 - off_nadir / 0.06) : 0.0;
-        if (shot.random.chance(std::max(share, depth < 0.5 ? 0.10 : 0.004)) && shot.energy > 0.3) shot.add(*water, las_class::kWater, 7000);
+        if (shot.random.chance(std::max(share, depth < 0.5 ? 0.10 : 0.004)) && shot.energy > 0.3)
+            shot.add(*water, las_class::kWater, 7000);
         return;
     }
     const Growth growth = growth_of(cover);
     if (growth.share > 0 && shot.crown_count == 0 && shot.random.chance(growth.share)) {
         const double height = shot.random.range(growth.from_m, growth.to_m);
         shot.add(shot.ray.foot_m + height, las_class::kLowVegetation, 30000);
-        if (height < 1.2 || shot.random.chance(0.5)) return;  // too near to the ground for a second echo
+        if (height < 1.2 || shot.random.chance(0.5))
+            return;  // too near to the ground for a second echo
         shot.energy *= 0.5;
     }
     if (shot.out.count == 0 || shot.random.chance(0.25 + 0.9 * shot.energy))
@@ -233,23 +261,36 @@ void Scanner::reach_ground(Shot& shot) const noexcept {
 }
 
 Returns Scanner::shoot(const Pulse& pulse) const noexcept {
-    Shot shot{
-        {pulse.foot, pulse.lean, m_model.ground_m(pulse.foot)}, pulse.key, Random(pulse.key ^ 0x5EC0), {-1e9, 0, false}, {}, 0, 1, {}};
+    Shot shot{{pulse.foot, pulse.lean, m_model.ground_m(pulse.foot)},
+              pulse.key,
+              Random(pulse.key ^ 0x5EC0),
+              {-1e9, 0, false},
+              {},
+              0,
+              1,
+              {}};
     const double dice = shot.random.unit();
-    if (dice < kDropout) return shot.out;
-    if (dice < kDropout + kNoiseShare) shot.add(shot.ray.foot_m - shot.random.range(3, 30), las_class::kLowNoise, 800);
-    else if (dice < kDropout + 2 * kNoiseShare) shot.add(shot.ray.foot_m + shot.random.range(45, 160), las_class::kHighNoise, 900);
+    if (dice < kDropout)
+        return shot.out;
+    if (dice < kDropout + kNoiseShare)
+        shot.add(shot.ray.foot_m - shot.random.range(3, 30), las_class::kLowNoise, 800);
+    else if (dice < kDropout + 2 * kNoiseShare)
+        shot.add(shot.ray.foot_m + shot.random.range(45, 160), las_class::kHighNoise, 900);
     else {
-        for (const Obstacle& obstacle : m_obstacles.at(pulse.foot)) meet(shot, obstacle);
+        for (const Obstacle& obstacle : m_obstacles.at(pulse.foot))
+            meet(shot, obstacle);
         pass_crowns(shot);
-        if (shot.solid.classification == 0) reach_ground(shot);
+        if (shot.solid.classification == 0)
+            reach_ground(shot);
         else if (!shot.solid.wall || shot.random.chance(kWallShare))
-            shot.add(shot.solid.height_m, shot.solid.classification, shot.solid.classification == las_class::kBuilding ? 21000 : 14000);
+            shot.add(shot.solid.height_m, shot.solid.classification,
+                     shot.solid.classification == las_class::kBuilding ? 21000 : 14000);
     }
     sort_highest_first(shot.out.points.data(), shot.out.count);
     for (int i = 0; i < shot.out.count; ++i) {
         auto& point = shot.out.points[static_cast<std::size_t>(i)];
-        point.return_number = static_cast<std::uint8_t>(i + 1), point.number_of_returns = static_cast<std::uint8_t>(shot.out.count);
+        point.return_number = static_cast<std::uint8_t>(i + 1),
+        point.number_of_returns = static_cast<std::uint8_t>(shot.out.count);
     }
     return shot.out;
 }

@@ -11,11 +11,12 @@
 
 namespace terravox::survey {
 
-/// The classes that the survey uses (ASPRS LAS 1.4). Vegetation by height above the ground: low below 3 m, medium below
-/// 10 m, high above. Roads are ground (2), as in most national surveys.
+/// The classes that the survey uses (ASPRS LAS 1.4). Vegetation by height above the ground: low
+/// below 3 m, medium below 10 m, high above. Roads are ground (2), as in most national surveys.
 namespace las_class {
-inline constexpr std::uint8_t kGround = 2, kLowVegetation = 3, kMediumVegetation = 4, kHighVegetation = 5, kBuilding = 6, kLowNoise = 7,
-                              kWater = 9, kWire = 14, kTower = 15, kBridge = 17, kHighNoise = 18;
+inline constexpr std::uint8_t kGround = 2, kLowVegetation = 3, kMediumVegetation = 4,
+                              kHighVegetation = 5, kBuilding = 6, kLowNoise = 7, kWater = 9,
+                              kWire = 14, kTower = 15, kBridge = 17, kHighNoise = 18;
 }
 inline constexpr double kMediumFrom_m = 3, kHighFrom_m = 10;
 
@@ -48,7 +49,9 @@ private:
     struct Ray {
         Vec2 foot, lean;
         double foot_m = 0;
-        [[nodiscard]] Vec2 at(double height_m) const noexcept { return foot + lean * (height_m - foot_m); }
+        [[nodiscard]] Vec2 at(double height_m) const noexcept {
+            return foot + lean * (height_m - foot_m);
+        }
     };
     struct Solid {
         double height_m = 0;
@@ -58,7 +61,8 @@ private:
     struct Shot;
 
     void meet(Shot& shot, const Obstacle& obstacle) const noexcept;
-    [[nodiscard]] static std::optional<Solid> hit(const Ray& ray, const Building& building) noexcept;
+    [[nodiscard]] static std::optional<Solid> hit(const Ray& ray,
+                                                  const Building& building) noexcept;
     [[nodiscard]] static std::optional<Solid> hit(const Ray& ray, const Bridge& bridge) noexcept;
     [[nodiscard]] static std::optional<double> hit(const Ray& ray, const Wire& wire) noexcept;
     [[nodiscard]] static std::optional<double> enter(const Ray& ray, const Tree& tree) noexcept;

@@ -16,11 +16,12 @@ struct Street {
     std::vector<Vec2> controls;  ///< the street is a smooth curve near these
     double half_width_m = 2.5;
     RoadSurface surface = RoadSurface::kAsphalt;
-    double house_step_m = 0;                ///< average distance between neighbouring houses; 0 = no houses
+    double house_step_m = 0;  ///< average distance between neighbouring houses; 0 = no houses
     double houses_from = 0, houses_to = 1;  ///< part of the length that has houses
 };
 
-inline constexpr double kFarmStep_m = 50;  ///< streets with a longer step are lined by farms, not by houses
+inline constexpr double kFarmStep_m =
+    50;  ///< streets with a longer step are lined by farms, not by houses
 
 /// An island of the lake: a mound with a flat top.
 struct Island {
@@ -42,8 +43,9 @@ struct Hill {
     double radius_m = 0, height_m = 0;
 };
 
-/// A settlement and what surrounds it. Sites stand about every 1.6 km along every river; site (0, 0) is the place: a lake
-/// with an island and a church, a castle on a cliff, a village and a bridge.
+/// A settlement and what surrounds it. Sites stand about every 1.6 km along every river; site (0,
+/// 0) is the place: a lake with an island and a church, a castle on a cliff, a village and a
+/// bridge.
 struct Site {
     std::int64_t along = 0, river = 0;  ///< which one: along the river, and of which river
     std::uint64_t seed = 0;
@@ -60,10 +62,12 @@ struct Site {
 };
 
 inline constexpr double kSiteSpacing_m = 1600;
-inline constexpr double kSiteReach_m = 900;  ///< nothing of a site is farther from its centre (square distance)
+inline constexpr double kSiteReach_m =
+    900;  ///< nothing of a site is farther from its centre (square distance)
 inline constexpr double kLakeLevel_m = 475;  ///< of the lake of the place, as at Bled
 
-/// @return the sites that may reach into `area`, in a fixed order. A function of seed and place only.
+/// @return the sites that may reach into `area`, in a fixed order. A function of seed and place
+/// only.
 [[nodiscard]] std::vector<Site> sites_near(std::uint64_t seed, const Box2& area);
 
 /// Far from sites: how far north of a river its valley road runs.

@@ -14,13 +14,18 @@ namespace terravox::survey {
 namespace {
 
 constexpr double kScale_m = 0.01;
-constexpr double kFootMargin_m = 24;                           ///< a pulse with its foot this far outside may still meet a steeple inside
-constexpr std::uint16_t kSurveyYear = 2026, kSurveyDay = 172;  ///< written into the files; fixed, so that bytes are
+constexpr double kFootMargin_m =
+    24;  ///< a pulse with its foot this far outside may still meet a steeple inside
+constexpr std::uint16_t kSurveyYear = 2026,
+                        kSurveyDay = 172;  ///< written into the files; fixed, so that bytes are
 
-std::int64_t hundredths(double v) noexcept { return static_cast<std::int64_t>(std::floor(v * 100.0 + 0.5)); }
+std::int64_t hundredths(double v) noexcept {
+    return static_cast<std::int64_t>(std::floor(v * 100.0 + 0.5));
+}
 
-/// Takes points in the place frame and writes those of one square. Which square a point belongs to is decided after its
-/// rounding to the file's resolution, so that of two neighbours exactly one writes it.
+/// Takes points in the place frame and writes those of one square. Which square a point belongs to
+/// is decided after its rounding to the file's resolution, so that of two neighbours exactly one
+/// writes it.
 class PointSink {
 public:
     PointSink(const std::filesystem::path& path, const SquareExtent& extent)
@@ -30,13 +35,18 @@ public:
           m_size(extent.size_m * std::int64_t{100}) {}
 
     void write(const Pulse& pulse, const ScanPoint& point) {
-        const auto east = hundredths(point.at.x + kPlaceEasting_m), north = hundredths(point.at.y + kPlaceNorthing_m);
-        if (east < m_west || east >= m_west + m_size || north < m_south || north >= m_south + m_size) return;
+        const auto east = hundredths(point.at.x + kPlaceEasting_m),
+                   north = hundredths(point.at.y + kPlaceNorthing_m);
+        if (east < m_west || east >= m_west + m_size || north < m_south ||
+            north >= m_south + m_size)
+            return;
         lidar::LasWritePoint out;
-        out.x = static_cast<double>(east) * kScale_m, out.y = static_cast<double>(north) * kScale_m, out.z = point.height_m;
+        out.x = static_cast<double>(east) * kScale_m, out.y = static_cast<double>(north) * kScale_m,
+        out.z = point.height_m;
         out.intensity = point.intensity, out.classification = point.classification;
         out.return_number = point.return_number, out.return_count = point.number_of_returns;
-        out.forward_scan = pulse.forward, out.line_edge = pulse.strip_edge, out.scan_angle_deg = pulse.angle_deg;
+        out.forward_scan = pulse.forward, out.line_edge = pulse.strip_edge,
+        out.scan_angle_deg = pulse.angle_deg;
         out.point_source = pulse.strip, out.gps_time_s = pulse.time_s;
         m_writer.write(out);
     }
@@ -49,7 +59,8 @@ private:
     static lidar::LasWriterOptions options_for(const SquareExtent& extent) {
         lidar::LasWriterOptions options;
         options.scale = {kScale_m, kScale_m, kScale_m};
-        options.offset = {static_cast<double>(extent.east_m), static_cast<double>(extent.north_m), 0};
+        options.offset = {static_cast<double>(extent.east_m), static_cast<double>(extent.north_m),
+                          0};
         options.wkt = survey_wkt1();
         options.system_identifier = "made-up airborne survey";
         options.creation_year = kSurveyYear, options.creation_day = kSurveyDay;
@@ -59,13 +70,16 @@ private:
     std::int64_t m_west, m_south, m_size;
 };
 
-std::uint64_t write_points(const SurveyOptions& options, const SquareModel& model, const std::filesystem::path& path) {
+std::uint64_t write_points(const SurveyOptions& options, const SquareModel& model,
+                           const std::filesystem::path& path) {
     const Scanner scanner(model);
     PointSink sink(path, model.extent());
-    ScanPattern(options.seed, options.density).visit(model.extent().box().expanded(kFootMargin_m), [&](const Pulse& pulse) {
-        const Returns returns = scanner.shoot(pulse);
-        for (int i = 0; i < returns.count; ++i) sink.write(pulse, returns.points[static_cast<std::size_t>(i)]);
-    });
+    ScanPattern(options.seed, options.density)
+        .visit(model.extent().box().expanded(kFootMargin_m), [&](const Pulse& pulse) {
+            const Returns returns = scanner.shoot(pulse);
+            for (int i = 0; i < returns.count; ++i)
+                sink.write(pulse, returns.points[static_cast<std::size_t>(i)]);
+        });
     return sink.close();
 }
 
@@ -99,12 +113,15 @@ SquareReport survey_square(const SurveyOptions& options, const SquareExtent& ext
         write_geotiff(kind_path, extent, true_kinds(model));
         write_text(truth_path, truth_json(model));
     });
-    for (const auto& path : {points_path, ortho_path, ground_path, kind_path, truth_path}) report.bytes += std::filesystem::file_size(path);
+    for (const auto& path : {points_path, ortho_path, ground_path, kind_path, truth_path})
+        report.bytes += std::filesystem::file_size(path);
     report.seconds = seconds_since(start);
     return report;
 }
 
-std::vector<SquareReport> run_survey(const SurveyOptions& options, const std::function<void(const SquareReport&, std::size_t)>& progress) {
+std::vector<SquareReport> run_survey(
+    const SurveyOptions& options,
+    const std::function<void(const SquareReport&, std::size_t)>& progress) {
     const auto squares = squares_of(options);
     const int threads = thread::thread_count(options.threads);
     util::check_writable(options.folder / "truth" / "place.json");

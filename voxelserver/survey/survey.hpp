@@ -17,14 +17,18 @@ struct SquareReport {
     double seconds = 0;       ///< on the clock, from the start of the square to its last file
 };
 
-/// Writes all files of one square: NAME.laz, ortho/NAME.tif, truth/ground_NAME.tif, truth/kind_NAME.tif and
-/// truth/truth_NAME.json. The bytes depend on seed, density and extent only. @param threads at least 1; two are of use @throws Error
+/// Writes all files of one square: NAME.laz, ortho/NAME.tif, truth/ground_NAME.tif,
+/// truth/kind_NAME.tif and truth/truth_NAME.json. The bytes depend on seed, density and extent
+/// only. @param threads at least 1; two are of use @throws Error
 SquareReport survey_square(const SurveyOptions& options, const SquareExtent& extent, int threads);
 
-/// Surveys all squares, several at once, and writes truth/place.json last. Memory: about 100 MB for each thread and 1 km
-/// square at work, whatever the number of squares.
-/// @param progress called after each square with the number done so far; one call at a time, from any thread
+/// Surveys all squares, several at once, and writes truth/place.json last. Memory: about 100 MB for
+/// each thread and 1 km square at work, whatever the number of squares.
+/// @param progress called after each square with the number done so far; one call at a time, from
+/// any thread
 /// @return the reports in the order of squares_of @throws Error as soon as one square fails
-std::vector<SquareReport> run_survey(const SurveyOptions& options, const std::function<void(const SquareReport&, std::size_t)>& progress);
+std::vector<SquareReport> run_survey(
+    const SurveyOptions& options,
+    const std::function<void(const SquareReport&, std::size_t)>& progress);
 
 }  // namespace terravox::survey

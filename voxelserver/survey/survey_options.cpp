@@ -10,16 +10,21 @@ namespace terravox::survey {
 namespace {
 
 constexpr double kLeastDensity = 0.1, kMostDensity = 200;
-constexpr int kMostSquares = 100, kLeastSquare_m = 64, kSquareStep_m = 16, kKilometre_m = 1000, kMostThreads = 1024;
+constexpr int kMostSquares = 100, kLeastSquare_m = 64, kSquareStep_m = 16, kKilometre_m = 1000,
+              kMostThreads = 1024;
 constexpr double kMostOrigin_km = 1000;
 
 constexpr const char* kAbout =
     "Makes up a place and surveys it from the air: LAZ squares, orthophotos and the truth.\n"
-    "The place: a lake with an island church, a castle on a cliff, a village, a river with bridges, fields, forests and hills,\n"
-    "with further villages, lakes and valleys around it without end. It hangs on the seed alone; the square TM_462_101 shows\n"
-    "the main place. Squares smaller than 1 km start around its middle unless --origin says otherwise.";
+    "The place: a lake with an island church, a castle on a cliff, a village, a river with "
+    "bridges, fields, forests and hills,\n"
+    "with further villages, lakes and valleys around it without end. It hangs on the seed alone; "
+    "the square TM_462_101 shows\n"
+    "the main place. Squares smaller than 1 km start around its middle unless --origin says "
+    "otherwise.";
 
-[[noreturn]] void refuse(const std::string& option, const std::string& value, const std::string& allowed) {
+[[noreturn]] void refuse(const std::string& option, const std::string& value,
+                         const std::string& allowed) {
     throw UsageError("read the option " + option + ": '" + value + "'; allowed: " + allowed);
 }
 
@@ -28,55 +33,68 @@ Number number_of(const std::string& option, const std::string& text, const std::
     Number value{};
     const char* const end = text.data() + text.size();
     const auto [stopped, failed] = std::from_chars(text.data(), end, value);
-    if (failed != std::errc{} || stopped != end || text.empty()) refuse(option, text, allowed);
+    if (failed != std::errc{} || stopped != end || text.empty())
+        refuse(option, text, allowed);
     return value;
 }
 
 /// The values of the options as they were typed.
 struct Texts {
-    std::string seed = "7", squares = "1x1", density = "8", origin, square_m = "1000", threads = "0", folder;
+    std::string seed = "7", squares = "1x1", density = "8", origin, square_m = "1000",
+                threads = "0", folder;
 };
 
-std::pair<std::string, std::string> halves(const std::string& option, const std::string& text, char mark, const std::string& allowed) {
+std::pair<std::string, std::string> halves(const std::string& option, const std::string& text,
+                                           char mark, const std::string& allowed) {
     const auto at = text.find(mark);
-    if (at == std::string::npos) refuse(option, text, allowed);
+    if (at == std::string::npos)
+        refuse(option, text, allowed);
     return {text.substr(0, at), text.substr(at + 1)};
 }
 
 void read_squares(const std::string& text, SurveyOptions& options) {
     const std::string allowed = "<east>x<north>, each 1 to " + std::to_string(kMostSquares);
     const auto [east, north] = halves("--squares", text, 'x', allowed);
-    options.squares_east = number_of<int>("--squares", east, allowed), options.squares_north = number_of<int>("--squares", north, allowed);
+    options.squares_east = number_of<int>("--squares", east, allowed),
+    options.squares_north = number_of<int>("--squares", north, allowed);
     const auto good = [](int n) { return n >= 1 && n <= kMostSquares; };
-    if (!good(options.squares_east) || !good(options.squares_north)) refuse("--squares", text, allowed);
+    if (!good(options.squares_east) || !good(options.squares_north))
+        refuse("--squares", text, allowed);
 }
 
 void read_square_m(const std::string& text, SurveyOptions& options) {
-    const std::string allowed = "1000, or a multiple of 16 from " + std::to_string(kLeastSquare_m) + " to 992";
+    const std::string allowed =
+        "1000, or a multiple of 16 from " + std::to_string(kLeastSquare_m) + " to 992";
     const int side = number_of<int>("--square-m", text, allowed);
-    if (side != kKilometre_m && (side % kSquareStep_m != 0 || side < kLeastSquare_m || side > kKilometre_m))
+    if (side != kKilometre_m &&
+        (side % kSquareStep_m != 0 || side < kLeastSquare_m || side > kKilometre_m))
         refuse("--square-m", text, allowed);
     options.square_m = side;
 }
 
-std::int64_t whole_metres(const std::string& text, const std::string& all, const std::string& allowed) {
+std::int64_t whole_metres(const std::string& text, const std::string& all,
+                          const std::string& allowed) {
     const double km = number_of<double>("--origin", text, allowed);
     const double metres = std::floor(km * 1000.0 + 0.5);
-    if (!(km >= 0 && km <= kMostOrigin_km) || std::abs(metres - km * 1000.0) > 1e-3) refuse("--origin", all, allowed);
+    if (!(km >= 0 && km <= kMostOrigin_km) || std::abs(metres - km * 1000.0) > 1e-3)
+        refuse("--origin", all, allowed);
     return static_cast<std::int64_t>(metres);
 }
 
 void read_origin(const std::string& text, SurveyOptions& options) {
     if (text.empty()) {
-        // The first square is centred on the place, its corner on a multiple of 16 m (or on the kilometre).
-        const std::int64_t back = options.square_m / 2, step = options.square_m == kKilometre_m ? 1 : kSquareStep_m;
+        // The first square is centred on the place, its corner on a multiple of 16 m (or on the
+        // kilometre).
+        const std::int64_t back = options.square_m / 2,
+                           step = options.square_m == kKilometre_m ? 1 : kSquareStep_m;
         options.origin_east_m = (static_cast<std::int64_t>(kPlaceEasting_m) - back) / step * step;
         options.origin_north_m = (static_cast<std::int64_t>(kPlaceNorthing_m) - back) / step * step;
         return;
     }
     const std::string allowed = "<east>,<north> in km, each 0 to 1000 and on a whole metre";
     const auto [east, north] = halves("--origin", text, ',', allowed);
-    options.origin_east_m = whole_metres(east, text, allowed), options.origin_north_m = whole_metres(north, text, allowed);
+    options.origin_east_m = whole_metres(east, text, allowed),
+    options.origin_north_m = whole_metres(north, text, allowed);
 }
 
 SurveyOptions checked(const Texts& texts) {
@@ -84,13 +102,15 @@ SurveyOptions checked(const Texts& texts) {
     options.seed = number_of<std::uint64_t>("--seed", texts.seed, "0 to 18446744073709551615");
     const std::string densities = "0.1 to 200 pulses per square metre";
     options.density = number_of<double>("--density", texts.density, densities);
-    if (!(options.density >= kLeastDensity && options.density <= kMostDensity)) refuse("--density", texts.density, densities);
+    if (!(options.density >= kLeastDensity && options.density <= kMostDensity))
+        refuse("--density", texts.density, densities);
     read_squares(texts.squares, options);
     read_square_m(texts.square_m, options);
     read_origin(texts.origin, options);
     const std::string threads = "0 (one for each core) to " + std::to_string(kMostThreads);
     options.threads = number_of<int>("--threads", texts.threads, threads);
-    if (options.threads < 0 || options.threads > kMostThreads) refuse("--threads", texts.threads, threads);
+    if (options.threads < 0 || options.threads > kMostThreads)
+        refuse("--threads", texts.threads, threads);
     options.folder = texts.folder;
     return options;
 }
@@ -102,7 +122,8 @@ std::vector<SquareExtent> squares_of(const SurveyOptions& options) {
     for (int north = 0; north < options.squares_north; ++north)
         for (int east = 0; east < options.squares_east; ++east)
             squares.push_back({options.origin_east_m + std::int64_t{options.square_m} * east,
-                               options.origin_north_m + std::int64_t{options.square_m} * north, options.square_m});
+                               options.origin_north_m + std::int64_t{options.square_m} * north,
+                               options.square_m});
     return squares;
 }
 
@@ -110,23 +131,32 @@ std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, st
     Texts texts;
     CLI::App app(kAbout, "terravox survey");
     app.set_version_flag("--version", std::string("terravox survey ") + kVersion);
-    app.add_option("--seed", texts.seed, "which place: 0 to 2^64 - 1")->type_name("N")->capture_default_str();
-    app.add_option("--squares", texts.squares, "how many squares to the east and to the north, each 1 to 100")
+    app.add_option("--seed", texts.seed, "which place: 0 to 2^64 - 1")
+        ->type_name("N")
+        ->capture_default_str();
+    app.add_option("--squares", texts.squares,
+                   "how many squares to the east and to the north, each 1 to 100")
         ->type_name("ExN")
         ->capture_default_str();
-    app.add_option("--density", texts.density, "laser pulses per square metre on average, 0.1 to 200")
+    app.add_option("--density", texts.density,
+                   "laser pulses per square metre on average, 0.1 to 200")
         ->type_name("D")
         ->capture_default_str();
-    app.add_option("--square-m", texts.square_m, "side of a square in metres: 1000, or a multiple of 16 from 64")
+    app.add_option("--square-m", texts.square_m,
+                   "side of a square in metres: 1000, or a multiple of 16 from 64")
         ->type_name("M")
         ->capture_default_str();
     app.add_option("--origin", texts.origin,
-                   "south-west corner in km of EPSG:3794, on a whole metre [462,101; for smaller squares the middle of the place]")
+                   "south-west corner in km of EPSG:3794, on a whole metre [462,101; for smaller "
+                   "squares the middle of the place]")
         ->type_name("E,N");
-    app.add_option("--threads", texts.threads, "0 = one for each core; the output is the same for any number")
+    app.add_option("--threads", texts.threads,
+                   "0 = one for each core; the output is the same for any number")
         ->type_name("N")
         ->capture_default_str();
-    app.add_option("-o,--output", texts.folder, "folder to write to; made when missing")->type_name("DIR")->required();
+    app.add_option("-o,--output", texts.folder, "folder to write to; made when missing")
+        ->type_name("DIR")
+        ->required();
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

@@ -10,14 +10,16 @@
 
 namespace terravox::survey {
 
-/// What to survey. The place itself hangs on the seed alone: any rectangle of squares shows its part of it.
+/// What to survey. The place itself hangs on the seed alone: any rectangle of squares shows its
+/// part of it.
 struct SurveyOptions {
     std::uint64_t seed = 7;
-    double density = 8;                                            ///< laser pulses on each square metre on average, [0.1, 200]
-    int squares_east = 1, squares_north = 1;                       ///< [1, 100]
-    int square_m = 1000;                                           ///< side of a square, [64, 1000]; a multiple of 16, or 1000
-    std::int64_t origin_east_m = 462000, origin_north_m = 101000;  ///< south-west corner, EPSG:3794, whole metres
-    int threads = 0;                                               ///< 0 = one for each core
+    double density = 8;  ///< laser pulses on each square metre on average, [0.1, 200]
+    int squares_east = 1, squares_north = 1;  ///< [1, 100]
+    int square_m = 1000;  ///< side of a square, [64, 1000]; a multiple of 16, or 1000
+    std::int64_t origin_east_m = 462000,
+                 origin_north_m = 101000;  ///< south-west corner, EPSG:3794, whole metres
+    int threads = 0;                       ///< 0 = one for each core
     std::filesystem::path folder;
 };
 
@@ -27,6 +29,7 @@ struct SurveyOptions {
 /// Reads the command line.
 /// @return nullopt when --help or --version was asked for; `answer` then holds what to print
 /// @throws UsageError for an unknown flag or a value out of range
-[[nodiscard]] std::optional<SurveyOptions> parse_options(int argc, const char* const* argv, std::string& answer);
+[[nodiscard]] std::optional<SurveyOptions> parse_options(int argc, const char* const* argv,
+                                                         std::string& answer);
 
 }  // namespace terravox::survey

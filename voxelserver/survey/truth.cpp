@@ -11,24 +11,32 @@ namespace {
 // Keys in the order in which they are written: the files are read by people, too.
 using Json = nlohmann::ordered_json;
 
-double cm(double v) noexcept { return std::floor(v * 100.0 + 0.5) / 100.0; }
+double cm(double v) noexcept {
+    return std::floor(v * 100.0 + 0.5) / 100.0;
+}
 
-Json position(Vec2 p) { return Json::array({cm(p.x + kPlaceEasting_m), cm(p.y + kPlaceNorthing_m)}); }
+Json position(Vec2 p) {
+    return Json::array({cm(p.x + kPlaceEasting_m), cm(p.y + kPlaceNorthing_m)});
+}
 
 Json ring(const std::vector<Vec2>& points) {
     Json out = Json::array();
-    for (const Vec2 p : points) out.push_back(position(p));
+    for (const Vec2 p : points)
+        out.push_back(position(p));
     return out;
 }
 
 Json buildings_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Building& b : model.buildings()) {
-        if (!b.bounds().overlaps(box)) continue;
-        Json building{{"use", name_of(b.use)},         {"roof", name_of(b.roof)},       {"colour", name_of(b.colour)},
-                      {"ground_m", cm(b.ground_m)},    {"eaves_m", cm(b.eaves_m)},      {"ridge_m", cm(b.ridge_m)},
+        if (!b.bounds().overlaps(box))
+            continue;
+        Json building{{"use", name_of(b.use)},         {"roof", name_of(b.roof)},
+                      {"colour", name_of(b.colour)},   {"ground_m", cm(b.ground_m)},
+                      {"eaves_m", cm(b.eaves_m)},      {"ridge_m", cm(b.ridge_m)},
                       {"footprint", ring(b.outline())}};
-        if (b.open_beneath()) building["underside_m"] = cm(b.underside_m);
+        if (b.open_beneath())
+            building["underside_m"] = cm(b.underside_m);
         out.push_back(std::move(building));
     }
     return out;
@@ -48,8 +56,12 @@ Json trees_of(const SquareModel& model, const Box2& box) {
 
 Json line_with_levels(const Brook& brook) {
     Json line = Json::array(), levels = Json::array();
-    for (const auto& vertex : brook.line) line.push_back(position(vertex.at)), levels.push_back(cm(vertex.level_m));
-    return {{"kind", "brook"}, {"width_m", cm(2.0 * brook.half_width_m)}, {"line", line}, {"level_m", levels}};
+    for (const auto& vertex : brook.line)
+        line.push_back(position(vertex.at)), levels.push_back(cm(vertex.level_m));
+    return {{"kind", "brook"},
+            {"width_m", cm(2.0 * brook.half_width_m)},
+            {"line", line},
+            {"level_m", levels}};
 }
 
 std::optional<Json> river_in(const River& river, const Box2& box) {
@@ -58,22 +70,27 @@ std::optional<Json> river_in(const River& river, const Box2& box) {
     for (double x = box.x0 - 20.0; x <= box.x1 + 20.0; x += 10.0) {
         const Vec2 p{x, river.centre_y(x)};
         inside = inside || box.expanded(20.0).contains(p);
-        line.push_back(position(p)), levels.push_back(cm(river.level_m(x))), widths.push_back(cm(2.0 * river.half_width_m(x)));
+        line.push_back(position(p)), levels.push_back(cm(river.level_m(x))),
+            widths.push_back(cm(2.0 * river.half_width_m(x)));
     }
-    if (!inside) return std::nullopt;
+    if (!inside)
+        return std::nullopt;
     return Json{{"kind", "river"}, {"line", line}, {"level_m", levels}, {"width_m", widths}};
 }
 
 Json waters_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const River& river : model.terrain().rivers())
-        if (auto found = river_in(river, box)) out.push_back(std::move(*found));
+        if (auto found = river_in(river, box))
+            out.push_back(std::move(*found));
     for (const Site& site : model.terrain().sites()) {
         if (site.lake) {
             const double reach = site.lake->reach_m();
             const Vec2 c = site.lake->centre;
             if (Box2{c.x - reach, c.y - reach, c.x + reach, c.y + reach}.overlaps(box))
-                out.push_back({{"kind", "lake"}, {"level_m", cm(site.lake->level_m)}, {"shore", ring(site.lake->shore_ring(128))}});
+                out.push_back({{"kind", "lake"},
+                               {"level_m", cm(site.lake->level_m)},
+                               {"shore", ring(site.lake->shore_ring(128))}});
         }
         if (site.brook)
             for (const auto& vertex : site.brook->line)
@@ -89,7 +106,8 @@ Json bridges_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     for (const Bridge& b : model.roads().bridges)
         if (b.bounds().overlaps(box))
-            out.push_back({{"line", ring({b.centre - b.direction * b.half_length_m, b.centre + b.direction * b.half_length_m})},
+            out.push_back({{"line", ring({b.centre - b.direction * b.half_length_m,
+                                          b.centre + b.direction * b.half_length_m})},
                            {"deck_m", cm(b.deck_m)},
                            {"water_m", cm(b.water_m)},
                            {"width_m", cm(2.0 * b.half_width_m)}});
@@ -100,27 +118,34 @@ Json power_line_of(const SquareModel& model, const Box2& box) {
     Json pylons = Json::array();
     for (const Pylon& p : model.power_line().pylons)
         if (box.expanded(kPylonArm_m).contains(p.at))
-            pylons.push_back({{"at", position(p.at)}, {"ground_m", cm(p.ground_m)}, {"top_m", cm(p.top_m)}});
+            pylons.push_back(
+                {{"at", position(p.at)}, {"ground_m", cm(p.ground_m)}, {"top_m", cm(p.top_m)}});
     return {{"pylons", pylons}};
 }
 
 Json landmarks_of(const SquareModel& model, const Box2& box) {
     Json out = Json::array();
     const auto add = [&](const char* name, Vec2 at, double height_m) {
-        if (box.contains(at)) out.push_back({{"name", name}, {"at", position(at)}, {"ground_m", cm(height_m)}});
+        if (box.contains(at))
+            out.push_back({{"name", name}, {"at", position(at)}, {"ground_m", cm(height_m)}});
     };
     for (const Site& site : model.terrain().sites()) {
-        if (site.castle) add("castle", site.castle->centre, site.castle->top_m);
+        if (site.castle)
+            add("castle", site.castle->centre, site.castle->top_m);
         if (site.island)
-            add("island", site.island->centre, site.island->top_m), add("island church", site.island->centre, site.island->top_m);
-        if (box.contains(site.church)) add("parish church", site.church, model.ground_m(site.church));
+            add("island", site.island->centre, site.island->top_m),
+                add("island church", site.island->centre, site.island->top_m);
+        if (box.contains(site.church))
+            add("parish church", site.church, model.ground_m(site.church));
     }
     return out;
 }
 
 Json square_of(const SquareExtent& extent) {
     return {{"name", extent.name()},
-            {"extent_m", {extent.east_m, extent.north_m, extent.east_m + extent.size_m, extent.north_m + extent.size_m}}};
+            {"extent_m",
+             {extent.east_m, extent.north_m, extent.east_m + extent.size_m,
+              extent.north_m + extent.size_m}}};
 }
 
 }  // namespace
@@ -132,7 +157,8 @@ SquareRaster<float> true_ground(const SquareModel& model) {
     raster.pixels.reserve(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
     for (int row = 0; row < side; ++row)
         for (int column = 0; column < side; ++column)
-            raster.pixels.push_back(static_cast<float>(model.ground_m({box.x0 + column + 0.5, box.y1 - row - 0.5})));
+            raster.pixels.push_back(
+                static_cast<float>(model.ground_m({box.x0 + column + 0.5, box.y1 - row - 0.5})));
     return raster;
 }
 
@@ -140,7 +166,8 @@ SquareRaster<std::uint8_t> true_kinds(const SquareModel& model) {
     SquareRaster<std::uint8_t> raster{model.extent().size_m, 1, {}};
     const auto columns = true_columns(model);
     raster.pixels.reserve(columns.size());
-    for (const TrueColumn& column : columns) raster.pixels.push_back(static_cast<std::uint8_t>(column.kind));
+    for (const TrueColumn& column : columns)
+        raster.pixels.push_back(static_cast<std::uint8_t>(column.kind));
     return raster;
 }
 
@@ -159,17 +186,21 @@ std::string truth_json(const SquareModel& model) {
 }
 
 std::string place_json(const SurveyOptions& options) {
-    Json out{{"version", kTruthVersion}, {"generator", std::string("terravox survey ") + kVersion}, {"crs", kSurveyCrs}};
+    Json out{{"version", kTruthVersion},
+             {"generator", std::string("terravox survey ") + kVersion},
+             {"crs", kSurveyCrs}};
     out["seed"] = options.seed;
     out["density_per_m2"] = options.density;
     out["square_m"] = options.square_m;
     out["squares"] = {{"east", options.squares_east}, {"north", options.squares_north}};
-    out["extent_m"] = {options.origin_east_m, options.origin_north_m,
-                       options.origin_east_m + std::int64_t{options.square_m} * options.squares_east,
-                       options.origin_north_m + std::int64_t{options.square_m} * options.squares_north};
+    out["extent_m"] = {
+        options.origin_east_m, options.origin_north_m,
+        options.origin_east_m + std::int64_t{options.square_m} * options.squares_east,
+        options.origin_north_m + std::int64_t{options.square_m} * options.squares_north};
     out["orthophoto_pixel_m"] = 0.5;
     Json names = Json::array();
-    for (const SquareExtent& extent : squares_of(options)) names.push_back(square_of(extent));
+    for (const SquareExtent& extent : squares_of(options))
+        names.push_back(square_of(extent));
     out["files"] = names;
     return out.dump(2) + "\n";
 }

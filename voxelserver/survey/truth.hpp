@@ -8,15 +8,16 @@
 
 namespace terravox::survey {
 
-/// The true ground at 1 m, at the pixel centres: with roads, without bridges and buildings; the bed under water.
+/// The true ground at 1 m, at the pixel centres: with roads, without bridges and buildings; the bed
+/// under water.
 [[nodiscard]] SquareRaster<float> true_ground(const SquareModel& model);
 
 /// The kind of each square metre as seen from above (TrueKind), at the same pixels.
 [[nodiscard]] SquareRaster<std::uint8_t> true_kinds(const SquareModel& model);
 
-/// What stands in a square, as JSON: buildings, trees, water bodies, bridges, power line, and the landmarks by name.
-/// Coordinates are easting and northing in metres rounded to 0.01, heights are above sea level. What straddles an edge is
-/// listed for both squares.
+/// What stands in a square, as JSON: buildings, trees, water bodies, bridges, power line, and the
+/// landmarks by name. Coordinates are easting and northing in metres rounded to 0.01, heights are
+/// above sea level. What straddles an edge is listed for both squares.
 [[nodiscard]] std::string truth_json(const SquareModel& model);
 
 /// What the survey as a whole is: seed, squares, density, CRS, extents, versions.

@@ -32,14 +32,17 @@ double likelihood(std::uint64_t seed, Vec2 p, const TreeGround& land) noexcept {
 }
 
 TreeKind kind_of(std::uint64_t seed, Vec2 p, const TreeGround& land, Random& random) noexcept {
-    if (land.cover == Cover::kScrub) return random.chance(0.55) ? TreeKind::kBush : TreeKind::kBroadleaf;
-    if (land.cover == Cover::kRock) return random.chance(0.6) ? TreeKind::kBush : TreeKind::kConifer;
+    if (land.cover == Cover::kScrub)
+        return random.chance(0.55) ? TreeKind::kBush : TreeKind::kBroadleaf;
+    if (land.cover == Cover::kRock)
+        return random.chance(0.6) ? TreeKind::kBush : TreeKind::kConifer;
     if (land.cover != Cover::kForest)
         return random.chance(land.cover == Cover::kGarden ? 0.16 : 0.08) ? TreeKind::kConifer
                : random.chance(0.25)                                     ? TreeKind::kBush
                                                                          : TreeKind::kBroadleaf;
     const double stand = noise_2d(seed + 4, p.x / 130.0, p.y / 130.0) + land.above_valley_m / 260.0;
-    return random.chance(std::clamp(0.42 + 0.6 * stand, 0.04, 0.96)) ? TreeKind::kConifer : TreeKind::kBroadleaf;
+    return random.chance(std::clamp(0.42 + 0.6 * stand, 0.04, 0.96)) ? TreeKind::kConifer
+                                                                     : TreeKind::kBroadleaf;
 }
 
 Tree shaped(Tree tree, const TreeGround& land, Random& random) noexcept {
@@ -52,7 +55,8 @@ Tree shaped(Tree tree, const TreeGround& land, Random& random) noexcept {
             break;
         case TreeKind::kBroadleaf:
             tree.height_m = forest ? random.range(14, 25) : random.range(5, 14);
-            tree.radius_m = std::min(kWidestCrown_m, (forest ? 0.18 : 0.30) * tree.height_m * random.range(0.85, 1.2));
+            tree.radius_m = std::min(
+                kWidestCrown_m, (forest ? 0.18 : 0.30) * tree.height_m * random.range(0.85, 1.2));
             tree.crown_base_m = tree.height_m * (forest ? 0.38 : 0.24);
             break;
         case TreeKind::kBush:
@@ -73,35 +77,45 @@ const char* name_of(TreeKind kind) noexcept {
 
 std::optional<double> Tree::crown_top_m(double distance_m) const noexcept {
     const double part = distance_m / radius_m;
-    if (part > 1.0) return std::nullopt;
-    if (kind == TreeKind::kConifer) return ground_m + lerp(height_m, crown_base_m, part);
+    if (part > 1.0)
+        return std::nullopt;
+    if (kind == TreeKind::kConifer)
+        return ground_m + lerp(height_m, crown_base_m, part);
     const double middle = 0.5 * (height_m + crown_base_m);
     return ground_m + middle + (height_m - middle) * std::sqrt(1.0 - part * part);
 }
 
 double Tree::crown_bottom_m(double distance_m) const noexcept {
-    if (kind == TreeKind::kConifer) return ground_m + crown_base_m;
+    if (kind == TreeKind::kConifer)
+        return ground_m + crown_base_m;
     const double part = std::min(1.0, distance_m / radius_m);
     const double middle = 0.5 * (height_m + crown_base_m);
     return ground_m + middle - (height_m - middle) * std::sqrt(1.0 - part * part);
 }
 
-std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area, const std::function<TreeGround(Vec2)>& land) {
+std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area,
+                             const std::function<TreeGround(Vec2)>& land) {
     std::vector<Tree> trees;
-    const auto cell = [](double v) { return static_cast<std::int64_t>(std::floor(v / kTreeCell_m)); };
+    const auto cell = [](double v) {
+        return static_cast<std::int64_t>(std::floor(v / kTreeCell_m));
+    };
     for (auto j = cell(area.y0); j <= cell(area.y1); ++j)
         for (auto i = cell(area.x0); i <= cell(area.x1); ++i) {
             Random random(hash_of(seed, 0x7EE, i, j));
             const Vec2 p{(static_cast<double>(i) + random.range(0.08, 0.92)) * kTreeCell_m,
                          (static_cast<double>(j) + random.range(0.08, 0.92)) * kTreeCell_m};
-            if (!area.contains(p)) continue;
+            if (!area.contains(p))
+                continue;
             const TreeGround here = land(p);
-            if (here.wet || !random.chance(likelihood(seed, p, here))) continue;
+            if (here.wet || !random.chance(likelihood(seed, p, here)))
+                continue;
             Tree tree;
-            tree.at = p, tree.ground_m = here.ground_m, tree.tint = static_cast<std::uint32_t>(random.next());
+            tree.at = p, tree.ground_m = here.ground_m,
+            tree.tint = static_cast<std::uint32_t>(random.next());
             tree.kind = kind_of(seed, p, here, random);
             tree = shaped(tree, here, random);
-            if (here.to_obstacle_m > std::max(1.2, 0.6 * tree.radius_m)) trees.push_back(tree);
+            if (here.to_obstacle_m > std::max(1.2, 0.6 * tree.radius_m))
+                trees.push_back(tree);
         }
     return trees;
 }

@@ -24,7 +24,8 @@ struct Tree {
     std::uint32_t tint = 0;  ///< random, for the shade of the crown
 
     [[nodiscard]] double top_m() const noexcept { return ground_m + height_m; }
-    /// @return height of the crown's upper side at a distance from the trunk, or nullopt beyond the crown
+    /// @return height of the crown's upper side at a distance from the trunk, or nullopt beyond the
+    /// crown
     [[nodiscard]] std::optional<double> crown_top_m(double distance_m) const noexcept;
     /// @return height of the crown's lower side at a distance within the crown
     [[nodiscard]] double crown_bottom_m(double distance_m) const noexcept;
@@ -41,9 +42,11 @@ struct TreeGround {
     bool island = false;
 };
 
-/// The trees whose trunks stand in `area`: at most one in each cell of a lattice of kTreeCell_m, so that any two areas agree.
+/// The trees whose trunks stand in `area`: at most one in each cell of a lattice of kTreeCell_m, so
+/// that any two areas agree.
 /// @param land called once for each candidate
-[[nodiscard]] std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area, const std::function<TreeGround(Vec2)>& land);
+[[nodiscard]] std::vector<Tree> grow_trees(std::uint64_t seed, const Box2& area,
+                                           const std::function<TreeGround(Vec2)>& land);
 
 inline constexpr double kTreeCell_m = 5.0;
 inline constexpr double kTallestTree_m = 34.0;

@@ -27,7 +27,8 @@ struct Lake {
 /// What a river is at one easting.
 struct RiverAtX {
     double centre_y = 0;
-    double stretch = 1;  ///< multiply |y - centre_y| by this to get the distance to the centre line (about)
+    double stretch =
+        1;  ///< multiply |y - centre_y| by this to get the distance to the centre line (about)
     double level_m = 0;  ///< of the water; falls eastwards without a step
     double half_width_m = 0;
 };
@@ -48,9 +49,12 @@ private:
     double m_base_y, m_base_level_m;
 };
 
-inline constexpr double kRiverSpacing_m = 6000;  ///< between the centre lines of neighbouring rivers, on average
-inline constexpr double kRiverSouth_m = 215;     ///< river 0 passes this far south of the place's centre
-inline constexpr double kRiverSway_m = 380;      ///< no centre line is farther from its average than this
+inline constexpr double kRiverSpacing_m =
+    6000;  ///< between the centre lines of neighbouring rivers, on average
+inline constexpr double kRiverSouth_m =
+    215;  ///< river 0 passes this far south of the place's centre
+inline constexpr double kRiverSway_m =
+    380;  ///< no centre line is farther from its average than this
 
 /// A brook as a polyline with a water level at each vertex, falling.
 struct Brook {

@@ -4,6 +4,8 @@
 
 namespace terravox::tls {
 
-void load_library() { (void)util::open_beside_program(TERRAVOX_TLS_LIBRARY, "TLS library"); }
+void load_library() {
+    (void)util::open_beside_program(TERRAVOX_TLS_LIBRARY, "TLS library");
+}
 
 }  // namespace terravox::tls

@@ -8,8 +8,8 @@
 
 namespace terravox::voxelize {
 
-/// Which stretches of a file hold points of which patches: found when a file is decoded for the first time, so that later a part
-/// of it can be had by decoding a part of it.
+/// Which stretches of a file hold points of which patches: found when a file is decoded for the
+/// first time, so that later a part of it can be had by decoding a part of it.
 class ChunkIndex {
 public:
     struct Chunk {
@@ -22,7 +22,8 @@ public:
 
     /// Which chunks hold points of the rectangle's patches, rising.
     [[nodiscard]] std::vector<std::size_t> over(const PatchRect& rect) const;
-    /// Ranges that hold every kept point of the rectangle's patches, sorted and merged; they may hold others.
+    /// Ranges that hold every kept point of the rectangle's patches, sorted and merged; they may
+    /// hold others.
     [[nodiscard]] std::vector<lidar::PointRange> ranges_over(const PatchRect& rect) const;
     [[nodiscard]] std::span<const Chunk> chunks() const noexcept { return m_chunks; }
 

@@ -19,7 +19,7 @@ enum class Role : std::uint8_t {
     kVegetation,  ///< voxels where the points are
     kBridge,      ///< a deck, open beneath
     kObject,      ///< voxels where the points are
-    kSurface,     ///< everything above the ground in one class: vegetation by its height above ground
+    kSurface,  ///< everything above the ground in one class: vegetation by its height above ground
 };
 
 /// What one class code of a source means.
@@ -30,7 +30,8 @@ struct ClassMeaning {
     bool known = false;  ///< the table names this code
 };
 
-/// The meaning of all 256 class codes for one source of data. Codes that a table does not name stay visible as unknown objects.
+/// The meaning of all 256 class codes for one source of data. Codes that a table does not name stay
+/// visible as unknown objects.
 struct ClassTable {
     std::string id;
     std::optional<std::string> crs;  ///< for files that carry none
@@ -38,7 +39,8 @@ struct ClassTable {
 };
 
 /// Reads config/classes/<id>.toml, following `extends`. A path to a .toml file works too.
-/// @throws UsageError for an unknown id (listing those there are); Error for a bad file, naming field, value and allowed range
+/// @throws UsageError for an unknown id (listing those there are); Error for a bad file, naming
+/// field, value and allowed range
 [[nodiscard]] ClassTable load_class_table(const std::string& id_or_path);
 
 }  // namespace terravox::voxelize

@@ -16,18 +16,24 @@ struct PlanRect {
 /// Whether a point is one of the land: not withheld, nor of a class that is dropped.
 using KeepsPoint = std::function<bool(const lidar::RawPoint&)>;
 
-/// Headers are written with fewer digits than points: how far a point may lie beyond its header's bounds, in units of that axis.
+/// Headers are written with fewer digits than points: how far a point may lie beyond its header's
+/// bounds, in units of that axis.
 /// @param info with its CRS @param axis 0-2
 [[nodiscard]] double rounding_of(const lidar::LasInfo& info, std::size_t axis);
 
-/// Where the land of a file lies. Headers are believed when a sample agrees with them. When it does not (points beyond the bounds, or next to
-/// none in most of them), all points are looked through once, so that the result does not depend on their order: the bounds become those of
-/// the points, without strays (point_clusters.hpp), and a warning says so.
+/// Where the land of a file lies. Headers are believed when a sample agrees with them. When it does
+/// not (points beyond the bounds, or next to none in most of them), all points are looked through
+/// once, so that the result does not depend on their order: the bounds become those of the points,
+/// without strays (point_clusters.hpp), and a warning says so.
 /// @param info with its CRS; its min and max are set to what holds
 /// @param sample points of the land, in any order
 /// @param threads for looking through the file; 0 = one for each core
-/// @return the parts of the bounds that hold land, in a fixed order: the bounds, or several that lie kilometres apart
-/// @throws Error naming the header when its bounds are no bounds, or hold none of the sampled points; and for a damaged file
-[[nodiscard]] std::vector<PlanRect> settle_extent(lidar::LasInfo& info, std::span<const lidar::RawPoint> sample, const KeepsPoint& keeps, int threads);
+/// @return the parts of the bounds that hold land, in a fixed order: the bounds, or several that
+/// lie kilometres apart
+/// @throws Error naming the header when its bounds are no bounds, or hold none of the sampled
+/// points; and for a damaged file
+[[nodiscard]] std::vector<PlanRect> settle_extent(lidar::LasInfo& info,
+                                                  std::span<const lidar::RawPoint> sample,
+                                                  const KeepsPoint& keeps, int threads);
 
 }  // namespace terravox::voxelize

@@ -15,24 +15,31 @@ using voxel::Reach;
 struct WideRect {
     std::int64_t min_x, min_z, max_x, max_z;
     explicit WideRect(const Reach& r)
-        : min_x(std::int64_t{r.min_bx} * kPatchSize), min_z(std::int64_t{r.min_bz} * kPatchSize), max_x(std::int64_t{r.max_bx} * kPatchSize),
+        : min_x(std::int64_t{r.min_bx} * kPatchSize),
+          min_z(std::int64_t{r.min_bz} * kPatchSize),
+          max_x(std::int64_t{r.max_bx} * kPatchSize),
           max_z(std::int64_t{r.max_bz} * kPatchSize) {}
-    [[nodiscard]] bool overlaps(const ColumnRect& o) const noexcept { return min_x < o.max_x && o.min_x < max_x && min_z < o.max_z && o.min_z < max_z; }
+    [[nodiscard]] bool overlaps(const ColumnRect& o) const noexcept {
+        return min_x < o.max_x && o.min_x < max_x && min_z < o.max_z && o.min_z < max_z;
+    }
 };
 
 }  // namespace
 
 Fingerprint print_of(const ClassTable& classes) {
     ByteWriter out;
-    for (const ClassMeaning& m : classes.meaning) out.add(m.role), out.add(m.material), out.add(m.tiers);
+    for (const ClassMeaning& m : classes.meaning)
+        out.add(m.role), out.add(m.material), out.add(m.tiers);
     return out.print();
 }
 
 Fingerprint palette_print(const Settings& settings) {
-    if (!settings.steps.specialization) return {};
+    if (!settings.steps.specialization)
+        return {};
     ByteWriter out;
     imagery::ColourMap::load(settings.palette).add_values(out);
-    if (settings.steps.neighbourhood_filters) imagery::add_values(imagery::load_filters(settings.palette), out);
+    if (settings.steps.neighbourhood_filters)
+        imagery::add_values(imagery::load_filters(settings.palette), out);
     return out.print();
 }
 
@@ -44,13 +51,15 @@ Fingerprint InputPrints::fingerprint(const Reach& reach) const {
     for (const auto* inputs : {&points, &images}) {
         std::uint32_t count = 0;
         for (const Input& input : *inputs) {
-            if (!area.overlaps(input.rect)) continue;
+            if (!area.overlaps(input.rect))
+                continue;
             out.add(input.print), ++count;
             coloured = coloured || input.coloured;
         }
         out.add(count);
     }
-    if (coloured) out.add(palette);
+    if (coloured)
+        out.add(palette);
     return out.print();
 }
 

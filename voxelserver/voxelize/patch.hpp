@@ -17,7 +17,9 @@ static_assert(kPatchSize == voxel::kBoxSizeX && kPatchSize == voxel::kBoxSizeZ);
 /// Which patch: floor(x / 64), floor(z / 64) of its absolute voxels.
 struct PatchKey {
     std::int32_t px = 0, pz = 0;
-    [[nodiscard]] std::int32_t x0() const noexcept { return px * kPatchSize; }  ///< first column, absolute voxels
+    [[nodiscard]] std::int32_t x0() const noexcept {
+        return px * kPatchSize;
+    }  ///< first column, absolute voxels
     [[nodiscard]] std::int32_t z0() const noexcept { return pz * kPatchSize; }
     friend auto operator<=>(const PatchKey& a, const PatchKey& b) noexcept {
         return a.pz != b.pz ? a.pz <=> b.pz : a.px <=> b.px;  // row by row, north to south
@@ -25,7 +27,9 @@ struct PatchKey {
     friend bool operator==(const PatchKey&, const PatchKey&) = default;
 };
 struct PatchKeyHash {
-    std::size_t operator()(const PatchKey& k) const noexcept { return static_cast<std::size_t>(voxel::morton_encode(k.px, 0, k.pz)); }
+    std::size_t operator()(const PatchKey& k) const noexcept {
+        return static_cast<std::size_t>(voxel::morton_encode(k.px, 0, k.pz));
+    }
 };
 
 /// A rectangle of columns in absolute voxels, half-open.
@@ -34,15 +38,21 @@ struct ColumnRect {
     [[nodiscard]] bool overlaps(const ColumnRect& o) const noexcept {
         return min_x < o.max_x && o.min_x < max_x && min_z < o.max_z && o.min_z < max_z;
     }
-    [[nodiscard]] ColumnRect grown(std::int32_t by) const noexcept { return {min_x - by, min_z - by, max_x + by, max_z + by}; }
+    [[nodiscard]] ColumnRect grown(std::int32_t by) const noexcept {
+        return {min_x - by, min_z - by, max_x + by, max_z + by};
+    }
 };
 
-[[nodiscard]] inline ColumnRect columns_of(PatchKey k) noexcept { return {k.x0(), k.z0(), k.x0() + kPatchSize, k.z0() + kPatchSize}; }
+[[nodiscard]] inline ColumnRect columns_of(PatchKey k) noexcept {
+    return {k.x0(), k.z0(), k.x0() + kPatchSize, k.z0() + kPatchSize};
+}
 
 /// The patches that cover a rectangle of columns, half-open.
 struct PatchRect {
     PatchKey min, max;
-    [[nodiscard]] bool contains(PatchKey k) const noexcept { return k.px >= min.px && k.px < max.px && k.pz >= min.pz && k.pz < max.pz; }
+    [[nodiscard]] bool contains(PatchKey k) const noexcept {
+        return k.px >= min.px && k.px < max.px && k.pz >= min.pz && k.pz < max.pz;
+    }
 };
 
 }  // namespace terravox::voxelize

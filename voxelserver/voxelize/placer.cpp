@@ -25,22 +25,29 @@ std::int64_t floor_to_int(double v) noexcept {
 
 }  // namespace
 
-Placer::Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes, const Settings::Points& filters)
+Placer::Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes,
+               const Settings::Points& filters)
     : m_source(source), m_frame(frame), m_classes(classes), m_filters(filters) {
-    if (source.transform) m_transform.emplace(*source.info.crs, frame.crs());
-    // The bounds hold all points of the land (extent.hpp); beyond their rounding are errors of the survey.
+    if (source.transform)
+        m_transform.emplace(*source.info.crs, frame.crs());
+    // The bounds hold all points of the land (extent.hpp); beyond their rounding are errors of the
+    // survey.
     const lidar::LasInfo& info = source.info;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double slack = rounding_of(info, axis);
-        const double low = axis == 2 ? source.lowest : info.min[axis] - slack, high = axis == 2 ? source.highest : info.max[axis] + slack;
+        const double low = axis == 2 ? source.lowest : info.min[axis] - slack,
+                     high = axis == 2 ? source.highest : info.max[axis] + slack;
         constexpr double kMost = 4.0e18;
-        const auto raw = [&](double v) { return std::clamp((v - info.offset[axis]) / info.scale[axis], -kMost, kMost); };
+        const auto raw = [&](double v) {
+            return std::clamp((v - info.offset[axis]) / info.scale[axis], -kMost, kMost);
+        };
         m_min[axis] = static_cast<std::int64_t>(std::ceil(raw(low)));
         m_max[axis] = static_cast<std::int64_t>(std::floor(raw(high)));
     }
 }
 
-void Placer::place(std::span<const lidar::RawPoint> batch, const std::optional<PatchRect>& wanted, PatchedPoints& out, PointCounts& counts) {
+void Placer::place(std::span<const lidar::RawPoint> batch, const std::optional<PatchRect>& wanted,
+                   PatchedPoints& out, PointCounts& counts) {
     const auto start = std::chrono::steady_clock::now();
     transform(batch, counts);
     const auto middle = std::chrono::steady_clock::now();
@@ -58,7 +65,8 @@ void Placer::transform(std::span<const lidar::RawPoint> batch, PointCounts& coun
             ++(fate == Fate::kNoise ? counts.noise : counts.withheld);
             continue;
         }
-        if (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] || p.z < m_min[2] || p.z > m_max[2]) {
+        if (p.x < m_min[0] || p.x > m_max[0] || p.y < m_min[1] || p.y > m_max[1] ||
+            p.z < m_min[2] || p.z > m_max[2]) {
             ++counts.wild;
             continue;
         }
@@ -66,15 +74,21 @@ void Placer::transform(std::span<const lidar::RawPoint> batch, PointCounts& coun
         m_x.push_back(p.x * info.scale[0] + info.offset[0]);
         m_y.push_back(p.y * info.scale[1] + info.offset[1]);
     }
-    if (m_transform && !m_kept.empty()) m_transform->apply(m_x, m_y);
+    if (m_transform && !m_kept.empty())
+        m_transform->apply(m_x, m_y);
 }
 
-void Placer::quantize(std::span<const lidar::RawPoint> batch, const std::optional<PatchRect>& wanted, PatchedPoints& out, PointCounts& counts) {
+void Placer::quantize(std::span<const lidar::RawPoint> batch,
+                      const std::optional<PatchRect>& wanted, PatchedPoints& out,
+                      PointCounts& counts) {
     const lidar::LasInfo& info = m_source.info;
     for (std::size_t k = 0; k < m_kept.size(); ++k) {
         const lidar::RawPoint& p = batch[m_kept[k]];
-        const double x = m_frame.x(m_x[k]) * static_cast<double>(kPlanOne), z = m_frame.z(m_y[k]) * static_cast<double>(kPlanOne);
-        const double y = m_frame.y((p.z * info.scale[2] + info.offset[2]) * m_source.vertical_metres) * (1 << VoxelPoint::kHeightBits);
+        const double x = m_frame.x(m_x[k]) * static_cast<double>(kPlanOne),
+                     z = m_frame.z(m_y[k]) * static_cast<double>(kPlanOne);
+        const double y =
+            m_frame.y((p.z * info.scale[2] + info.offset[2]) * m_source.vertical_metres) *
+            (1 << VoxelPoint::kHeightBits);
         constexpr double kFarthest = 1.0e9 * static_cast<double>(kPlanOne);  // voxels are 32-bit
         if (!(std::abs(x) < kFarthest && std::abs(z) < kFarthest && std::abs(y) < 2147483000.0)) {
             ++counts.wild;
@@ -82,19 +96,25 @@ void Placer::quantize(std::span<const lidar::RawPoint> batch, const std::optiona
         }
         const std::int64_t ix = floor_to_int(x), iz = floor_to_int(z);
         // Strays between two parts of a file far apart: the box of both holds them.
-        const auto column = [](std::int64_t v) { return static_cast<std::int32_t>(v >> VoxelPoint::kPlanBits); };
+        const auto column = [](std::int64_t v) {
+            return static_cast<std::int32_t>(v >> VoxelPoint::kPlanBits);
+        };
         if (m_source.islands.size() > 1 && !m_source.on_island(column(ix), column(iz))) {
             ++counts.wild;
             continue;
         }
-        const PatchKey patch{static_cast<std::int32_t>(ix >> kPatchShift), static_cast<std::int32_t>(iz >> kPatchShift)};
-        if (wanted && !wanted->contains(patch)) continue;
+        const PatchKey patch{static_cast<std::int32_t>(ix >> kPatchShift),
+                             static_cast<std::int32_t>(iz >> kPatchShift)};
+        if (wanted && !wanted->contains(patch))
+            continue;
         VoxelPoint point;
         point.x = static_cast<std::uint16_t>(ix), point.z = static_cast<std::uint16_t>(iz);
         point.y = static_cast<std::int32_t>(floor_to_int(y));
         point.source_class = p.classification;
         if (m_source.has_colour) {
-            const auto channel = [&](std::size_t c) { return static_cast<std::uint8_t>(std::min(p.rgb[c] >> m_source.colour_shift, 255)); };
+            const auto channel = [&](std::size_t c) {
+                return static_cast<std::uint8_t>(std::min(p.rgb[c] >> m_source.colour_shift, 255));
+            };
             point.colour = {channel(0), channel(1), channel(2)};
         }
         ++counts.kept, ++counts.by_class[p.classification];

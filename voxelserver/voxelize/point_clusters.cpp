@@ -14,14 +14,15 @@ namespace terravox::voxelize {
 namespace {
 
 constexpr double kCell_m = 256;
-constexpr int kReach = 4;                    // cells: clusters are a kilometre apart or more
+constexpr int kReach = 4;                      // cells: clusters are a kilometre apart or more
 constexpr std::size_t kMostCells = 1'000'000;  // 65,000 square kilometres; some tens of MB
 constexpr std::uint64_t kPointsPerTask = 200'000;
 
 using Cells = std::unordered_map<std::uint64_t, PointCluster>;
 
 std::uint64_t key_of(std::int64_t i, std::int64_t k) noexcept {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32 | static_cast<std::uint32_t>(k);
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32 |
+           static_cast<std::uint32_t>(k);
 }
 
 // Sums, least and greatest: the order of adding does not matter.
@@ -31,29 +32,40 @@ void add(PointCluster& to, const PointCluster& from) noexcept {
         return;
     }
     to.count += from.count;
-    for (std::size_t a = 0; a < 3; ++a) to.min[a] = std::min(to.min[a], from.min[a]), to.max[a] = std::max(to.max[a], from.max[a]);
+    for (std::size_t a = 0; a < 3; ++a)
+        to.min[a] = std::min(to.min[a], from.min[a]), to.max[a] = std::max(to.max[a], from.max[a]);
 }
 
 void add_all(Cells& to, const Cells& from, const lidar::LasInfo& info) {
-    for (const auto& [key, cell] : from) add(to[key], cell);
+    for (const auto& [key, cell] : from)
+        add(to[key], cell);
     if (to.size() > kMostCells)
-        throw Error("place the point cloud " + info.path.string() + ": its points are strewn over more than " + std::to_string(kMostCells) +
+        throw Error("place the point cloud " + info.path.string() +
+                    ": its points are strewn over more than " + std::to_string(kMostCells) +
                     " squares of 256 m");
 }
 
 // Neighbours in a file are neighbours in space: the cell is mostly that of the point before.
-Cells cells_of(const lidar::LasInfo& info, const lidar::PointRange& range, const KeepsPoint& keeps, double cell_units) {
+Cells cells_of(const lidar::LasInfo& info, const lidar::PointRange& range, const KeepsPoint& keeps,
+               double cell_units) {
     Cells out;
     std::uint64_t last_key = 0;
     PointCluster* last = nullptr;
     lidar::read_point_batches(info, {&range, 1}, [&](std::span<const lidar::RawPoint> batch) {
         for (const lidar::RawPoint& p : batch) {
-            if (!keeps(p)) continue;
-            const std::array<double, 3> at{p.x * info.scale[0] + info.offset[0], p.y * info.scale[1] + info.offset[1], p.z * info.scale[2] + info.offset[2]};
+            if (!keeps(p))
+                continue;
+            const std::array<double, 3> at{p.x * info.scale[0] + info.offset[0],
+                                           p.y * info.scale[1] + info.offset[1],
+                                           p.z * info.scale[2] + info.offset[2]};
             constexpr double kFarthest = 1.0e9;  // cells; what lies beyond shares one
-            const auto index = [&](double v) { return static_cast<std::int64_t>(std::clamp(std::floor(v / cell_units), -kFarthest, kFarthest)); };
+            const auto index = [&](double v) {
+                return static_cast<std::int64_t>(
+                    std::clamp(std::floor(v / cell_units), -kFarthest, kFarthest));
+            };
             const std::uint64_t key = key_of(index(at[0]), index(at[1]));
-            if (last == nullptr || key != last_key) last = &out[key], last_key = key;
+            if (last == nullptr || key != last_key)
+                last = &out[key], last_key = key;
             add(*last, {1, at, at});
         }
     });
@@ -71,18 +83,23 @@ PointCluster take_cluster(Cells& left) {
     };
     take(left.begin());
     while (!next.empty()) {
-        const auto i = static_cast<std::int32_t>(next.back() >> 32), k = static_cast<std::int32_t>(next.back() & 0xFFFFFFFF);
+        const auto i = static_cast<std::int32_t>(next.back() >> 32),
+                   k = static_cast<std::int32_t>(next.back() & 0xFFFFFFFF);
         next.pop_back();
         for (int dk = -kReach; dk <= kReach; ++dk)
             for (int di = -kReach; di <= kReach; ++di)
-                if (const auto found = left.find(key_of(std::int64_t{i} + di, std::int64_t{k} + dk)); found != left.end()) take(found);
+                if (const auto found =
+                        left.find(key_of(std::int64_t{i} + di, std::int64_t{k} + dk));
+                    found != left.end())
+                    take(found);
     }
     return out;
 }
 
 }  // namespace
 
-std::vector<PointCluster> find_clusters(const lidar::LasInfo& info, const KeepsPoint& keeps, double unit_m, int threads) {
+std::vector<PointCluster> find_clusters(const lidar::LasInfo& info, const KeepsPoint& keeps,
+                                        double unit_m, int threads) {
     const auto ranges = lidar::split_by_chunk(info, kPointsPerTask);
     Cells cells;
     std::mutex mutex;
@@ -92,8 +109,11 @@ std::vector<PointCluster> find_clusters(const lidar::LasInfo& info, const KeepsP
         add_all(cells, mine, info);
     });
     std::vector<PointCluster> out;
-    while (!cells.empty()) out.push_back(take_cluster(cells));
-    std::sort(out.begin(), out.end(), [](const PointCluster& a, const PointCluster& b) { return std::tie(b.count, a.min) < std::tie(a.count, b.min); });
+    while (!cells.empty())
+        out.push_back(take_cluster(cells));
+    std::sort(out.begin(), out.end(), [](const PointCluster& a, const PointCluster& b) {
+        return std::tie(b.count, a.min) < std::tie(a.count, b.min);
+    });
     return out;
 }
 
@@ -101,12 +121,15 @@ void drop_strays(std::vector<PointCluster>& clusters, double unit_m) {
     constexpr std::uint64_t kShare = 100, kFew = 100;
     constexpr double kOnePlace_m = 10;
     std::uint64_t all = 0;
-    for (const PointCluster& c : clusters) all += c.count;
+    for (const PointCluster& c : clusters)
+        all += c.count;
     const auto stray = [&](const PointCluster& c) {
-        const bool one_place = (c.max[0] - c.min[0]) * unit_m < kOnePlace_m && (c.max[1] - c.min[1]) * unit_m < kOnePlace_m;
+        const bool one_place = (c.max[0] - c.min[0]) * unit_m < kOnePlace_m &&
+                               (c.max[1] - c.min[1]) * unit_m < kOnePlace_m;
         return c.count <= all / kShare && (c.count < kFew || one_place);
     };
-    if (!clusters.empty()) clusters.erase(std::remove_if(clusters.begin() + 1, clusters.end(), stray), clusters.end());
+    if (!clusters.empty())
+        clusters.erase(std::remove_if(clusters.begin() + 1, clusters.end(), stray), clusters.end());
 }
 
 }  // namespace terravox::voxelize

@@ -15,12 +15,17 @@ struct PointCluster {
     friend bool operator==(const PointCluster&, const PointCluster&) = default;
 };
 
-/// Decodes all points of a file. @param keeps points that count @param unit_m metres per unit of the plan
+/// Decodes all points of a file. @param keeps points that count @param unit_m metres per unit of
+/// the plan
 /// @return largest first; the same for every order of the points and any number of threads
-/// @throws Error for a damaged file, or one whose points are strewn over more than a million squares of 256 m
-[[nodiscard]] std::vector<PointCluster> find_clusters(const lidar::LasInfo& info, const KeepsPoint& keeps, double unit_m, int threads);
+/// @throws Error for a damaged file, or one whose points are strewn over more than a million
+/// squares of 256 m
+[[nodiscard]] std::vector<PointCluster> find_clusters(const lidar::LasInfo& info,
+                                                      const KeepsPoint& keeps, double unit_m,
+                                                      int threads);
 
-/// Removes strays: clusters of at most a hundredth of all points that are either less than a hundred, or all in one place (10 m).
+/// Removes strays: clusters of at most a hundredth of all points that are either less than a
+/// hundred, or all in one place (10 m).
 /// @param clusters largest first; the first stays
 void drop_strays(std::vector<PointCluster>& clusters, double unit_m);
 

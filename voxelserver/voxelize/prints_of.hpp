@@ -11,7 +11,8 @@ namespace terravox::voxelize {
 struct Sources;
 
 /// The prints of an opened world. @param images nullptr = none
-[[nodiscard]] InputPrints prints_of(const Sources& sources, const imagery::Orthophotos* images, const ClassTable& classes, const Settings& settings,
+[[nodiscard]] InputPrints prints_of(const Sources& sources, const imagery::Orthophotos* images,
+                                    const ClassTable& classes, const Settings& settings,
                                     int cell_voxels);
 
 }  // namespace terravox::voxelize

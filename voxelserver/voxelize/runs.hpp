@@ -16,11 +16,12 @@ namespace terravox::voxelize {
 struct Run {
     std::int32_t y0 = 0, y1 = 0;
     voxel::VoxelAttr attr;
-    bool terrain = false;  ///< rock below the top voxel, and between them ...
+    bool terrain = false;   ///< rock below the top voxel, and between them ...
     std::int16_t soil = 0;  ///< ... so many voxels of soil
 };
 
-/// The finished columns of a patch with a margin of one: what boxes of any height are cut from. x, z in [-1, 65).
+/// The finished columns of a patch with a margin of one: what boxes of any height are cut from. x,
+/// z in [-1, 65).
 class PatchRuns {
 public:
     static constexpr int kSide = kPatchSize + 2;
@@ -50,13 +51,14 @@ struct RunsInput {
     const Margined<Roof>& roofs;
     const Margined<Surface>& decks;
     const Margined<Crown>& crowns;
-    const Margined<voxel::Material>& special;  ///< of the surface, from colours; kAir = the class's own
+    const Margined<voxel::Material>&
+        special;               ///< of the surface, from colours; kAir = the class's own
     std::int32_t floor_y = 0;  ///< the terrain is solid from here up
     double voxel_m = 1;
 };
 
-/// Step "underground fill" and what stands on it: terrain, water with its bed, buildings down to the local ground, bridge decks,
-/// plants and objects, as runs by rising y without overlaps.
+/// Step "underground fill" and what stands on it: terrain, water with its bed, buildings down to
+/// the local ground, bridge decks, plants and objects, as runs by rising y without overlaps.
 [[nodiscard]] PatchRuns make_runs(const RunsInput& input);
 
 }  // namespace terravox::voxelize

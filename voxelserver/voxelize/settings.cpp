@@ -24,8 +24,13 @@ struct Field {
 };
 
 std::vector<Field> fields_of(Settings& s) {
-    const auto flag = [](const char* section, const char* name, bool& f) { return Field{section, name, &f, nullptr, 0, 0, nullptr}; };
-    const auto number = [](const char* section, const char* name, double& v, double low, double high) { return Field{section, name, nullptr, &v, low, high, nullptr}; };
+    const auto flag = [](const char* section, const char* name, bool& f) {
+        return Field{section, name, &f, nullptr, 0, 0, nullptr};
+    };
+    const auto number = [](const char* section, const char* name, double& v, double low,
+                           double high) {
+        return Field{section, name, nullptr, &v, low, high, nullptr};
+    };
     return {
         flag("points", "drop_withheld", s.points.drop_withheld),
         flag("points", "drop_overlap", s.points.drop_overlap),
@@ -70,53 +75,69 @@ voxel::Fingerprint print_of(const Settings& settings) {
     Settings copy = settings;  // fields are found to be set
     store::ByteWriter out;
     for (const Field& f : fields_of(copy)) {
-        if (f.text != nullptr) continue;
+        if (f.text != nullptr)
+            continue;
         out.add(std::string(f.section)), out.add(std::string(f.name));
-        if (f.flag != nullptr) out.add(*f.flag);
-        else out.add(*f.number);
+        if (f.flag != nullptr)
+            out.add(*f.flag);
+        else
+            out.add(*f.number);
     }
     return out.print();
 }
 
 Settings load_settings(const std::filesystem::path& given) {
     const std::filesystem::path file = given.empty() ? util::config_dir() / "voxelize.toml" : given;
-    const auto fail = [&](const std::string& what) { throw UsageError("read the voxelization settings " + file.string() + ": " + what); };
+    const auto fail = [&](const std::string& what) {
+        throw UsageError("read the voxelization settings " + file.string() + ": " + what);
+    };
     const toml::table root = util::read_toml(file, fail);
     Settings out;
     const auto fields = fields_of(out);
     std::vector<std::string> sections;
     for (const Field& f : fields)
-        if (sections.empty() || sections.back() != f.section) sections.emplace_back(f.section);
+        if (sections.empty() || sections.back() != f.section)
+            sections.emplace_back(f.section);
     for (const auto& [section, node] : root) {
         const auto* table = node.as_table();
-        if (table == nullptr || std::find(sections.begin(), sections.end(), section.str()) == sections.end())
-            fail(std::string(section.str()) + fmt::format(" is no section; allowed: {}", fmt::join(sections, ", ")));
+        if (table == nullptr ||
+            std::find(sections.begin(), sections.end(), section.str()) == sections.end())
+            fail(std::string(section.str()) +
+                 fmt::format(" is no section; allowed: {}", fmt::join(sections, ", ")));
         for (const auto& [name, value] : *table) {
             const std::string path = std::string(section.str()) + "." + std::string(name.str());
             const Field* field = nullptr;
             std::string allowed;
             for (const Field& f : fields) {
-                if (f.section != section.str()) continue;
+                if (f.section != section.str())
+                    continue;
                 allowed += (allowed.empty() ? "" : ", ") + std::string(f.name);
-                if (f.name == name.str()) field = &f;
+                if (f.name == name.str())
+                    field = &f;
             }
-            if (field == nullptr) fail(path + " is unknown; allowed in [" + std::string(section.str()) + "]: " + allowed);
+            if (field == nullptr)
+                fail(path + " is unknown; allowed in [" + std::string(section.str()) +
+                     "]: " + allowed);
             if (field->flag != nullptr) {
-                if (!value.is_boolean()) fail(path + " is not true or false");
+                if (!value.is_boolean())
+                    fail(path + " is not true or false");
                 *field->flag = value.value_or(false);
             } else if (field->number != nullptr) {
                 const auto v = value.value<double>();
                 if (!v || !(*v >= field->low && *v <= field->high))
-                    fail(path + (v ? fmt::format(" = {}", *v) : " is no number") + fmt::format("; allowed: {} to {}", field->low, field->high));
+                    fail(path + (v ? fmt::format(" = {}", *v) : " is no number") +
+                         fmt::format("; allowed: {} to {}", field->low, field->high));
                 *field->number = *v;
             } else {
-                if (!value.is_string()) fail(path + " is no text");
+                if (!value.is_string())
+                    fail(path + " is no text");
                 *field->text = value.value_or(std::string());
             }
         }
     }
     if (out.water.min_depth_m > out.water.max_depth_m)
-        fail(fmt::format("water.min_depth_m = {} is above water.max_depth_m = {}", out.water.min_depth_m, out.water.max_depth_m));
+        fail(fmt::format("water.min_depth_m = {} is above water.max_depth_m = {}",
+                         out.water.min_depth_m, out.water.max_depth_m));
     return out;
 }
 

@@ -7,14 +7,16 @@
 
 namespace terravox::voxelize {
 
-/// Which steps run, and how: config/voxelize.toml states units and reasons, docs/formats.md the ranges too. Results depend on every field.
+/// Which steps run, and how: config/voxelize.toml states units and reasons, docs/formats.md the
+/// ranges too. Results depend on every field.
 struct Settings {
     struct Points {
         bool drop_withheld = true, drop_overlap = false, drop_isolated = true;
     } points;
     struct Steps {
-        bool building_fill = true, bridges = true, ground_fill = true, vegetation_fill = true, specialization = true, neighbourhood_filters = true,
-             water_equalization = true, water_deepening = true;
+        bool building_fill = true, bridges = true, ground_fill = true, vegetation_fill = true,
+             specialization = true, neighbourhood_filters = true, water_equalization = true,
+             water_deepening = true;
     } steps;
     struct Buildings {
         double storey_m = 2.4;      ///< an open space beneath a roof is higher than this
@@ -29,19 +31,20 @@ struct Settings {
         double above_land_m = 2.5;   ///< the same, where there is no water near
     } bridges;
     struct Ground {
-        double soil_m = 2.5;   ///< above the rock
-        double cliff_m = 3.0;  ///< where the ground drops by more to the next column there is no soil
-        double depth_m = 10;   ///< of rock below the lowest ground: the model's base
+        double soil_m = 2.5;  ///< above the rock
+        double cliff_m =
+            3.0;  ///< where the ground drops by more to the next column there is no soil
+        double depth_m = 10;  ///< of rock below the lowest ground: the model's base
     } ground;
     struct Vegetation {
         double low_m = 1.0, medium_m = 3.0;  ///< tops of the tiers where the source has none
         double canopy_gap_m = 3.0;           ///< foliage between two returns of a crown
         double trunk_from_m = 3.0;           ///< plants higher than this stand on a trunk
-        double clutter_m = 0.5;              ///< unclassified things lower than this are the ground's roughness
+        double clutter_m = 0.5;  ///< unclassified things lower than this are the ground's roughness
     } vegetation;
     struct Water {
         bool from_class = true, from_orthophoto = true, from_voids = true;
-        double slope = 0.3;        ///< metres of depth for each metre from the shore
+        double slope = 0.3;  ///< metres of depth for each metre from the shore
         double min_depth_m = 0.6, max_depth_m = 8;
     } water;
     std::string palette = "default";  ///< id in config/palettes, or a file
@@ -51,7 +54,8 @@ struct Settings {
 [[nodiscard]] voxel::Fingerprint print_of(const Settings& settings);
 
 /// Reads a settings file over the defaults. @param file empty = config/voxelize.toml
-/// @throws UsageError for a missing file or an unknown or impossible value, naming field, value and allowed range
+/// @throws UsageError for a missing file or an unknown or impossible value, naming field, value and
+/// allowed range
 [[nodiscard]] Settings load_settings(const std::filesystem::path& file);
 
 }  // namespace terravox::voxelize

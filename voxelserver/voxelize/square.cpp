@@ -20,10 +20,12 @@ struct Owned {
     std::vector<VoxelPoint> points;
 };
 
-// Everything that a later step looks at takes part, so that the order of points in the file cannot matter.
+// Everything that a later step looks at takes part, so that the order of points in the file cannot
+// matter.
 bool before(const VoxelPoint& a, const VoxelPoint& b) noexcept {
     const auto rest = [](const VoxelPoint& p) {
-        return std::uint64_t{p.source_class} << 56 | std::uint64_t{p.colour.r} << 48 | std::uint64_t{p.colour.g} << 40 | std::uint64_t{p.colour.b} << 32 |
+        return std::uint64_t{p.source_class} << 56 | std::uint64_t{p.colour.r} << 48 |
+               std::uint64_t{p.colour.g} << 40 | std::uint64_t{p.colour.b} << 32 |
                std::uint64_t{p.x} << 16 | p.z;
     };
     return a.y != b.y ? a.y < b.y : rest(a) < rest(b);
@@ -32,11 +34,14 @@ bool before(const VoxelPoint& a, const VoxelPoint& b) noexcept {
 // Counting sort by column, then each column by height.
 void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) {
     std::array<std::uint32_t, kPatchColumns + 1> begin{};
-    for (const VoxelPoint& p : points) ++begin[static_cast<std::size_t>(p.column()) + 1];
-    for (std::size_t i = 0; i < kPatchColumns; ++i) begin[i + 1] += begin[i];
+    for (const VoxelPoint& p : points)
+        ++begin[static_cast<std::size_t>(p.column()) + 1];
+    for (std::size_t i = 0; i < kPatchColumns; ++i)
+        begin[i + 1] += begin[i];
     scratch.resize(points.size());
     auto next = begin;
-    for (const VoxelPoint& p : points) scratch[next[static_cast<std::size_t>(p.column())]++] = p;
+    for (const VoxelPoint& p : points)
+        scratch[next[static_cast<std::size_t>(p.column())]++] = p;
     for (std::size_t i = 0; i < kPatchColumns; ++i) {
         const auto from = scratch.begin() + begin[i], to = scratch.begin() + begin[i + 1];
         constexpr std::ptrdiff_t kFew = 16;
@@ -45,7 +50,8 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
             continue;
         }
         for (auto p = from; p < to; ++p)  // insertion sort: columns hold a handful
-            for (auto q = p; q > from && before(*q, *(q - 1)); --q) std::iter_swap(q, q - 1);
+            for (auto q = p; q > from && before(*q, *(q - 1)); --q)
+                std::iter_swap(q, q - 1);
     }
     std::copy(scratch.begin(), scratch.end(), points.begin());
 }
@@ -54,32 +60,44 @@ void sort_patch(std::span<VoxelPoint> points, std::vector<VoxelPoint>& scratch) 
 
 void PointCounts::add(const PointCounts& other) noexcept {
     kept += other.kept, wild += other.wild, withheld += other.withheld, noise += other.noise;
-    for (std::size_t i = 0; i < by_class.size(); ++i) by_class[i] += other.by_class[i];
+    for (std::size_t i = 0; i < by_class.size(); ++i)
+        by_class[i] += other.by_class[i];
 }
 
-std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept { return XXH64(points.data(), points.size_bytes(), 0); }
+std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept {
+    return XXH64(points.data(), points.size_bytes(), 0);
+}
 
 std::span<const VoxelPoint> Square::points(PatchKey patch) const {
-    const auto found = std::lower_bound(m_patches.begin(), m_patches.end(), patch, [](const PatchEntry& e, const PatchKey& k) { return e.key < k; });
-    if (found == m_patches.end() || !(found->key == patch)) return {};
+    const auto found =
+        std::lower_bound(m_patches.begin(), m_patches.end(), patch,
+                         [](const PatchEntry& e, const PatchKey& k) { return e.key < k; });
+    if (found == m_patches.end() || !(found->key == patch))
+        return {};
     const auto out = m_points.subspan(found->begin, found->count);
     // A file cut short in place is asked first: to touch a page that is gone would end the program.
     if (!m_checked && (!util::readable(std::as_bytes(out)) || checksum_of(out) != found->checksum))
-        throw Error("read a prepared square: patch " + std::to_string(patch.px) + ", " + std::to_string(patch.pz) + " is damaged on disk; remove the cache folder");
+        throw Error("read a prepared square: patch " + std::to_string(patch.px) + ", " +
+                    std::to_string(patch.pz) + " is damaged on disk; remove the cache folder");
     return out;
 }
 
-std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts, const PointCounts& counts, int threads) {
+std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
+                                         const PointCounts& counts, int threads) {
     const auto owned = std::make_shared<Owned>();
     // Step 1: the patches, and how many points each part has in those that it touches.
     std::vector<PatchKey> keys;
     for (const PatchedPoints& part : parts)
-        for (const auto& run : part.runs) keys.push_back(run.patch);
+        for (const auto& run : part.runs)
+            keys.push_back(run.patch);
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     std::unordered_map<PatchKey, std::size_t, PatchKeyHash> index_of(keys.size());
-    for (std::size_t k = 0; k < keys.size(); ++k) index_of.emplace(keys[k], k);
-    const auto run_end = [](const PatchedPoints& part, std::size_t r) { return r + 1 < part.runs.size() ? part.runs[r + 1].begin : part.points.size(); };
+    for (std::size_t k = 0; k < keys.size(); ++k)
+        index_of.emplace(keys[k], k);
+    const auto run_end = [](const PatchedPoints& part, std::size_t r) {
+        return r + 1 < part.runs.size() ? part.runs[r + 1].begin : part.points.size();
+    };
     std::vector<std::size_t> next(keys.size());
     for (PatchedPoints& part : parts)
         for (std::size_t r = 0; r < part.runs.size(); ++r) {
@@ -101,7 +119,8 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts, const
     thread::parallel_for(parts.size(), threads, [&](std::size_t i) {
         for (std::size_t r = 0; r < parts[i].runs.size(); ++r) {
             const auto from = parts[i].points.begin();
-            std::copy(from + static_cast<std::ptrdiff_t>(parts[i].runs[r].begin), from + static_cast<std::ptrdiff_t>(run_end(parts[i], r)),
+            std::copy(from + static_cast<std::ptrdiff_t>(parts[i].runs[r].begin),
+                      from + static_cast<std::ptrdiff_t>(run_end(parts[i], r)),
                       owned->points.begin() + static_cast<std::ptrdiff_t>(parts[i].runs[r].place));
         }
         parts[i] = {};
@@ -109,7 +128,9 @@ std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts, const
     // Step 3: by column.
     thread::parallel_for(keys.size(), threads, [&](std::size_t k) {
         thread_local std::vector<VoxelPoint> scratch;
-        sort_patch(std::span(owned->points).subspan(owned->patches[k].begin, owned->patches[k].count), scratch);
+        sort_patch(
+            std::span(owned->points).subspan(owned->patches[k].begin, owned->patches[k].count),
+            scratch);
     });
     const std::size_t bytes = total * sizeof(VoxelPoint) + keys.size() * sizeof(PatchEntry);
     return std::make_shared<Square>(owned, owned->patches, owned->points, counts, bytes, true);

@@ -7,7 +7,8 @@
 
 namespace terravox::voxelize {
 
-/// Takes files, class table and CRS from a store, where the person named none. @param options of a world without files
+/// Takes files, class table and CRS from a store, where the person named none. @param options of a
+/// world without files
 /// @throws UsageError when the store has no square yet, or squares of several class tables or CRSs
 void take_from_store(const store::GrabberStore& store, LidarWorldOptions& options);
 

@@ -16,11 +16,13 @@ namespace terravox::voxelize {
 
 /// What the columns of one patch look like from above, each by itself; index z * 64 + x. Immutable.
 struct PatchLook {
-    imagery::Raster raster;   ///< empty without images
-    imagery::Grid surface;    ///< materials before the filters; empty when no colour is known or the step is switched off
+    imagery::Raster raster;  ///< empty without images
+    imagery::Grid surface;   ///< materials before the filters; empty when no colour is known or the
+                             ///< step is switched off
     [[nodiscard]] std::size_t memory_bytes() const noexcept {
-        return sizeof *this + raster.colour.size() * sizeof(voxel::Rgb8) + raster.nir.size() + raster.red.size() + raster.flags.size() +
-               surface.material.size() + surface.flags.size();
+        return sizeof *this + raster.colour.size() * sizeof(voxel::Rgb8) + raster.nir.size() +
+               raster.red.size() + raster.flags.size() + surface.material.size() +
+               surface.flags.size();
     }
 };
 
@@ -30,18 +32,22 @@ struct SurfaceLook {
     std::shared_ptr<const PatchLook> own;
     /// @return nullptr where no image shows the column; x, z in [0, 64)
     [[nodiscard]] const voxel::Rgb8* colour(int x, int z) const noexcept {
-        if (!own || own->raster.empty()) return nullptr;
+        if (!own || own->raster.empty())
+            return nullptr;
         const auto i = static_cast<std::size_t>(z * kPatchSize + x);
-        return (own->raster.flags[i] & imagery::Raster::kColour) != 0 ? &own->raster.colour[i] : nullptr;
+        return (own->raster.flags[i] & imagery::Raster::kColour) != 0 ? &own->raster.colour[i]
+                                                                      : nullptr;
     }
 };
 
 /// Steps "orthophoto load", "specialization" and "neighbourhood filters". Thread-safe.
 class SurfaceStep {
 public:
-    /// @param images nullptr = none @param dry the survey has a class for water: dark ground is no water then
+    /// @param images nullptr = none @param dry the survey has a class for water: dark ground is no
+    /// water then
     /// @throws UsageError, Error for a bad palette
-    SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes, const Settings& settings, bool dry, double voxel_m, std::size_t memory_bytes,
+    SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes,
+                const Settings& settings, bool dry, double voxel_m, std::size_t memory_bytes,
                 util::StageTimes& times);
 
     [[nodiscard]] SurfaceLook look(const Window& window);
@@ -49,10 +55,12 @@ public:
     /// Whether cells are to be looked at for water at all.
     [[nodiscard]] bool finds_water() const noexcept { return m_finds_water; }
     /// Sets `looks_wet` of the cells of a patch, from its own columns alone.
-    void mark_wet(PatchKey key, const PatchColumns& columns, int cell_voxels, water::CellPatch& cells);
+    void mark_wet(PatchKey key, const PatchColumns& columns, int cell_voxels,
+                  water::CellPatch& cells);
 
 private:
-    [[nodiscard]] std::shared_ptr<const PatchLook> patch_look(PatchKey key, const PatchColumns& columns);
+    [[nodiscard]] std::shared_ptr<const PatchLook> patch_look(PatchKey key,
+                                                              const PatchColumns& columns);
     void filter(const Window& window, SurfaceLook& look);
 
     const imagery::Orthophotos* m_images;

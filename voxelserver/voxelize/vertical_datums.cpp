@@ -13,7 +13,8 @@ namespace {
 std::string plain(const std::string& name) {
     std::string out;
     for (const char c : name)
-        if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) != 0) out += static_cast<char>(std::tolower(byte));
+        if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) != 0)
+            out += static_cast<char>(std::tolower(byte));
     return out;
 }
 
@@ -25,12 +26,18 @@ void warn_of_mixed_datums(std::span<const lidar::LasInfo> infos) {
     std::string named;
     for (const lidar::LasInfo& info : infos) {
         const auto datum = info.crs ? info.crs->vertical_datum() : std::nullopt;
-        if (!datum || !seen.insert(plain(*datum)).second || seen.size() > kNamed) continue;
+        if (!datum || !seen.insert(plain(*datum)).second || seen.size() > kNamed)
+            continue;
         named += (named.empty() ? "" : ", ") + info.path.string() + " from '" + *datum + "'";
     }
-    if (seen.size() < 2) return;
-    if (seen.size() > kNamed) named += " and " + std::to_string(seen.size() - kNamed) + " more";
-    spdlog::warn("heights are measured from different datums and not converted, so files may not meet: {}; --crs sets one for all files", named);
+    if (seen.size() < 2)
+        return;
+    if (seen.size() > kNamed)
+        named += " and " + std::to_string(seen.size() - kNamed) + " more";
+    spdlog::warn(
+        "heights are measured from different datums and not converted, so files may not meet: {}; "
+        "--crs sets one for all files",
+        named);
 }
 
 }  // namespace terravox::voxelize

@@ -6,8 +6,9 @@
 
 namespace terravox::voxelize {
 
-/// One return in voxel space, in fixed point: x and z count from the first column of its patch, y is absolute. Because fractions are
-/// cut off downwards, `>> bits` is exactly the voxel that the point was in before rounding. Stored as is in prepared squares.
+/// One return in voxel space, in fixed point: x and z count from the first column of its patch, y
+/// is absolute. Because fractions are cut off downwards, `>> bits` is exactly the voxel that the
+/// point was in before rounding. Stored as is in prepared squares.
 struct VoxelPoint {
     static constexpr int kPlanBits = 10;    ///< fraction of x and z: 64 columns fill 16 bits
     static constexpr int kHeightBits = 12;  ///< fraction of y: heights up to 524,287 voxels
@@ -17,7 +18,9 @@ struct VoxelPoint {
     voxel::Rgb8 colour;  ///< of the point itself; meaningful when its square has colours
 
     [[nodiscard]] int column() const noexcept { return (z >> kPlanBits) * 64 + (x >> kPlanBits); }
-    [[nodiscard]] float height() const noexcept { return static_cast<float>(y) * (1.0f / (1 << kHeightBits)); }
+    [[nodiscard]] float height() const noexcept {
+        return static_cast<float>(y) * (1.0f / (1 << kHeightBits));
+    }
     [[nodiscard]] std::int32_t voxel_y() const noexcept { return y >> kHeightBits; }
 };
 static_assert(sizeof(VoxelPoint) == 12);

@@ -18,22 +18,27 @@ public:
     /// @return NaN when the column is no water
     [[nodiscard]] float level(int x, int z) {
         const Column& column = m_window.column(x, z);
-        if (column.roof.seen() && column.roof_points >= column.water_points) return kNoHeight;
-        if (m_water == nullptr) return column.water.height;
+        if (column.roof.seen() && column.roof_points >= column.water_points)
+            return kNoHeight;
+        if (m_water == nullptr)
+            return column.water.height;
         const std::int32_t cell = m_water->cell_voxels;
-        const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell), cz = voxel::floor_div(m_window.middle.z0() + z, cell);
+        const std::int32_t cx = voxel::floor_div(m_window.middle.x0() + x, cell),
+                           cz = voxel::floor_div(m_window.middle.z0() + z, cell);
         if (column.water.seen()) {
             const float near = m_water->level_near(cx, cz);
             return std::isnan(near) ? like_a_body_around(cx, cz, column.water.height) : near;
         }
         const water::WaterCell& own = cells(x, z).at((x & 63) / cell, (z & 63) / cell);
         // Only places without ground, or with ground that looks wet, can be a body's.
-        if (!m_water->bodies.may_be_water(own) || (column.ground.seen() && !own.looks_wet)) return kNoHeight;
+        if (!m_water->bodies.may_be_water(own) || (column.ground.seen() && !own.looks_wet))
+            return kNoHeight;
         return level_of(cx, cz);
     }
 
 private:
-    // Returns between a lake and reeds or an island's shore: the lake's, when it lies within some cells and stands as high.
+    // Returns between a lake and reeds or an island's shore: the lake's, when it lies within some
+    // cells and stands as high.
     [[nodiscard]] float like_a_body_around(std::int32_t cx, std::int32_t cz, float own) const {
         constexpr std::int32_t kFar = 4;
         constexpr float kSame = 1;  // voxels: rounding alone may part them by one
@@ -41,27 +46,32 @@ private:
             for (std::int32_t dz = -r; dz <= r; ++dz)
                 for (std::int32_t dx = -r; dx <= r; dx += dz == -r || dz == r ? 1 : 2 * r) {
                     const float level = m_water->level(cx + dx, cz + dz);
-                    if (std::abs(level - own) < kSame) return level;
+                    if (std::abs(level - own) < kSame)
+                        return level;
                 }
         return own;
     }
 
     [[nodiscard]] const water::CellPatch& cells(int x, int z) {
         auto& known = m_cells[static_cast<std::size_t>(((z >> 6) + 1) * 3 + (x >> 6) + 1)];
-        if (!known) known = m_water->cells.cells(m_window.middle.px + (x >> 6), m_window.middle.pz + (z >> 6));
+        if (!known)
+            known =
+                m_water->cells.cells(m_window.middle.px + (x >> 6), m_window.middle.pz + (z >> 6));
         return *known;
     }
 
     // Columns of a cell follow each other.
     [[nodiscard]] float level_of(std::int32_t cx, std::int32_t cz) {
-        if (cx != m_last_x || cz != m_last_z) m_last_x = cx, m_last_z = cz, m_last_level = m_water->level(cx, cz);
+        if (cx != m_last_x || cz != m_last_z)
+            m_last_x = cx, m_last_z = cz, m_last_level = m_water->level(cx, cz);
         return m_last_level;
     }
 
     const Window& m_window;
     WaterAccess* m_water;
     std::array<std::shared_ptr<const water::CellPatch>, 9> m_cells;
-    std::int32_t m_last_x = std::numeric_limits<std::int32_t>::min(), m_last_z = 0;  // a cell that nobody asks for
+    std::int32_t m_last_x = std::numeric_limits<std::int32_t>::min(),
+                 m_last_z = 0;  // a cell that nobody asks for
     float m_last_level = kNoHeight;
 };
 
@@ -69,18 +79,25 @@ void deepen(WaterColumns& out, WaterFiller& filler, const Settings& settings, do
     using Mask = Grid<std::uint8_t, Margined<float>::kMargin + kShoreReach>;
     Mask mask;
     Mask::each([&](int x, int z) {
-        const bool known = x >= -WaterColumns::kMargin && x < kPatchSize + WaterColumns::kMargin && z >= -WaterColumns::kMargin && z < kPatchSize + WaterColumns::kMargin;
+        const bool known = x >= -WaterColumns::kMargin && x < kPatchSize + WaterColumns::kMargin &&
+                           z >= -WaterColumns::kMargin && z < kPatchSize + WaterColumns::kMargin;
         mask.at(x, z) = known ? out.is_water(x, z) : !std::isnan(filler.level(x, z));
     });
-    const water::Deepening shape{settings.water.slope, settings.water.min_depth_m, settings.water.max_depth_m, kShoreReach};
-    const std::vector<float> depths = water::depths_m(mask.values(), Mask::kSide, Mask::kSide, voxel_m, shape);
+    const water::Deepening shape{settings.water.slope, settings.water.min_depth_m,
+                                 settings.water.max_depth_m, kShoreReach};
+    const std::vector<float> depths =
+        water::depths_m(mask.values(), Mask::kSide, Mask::kSide, voxel_m, shape);
     constexpr int kSkip = Mask::kMargin;
-    Margined<float>::each([&](int x, int z) { out.depth_m.at(x, z) = depths[static_cast<std::size_t>((z + kSkip) * Mask::kSide + x + kSkip)]; });
+    Margined<float>::each([&](int x, int z) {
+        out.depth_m.at(x, z) =
+            depths[static_cast<std::size_t>((z + kSkip) * Mask::kSide + x + kSkip)];
+    });
 }
 
 }  // namespace
 
-WaterColumns fill_water(const Window& window, WaterAccess* water, const Settings& settings, double voxel_m) {
+WaterColumns fill_water(const Window& window, WaterAccess* water, const Settings& settings,
+                        double voxel_m) {
     WaterColumns out;
     WaterFiller filler(window, water);
     bool any = false;
@@ -88,9 +105,14 @@ WaterColumns fill_water(const Window& window, WaterAccess* water, const Settings
         out.level.at(x, z) = filler.level(x, z);
         any = any || out.is_water(x, z);
     });
-    if (!any) return out;
-    if (settings.steps.water_deepening) deepen(out, filler, settings, voxel_m);
-    else Margined<float>::each([&](int x, int z) { out.depth_m.at(x, z) = static_cast<float>(settings.water.min_depth_m); });
+    if (!any)
+        return out;
+    if (settings.steps.water_deepening)
+        deepen(out, filler, settings, voxel_m);
+    else
+        Margined<float>::each([&](int x, int z) {
+            out.depth_m.at(x, z) = static_cast<float>(settings.water.min_depth_m);
+        });
     return out;
 }
 

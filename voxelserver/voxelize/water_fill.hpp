@@ -9,15 +9,20 @@ namespace terravox::voxelize {
 /// How far from a column its shore is looked for, voxels.
 inline constexpr int kShoreReach = 32;
 
-/// Where bodies of water and their cells are found, for one patch on one thread; what is behind it is thread-safe.
+/// Where bodies of water and their cells are found, for one patch on one thread; what is behind it
+/// is thread-safe.
 struct WaterAccess {
     water::CellSource& cells;
     water::WaterBodies& bodies;
     int cell_voxels = 1;
     voxel::Reach reach{};  ///< of all that was asked for here; cells of the window not counted
 
-    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz) { return bodies.level(cx, cz, &reach); }
-    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz) { return bodies.level_near(cx, cz, &reach); }
+    [[nodiscard]] float level(std::int32_t cx, std::int32_t cz) {
+        return bodies.level(cx, cz, &reach);
+    }
+    [[nodiscard]] float level_near(std::int32_t cx, std::int32_t cz) {
+        return bodies.level_near(cx, cz, &reach);
+    }
 };
 
 /// Water of a patch and the margin that later steps need.
@@ -25,14 +30,18 @@ struct WaterColumns {
     static constexpr int kMargin = 8;
     Grid<float, kMargin> level{kNoHeight};  ///< surface, voxels; NaN = no water
     Margined<float> depth_m;                ///< of the bed below the surface
-    [[nodiscard]] bool is_water(int x, int z) const noexcept { return level.at(x, z) == level.at(x, z); }
+    [[nodiscard]] bool is_water(int x, int z) const noexcept {
+        return level.at(x, z) == level.at(x, z);
+    }
 };
 
-/// Steps "water equalization" and "water deepening": which columns are water, how high it stands and how deep it is.
+/// Steps "water equalization" and "water deepening": which columns are water, how high it stands
+/// and how deep it is.
 ///
-/// A column is water when it has water returns, or lies in a cell of a water body and nothing solid was seen in it; ground that looks
-/// wet in such a cell is water, too.
+/// A column is water when it has water returns, or lies in a cell of a water body and nothing solid
+/// was seen in it; ground that looks wet in such a cell is water, too.
 /// @param water nullptr = levels as the column's own returns say (the step is switched off)
-[[nodiscard]] WaterColumns fill_water(const Window& window, WaterAccess* water, const Settings& settings, double voxel_m);
+[[nodiscard]] WaterColumns fill_water(const Window& window, WaterAccess* water,
+                                      const Settings& settings, double voxel_m);
 
 }  // namespace terravox::voxelize

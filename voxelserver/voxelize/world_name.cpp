@@ -18,7 +18,8 @@ namespace terravox::voxelize {
 std::string world_name(const LidarWorldOptions& options, const std::filesystem::path& opener) {
     store::ByteWriter out;
     out.add(kFactsMagic), out.add(kBoxRecipe), out.add(std::string_view(GDAL_RELEASE_NAME));
-    if (!opener.empty()) out.add(store::file_identity(opener, "LiDAR module"));
+    if (!opener.empty())
+        out.add(store::file_identity(opener, "LiDAR module"));
     const Settings settings = load_settings(options.settings);
     const ClassTable classes = load_class_table(options.classes);
     out.add(print_of(settings)), out.add(palette_print(settings));
@@ -29,11 +30,13 @@ std::string world_name(const LidarWorldOptions& options, const std::filesystem::
     const auto files = lidar_files(options);
     out.add(options.files.front().stem().string());  // the title
     out.add(files.size());
-    for (const auto& file : files) out.add(file.string()), out.add(store::file_identity(file, "point cloud"));
+    for (const auto& file : files)
+        out.add(file.string()), out.add(store::file_identity(file, "point cloud"));
     if (!options.orthophotos.empty()) {
         auto images = orthophoto_files(options.orthophotos);
         std::sort(images.begin(), images.end());
-        for (const auto& image : images) out.add(image.string()), out.add(imagery::image_identity(image));
+        for (const auto& image : images)
+            out.add(image.string()), out.add(imagery::image_identity(image));
     }
     return store::hex_of(out.print());
 }

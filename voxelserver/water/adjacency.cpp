@@ -2,7 +2,8 @@
 
 namespace terravox::water {
 
-Adjacency::Adjacency(const std::vector<CellPlace>& places) : m_beside(places.size(), {kNone, kNone, kNone, kNone}) {
+Adjacency::Adjacency(const std::vector<CellPlace>& places)
+    : m_beside(places.size(), {kNone, kNone, kNone, kNone}) {
     std::size_t above = 0;  // walks the row to the north
     for (std::size_t i = 0; i < places.size(); ++i) {
         const CellPlace here = places[i];
@@ -10,7 +11,9 @@ Adjacency::Adjacency(const std::vector<CellPlace>& places) : m_beside(places.siz
             m_beside[i][kWest] = static_cast<std::int32_t>(i - 1);
             m_beside[i - 1][kEast] = static_cast<std::int32_t>(i);
         }
-        while (above < i && (places[above].z < here.z - 1 || (places[above].z == here.z - 1 && places[above].x < here.x))) ++above;
+        while (above < i && (places[above].z < here.z - 1 ||
+                             (places[above].z == here.z - 1 && places[above].x < here.x)))
+            ++above;
         if (places[above] == CellPlace{here.x, here.z - 1}) {
             m_beside[i][kNorth] = static_cast<std::int32_t>(above);
             m_beside[above][kSouth] = static_cast<std::int32_t>(i);
@@ -18,25 +21,31 @@ Adjacency::Adjacency(const std::vector<CellPlace>& places) : m_beside(places.siz
     }
 }
 
-std::vector<std::int32_t> Adjacency::parts(const std::vector<char>& flag, std::int32_t* count) const {
+std::vector<std::int32_t> Adjacency::parts(const std::vector<char>& flag,
+                                           std::int32_t* count) const {
     std::vector<std::int32_t> part(m_beside.size(), kNone), stack;
     std::int32_t parts = 0;
     for (std::int32_t start = 0; start < size(); ++start) {
-        if (flag[static_cast<std::size_t>(start)] == 0 || part[static_cast<std::size_t>(start)] != kNone) continue;
+        if (flag[static_cast<std::size_t>(start)] == 0 ||
+            part[static_cast<std::size_t>(start)] != kNone)
+            continue;
         stack.push_back(start);
         part[static_cast<std::size_t>(start)] = parts;
         while (!stack.empty()) {
             const std::int32_t i = stack.back();
             stack.pop_back();
             for (const std::int32_t n : around(i)) {
-                if (n == kNone || flag[static_cast<std::size_t>(n)] == 0 || part[static_cast<std::size_t>(n)] != kNone) continue;
+                if (n == kNone || flag[static_cast<std::size_t>(n)] == 0 ||
+                    part[static_cast<std::size_t>(n)] != kNone)
+                    continue;
                 part[static_cast<std::size_t>(n)] = parts;
                 stack.push_back(n);
             }
         }
         ++parts;
     }
-    if (count) *count = parts;
+    if (count)
+        *count = parts;
     return part;
 }
 

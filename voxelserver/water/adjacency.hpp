@@ -14,7 +14,8 @@ struct CellPlace {
 
 enum Side : int { kWest = 0, kEast = 1, kNorth = 2, kSouth = 3 };
 
-/// Which cells of a list lie beside which: no grid is held, so a long river costs its cells and not its bounding box.
+/// Which cells of a list lie beside which: no grid is held, so a long river costs its cells and not
+/// its bounding box.
 class Adjacency {
 public:
     static constexpr std::int32_t kNone = -1;
@@ -22,21 +23,31 @@ public:
     /// @param places sorted by z, then x; no duplicates
     explicit Adjacency(const std::vector<CellPlace>& places);
 
-    [[nodiscard]] std::int32_t size() const noexcept { return static_cast<std::int32_t>(m_beside.size()); }
+    [[nodiscard]] std::int32_t size() const noexcept {
+        return static_cast<std::int32_t>(m_beside.size());
+    }
     /// @return the index of the cell on that side, or kNone
-    [[nodiscard]] std::int32_t beside(std::int32_t i, Side side) const noexcept { return m_beside[static_cast<std::size_t>(i)][side]; }
-    [[nodiscard]] const std::array<std::int32_t, 4>& around(std::int32_t i) const noexcept { return m_beside[static_cast<std::size_t>(i)]; }
-    /// @return the diagonal cell (west or east, north or south) when one of the two cells between is there too, else kNone
+    [[nodiscard]] std::int32_t beside(std::int32_t i, Side side) const noexcept {
+        return m_beside[static_cast<std::size_t>(i)][side];
+    }
+    [[nodiscard]] const std::array<std::int32_t, 4>& around(std::int32_t i) const noexcept {
+        return m_beside[static_cast<std::size_t>(i)];
+    }
+    /// @return the diagonal cell (west or east, north or south) when one of the two cells between
+    /// is there too, else kNone
     [[nodiscard]] std::int32_t diagonal(std::int32_t i, Side x_side, Side z_side) const noexcept {
         if (const std::int32_t a = beside(i, x_side); a != kNone)
-            if (const std::int32_t d = beside(a, z_side); d != kNone) return d;
+            if (const std::int32_t d = beside(a, z_side); d != kNone)
+                return d;
         const std::int32_t b = beside(i, z_side);
         return b == kNone ? kNone : beside(b, x_side);
     }
 
     /// Connected parts (over edges) of the cells with flag[i] != 0.
-    /// @return the part of each cell, numbered from 0 in the order of their first cells; kNone where the flag is 0
-    [[nodiscard]] std::vector<std::int32_t> parts(const std::vector<char>& flag, std::int32_t* count = nullptr) const;
+    /// @return the part of each cell, numbered from 0 in the order of their first cells; kNone
+    /// where the flag is 0
+    [[nodiscard]] std::vector<std::int32_t> parts(const std::vector<char>& flag,
+                                                  std::int32_t* count = nullptr) const;
 
 private:
     std::vector<std::array<std::int32_t, 4>> m_beside;

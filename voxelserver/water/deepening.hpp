@@ -5,7 +5,8 @@
 
 namespace terravox::water {
 
-/// How the bed falls away from the shore. Surveys do not see it; these are the shapes of ordinary lakes and rivers.
+/// How the bed falls away from the shore. Surveys do not see it; these are the shapes of ordinary
+/// lakes and rivers.
 struct Deepening {
     double slope = 0.3;        ///< metres down for each metre from the shore; 0 or more
     double min_depth_m = 0.3;  ///< at the shore; in [0, max_depth_m]
@@ -13,20 +14,26 @@ struct Deepening {
     int reach_voxels = 32;     ///< farther shores are not looked for; 1 to 1024
 };
 
-/// Distance of each water column to the nearest dry column, in voxels between centres, exact (Euclidean) below the reach, which is also
-/// the largest value; 0 for a dry column. Columns outside the mask count as water, so what lies at least `reach_voxels` inside it does not
-/// depend on where the mask ends: patches with such a margin meet without a seam.
+/// Distance of each water column to the nearest dry column, in voxels between centres, exact
+/// (Euclidean) below the reach, which is also the largest value; 0 for a dry column. Columns
+/// outside the mask count as water, so what lies at least `reach_voxels` inside it does not depend
+/// on where the mask ends: patches with such a margin meet without a seam.
 /// @param mask row by row (width * height), not 0 = water
 /// @throws Error when the mask's size is not width * height, or the reach is out of range
-/// Ref: Meijster, Roerdink & Hesselink, "A general algorithm for computing distance transforms in linear time", 2000 (in integers, so
-/// that it is exact; the same lower envelope of parabolas as Felzenszwalb & Huttenlocher, 2012).
-[[nodiscard]] std::vector<float> shore_distance(const std::vector<std::uint8_t>& mask, int width, int height, int reach_voxels);
+/// Ref: Meijster, Roerdink & Hesselink, "A general algorithm for computing distance transforms in
+/// linear time", 2000 (in integers, so that it is exact; the same lower envelope of parabolas as
+/// Felzenszwalb & Huttenlocher, 2012).
+[[nodiscard]] std::vector<float> shore_distance(const std::vector<std::uint8_t>& mask, int width,
+                                                int height, int reach_voxels);
 
-/// Depth at a distance: slope times the way from the waterline, which lies half a voxel before the first water column's centre, at least
-/// min_depth_m and at most max_depth_m; 0 for distance 0 (dry).
+/// Depth at a distance: slope times the way from the waterline, which lies half a voxel before the
+/// first water column's centre, at least min_depth_m and at most max_depth_m; 0 for distance 0
+/// (dry).
 [[nodiscard]] float depth_m(float distance_voxels, double voxel_m, const Deepening& shape) noexcept;
 
-/// Both steps. @return depth in metres, row by row; 0 where it is dry @throws Error as above, and for a shape out of range
-[[nodiscard]] std::vector<float> depths_m(const std::vector<std::uint8_t>& mask, int width, int height, double voxel_m, const Deepening& shape);
+/// Both steps. @return depth in metres, row by row; 0 where it is dry @throws Error as above, and
+/// for a shape out of range
+[[nodiscard]] std::vector<float> depths_m(const std::vector<std::uint8_t>& mask, int width,
+                                          int height, double voxel_m, const Deepening& shape);
 
 }  // namespace terravox::water

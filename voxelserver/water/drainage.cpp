@@ -8,13 +8,17 @@ namespace {
 
 constexpr std::int32_t kNone = Adjacency::kNone;
 constexpr int kMostOutletRounds = 16;
-constexpr double kEndRise_m = 0.1;  // an end so little above the lowest section is where the water leaves: noise put the lowest before it
+constexpr double kEndRise_m = 0.1;  // an end so little above the lowest section is where the water
+                                    // leaves: noise put the lowest before it
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::size_t at(std::int32_t i) {
+    return static_cast<std::size_t>(i);
+}
 
 void rank(Drainage& d) {
     d.rank.resize(d.order.size());
-    for (std::size_t k = 0; k < d.order.size(); ++k) d.rank[at(d.order[k])] = static_cast<std::int32_t>(k);
+    for (std::size_t k = 0; k < d.order.size(); ++k)
+        d.rank[at(d.order[k])] = static_cast<std::int32_t>(k);
 }
 
 struct Flood {
@@ -22,18 +26,22 @@ struct Flood {
     std::vector<double> filled;  // the lowest level at which a section's water gets away
 };
 
-Flood flood(const RiverSections& sections, const std::vector<double>& levels, const std::vector<std::int32_t>& outlets) {
+Flood flood(const RiverSections& sections, const std::vector<double>& levels,
+            const std::vector<std::int32_t>& outlets) {
     struct Waiting {
         double level;
         std::int32_t section, from;
-        bool operator<(const Waiting& o) const noexcept { return level != o.level ? level > o.level : section > o.section; }
+        bool operator<(const Waiting& o) const noexcept {
+            return level != o.level ? level > o.level : section > o.section;
+        }
     };
     Flood out;
     out.filled.assign(levels.size(), 0);
     out.ways.parent.assign(levels.size(), kNone);
     std::vector<char> reached(levels.size());
     std::priority_queue<Waiting> queue;
-    for (const std::int32_t o : outlets) queue.push({levels[at(o)], o, kNone}), reached[at(o)] = 1;
+    for (const std::int32_t o : outlets)
+        queue.push({levels[at(o)], o, kNone}), reached[at(o)] = 1;
     while (!queue.empty()) {
         const Waiting now = queue.top();
         queue.pop();
@@ -41,7 +49,8 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels, co
         out.ways.parent[at(now.section)] = now.from;
         out.filled[at(now.section)] = now.level;
         sections.neighbours(now.section, [&](std::int32_t n) {
-            if (reached[at(n)] != 0) return;
+            if (reached[at(n)] != 0)
+                return;
             reached[at(n)] = 1;
             queue.push({std::max(now.level, levels[at(n)]), n, now.section});
         });
@@ -50,32 +59,44 @@ Flood flood(const RiverSections& sections, const std::vector<double>& levels, co
     return out;
 }
 
-// Where water leaves a group of sections: at the lowest dead end when it is nearly the lowest of all, else at the lowest.
+// Where water leaves a group of sections: at the lowest dead end when it is nearly the lowest of
+// all, else at the lowest.
 class OutletOf {
 public:
-    OutletOf(const RiverSections& sections, const std::vector<double>& levels) : m_sections(sections), m_levels(levels) {}
+    OutletOf(const RiverSections& sections, const std::vector<double>& levels)
+        : m_sections(sections), m_levels(levels) {}
     void add(std::int32_t s) {
-        if (lower(s, m_lowest)) m_lowest = s;
-        if (m_sections.begin[at(s) + 1] - m_sections.begin[at(s)] <= 1 && lower(s, m_end)) m_end = s;
+        if (lower(s, m_lowest))
+            m_lowest = s;
+        if (m_sections.begin[at(s) + 1] - m_sections.begin[at(s)] <= 1 && lower(s, m_end))
+            m_end = s;
     }
-    [[nodiscard]] std::int32_t section() const { return m_end != kNone && m_levels[at(m_end)] <= m_levels[at(m_lowest)] + kEndRise_m ? m_end : m_lowest; }
+    [[nodiscard]] std::int32_t section() const {
+        return m_end != kNone && m_levels[at(m_end)] <= m_levels[at(m_lowest)] + kEndRise_m
+                   ? m_end
+                   : m_lowest;
+    }
     [[nodiscard]] std::int32_t end() const { return m_end; }  ///< kNone: no dead end
 
 private:
     [[nodiscard]] bool lower(std::int32_t a, std::int32_t b) const {
-        return b == kNone || m_levels[at(a)] < m_levels[at(b)] || (m_levels[at(a)] == m_levels[at(b)] && a < b);
+        return b == kNone || m_levels[at(a)] < m_levels[at(b)] ||
+               (m_levels[at(a)] == m_levels[at(b)] && a < b);
     }
     const RiverSections& m_sections;
     const std::vector<double>& m_levels;
     std::int32_t m_lowest = kNone, m_end = kNone;
 };
 
-// The lowest end in each hollow, where it lies deeper than the rim. A hollow without an end is a flaw of what was seen.
-std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vector<double>& levels, const std::vector<double>& filled, double rim_m) {
+// The lowest end in each hollow, where it lies deeper than the rim. A hollow without an end is a
+// flaw of what was seen.
+std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vector<double>& levels,
+                                  const std::vector<double>& filled, double rim_m) {
     std::vector<char> seen(levels.size());
     std::vector<std::int32_t> out, stack;
     for (std::int32_t start = 0; start < sections.size(); ++start) {
-        if (seen[at(start)] != 0 || !(filled[at(start)] > levels[at(start)])) continue;
+        if (seen[at(start)] != 0 || !(filled[at(start)] > levels[at(start)]))
+            continue;
         OutletOf hollow(sections, levels);
         stack.push_back(start);
         seen[at(start)] = 1;
@@ -84,12 +105,15 @@ std::vector<std::int32_t> hollows(const RiverSections& sections, const std::vect
             stack.pop_back();
             hollow.add(s);
             sections.neighbours(s, [&](std::int32_t n) {
-                if (seen[at(n)] != 0 || !(filled[at(n)] > levels[at(n)])) return;
+                if (seen[at(n)] != 0 || !(filled[at(n)] > levels[at(n)]))
+                    return;
                 seen[at(n)] = 1;
                 stack.push_back(n);
             });
         }
-        if (const std::int32_t end = hollow.end(); end != kNone && filled[at(end)] - levels[at(end)] > rim_m) out.push_back(end);
+        if (const std::int32_t end = hollow.end();
+            end != kNone && filled[at(end)] - levels[at(end)] > rim_m)
+            out.push_back(end);
     }
     return out;
 }
@@ -104,7 +128,8 @@ Drainage breadth_first(const RiverSections& sections, std::int32_t root) {
     seen[at(root)] = 1;
     for (std::size_t head = 0; head < out.order.size(); ++head)
         sections.neighbours(out.order[head], [&](std::int32_t n) {
-            if (seen[at(n)] != 0) return;
+            if (seen[at(n)] != 0)
+                return;
             seen[at(n)] = 1;
             out.parent[at(n)] = out.order[head];
             out.order.push_back(n);
@@ -115,26 +140,35 @@ Drainage breadth_first(const RiverSections& sections, std::int32_t root) {
 
 Drainage drain(const RiverSections& sections, const std::vector<double>& levels, double rim_m) {
     OutletOf whole(sections, levels);
-    for (std::int32_t s = 0; s < sections.size(); ++s) whole.add(s);
+    for (std::int32_t s = 0; s < sections.size(); ++s)
+        whole.add(s);
     std::vector<std::int32_t> outlets{whole.section()};
     for (int round = 0;; ++round) {
         Flood f = flood(sections, levels, outlets);
-        const std::vector<std::int32_t> more = round < kMostOutletRounds ? hollows(sections, levels, f.filled, rim_m) : std::vector<std::int32_t>{};
-        if (more.empty()) return std::move(f.ways);
+        const std::vector<std::int32_t> more = round < kMostOutletRounds
+                                                   ? hollows(sections, levels, f.filled, rim_m)
+                                                   : std::vector<std::int32_t>{};
+        if (more.empty())
+            return std::move(f.ways);
         outlets.insert(outlets.end(), more.begin(), more.end());
     }
 }
 
-std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>& levels, const std::vector<double>& weights) {
-    // From the ends down: a section that is higher than the lowest block above it is pooled with that block, and so on. Blocks are named by
-    // their lowest section; each waits in its parent's heap, and heaps are merged the smaller into the larger.
+std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>& levels,
+                             const std::vector<double>& weights) {
+    // From the ends down: a section that is higher than the lowest block above it is pooled with
+    // that block, and so on. Blocks are named by their lowest section; each waits in its parent's
+    // heap, and heaps are merged the smaller into the larger.
     const std::size_t count = levels.size();
     std::vector<double> sum(count), weight = weights;
-    for (std::size_t i = 0; i < count; ++i) sum[i] = levels[i] * weights[i];
+    for (std::size_t i = 0; i < count; ++i)
+        sum[i] = levels[i] * weights[i];
     std::vector<std::int32_t> pooled_into(count, kNone);
     std::vector<std::vector<std::int32_t>> above(count);
     const auto level = [&](std::int32_t b) { return sum[at(b)] / weight[at(b)]; };
-    const auto higher = [&](std::int32_t a, std::int32_t b) { return level(a) != level(b) ? level(a) > level(b) : a > b; };
+    const auto higher = [&](std::int32_t a, std::int32_t b) {
+        return level(a) != level(b) ? level(a) > level(b) : a > b;
+    };
     for (std::size_t k = count; k-- > 0;) {
         const std::int32_t here = drainage.order[k];
         auto& heap = above[at(here)];
@@ -146,34 +180,43 @@ std::vector<double> isotonic(const Drainage& drainage, const std::vector<double>
             sum[at(here)] += sum[at(block)], weight[at(here)] += weight[at(block)];
             pooled_into[at(block)] = here;
             auto& other = above[at(block)];
-            if (other.size() > heap.size()) heap.swap(other);
-            for (const std::int32_t b : other) heap.push_back(b), std::push_heap(heap.begin(), heap.end(), higher);
+            if (other.size() > heap.size())
+                heap.swap(other);
+            for (const std::int32_t b : other)
+                heap.push_back(b), std::push_heap(heap.begin(), heap.end(), higher);
             std::vector<std::int32_t>().swap(other);
         }
-        if (const std::int32_t p = drainage.parent[at(here)]; p != kNone) above[at(p)].push_back(here);
+        if (const std::int32_t p = drainage.parent[at(here)]; p != kNone)
+            above[at(p)].push_back(here);
     }
     std::vector<double> out(count);
-    for (const std::int32_t s : drainage.order) out[at(s)] = pooled_into[at(s)] == kNone ? level(s) : out[at(pooled_into[at(s)])];
+    for (const std::int32_t s : drainage.order)
+        out[at(s)] = pooled_into[at(s)] == kNone ? level(s) : out[at(pooled_into[at(s)])];
     return out;
 }
 
-void raise_to_lower(const RiverSections& sections, const Drainage& drainage, std::vector<double>& levels) {
+void raise_to_lower(const RiverSections& sections, const Drainage& drainage,
+                    std::vector<double>& levels) {
     for (const std::int32_t s : drainage.order)
         sections.neighbours(s, [&](std::int32_t n) {
-            if (drainage.rank[at(n)] < drainage.rank[at(s)]) levels[at(s)] = std::max(levels[at(s)], levels[at(n)]);
+            if (drainage.rank[at(n)] < drainage.rank[at(s)])
+                levels[at(s)] = std::max(levels[at(s)], levels[at(n)]);
         });
 }
 
-std::vector<double> between_envelopes(const RiverSections& sections, const Drainage& drainage, const std::vector<double>& levels) {
+std::vector<double> between_envelopes(const RiverSections& sections, const Drainage& drainage,
+                                      const std::vector<double>& levels) {
     std::vector<double> upper = levels, lower = levels;
     raise_to_lower(sections, drainage, upper);
     for (std::size_t k = drainage.order.size(); k-- > 0;) {
         const std::int32_t s = drainage.order[k];
         sections.neighbours(s, [&](std::int32_t n) {
-            if (drainage.rank[at(n)] > drainage.rank[at(s)]) lower[at(s)] = std::min(lower[at(s)], lower[at(n)]);
+            if (drainage.rank[at(n)] > drainage.rank[at(s)])
+                lower[at(s)] = std::min(lower[at(s)], lower[at(n)]);
         });
     }
-    for (std::size_t i = 0; i < upper.size(); ++i) upper[i] = (upper[i] + lower[i]) / 2;
+    for (std::size_t i = 0; i < upper.size(); ++i)
+        upper[i] = (upper[i] + lower[i]) / 2;
     return upper;
 }
 

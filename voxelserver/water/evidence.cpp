@@ -8,85 +8,119 @@
 namespace terravox::water {
 namespace {
 
-constexpr std::size_t kFewestWetLevels = 5;  // fewer cells with returns say nothing about flatness; then the shore does
+constexpr std::size_t kFewestWetLevels =
+    5;  // fewer cells with returns say nothing about flatness; then the shore does
 
-bool water_seen(const WaterCell& c) noexcept { return c.water_points > 0 && std::isfinite(c.water); }
-bool ground_seen(const WaterCell& c) noexcept { return c.ground_points > 0 && std::isfinite(c.ground); }
+bool water_seen(const WaterCell& c) noexcept {
+    return c.water_points > 0 && std::isfinite(c.water);
+}
+bool ground_seen(const WaterCell& c) noexcept {
+    return c.ground_points > 0 && std::isfinite(c.ground);
+}
 
 // Where a cell is water, what it shows is the surface, whatever the class says.
 LevelSample surface(const WaterCell& c, bool wet) noexcept {
-    if (water_seen(c)) return {c.water, c.water_points};
-    if (wet && ground_seen(c)) return {c.ground, c.ground_points};
+    if (water_seen(c))
+        return {c.water, c.water_points};
+    if (wet && ground_seen(c))
+        return {c.ground, c.ground_points};
     return {};
 }
 
 class Judge {
 public:
     Judge(const Candidates& candidates, const Evidence& evidence, double cell_m, double voxel_m)
-        : m_candidates(candidates), m_evidence(evidence), m_cell_m2(cell_m * cell_m), m_voxel_m(voxel_m), m_beside(candidates.places()) {
-        for (const CellPlace place : candidates.places()) m_cells.push_back(candidates.find(place));
+        : m_candidates(candidates),
+          m_evidence(evidence),
+          m_cell_m2(cell_m * cell_m),
+          m_voxel_m(voxel_m),
+          m_beside(candidates.places()) {
+        for (const CellPlace place : candidates.places())
+            m_cells.push_back(candidates.find(place));
         m_water.assign(m_cells.size(), 0), m_chosen = m_water, m_wet = m_water;
     }
 
     std::vector<FoundBody> bodies() {
-        if (m_evidence.by_photo) accept([](const WaterCell& c) { return is_wet(c); }, [&](const Members& m) { return wet_water(m); }, &m_wet);
+        if (m_evidence.by_photo)
+            accept([](const WaterCell& c) { return is_wet(c); },
+                   [&](const Members& m) { return wet_water(m); }, &m_wet);
         if (m_evidence.by_class || m_evidence.by_void)
-            accept([](const WaterCell& c) { return is_open(c); }, [&](const Members& m) { return class_water(m) || void_water(m); }, nullptr);
+            accept([](const WaterCell& c) { return is_open(c); },
+                   [&](const Members& m) { return class_water(m) || void_water(m); }, nullptr);
         std::vector<FoundBody> out;
-        for (Members& members : parts(m_water)) out.push_back(body(std::move(members)));
+        for (Members& members : parts(m_water))
+            out.push_back(body(std::move(members)));
         return out;
     }
 
 private:
     using Members = std::vector<std::int32_t>;
 
-    [[nodiscard]] const WaterCell& cell(std::int32_t i) const { return *m_cells[static_cast<std::size_t>(i)]; }
-    [[nodiscard]] double area_m2(const Members& m) const { return static_cast<double>(m.size()) * m_cell_m2; }
+    [[nodiscard]] const WaterCell& cell(std::int32_t i) const {
+        return *m_cells[static_cast<std::size_t>(i)];
+    }
+    [[nodiscard]] double area_m2(const Members& m) const {
+        return static_cast<double>(m.size()) * m_cell_m2;
+    }
 
     [[nodiscard]] std::vector<Members> parts(const std::vector<char>& flag) const {
         std::int32_t count = 0;
         const std::vector<std::int32_t> part = m_beside.parts(flag, &count);
         std::vector<Members> out(static_cast<std::size_t>(count));
         for (std::size_t i = 0; i < part.size(); ++i)
-            if (part[i] != Adjacency::kNone) out[static_cast<std::size_t>(part[i])].push_back(static_cast<std::int32_t>(i));
+            if (part[i] != Adjacency::kNone)
+                out[static_cast<std::size_t>(part[i])].push_back(static_cast<std::int32_t>(i));
         return out;
     }
 
     // Each connected part of one kind of cells that passes its test is water.
-    template <class Kind, class Test> void accept(const Kind& kind, const Test& test, std::vector<char>* note) {
+    template <class Kind, class Test>
+    void accept(const Kind& kind, const Test& test, std::vector<char>* note) {
         std::vector<char> flag(m_cells.size());
-        for (std::size_t i = 0; i < flag.size(); ++i) flag[i] = kind(*m_cells[i]) ? 1 : 0;
+        for (std::size_t i = 0; i < flag.size(); ++i)
+            flag[i] = kind(*m_cells[i]) ? 1 : 0;
         for (const Members& members : parts(flag)) {
-            if (!test(members)) continue;
+            if (!test(members))
+                continue;
             for (const std::int32_t i : members) {
                 m_water[static_cast<std::size_t>(i)] = 1;
-                if (note) (*note)[static_cast<std::size_t>(i)] = 1;
+                if (note)
+                    (*note)[static_cast<std::size_t>(i)] = 1;
             }
         }
     }
 
     [[nodiscard]] bool class_water(const Members& members) const {
-        if (!m_evidence.by_class) return false;
+        if (!m_evidence.by_class)
+            return false;
         std::uint64_t returns = 0;
         for (const std::int32_t i : members)
-            if (water_seen(cell(i))) returns += cell(i).water_points;
+            if (water_seen(cell(i)))
+                returns += cell(i).water_points;
         return returns >= m_evidence.fewest_returns;
     }
 
     [[nodiscard]] bool wet_water(const Members& members) {
-        if (area_m2(members) < m_evidence.least_wet_m2) return false;
+        if (area_m2(members) < m_evidence.least_wet_m2)
+            return false;
         std::vector<float> levels;
         for (const std::int32_t i : members)
-            if (const LevelSample s = surface(cell(i), true); s.weight > 0) levels.push_back(s.level);
-        if (levels.size() < kFewestWetLevels) return level_shore(members);
-        const double spread = static_cast<double>(quantile(levels, 0.9)) - static_cast<double>(quantile(levels, 0.1));
+            if (const LevelSample s = surface(cell(i), true); s.weight > 0)
+                levels.push_back(s.level);
+        if (levels.size() < kFewestWetLevels)
+            return level_shore(members);
+        const double spread =
+            static_cast<double>(quantile(levels, 0.9)) - static_cast<double>(quantile(levels, 0.1));
         return spread * m_voxel_m < m_evidence.flat_wet_m;
     }
 
     [[nodiscard]] bool void_water(const Members& members) {
-        if (!m_evidence.by_void) return false;
-        if (mostly_in_water(members)) return true;
-        if (area_m2(members) < m_evidence.least_void_m2) return false;
+        if (!m_evidence.by_void)
+            return false;
+        if (mostly_in_water(members))
+            return true;
+        if (area_m2(members) < m_evidence.least_void_m2)
+            return false;
         return thick(members) && level_shore(members);
     }
 
@@ -95,19 +129,22 @@ private:
         std::size_t water = 0, edges = 0;
         for (const std::int32_t i : members)
             for (const std::int32_t n : m_beside.around(i)) {
-                if (n != Adjacency::kNone && is_open(cell(n))) continue;
+                if (n != Adjacency::kNone && is_open(cell(n)))
+                    continue;
                 ++edges;
                 water += n != Adjacency::kNone && m_wet[static_cast<std::size_t>(n)] != 0 ? 1 : 0;
             }
         return 2 * water > edges;
     }
 
-    // Has it enough cells with all eight around them inside? (All open neighbours of an open cell are in its part.)
+    // Has it enough cells with all eight around them inside? (All open neighbours of an open cell
+    // are in its part.)
     [[nodiscard]] bool thick(const Members& members) const {
         std::size_t inner = 0;
         for (const std::int32_t i : members) {
             bool all = true;
-            for (const std::int32_t n : m_beside.around(i)) all = all && n != Adjacency::kNone && is_open(cell(n));
+            for (const std::int32_t n : m_beside.around(i))
+                all = all && n != Adjacency::kNone && is_open(cell(n));
             for (const Side x_side : {kWest, kEast})
                 for (const Side z_side : {kNorth, kSouth}) {
                     const std::int32_t n = m_beside.diagonal(i, x_side, z_side);
@@ -115,13 +152,16 @@ private:
                 }
             inner += all ? 1 : 0;
         }
-        return static_cast<double>(inner) >= m_evidence.inner_share_of_void * static_cast<double>(members.size());
+        return static_cast<double>(inner) >=
+               m_evidence.inner_share_of_void * static_cast<double>(members.size());
     }
 
     [[nodiscard]] Shore shore(const Members& members) {
-        for (const std::int32_t i : members) m_chosen[static_cast<std::size_t>(i)] = 1;
+        for (const std::int32_t i : members)
+            m_chosen[static_cast<std::size_t>(i)] = 1;
         Shore out = shore_of(m_candidates, m_beside, members, m_chosen);
-        for (const std::int32_t i : members) m_chosen[static_cast<std::size_t>(i)] = 0;
+        for (const std::int32_t i : members)
+            m_chosen[static_cast<std::size_t>(i)] = 0;
         return out;
     }
 
@@ -152,20 +192,24 @@ private:
 }  // namespace
 
 bool is_open(const WaterCell& c) noexcept {
-    if (!c.covered) return false;
+    if (!c.covered)
+        return false;
     const std::uint32_t others = std::uint32_t{c.ground_points} + c.other_points;
     return others == 0 || (water_seen(c) && c.water_points > 2 * others);
 }
 
 bool is_wet(const WaterCell& c) noexcept {
-    return c.covered && c.looks_wet && c.other_points <= std::uint32_t{c.ground_points} + c.water_points;
+    return c.covered && c.looks_wet &&
+           c.other_points <= std::uint32_t{c.ground_points} + c.water_points;
 }
 
 bool is_candidate(const WaterCell& c, const Evidence& evidence) noexcept {
-    return ((evidence.by_class || evidence.by_void) && is_open(c)) || (evidence.by_photo && is_wet(c));
+    return ((evidence.by_class || evidence.by_void) && is_open(c)) ||
+           (evidence.by_photo && is_wet(c));
 }
 
-std::vector<FoundBody> judge(const Candidates& candidates, const Evidence& evidence, double cell_m, double voxel_m) {
+std::vector<FoundBody> judge(const Candidates& candidates, const Evidence& evidence, double cell_m,
+                             double voxel_m) {
     return Judge(candidates, evidence, cell_m, voxel_m).bodies();
 }
 

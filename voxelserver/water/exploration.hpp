@@ -20,7 +20,9 @@ struct PatchIndex {
 };
 struct PatchIndexHash {
     std::size_t operator()(PatchIndex p) const noexcept {
-        const std::uint64_t both = static_cast<std::uint64_t>(static_cast<std::uint32_t>(p.x)) << 32 | static_cast<std::uint32_t>(p.z);
+        const std::uint64_t both = static_cast<std::uint64_t>(static_cast<std::uint32_t>(p.x))
+                                       << 32 |
+                                   static_cast<std::uint32_t>(p.z);
         return static_cast<std::size_t>((both ^ both >> 29) * 0x9e3779b97f4a7c15u >> 7);
     }
 };
@@ -29,17 +31,22 @@ using CellFlags = std::vector<std::uint8_t>;
 using FlaggedPatches = std::unordered_map<PatchIndex, CellFlags, PatchIndexHash>;
 
 /// Division that rounds down; b > 0.
-[[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept { return a / b - (a % b < 0 ? 1 : 0); }
+[[nodiscard]] constexpr std::int32_t floor_div(std::int32_t a, std::int32_t b) noexcept {
+    return a / b - (a % b < 0 ? 1 : 0);
+}
 
-/// Cells of one patch from a source, checked. @throws Error when the source gives null or a patch of another size
-[[nodiscard]] std::shared_ptr<const CellPatch> checked_cells(CellSource& source, PatchIndex patch, int side);
+/// Cells of one patch from a source, checked. @throws Error when the source gives null or a patch
+/// of another size
+[[nodiscard]] std::shared_ptr<const CellPatch> checked_cells(CellSource& source, PatchIndex patch,
+                                                             int side);
 
 /// How far an exploration may go.
 struct Bounds {
-    std::size_t patches = 0;                     ///< patches loaded, the start's included
+    std::size_t patches = 0;  ///< patches loaded, the start's included
     /// With it, only the patches of one square of a fixed grid are entered: square edge in patches.
     std::optional<std::int32_t> square;
-    /// Cells known to belong to a body that exceeds `patches`: touching one ends the exploration as exceeding it would. May be null.
+    /// Cells known to belong to a body that exceeds `patches`: touching one ends the exploration as
+    /// exceeding it would. May be null.
     const FlaggedPatches* oversize = nullptr;
 };
 
@@ -47,21 +54,27 @@ struct Bounds {
 class Exploration final : public Candidates {
 public:
     /// Holds references to both.
-    Exploration(CellSource& source, int side, const Evidence& evidence) : m_source(source), m_side(side), m_evidence(evidence) {}
+    Exploration(CellSource& source, int side, const Evidence& evidence)
+        : m_source(source), m_side(side), m_evidence(evidence) {}
 
-    /// @param start a candidate @return false when the body goes on beyond the bounds: which cells were reached then depends on the start
+    /// @param start a candidate @return false when the body goes on beyond the bounds: which cells
+    /// were reached then depends on the start
     [[nodiscard]] bool run(CellPlace start, const Bounds& bounds);
     /// Sorts what was found; call once, after run().
     void list();
 
     [[nodiscard]] const std::vector<CellPlace>& places() const override { return m_places; }
     [[nodiscard]] const WaterCell* find(CellPlace place) const override;
-    /// Holds every patch that was looked at; of a finished exploration the same whatever it started from.
+    /// Holds every patch that was looked at; of a finished exploration the same whatever it started
+    /// from.
     [[nodiscard]] voxel::Reach reach() const noexcept;
-    /// Calls visit(patch, flags of the cells found in it) for each patch with such cells, in no promised order.
-    template <class Visit> void for_each_patch(const Visit& visit) const {
+    /// Calls visit(patch, flags of the cells found in it) for each patch with such cells, in no
+    /// promised order.
+    template <class Visit>
+    void for_each_patch(const Visit& visit) const {
         for (const auto& [patch, v] : m_visits)
-            if (v.count > 0) visit(patch, v.found);
+            if (v.count > 0)
+                visit(patch, v.found);
     }
 
 private:

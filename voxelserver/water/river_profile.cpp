@@ -9,70 +9,91 @@
 namespace terravox::water {
 namespace {
 
-constexpr double kReturnNoise_m = 0.06;    // of a median of one return
-constexpr double kSectionNoise_m = 0.02;   // what more returns do not take away
+constexpr double kReturnNoise_m = 0.06;   // of a median of one return
+constexpr double kSectionNoise_m = 0.02;  // what more returns do not take away
 constexpr double kMostReturns = 100;
-constexpr double kLeastStep_m = 0.02;      // change of level from section to section that costs nothing yet
+constexpr double kLeastStep_m =
+    0.02;  // change of level from section to section that costs nothing yet
 constexpr double kStartStep_m = 0.05;
-constexpr double kFarther = 0.875;         // of the fall at a section, what comes from further on: a stretch of some eight sections
+constexpr double kFarther = 0.875;  // of the fall at a section, what comes from further on: a
+                                    // stretch of some eight sections
 constexpr int kReweightings = 4;
-constexpr double kStray = 2;               // residuals beyond so many deviations lose weight
+constexpr double kStray = 2;  // residuals beyond so many deviations lose weight
 constexpr double kRim_m = 0.3;
-constexpr double kFlatFall_m = 0.12;       // of a stretch that takes one level
+constexpr double kFlatFall_m = 0.12;  // of a stretch that takes one level
 constexpr std::int32_t kNone = Adjacency::kNone;
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-double certainty(const SectionSample& s) {
-    return s.weight > 0 ? 1 / (kReturnNoise_m * kReturnNoise_m / std::min(s.weight, kMostReturns) + kSectionNoise_m * kSectionNoise_m) : 0;
+std::size_t at(std::int32_t i) {
+    return static_cast<std::size_t>(i);
 }
 
-// Least squares of (level - seen)^2 * weight + (level - parent's level)^2 / step^2: exact on a forest, leaves first and back.
-// step_m: of each section to its parent
-std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& samples, const std::vector<double>& weight, const std::vector<double>& step_m) {
+double certainty(const SectionSample& s) {
+    return s.weight > 0 ? 1 / (kReturnNoise_m * kReturnNoise_m / std::min(s.weight, kMostReturns) +
+                               kSectionNoise_m * kSectionNoise_m)
+                        : 0;
+}
+
+// Least squares of (level - seen)^2 * weight + (level - parent's level)^2 / step^2: exact on a
+// forest, leaves first and back. step_m: of each section to its parent
+std::vector<double> solve(const Drainage& d, const std::vector<SectionSample>& samples,
+                          const std::vector<double>& weight, const std::vector<double>& step_m) {
     std::vector<double> pull = weight, sum(weight.size()), level(weight.size());
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = weight[i] * samples[i].level_m;
+    for (std::size_t i = 0; i < sum.size(); ++i)
+        sum[i] = weight[i] * samples[i].level_m;
     const auto stiff = [&](std::int32_t s) { return 1 / (step_m[at(s)] * step_m[at(s)]); };
     for (std::size_t k = d.order.size(); k-- > 0;) {
         const std::int32_t s = d.order[k], p = d.parent[at(s)];
-        if (p == kNone || !(pull[at(s)] > 0)) continue;
+        if (p == kNone || !(pull[at(s)] > 0))
+            continue;
         const double share = stiff(s) / (pull[at(s)] + stiff(s));
         pull[at(p)] += pull[at(s)] * share, sum[at(p)] += sum[at(s)] * share;
     }
     for (const std::int32_t s : d.order) {
         const std::int32_t p = d.parent[at(s)];
-        if (p == kNone) level[at(s)] = pull[at(s)] > 0 ? sum[at(s)] / pull[at(s)] : 0;
-        else level[at(s)] = (sum[at(s)] + stiff(s) * level[at(p)]) / (pull[at(s)] + stiff(s));
+        if (p == kNone)
+            level[at(s)] = pull[at(s)] > 0 ? sum[at(s)] / pull[at(s)] : 0;
+        else
+            level[at(s)] = (sum[at(s)] + stiff(s) * level[at(p)]) / (pull[at(s)] + stiff(s));
     }
     return level;
 }
 
-// What the level changes by from section to parent thereabouts: the net change over a stretch towards the outlet or away from it, whichever is
-// more. One body may hold a river that hardly falls and a steep brook that runs into it: smoothed with the river's step, the whole brook
-// would count as strays. Net, because a stray goes up and down again.
+// What the level changes by from section to parent thereabouts: the net change over a stretch
+// towards the outlet or away from it, whichever is more. One body may hold a river that hardly
+// falls and a steep brook that runs into it: smoothed with the river's step, the whole brook would
+// count as strays. Net, because a stray goes up and down again.
 std::vector<double> local_steps(const Drainage& d, const std::vector<double>& level) {
     const std::size_t count = level.size();
-    std::vector<double> change(count), towards(count), away(count), from_above(count), branches(count);
+    std::vector<double> change(count), towards(count), away(count), from_above(count),
+        branches(count);
     for (const std::int32_t s : d.order) {
         const std::int32_t p = d.parent[at(s)];
-        if (p == kNone) continue;
+        if (p == kNone)
+            continue;
         change[at(s)] = towards[at(s)] = level[at(s)] - level[at(p)];
-        if (d.parent[at(p)] != kNone) towards[at(s)] += kFarther * (towards[at(p)] - change[at(s)]);
+        if (d.parent[at(p)] != kNone)
+            towards[at(s)] += kFarther * (towards[at(p)] - change[at(s)]);
     }
     for (std::size_t k = count; k-- > 0;) {
         const std::int32_t s = d.order[k], p = d.parent[at(s)];
         away[at(s)] = change[at(s)];
-        if (branches[at(s)] > 0) away[at(s)] += kFarther * (from_above[at(s)] / branches[at(s)] - change[at(s)]);
-        if (p != kNone) from_above[at(p)] += away[at(s)], branches[at(p)] += 1;
+        if (branches[at(s)] > 0)
+            away[at(s)] += kFarther * (from_above[at(s)] / branches[at(s)] - change[at(s)]);
+        if (p != kNone)
+            from_above[at(p)] += away[at(s)], branches[at(p)] += 1;
     }
-    for (std::size_t i = 0; i < count; ++i) change[i] = std::max({kLeastStep_m, std::abs(towards[i]), std::abs(away[i])});
+    for (std::size_t i = 0; i < count; ++i)
+        change[i] = std::max({kLeastStep_m, std::abs(towards[i]), std::abs(away[i])});
     return change;
 }
 
 std::vector<double> smooth(const Drainage& d, const std::vector<SectionSample>& samples) {
     std::vector<double> base(samples.size());
-    for (std::size_t i = 0; i < base.size(); ++i) base[i] = certainty(samples[i]);
-    std::vector<double> weight = base, level = solve(d, samples, weight, std::vector<double>(samples.size(), kStartStep_m));
+    for (std::size_t i = 0; i < base.size(); ++i)
+        base[i] = certainty(samples[i]);
+    std::vector<double> weight = base,
+                        level = solve(d, samples, weight,
+                                      std::vector<double>(samples.size(), kStartStep_m));
     for (int round = 0; round < kReweightings; ++round) {
         const std::vector<double> step = local_steps(d, level);
         for (std::size_t i = 0; i < base.size(); ++i) {
@@ -90,21 +111,35 @@ std::vector<double> smooth(const Drainage& d, const std::vector<SectionSample>& 
 class Stretches {
 public:
     Stretches(const RiverSections& sections, const Drainage& d, const std::vector<double>& level)
-        : m_sections(sections), m_d(d), m_root(level.size()), m_low(level), m_high(level), m_mean(level), m_first(sections.along_m), m_last(sections.along_m),
+        : m_sections(sections),
+          m_d(d),
+          m_root(level.size()),
+          m_low(level),
+          m_high(level),
+          m_mean(level),
+          m_first(sections.along_m),
+          m_last(sections.along_m),
           m_cells(level.size()) {
         std::iota(m_root.begin(), m_root.end(), 0);
-        for (std::size_t i = 0; i < level.size(); ++i) m_cells[i] = sections.cells[i];
+        for (std::size_t i = 0; i < level.size(); ++i)
+            m_cells[i] = sections.cells[i];
     }
 
-    // Joins neighbours whose means differ by no more than `step_m` and `slope` over the shorter one.
+    // Joins neighbours whose means differ by no more than `step_m` and `slope` over the shorter
+    // one.
     void join(double step_m, double slope) {
         for (const std::int32_t s : m_d.order) {
-            if (m_d.parent[at(s)] == kNone) continue;
+            if (m_d.parent[at(s)] == kNone)
+                continue;
             const std::int32_t a = root(s), b = root(m_d.parent[at(s)]);
-            if (a == b) continue;
+            if (a == b)
+                continue;
             const double rise = std::abs(m_mean[at(a)] - m_mean[at(b)]);
-            if (rise > step_m + slope * std::min(length(a), length(b))) continue;
-            if (std::max(m_high[at(a)], m_high[at(b)]) - std::min(m_low[at(a)], m_low[at(b)]) <= kFlatFall_m) unite(a, b);
+            if (rise > step_m + slope * std::min(length(a), length(b)))
+                continue;
+            if (std::max(m_high[at(a)], m_high[at(b)]) - std::min(m_low[at(a)], m_low[at(b)]) <=
+                kFlatFall_m)
+                unite(a, b);
         }
     }
 
@@ -112,16 +147,23 @@ public:
 
 private:
     std::int32_t root(std::int32_t s) {
-        while (m_root[at(s)] != s) s = m_root[at(s)] = m_root[at(m_root[at(s)])];
+        while (m_root[at(s)] != s)
+            s = m_root[at(s)] = m_root[at(m_root[at(s)])];
         return s;
     }
-    [[nodiscard]] double length(std::int32_t r) const { return m_last[at(r)] - m_first[at(r)] + m_sections.length_m; }
+    [[nodiscard]] double length(std::int32_t r) const {
+        return m_last[at(r)] - m_first[at(r)] + m_sections.length_m;
+    }
     void unite(std::int32_t a, std::int32_t b) {
-        if (m_cells[at(a)] > m_cells[at(b)]) std::swap(a, b);
-        m_mean[at(b)] = (m_mean[at(a)] * m_cells[at(a)] + m_mean[at(b)] * m_cells[at(b)]) / (m_cells[at(a)] + m_cells[at(b)]);
+        if (m_cells[at(a)] > m_cells[at(b)])
+            std::swap(a, b);
+        m_mean[at(b)] = (m_mean[at(a)] * m_cells[at(a)] + m_mean[at(b)] * m_cells[at(b)]) /
+                        (m_cells[at(a)] + m_cells[at(b)]);
         m_cells[at(b)] += m_cells[at(a)];
-        m_low[at(b)] = std::min(m_low[at(a)], m_low[at(b)]), m_high[at(b)] = std::max(m_high[at(a)], m_high[at(b)]);
-        m_first[at(b)] = std::min(m_first[at(a)], m_first[at(b)]), m_last[at(b)] = std::max(m_last[at(a)], m_last[at(b)]);
+        m_low[at(b)] = std::min(m_low[at(a)], m_low[at(b)]),
+        m_high[at(b)] = std::max(m_high[at(a)], m_high[at(b)]);
+        m_first[at(b)] = std::min(m_first[at(a)], m_first[at(b)]),
+        m_last[at(b)] = std::max(m_last[at(a)], m_last[at(b)]);
         m_root[at(a)] = b;
     }
 
@@ -131,24 +173,32 @@ private:
     std::vector<double> m_low, m_high, m_mean, m_first, m_last, m_cells;
 };
 
-std::vector<double> flatten(const RiverSections& sections, const Drainage& d, const std::vector<double>& level) {
-    struct Pass { double step_m, slope; };
-    constexpr Pass kPasses[] = {{0, 0}, {0, 0.0001}, {0.005, 0.0003}, {0.01, 0.0006}, {0.015, 0.001}, {0.02, 0.002}};
+std::vector<double> flatten(const RiverSections& sections, const Drainage& d,
+                            const std::vector<double>& level) {
+    struct Pass {
+        double step_m, slope;
+    };
+    constexpr Pass kPasses[] = {{0, 0},         {0, 0.0001},    {0.005, 0.0003},
+                                {0.01, 0.0006}, {0.015, 0.001}, {0.02, 0.002}};
     Stretches stretches(sections, d, level);
-    for (const Pass& pass : kPasses) stretches.join(pass.step_m, pass.slope);
+    for (const Pass& pass : kPasses)
+        stretches.join(pass.step_m, pass.slope);
     std::vector<double> out(level.size());
-    for (std::int32_t s = 0; s < sections.size(); ++s) out[at(s)] = stretches.level(s);
+    for (std::int32_t s = 0; s < sections.size(); ++s)
+        out[at(s)] = stretches.level(s);
     return out;
 }
 
 }  // namespace
 
-std::vector<double> river_profile(const RiverSections& sections, const std::vector<SectionSample>& samples) {
+std::vector<double> river_profile(const RiverSections& sections,
+                                  const std::vector<SectionSample>& samples) {
     const std::vector<double> first = smooth(breadth_first(sections, 0), samples);
     const Drainage d = drain(sections, first, kRim_m);
     const std::vector<double> smoothed = smooth(d, samples);
     std::vector<double> weight(samples.size());
-    for (std::size_t i = 0; i < weight.size(); ++i) weight[i] = certainty(samples[i]) + 1;
+    for (std::size_t i = 0; i < weight.size(); ++i)
+        weight[i] = certainty(samples[i]) + 1;
     std::vector<double> level = between_envelopes(sections, d, isotonic(d, smoothed, weight));
     level = flatten(sections, d, level);
     raise_to_lower(sections, d, level);

@@ -9,11 +9,13 @@ namespace {
 
 constexpr std::int32_t kStep = 5, kDiagonal = 7, kKnight = 11;  // chamfer units: 5 to a cell
 constexpr std::int32_t kRing = 2 * kStep;
-constexpr int kNotch = 3;      // sections
+constexpr int kNotch = 3;  // sections
 constexpr int kNotchRounds = 3;
 constexpr std::int32_t kNone = Adjacency::kNone;
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::size_t at(std::int32_t i) {
+    return static_cast<std::size_t>(i);
+}
 
 // The cell reached last in a flood is at an end of the body.
 std::int32_t end_of(const Adjacency& beside) {
@@ -22,23 +24,29 @@ std::int32_t end_of(const Adjacency& beside) {
     seen[0] = 1;
     for (std::size_t head = 0; head < queue.size(); ++head)
         for (const std::int32_t n : beside.around(queue[head]))
-            if (n != kNone && seen[at(n)] == 0) seen[at(n)] = 1, queue.push_back(n);
+            if (n != kNone && seen[at(n)] == 0)
+                seen[at(n)] = 1, queue.push_back(n);
     return queue.back();
 }
 
-template <class Visit> void visit_far(const Adjacency& beside, std::int32_t i, const Visit& visit) {
+template <class Visit>
+void visit_far(const Adjacency& beside, std::int32_t i, const Visit& visit) {
     for (const std::int32_t n : beside.around(i))
-        if (n != kNone) visit(n, kStep);
+        if (n != kNone)
+            visit(n, kStep);
     for (const Side x_side : {kWest, kEast})
         for (const Side z_side : {kNorth, kSouth}) {
             const std::int32_t corner = beside.diagonal(i, x_side, z_side);
-            if (corner == kNone) continue;
+            if (corner == kNone)
+                continue;
             visit(corner, kDiagonal);
             // A knight's move passes between two cells: both must be water.
             if (beside.beside(i, x_side) != kNone)
-                if (const std::int32_t n = beside.beside(corner, x_side); n != kNone) visit(n, kKnight);
+                if (const std::int32_t n = beside.beside(corner, x_side); n != kNone)
+                    visit(n, kKnight);
             if (beside.beside(i, z_side) != kNone)
-                if (const std::int32_t n = beside.beside(corner, z_side); n != kNone) visit(n, kKnight);
+                if (const std::int32_t n = beside.beside(corner, z_side); n != kNone)
+                    visit(n, kKnight);
         }
 }
 
@@ -53,9 +61,11 @@ std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start)
         auto& bucket = buckets[at(now % (kKnight + 1))];
         for (const std::int32_t i : bucket) {
             --waiting;
-            if (d[at(i)] != now) continue;  // was reached sooner
+            if (d[at(i)] != now)
+                continue;  // was reached sooner
             visit_far(beside, i, [&](std::int32_t n, std::int32_t step) {
-                if (now + step >= d[at(n)]) return;
+                if (now + step >= d[at(n)])
+                    return;
                 d[at(n)] = now + step;
                 buckets[at((now + step) % (kKnight + 1))].push_back(n);
                 ++waiting;
@@ -67,24 +77,29 @@ std::vector<std::int32_t> distances(const Adjacency& beside, std::int32_t start)
 }
 
 // Connected parts of rings, corners included: a ring is thin and would fall apart at its corners.
-std::vector<std::int32_t> ring_parts(const Adjacency& beside, const std::vector<std::int32_t>& ring, std::int32_t& count) {
+std::vector<std::int32_t> ring_parts(const Adjacency& beside, const std::vector<std::int32_t>& ring,
+                                     std::int32_t& count) {
     std::vector<std::int32_t> part(ring.size(), kNone), stack;
     count = 0;
     for (std::int32_t start = 0; start < beside.size(); ++start) {
-        if (part[at(start)] != kNone) continue;
+        if (part[at(start)] != kNone)
+            continue;
         part[at(start)] = count;
         stack.push_back(start);
         while (!stack.empty()) {
             const std::int32_t i = stack.back();
             stack.pop_back();
             const auto take = [&](std::int32_t n) {
-                if (n == kNone || part[at(n)] != kNone || ring[at(n)] != ring[at(i)]) return;
+                if (n == kNone || part[at(n)] != kNone || ring[at(n)] != ring[at(i)])
+                    return;
                 part[at(n)] = count;
                 stack.push_back(n);
             };
-            for (const std::int32_t n : beside.around(i)) take(n);
+            for (const std::int32_t n : beside.around(i))
+                take(n);
             for (const Side x_side : {kWest, kEast})
-                for (const Side z_side : {kNorth, kSouth}) take(beside.diagonal(i, x_side, z_side));
+                for (const Side z_side : {kNorth, kSouth})
+                    take(beside.diagonal(i, x_side, z_side));
         }
         ++count;
     }
@@ -94,12 +109,16 @@ std::vector<std::int32_t> ring_parts(const Adjacency& beside, const std::vector<
 void link(RiverSections& out, const Adjacency& beside) {
     std::vector<std::uint64_t> pairs;
     const auto add = [&](std::int32_t a, std::int32_t b) {
-        const std::uint64_t pair = static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
-        if (pairs.size() < 2 || (pairs[pairs.size() - 1] != pair && pairs[pairs.size() - 2] != pair)) pairs.push_back(pair);
+        const std::uint64_t pair =
+            static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
+        if (pairs.size() < 2 ||
+            (pairs[pairs.size() - 1] != pair && pairs[pairs.size() - 2] != pair))
+            pairs.push_back(pair);
     };
     for (std::int32_t i = 0; i < beside.size(); ++i)
         for (const std::int32_t n : beside.around(i))
-            if (n != kNone && out.section_of[at(n)] != out.section_of[at(i)]) add(out.section_of[at(i)], out.section_of[at(n)]);
+            if (n != kNone && out.section_of[at(n)] != out.section_of[at(i)])
+                add(out.section_of[at(i)], out.section_of[at(n)]);
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     out.begin.assign(out.cells.size() + 1, 0);
@@ -108,16 +127,20 @@ void link(RiverSections& out, const Adjacency& beside) {
         ++out.begin[static_cast<std::size_t>(pair >> 32) + 1];
         out.beside.push_back(static_cast<std::int32_t>(pair & 0xffffffff));
     }
-    for (std::size_t s = 0; s < out.cells.size(); ++s) out.begin[s + 1] += out.begin[s];
+    for (std::size_t s = 0; s < out.cells.size(); ++s)
+        out.begin[s + 1] += out.begin[s];
 }
 
 // Chains of at most kNotch sections from a dead end to a section with three or more neighbours.
 // @return the section each one goes to (itself: it stays)
 std::vector<std::int32_t> notches(const RiverSections& s) {
     std::vector<std::int32_t> to(at(s.size())), degree(at(s.size()));
-    for (std::int32_t i = 0; i < s.size(); ++i) to[at(i)] = i, degree[at(i)] = static_cast<std::int32_t>(s.begin[at(i) + 1] - s.begin[at(i)]);
+    for (std::int32_t i = 0; i < s.size(); ++i)
+        to[at(i)] = i,
+        degree[at(i)] = static_cast<std::int32_t>(s.begin[at(i) + 1] - s.begin[at(i)]);
     for (std::int32_t leaf = 0; leaf < s.size(); ++leaf) {
-        if (degree[at(leaf)] != 1 || to[at(leaf)] != leaf) continue;
+        if (degree[at(leaf)] != 1 || to[at(leaf)] != leaf)
+            continue;
         std::array<std::int32_t, kNotch> chain{};
         int length = 0;
         std::int32_t now = leaf, before = kNone;
@@ -125,13 +148,17 @@ std::vector<std::int32_t> notches(const RiverSections& s) {
             chain[at(length++)] = now;
             std::int32_t next = kNone;
             s.neighbours(now, [&](std::int32_t n) {
-                if (n != before && to[at(n)] == n) next = n;
+                if (n != before && to[at(n)] == n)
+                    next = n;
             });
             before = now, now = next;
-            if (now == kNone) break;
+            if (now == kNone)
+                break;
         }
-        if (now == kNone || degree[at(now)] <= 2) continue;
-        for (int k = 0; k < length; ++k) to[at(chain[at(k)])] = now;
+        if (now == kNone || degree[at(now)] <= 2)
+            continue;
+        for (int k = 0; k < length; ++k)
+            to[at(chain[at(k)])] = now;
         --degree[at(now)];
     }
     return to;
@@ -142,18 +169,24 @@ bool merge_notches(RiverSections& s, const Adjacency& beside) {
     std::vector<std::int32_t> number(at(s.size()), kNone);
     std::int32_t count = 0;
     for (std::int32_t i = 0; i < s.size(); ++i)
-        if (to[at(i)] == i) number[at(i)] = count++;
-    if (count == s.size()) return false;
+        if (to[at(i)] == i)
+            number[at(i)] = count++;
+    if (count == s.size())
+        return false;
     std::vector<double> along(at(count));
     std::vector<std::uint32_t> cells(at(count));
     for (std::int32_t i = 0; i < s.size(); ++i) {
         std::int32_t target = i;
-        while (to[at(target)] != target) target = to[at(target)];
-        if (target == i) along[at(number[at(i)])] = s.along_m[at(i)];
-        else number[at(i)] = number[at(target)];
+        while (to[at(target)] != target)
+            target = to[at(target)];
+        if (target == i)
+            along[at(number[at(i)])] = s.along_m[at(i)];
+        else
+            number[at(i)] = number[at(target)];
         cells[at(number[at(i)])] += s.cells[at(i)];
     }
-    for (std::int32_t& section : s.section_of) section = number[at(section)];
+    for (std::int32_t& section : s.section_of)
+        section = number[at(section)];
     s.along_m = std::move(along), s.cells = std::move(cells);
     link(s, beside);
     return true;
@@ -163,36 +196,49 @@ bool merge_notches(RiverSections& s, const Adjacency& beside) {
 
 RiverSections make_sections(const Adjacency& beside, double cell_m) {
     std::vector<std::int32_t> ring = distances(beside, end_of(beside));
-    for (std::int32_t& r : ring) r /= kRing;
+    for (std::int32_t& r : ring)
+        r /= kRing;
     RiverSections out;
     out.length_m = cell_m * kRing / kStep;
     std::int32_t count = 0;
     out.section_of = ring_parts(beside, ring, count);
     out.along_m.resize(at(count)), out.cells.resize(at(count));
-    for (std::size_t i = 0; i < ring.size(); ++i) out.along_m[at(out.section_of[i])] = ring[i] * out.length_m, ++out.cells[at(out.section_of[i])];
+    for (std::size_t i = 0; i < ring.size(); ++i)
+        out.along_m[at(out.section_of[i])] = ring[i] * out.length_m,
+        ++out.cells[at(out.section_of[i])];
     link(out, beside);
-    for (int round = 0; round < kNotchRounds && merge_notches(out, beside); ++round) {}
+    for (int round = 0; round < kNotchRounds && merge_notches(out, beside); ++round) {
+    }
     return out;
 }
 
-std::vector<SectionSample> section_samples(const RiverSections& sections, const std::vector<LevelSample>& samples, float reference, double voxel_m) {
+std::vector<SectionSample> section_samples(const RiverSections& sections,
+                                           const std::vector<LevelSample>& samples, float reference,
+                                           double voxel_m) {
     // Counting sort by section, then a weighted median in each.
     std::vector<std::size_t> begin(at(sections.size()) + 1);
     for (std::size_t i = 0; i < samples.size(); ++i)
-        if (samples[i].weight > 0) ++begin[at(sections.section_of[i]) + 1];
-    for (std::size_t s = 1; s < begin.size(); ++s) begin[s] += begin[s - 1];
+        if (samples[i].weight > 0)
+            ++begin[at(sections.section_of[i]) + 1];
+    for (std::size_t s = 1; s < begin.size(); ++s)
+        begin[s] += begin[s - 1];
     std::vector<WeightedLevel> levels(begin.back());
     std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
     for (std::size_t i = 0; i < samples.size(); ++i)
-        if (samples[i].weight > 0) levels[next[at(sections.section_of[i])]++] = {samples[i].level, samples[i].weight};
+        if (samples[i].weight > 0)
+            levels[next[at(sections.section_of[i])]++] = {samples[i].level, samples[i].weight};
     std::vector<SectionSample> out(at(sections.size()));
     for (std::size_t s = 0; s < out.size(); ++s) {
-        std::sort(levels.begin() + static_cast<std::ptrdiff_t>(begin[s]), levels.begin() + static_cast<std::ptrdiff_t>(begin[s + 1]));
+        std::sort(levels.begin() + static_cast<std::ptrdiff_t>(begin[s]),
+                  levels.begin() + static_cast<std::ptrdiff_t>(begin[s + 1]));
         std::uint64_t sum = 0, below = 0;
-        for (std::size_t k = begin[s]; k < begin[s + 1]; ++k) sum += levels[k].weight;
+        for (std::size_t k = begin[s]; k < begin[s + 1]; ++k)
+            sum += levels[k].weight;
         for (std::size_t k = begin[s]; k < begin[s + 1]; ++k)
             if ((below += levels[k].weight) * 2 >= sum) {
-                out[s] = {(static_cast<double>(levels[k].level) - static_cast<double>(reference)) * voxel_m, static_cast<double>(sum)};
+                out[s] = {(static_cast<double>(levels[k].level) - static_cast<double>(reference)) *
+                              voxel_m,
+                          static_cast<double>(sum)};
                 break;
             }
     }

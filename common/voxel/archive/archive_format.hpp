@@ -5,7 +5,8 @@
 #include "common/voxel/box.hpp"
 #include "common/voxel/morton.hpp"
 
-/// The layout of a box archive, version 1 (docs/formats.md). Little-endian; structures lie in the file as they lie here.
+/// The layout of a box archive, version 1 (docs/formats.md). Little-endian; structures lie in the
+/// file as they lie here.
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};
@@ -16,7 +17,8 @@ inline constexpr const char* kEnding = ".tvx";
 struct Header {
     char magic[8];
     std::uint32_t version;
-    std::uint32_t damage;  ///< places in which the data of the world that it was made from were damaged
+    std::uint32_t
+        damage;  ///< places in which the data of the world that it was made from were damaged
     std::uint64_t info_offset, info_bytes;  ///< JSON as /v2/world says it
     std::uint64_t root_offset, root_bytes;  ///< 0 while the archive is being made
     std::uint64_t file_bytes;
@@ -62,12 +64,17 @@ static_assert(sizeof(Leaf) == 40);
 
 inline constexpr std::uint32_t kLeafEntries = 1024;
 
-[[nodiscard]] constexpr Key key_of(const BoxKey& k) noexcept { return {k.level, k.bx, k.by, k.bz}; }
-[[nodiscard]] constexpr BoxKey key_of(const Key& k) noexcept { return {k.level, k.bx, k.by, k.bz}; }
+[[nodiscard]] constexpr Key key_of(const BoxKey& k) noexcept {
+    return {k.level, k.bx, k.by, k.bz};
+}
+[[nodiscard]] constexpr BoxKey key_of(const Key& k) noexcept {
+    return {k.level, k.bx, k.by, k.bz};
+}
 
 /// The order of entries: by level, then along the Morton curve.
 [[nodiscard]] inline bool before(const Key& a, const Key& b) noexcept {
-    if (a.level != b.level) return a.level < b.level;
+    if (a.level != b.level)
+        return a.level < b.level;
     return morton_encode(a.bx, a.by, a.bz) < morton_encode(b.bx, b.by, b.bz);
 }
 /// The Morton code is one to one for these only.

@@ -20,7 +20,10 @@ using namespace archive;
 
 constexpr std::size_t kWaiting_bytes = 1 << 20;
 
-template <class T> std::span<const std::byte> bytes_of(const T& value) { return std::as_bytes(std::span(&value, 1)); }
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+    return std::as_bytes(std::span(&value, 1));
+}
 
 std::filesystem::path part_of(std::filesystem::path file) {
     file += ".part";
@@ -29,19 +32,25 @@ std::filesystem::path part_of(std::filesystem::path file) {
 
 }  // namespace
 
-ArchiveWriter::ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep) : m_file(std::move(file)), m_part(part_of(m_file)) {
+ArchiveWriter::ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep)
+    : m_file(std::move(file)), m_part(part_of(m_file)) {
     util::check_writable(m_file);
     m_fd = ::open(m_part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | (keep == 0 ? O_TRUNC : 0), 0644);
-    if (m_fd < 0) fail(std::strerror(errno));
+    if (m_fd < 0)
+        fail(std::strerror(errno));
     begin(world_to_json(info));
-    if (keep != 0) take_over(keep);
+    if (keep != 0)
+        take_over(keep);
 }
 
 ArchiveWriter::~ArchiveWriter() {
-    if (m_fd >= 0) ::close(m_fd);
+    if (m_fd >= 0)
+        ::close(m_fd);
 }
 
-void ArchiveWriter::fail(const char* what) const { throw Error("write the box archive " + m_file.string() + ": " + what); }
+void ArchiveWriter::fail(const char* what) const {
+    throw Error("write the box archive " + m_file.string() + ": " + what);
+}
 
 // The same bytes as those that are there when it goes on.
 void ArchiveWriter::begin(const std::string& info) {
@@ -57,28 +66,36 @@ void ArchiveWriter::begin(const std::string& info) {
 void ArchiveWriter::take_over(std::uint64_t keep) {
     while (m_at < keep) {
         Record record{};
-        if (::pread(m_fd, &record, sizeof record, static_cast<off_t>(m_at)) != static_cast<ssize_t>(sizeof record)) fail("what is to be gone on with is not there");
+        if (::pread(m_fd, &record, sizeof record, static_cast<off_t>(m_at)) !=
+            static_cast<ssize_t>(sizeof record))
+            fail("what is to be gone on with is not there");
         Entry entry{record.key, m_at + sizeof record, record.bytes, record.kind};
-        if (!in_range(record.key) || entry.offset + entry.bytes > keep) fail("what is to be gone on with is damaged");
+        if (!in_range(record.key) || entry.offset + entry.bytes > keep)
+            fail("what is to be gone on with is damaged");
         const auto frame = frame_of(entry);
-        if (XXH64(frame.data(), frame.size(), 0) != record.checksum) fail("what is to be gone on with is damaged");
+        if (XXH64(frame.data(), frame.size(), 0) != record.checksum)
+            fail("what is to be gone on with is damaged");
         m_entries.push_back(entry);
         m_at = entry.offset + entry.bytes;
     }
-    if (::ftruncate(m_fd, static_cast<off_t>(m_at)) != 0) fail(std::strerror(errno));
+    if (::ftruncate(m_fd, static_cast<off_t>(m_at)) != 0)
+        fail(std::strerror(errno));
 }
 
 void ArchiveWriter::write(std::span<const std::byte> bytes) {
     m_waiting.insert(m_waiting.end(), bytes.begin(), bytes.end());
     m_at += bytes.size();
-    if (m_waiting.size() >= kWaiting_bytes) flush();
+    if (m_waiting.size() >= kWaiting_bytes)
+        flush();
 }
 
 void ArchiveWriter::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
     while (!bytes.empty()) {
         const ssize_t n = ::pwrite(m_fd, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) fail(n == 0 ? "disk full" : std::strerror(errno));
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            fail(n == 0 ? "disk full" : std::strerror(errno));
         offset += static_cast<std::uint64_t>(n), bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
 }
@@ -90,8 +107,11 @@ std::uint64_t ArchiveWriter::flush() {
 }
 
 void ArchiveWriter::add(const BoxKey& key, Kind kind, std::span<const std::byte> frame) {
-    if (!in_range(key_of(key))) throw Error("write the box archive " + m_file.string() + ": box " + to_string(key) + "; allowed: up to 2^20 boxes from the origin");
-    const Record record{key_of(key), static_cast<std::uint32_t>(frame.size()), kind, XXH64(frame.data(), frame.size(), 0)};
+    if (!in_range(key_of(key)))
+        throw Error("write the box archive " + m_file.string() + ": box " + to_string(key) +
+                    "; allowed: up to 2^20 boxes from the origin");
+    const Record record{key_of(key), static_cast<std::uint32_t>(frame.size()), kind,
+                        XXH64(frame.data(), frame.size(), 0)};
     write(bytes_of(record));
     m_entries.push_back({record.key, m_at, record.bytes, kind});
     write(frame);
@@ -99,20 +119,26 @@ void ArchiveWriter::add(const BoxKey& key, Kind kind, std::span<const std::byte>
 
 std::vector<std::byte> ArchiveWriter::frame_of(const Entry& entry) const {
     std::vector<std::byte> frame(entry.bytes);
-    if (::pread(m_fd, frame.data(), frame.size(), static_cast<off_t>(entry.offset)) != static_cast<ssize_t>(frame.size())) fail("what was written cannot be read back");
+    if (::pread(m_fd, frame.data(), frame.size(), static_cast<off_t>(entry.offset)) !=
+        static_cast<ssize_t>(frame.size()))
+        fail("what was written cannot be read back");
     return frame;
 }
 
 void ArchiveWriter::finish(std::size_t damage) {
-    std::sort(m_entries.begin(), m_entries.end(), [](const Entry& a, const Entry& b) { return before(a.key, b.key); });
+    std::sort(m_entries.begin(), m_entries.end(),
+              [](const Entry& a, const Entry& b) { return before(a.key, b.key); });
     std::vector<Leaf> root;
     std::vector<std::byte> frame(ZSTD_compressBound(kLeafEntries * sizeof(Entry)));
     for (std::size_t i = 0; i < m_entries.size(); i += kLeafEntries) {
         const std::size_t count = std::min<std::size_t>(kLeafEntries, m_entries.size() - i);
         constexpr int kLeafLevel = 9;
-        const std::size_t size = ZSTD_compress(frame.data(), frame.size(), &m_entries[i], count * sizeof(Entry), kLeafLevel);
-        if (ZSTD_isError(size) != 0) fail(ZSTD_getErrorName(size));
-        root.push_back({m_entries[i].key, m_at, static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(count), XXH64(frame.data(), size, 0)});
+        const std::size_t size = ZSTD_compress(frame.data(), frame.size(), &m_entries[i],
+                                               count * sizeof(Entry), kLeafLevel);
+        if (ZSTD_isError(size) != 0)
+            fail(ZSTD_getErrorName(size));
+        root.push_back({m_entries[i].key, m_at, static_cast<std::uint32_t>(size),
+                        static_cast<std::uint32_t>(count), XXH64(frame.data(), size, 0)});
         write(std::span(frame).first(size));
     }
     m_header.root_offset = m_at;
@@ -125,7 +151,8 @@ void ArchiveWriter::finish(std::size_t damage) {
     m_header.file_bytes = flush();
     m_header.checksum = XXH64(&m_header, offsetof(Header, checksum), 0);
     write_at(0, bytes_of(m_header));
-    if (::fsync(m_fd) != 0 || ::close(std::exchange(m_fd, -1)) != 0) fail(std::strerror(errno));
+    if (::fsync(m_fd) != 0 || ::close(std::exchange(m_fd, -1)) != 0)
+        fail(std::strerror(errno));
     std::filesystem::rename(m_part, m_file);
 }
 

@@ -12,12 +12,14 @@
 
 namespace terravox::voxel {
 
-/// Writes a box archive: first into FILE.part, which gets its index and its name at finish(). What was added before a break can be taken over.
-/// Not thread-safe. The bytes are a function of what is added, in its order.
+/// Writes a box archive: first into FILE.part, which gets its index and its name at finish(). What
+/// was added before a break can be taken over. Not thread-safe. The bytes are a function of what is
+/// added, in its order.
 class ArchiveWriter {
 public:
     /// @param info the world that the archive will say it is
-    /// @param keep take over the records of a FILE.part that begins with the same info, up to this offset; 0: begin anew
+    /// @param keep take over the records of a FILE.part that begins with the same info, up to this
+    /// offset; 0: begin anew
     /// @throws Error when the file cannot be written, or what is to be kept is not there
     ArchiveWriter(std::filesystem::path file, const WorldInfo& info, std::uint64_t keep);
     ~ArchiveWriter();
@@ -32,7 +34,8 @@ public:
     [[nodiscard]] const std::vector<archive::Entry>& entries() const noexcept { return m_entries; }
     /// The frame of an entry, read back. @throws Error
     [[nodiscard]] std::vector<std::byte> frame_of(const archive::Entry& entry) const;
-    /// Writes index and header, and gives the file its name. @param damage places in which the world's data are damaged @throws Error
+    /// Writes index and header, and gives the file its name. @param damage places in which the
+    /// world's data are damaged @throws Error
     void finish(std::size_t damage = 0);
 
 private:

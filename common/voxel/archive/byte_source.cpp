@@ -21,17 +21,24 @@ struct FileState {
     friend bool operator==(const FileState&, const FileState&) = default;
 };
 
-/// A file, read and never mapped: a page of a map that another program cuts off ends the program (SIGBUS), and bytes of a map may
-/// change between the check of a checksum and their use. The copy in `room` does neither.
+/// A file, read and never mapped: a page of a map that another program cuts off ends the program
+/// (SIGBUS), and bytes of a map may change between the check of a checksum and their use. The copy
+/// in `room` does neither.
 class FileSource final : public ByteSource {
 public:
     explicit FileSource(const std::filesystem::path& path)
-        : m_name(path.string()), m_file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // a pipe would wait for its writer
-        const auto fail = [&](const std::string& what) { return Error("open the box archive " + m_name + ": " + what); };
-        if (m_file < 0) throw fail(errno == ENOENT || errno == ENOTDIR ? "no such file" : std::strerror(errno));
+        : m_name(path.string()),
+          m_file(::open(path.c_str(),
+                        O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // a pipe would wait for its writer
+        const auto fail = [&](const std::string& what) {
+            return Error("open the box archive " + m_name + ": " + what);
+        };
+        if (m_file < 0)
+            throw fail(errno == ENOENT || errno == ENOTDIR ? "no such file" : std::strerror(errno));
         try {
             const std::optional<FileState> state = state_now();
-            if (!state) throw fail("not a plain file");
+            if (!state)
+                throw fail("not a plain file");
             m_state = *state;
         } catch (...) {
             ::close(m_file);
@@ -42,31 +49,45 @@ public:
 
     [[nodiscard]] const std::string& name() const noexcept override { return m_name; }
 
-    [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& room) override {
+    [[nodiscard]] std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
+                                                  std::vector<std::byte>& room) override {
         const auto size = static_cast<std::uint64_t>(m_state.bytes);
         if (offset > size || bytes > size - offset)
-            throw fail("bytes " + std::to_string(offset) + " to " + std::to_string(offset + bytes) + "; the file has " + std::to_string(size));
+            throw fail("bytes " + std::to_string(offset) + " to " + std::to_string(offset + bytes) +
+                       "; the file has " + std::to_string(size));
         room.resize(bytes);
         for (std::size_t done = 0; done < bytes;) {
-            const ssize_t n = ::pread(m_file, room.data() + done, bytes - done, static_cast<off_t>(offset + done));
-            if (n < 0 && errno == EINTR) continue;
-            if (n < 0) throw fail(std::strerror(errno));
-            if (n == 0) throw changed("it was cut short while it was open");
+            const ssize_t n = ::pread(m_file, room.data() + done, bytes - done,
+                                      static_cast<off_t>(offset + done));
+            if (n < 0 && errno == EINTR)
+                continue;
+            if (n < 0)
+                throw fail(std::strerror(errno));
+            if (n == 0)
+                throw changed("it was cut short while it was open");
             done += static_cast<std::size_t>(n);
         }
-        // After the bytes: a write is dated before its bytes can be read. Index and boxes of two archives must not mix, for
-        // each of them may be sound.
-        if (state_now() != m_state) throw changed("it was changed while it was open; replace an archive by renaming another one to its name");
+        // After the bytes: a write is dated before its bytes can be read. Index and boxes of two
+        // archives must not mix, for each of them may be sound.
+        if (state_now() != m_state)
+            throw changed(
+                "it was changed while it was open; replace an archive by renaming another one to "
+                "its name");
         return room;
     }
 
 private:
-    [[nodiscard]] Error fail(const std::string& what) const { return Error("read the box archive " + m_name + ": " + what); }
-    [[nodiscard]] ChangedError changed(const std::string& what) const { return ChangedError(fail(what).what()); }
+    [[nodiscard]] Error fail(const std::string& what) const {
+        return Error("read the box archive " + m_name + ": " + what);
+    }
+    [[nodiscard]] ChangedError changed(const std::string& what) const {
+        return ChangedError(fail(what).what());
+    }
     /// @return nullopt for what is not a plain file
     [[nodiscard]] std::optional<FileState> state_now() const {
-        struct stat facts {};
-        if (::fstat(m_file, &facts) != 0 || !S_ISREG(facts.st_mode)) return std::nullopt;
+        struct stat facts{};
+        if (::fstat(m_file, &facts) != 0 || !S_ISREG(facts.st_mode))
+            return std::nullopt;
         return FileState{facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec};
     }
 
@@ -77,6 +98,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path) { return std::make_unique<FileSource>(path); }
+std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path) {
+    return std::make_unique<FileSource>(path);
+}
 
 }  // namespace terravox::voxel::archive

@@ -19,16 +19,22 @@ public:
     virtual ~ByteSource() = default;
     [[nodiscard]] virtual const std::string& name() const noexcept = 0;  ///< for messages
     /// @param room where the bytes go, unless the source keeps them in memory
-    /// @return `bytes` bytes from `offset` on, which do not change as long as the source and `room` live
-    /// @throws Error when they cannot be read; ChangedError when the archive is no longer the one that was opened
-    [[nodiscard]] virtual std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& room) = 0;
+    /// @return `bytes` bytes from `offset` on, which do not change as long as the source and `room`
+    /// live
+    /// @throws Error when they cannot be read; ChangedError when the archive is no longer the one
+    /// that was opened
+    [[nodiscard]] virtual std::span<const std::byte> read(std::uint64_t offset, std::size_t bytes,
+                                                          std::vector<std::byte>& room) = 0;
     [[nodiscard]] virtual std::string edition() const { return {}; }  ///< as World::edition
-    virtual void stop() noexcept {}  ///< as World::stop
-    [[nodiscard]] virtual int worth_asking(int threads) const noexcept { return threads; }  ///< as World::worth_asking
+    virtual void stop() noexcept {}                                   ///< as World::stop
+    [[nodiscard]] virtual int worth_asking(int threads) const noexcept {
+        return threads;
+    }  ///< as World::worth_asking
 };
 
-/// A file. Cut short or written to while it is open, it gives a ChangedError and no bytes; replaced by a file that is renamed to its name,
-/// it stays the one that was opened. @throws Error when there is no such plain file, or it cannot be read
+/// A file. Cut short or written to while it is open, it gives a ChangedError and no bytes; replaced
+/// by a file that is renamed to its name, it stays the one that was opened. @throws Error when
+/// there is no such plain file, or it cannot be read
 [[nodiscard]] std::unique_ptr<ByteSource> file_source(const std::filesystem::path& path);
 
 }  // namespace terravox::voxel::archive

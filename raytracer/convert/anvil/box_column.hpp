@@ -20,8 +20,12 @@ public:
     BoxColumn(Job& job, const Place& place, std::int32_t bx, std::int32_t bz);
 
     [[nodiscard]] bool empty() const noexcept;
-    [[nodiscard]] std::int32_t chunk_x() const noexcept { return m_bx * kChunksAlong - m_place.offset[0] / kSectionSize; }  ///< of the chunk (0, 0)
-    [[nodiscard]] std::int32_t chunk_z() const noexcept { return m_bz * kChunksAlong - m_place.offset[2] / kSectionSize; }
+    [[nodiscard]] std::int32_t chunk_x() const noexcept {
+        return m_bx * kChunksAlong - m_place.offset[0] / kSectionSize;
+    }  ///< of the chunk (0, 0)
+    [[nodiscard]] std::int32_t chunk_z() const noexcept {
+        return m_bz * kChunksAlong - m_place.offset[2] / kSectionSize;
+    }
     /// The sections of one chunk, from the lowest of the dimension up; valid until the next call.
     [[nodiscard]] std::vector<Section>& sections(int cx, int cz, SectionReader& reader);
 
@@ -33,7 +37,8 @@ private:
     std::vector<Section> m_sections;
 };
 
-/// The block above the surface at the centre of the part, or at the nearest place (of some, farther and farther away) where there is one.
+/// The block above the surface at the centre of the part, or at the nearest place (of some, farther
+/// and farther away) where there is one.
 [[nodiscard]] std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place);
 
 }  // namespace terravox::convert::anvil

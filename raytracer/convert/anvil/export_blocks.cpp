@@ -10,7 +10,8 @@ namespace terravox::convert::anvil {
 using voxel::Material;
 
 std::int32_t colour_distance(voxel::Rgb8 a, voxel::Rgb8 b) noexcept {
-    // Ref: Riemersma, "Colour metric", CompuPhase: a weighted distance in sRGB that comes near to CIELUV, without roots.
+    // Ref: Riemersma, "Colour metric", CompuPhase: a weighted distance in sRGB that comes near to
+    // CIELUV, without roots.
     const std::int32_t mean_red = (a.r + b.r) / 2, r = a.r - b.r, g = a.g - b.g, blue = a.b - b.b;
     return ((512 + mean_red) * r * r >> 8) + 4 * g * g + ((767 - mean_red) * blue * blue >> 8);
 }
@@ -20,46 +21,57 @@ BlockId ExportBlocks::painted(Material material, voxel::Rgb8 colour) const noexc
     BlockId best = choice.plain;
     std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
     for (const BlockId id : choice.paint)
-        if (const std::int32_t d = colour_distance(colour, m_all[id].colour); d < nearest) nearest = d, best = id;
+        if (const std::int32_t d = colour_distance(colour, m_all[id].colour); d < nearest)
+            nearest = d, best = id;
     return best;
 }
 
 std::map<std::string, Material> ExportBlocks::meanings() const {
     std::map<std::string, Material> out;
-    for (const ExportBlock& block : m_all) out.emplace(block.name, block.material);
+    for (const ExportBlock& block : m_all)
+        out.emplace(block.name, block.material);
     return out;
 }
 
 /// Reads export.toml.
 class ExportBlocksReader {
 public:
-    ExportBlocksReader(std::filesystem::path file, const minecraft::BlockTable& colours) : m_file(std::move(file)), m_colours(colours) {}
+    ExportBlocksReader(std::filesystem::path file, const minecraft::BlockTable& colours)
+        : m_file(std::move(file)), m_colours(colours) {}
 
     ExportBlocks read() {
-        const toml::table all = util::read_toml(m_file, [&](const std::string& what) { fail(what); });
+        const toml::table all =
+            util::read_toml(m_file, [&](const std::string& what) { fail(what); });
         for (const auto& [key, node] : all) {
             const std::string name(key.str());
             const auto material = voxel::material_from_name(name);
-            if (!material || *material == Material::kAir) fail("'" + name + "' is no material that blocks stand for");
-            if (!node.is_table()) fail(name + " is no table; allowed: [" + name + "] with block, paint, rooted");
+            if (!material || *material == Material::kAir)
+                fail("'" + name + "' is no material that blocks stand for");
+            if (!node.is_table())
+                fail(name + " is no table; allowed: [" + name + "] with block, paint, rooted");
             read_material(*material, name, *node.as_table());
         }
         for (int i = 1; i < voxel::kMaterialCount; ++i)
             if (m_out.m_choices[static_cast<std::size_t>(i)].plain == 0)
-                fail("no block for " + std::string(voxel::material_name(static_cast<Material>(i))) + "; allowed: one for each material");
+                fail("no block for " + std::string(voxel::material_name(static_cast<Material>(i))) +
+                     "; allowed: one for each material");
         return std::move(m_out);
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const { throw UsageError("read the blocks to export " + m_file.string() + ": " + what); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw UsageError("read the blocks to export " + m_file.string() + ": " + what);
+    }
 
     void read_material(Material material, const std::string& name, const toml::table& table) {
         ExportBlocks::Choice& choice = m_out.m_choices[ExportBlocks::index(material)];
         for (const auto& [key, node] : table) {
             const std::string field(key.str());
             if (field == "paint") {
-                if (!node.is_array()) fail("[" + name + "] paint is no list of blocks");
-                for (const auto& item : *node.as_array()) choice.paint.push_back(block(material, name, item));
+                if (!node.is_array())
+                    fail("[" + name + "] paint is no list of blocks");
+                for (const auto& item : *node.as_array())
+                    choice.paint.push_back(block(material, name, item));
             } else if (field == "block") {
                 choice.plain = block(material, name, node);
             } else if (field == "rooted") {
@@ -68,27 +80,38 @@ private:
                 fail("[" + name + "] " + field + " is no field; allowed: block, paint, rooted");
             }
         }
-        if (choice.rooted == 0) choice.rooted = choice.plain;
+        if (choice.rooted == 0)
+            choice.rooted = choice.plain;
     }
 
     BlockId block(Material material, const std::string& where, const toml::node& node) {
         const auto text = node.value_exact<std::string>();
-        if (!text) fail("[" + where + "] holds what is no block; allowed: texts like \"oak_log\"");
-        const minecraft::BlockState state = minecraft::block_state_from(*text, [&](const std::string& what) { fail("[" + where + "] " + what); });
+        if (!text)
+            fail("[" + where + "] holds what is no block; allowed: texts like \"oak_log\"");
+        const minecraft::BlockState state = minecraft::block_state_from(
+            *text, [&](const std::string& what) { fail("[" + where + "] " + what); });
         const minecraft::BlockLook look = m_colours.of(state.name, {});
-        if (!look.known) fail("[" + where + "] '" + state.name + "' is no block of blocks.toml");
-        if (look.material == Material::kAir) fail("[" + where + "] '" + state.name + "' is air by blocks.toml");
+        if (!look.known)
+            fail("[" + where + "] '" + state.name + "' is no block of blocks.toml");
+        if (look.material == Material::kAir)
+            fail("[" + where + "] '" + state.name + "' is air by blocks.toml");
         const auto [meant, fresh] = m_meant.emplace(state.name, material);
         if (!fresh && meant->second != material)
-            fail("'" + state.name + "' stands for both " + std::string(voxel::material_name(meant->second)) + " and " + where + "; allowed: one");
+            fail("'" + state.name + "' stands for both " +
+                 std::string(voxel::material_name(meant->second)) + " and " + where +
+                 "; allowed: one");
         ExportBlock made{"minecraft:" + state.name, {}, material, look.colour};
         for (const minecraft::Condition& c : state.conditions) {
-            if (c.values.size() != 1) fail("[" + where + "] '" + *text + "' leaves " + c.property + " open; allowed: one value");
+            if (c.values.size() != 1)
+                fail("[" + where + "] '" + *text + "' leaves " + c.property +
+                     " open; allowed: one value");
             made.properties.emplace_back(c.property, c.values.front());
         }
         for (std::size_t i = 1; i < m_out.m_all.size(); ++i)
-            if (m_out.m_all[i].name == made.name && m_out.m_all[i].properties == made.properties) return static_cast<BlockId>(i);
-        if (m_out.m_all.size() >= 4096) fail("more than 4095 blocks");
+            if (m_out.m_all[i].name == made.name && m_out.m_all[i].properties == made.properties)
+                return static_cast<BlockId>(i);
+        if (m_out.m_all.size() >= 4096)
+            fail("more than 4095 blocks");
         m_out.m_all.push_back(std::move(made));
         return static_cast<BlockId>(m_out.m_all.size() - 1);
     }
@@ -99,7 +122,8 @@ private:
     ExportBlocks m_out;
 };
 
-ExportBlocks ExportBlocks::load(const std::filesystem::path& folder, const minecraft::BlockTable& colours) {
+ExportBlocks ExportBlocks::load(const std::filesystem::path& folder,
+                                const minecraft::BlockTable& colours) {
     return ExportBlocksReader(folder / "export.toml", colours).read();
 }
 

@@ -25,13 +25,15 @@ void put_void_generator(NbtWriter& nbt) {
     nbt.end();
 }
 
-void put_noise_generator(NbtWriter& nbt, const char* settings, const char* source, const char* preset) {
+void put_noise_generator(NbtWriter& nbt, const char* settings, const char* source,
+                         const char* preset) {
     nbt.begin("generator");
     nbt.put_string("type", "minecraft:noise");
     nbt.put_string("settings", settings);
     nbt.begin("biome_source");
     nbt.put_string("type", source);
-    if (preset != nullptr) nbt.put_string("preset", preset);
+    if (preset != nullptr)
+        nbt.put_string("preset", preset);
     nbt.end();
     nbt.end();
 }
@@ -58,12 +60,19 @@ void put_generators(NbtWriter& nbt) {
     nbt.end();
 }
 
-/// Others keep what the game has by default. What would change the world by itself is off; the sun stands still until somebody lets it go.
+/// Others keep what the game has by default. What would change the world by itself is off; the sun
+/// stands still until somebody lets it go.
 void put_game_rules(NbtWriter& nbt) {
     nbt.begin("GameRules");
-    for (const auto& [rule, value] : {std::pair{"doDaylightCycle", "false"}, {"doFireTick", "false"}, {"doMobSpawning", "false"}, {"doPatrolSpawning", "false"},
-                                      {"doTraderSpawning", "false"}, {"doVinesSpread", "false"}, {"doWeatherCycle", "false"},
-                                      {"mobGriefing", "false"}, {"spawnRadius", "0"}})
+    for (const auto& [rule, value] : {std::pair{"doDaylightCycle", "false"},
+                                      {"doFireTick", "false"},
+                                      {"doMobSpawning", "false"},
+                                      {"doPatrolSpawning", "false"},
+                                      {"doTraderSpawning", "false"},
+                                      {"doVinesSpread", "false"},
+                                      {"doWeatherCycle", "false"},
+                                      {"mobGriefing", "false"},
+                                      {"spawnRadius", "0"}})
         nbt.put_string(rule, value);
     nbt.end();
 }
@@ -94,13 +103,15 @@ void put_packs(NbtWriter& nbt, const Place& place) {
     nbt.list("Disabled", NbtTag::kEnd, 0);
     nbt.list("Enabled", NbtTag::kString, place.needs_pack() ? 2 : 1);
     nbt.value_string("vanilla");
-    if (place.needs_pack()) nbt.value_string(std::string("file/") + kPackName);
+    if (place.needs_pack())
+        nbt.value_string(std::string("file/") + kPackName);
     nbt.end();
 }
 
 }  // namespace
 
-std::string level_dat(const std::string& title, const std::array<std::int32_t, 3>& spawn, const Place& place) {
+std::string level_dat(const std::string& title, const std::array<std::int32_t, 3>& spawn,
+                      const Place& place) {
     constexpr std::int8_t kPeaceful = 0;
     constexpr std::int32_t kCreative = 1, kAnvil = 19133;
     NbtWriter nbt;
@@ -143,7 +154,8 @@ std::string level_dat(const std::string& title, const std::array<std::int32_t, 3
 }
 
 std::string dimension_type(const Place& place) {
-    // The overworld's, with other heights. Monsters: in the dark alone, said in the one way that all versions read.
+    // The overworld's, with other heights. Monsters: in the dark alone, said in the one way that
+    // all versions read.
     const nlohmann::json out = {{"ambient_light", 0.0},
                                 {"bed_works", true},
                                 {"coordinate_scale", 1.0},
@@ -166,7 +178,8 @@ std::string dimension_type(const Place& place) {
 
 std::string pack_mcmeta() {
     constexpr int kFormat = 48, kLastFormat = 81;  // 1.21 to 1.21.8
-    const nlohmann::json pack = {{"pack_format", kFormat}, {"supported_formats", {kFormat, kLastFormat}},
+    const nlohmann::json pack = {{"pack_format", kFormat},
+                                 {"supported_formats", {kFormat, kLastFormat}},
                                  {"description", "Heights of a world written by Terravox"}};
     return nlohmann::json({{"pack", pack}}).dump(2) + "\n";
 }

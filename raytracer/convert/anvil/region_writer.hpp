@@ -32,9 +32,11 @@ struct PackedChunk {
     std::string zlib;           ///< its NBT, compressed; never empty
 };
 
-/// Writes r.<rx>.<rz>.mca, whole or not at all; chunks that are too long for it go to c.<x>.<z>.mcc beside it, written before.
+/// Writes r.<rx>.<rz>.mca, whole or not at all; chunks that are too long for it go to c.<x>.<z>.mcc
+/// beside it, written before.
 /// @param chunks of this region, each place once; their order does not matter
 /// @throws Error @return bytes written
-std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx, std::int32_t rz, std::vector<PackedChunk> chunks);
+std::uint64_t write_region(const std::filesystem::path& folder, std::int32_t rx, std::int32_t rz,
+                           std::vector<PackedChunk> chunks);
 
 }  // namespace terravox::convert::anvil

@@ -13,12 +13,16 @@ namespace terravox::convert {
 
 /// Material and colour of a voxel in one number: material << 24 | r << 16 | g << 8 | b; 0 = air.
 using Look = std::uint32_t;
-[[nodiscard]] constexpr voxel::Material material_of(Look look) noexcept { return static_cast<voxel::Material>(look >> 24); }
+[[nodiscard]] constexpr voxel::Material material_of(Look look) noexcept {
+    return static_cast<voxel::Material>(look >> 24);
+}
 [[nodiscard]] constexpr voxel::Rgb8 colour_of(Look look) noexcept {
-    return {static_cast<std::uint8_t>(look >> 16), static_cast<std::uint8_t>(look >> 8), static_cast<std::uint8_t>(look)};
+    return {static_cast<std::uint8_t>(look >> 16), static_cast<std::uint8_t>(look >> 8),
+            static_cast<std::uint8_t>(look)};
 }
 [[nodiscard]] constexpr Look look_of(voxel::Material material, voxel::Rgb8 c) noexcept {
-    return static_cast<Look>(material) << 24 | static_cast<Look>(c.r) << 16 | static_cast<Look>(c.g) << 8 | c.b;
+    return static_cast<Look>(material) << 24 | static_cast<Look>(c.r) << 16 |
+           static_cast<Look>(c.g) << 8 | c.b;
 }
 
 /// A box and its six neighbours; nullptr = air.
@@ -27,33 +31,47 @@ struct Neighbourhood {
     BoxPtr self, west, east, below, above, north, south;
 };
 
-/// 64 x 64 x 64 voxels, a quarter of a box, with a margin of one voxel on each side: what finding faces needs to know. Not thread-safe.
+/// 64 x 64 x 64 voxels, a quarter of a box, with a margin of one voxel on each side: what finding
+/// faces needs to know. Not thread-safe.
 class Chunk {
 public:
     static constexpr int kEdge = 64;
     using LookOf = std::function<Look(const voxel::VoxelAttr&)>;
 
     /// @param storey 0 to 3, bottom first
-    /// @param bounds of the part, in voxels relative to the lowest corner of the box: what lies outside is air
+    /// @param bounds of the part, in voxels relative to the lowest corner of the box: what lies
+    /// outside is air
     /// @return false when it is air throughout (and nothing was filled)
-    bool fill(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds, const LookOf& look_of);
+    bool fill(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
+              const LookOf& look_of);
 
     /// x, y, z in [-1, 65), of which at most one is outside [0, 64).
     [[nodiscard]] Look look(int x, int y, int z) const noexcept { return m_looks[index(x, y, z)]; }
     /// Bit x = the voxel (x, y, z) is opaque; y, z in [-1, 65), at most one outside [0, 64).
-    [[nodiscard]] std::uint64_t opaque(int y, int z) const noexcept { return m_rows[row(y, z)].opaque; }
+    [[nodiscard]] std::uint64_t opaque(int y, int z) const noexcept {
+        return m_rows[row(y, z)].opaque;
+    }
     /// The same of those that are there, but not opaque.
-    [[nodiscard]] std::uint64_t clear(int y, int z) const noexcept { return m_rows[row(y, z)].clear; }
+    [[nodiscard]] std::uint64_t clear(int y, int z) const noexcept {
+        return m_rows[row(y, z)].clear;
+    }
     /// Of voxels with attributes.
     [[nodiscard]] std::uint64_t seen() const noexcept { return m_seen; }
 
 private:
     static constexpr int kSide = kEdge + 2;
-    struct Row { std::uint64_t opaque = 0, clear = 0; };
-    static std::size_t row(int y, int z) noexcept { return static_cast<std::size_t>((y + 1) * kSide + z + 1); }
-    static std::size_t index(int x, int y, int z) noexcept { return row(y, z) * kSide + static_cast<std::size_t>(x + 1); }
+    struct Row {
+        std::uint64_t opaque = 0, clear = 0;
+    };
+    static std::size_t row(int y, int z) noexcept {
+        return static_cast<std::size_t>((y + 1) * kSide + z + 1);
+    }
+    static std::size_t index(int x, int y, int z) noexcept {
+        return row(y, z) * kSide + static_cast<std::size_t>(x + 1);
+    }
     void set(int x, int y, int z, Look look) noexcept;
-    void fill_margin(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds, const LookOf& look_of);
+    void fill_margin(const Neighbourhood& boxes, int storey, const voxel::VoxelBounds& bounds,
+                     const LookOf& look_of);
 
     std::vector<Look> m_looks = std::vector<Look>(static_cast<std::size_t>(kSide) * kSide * kSide);
     std::vector<Row> m_rows = std::vector<Row>(static_cast<std::size_t>(kSide) * kSide);

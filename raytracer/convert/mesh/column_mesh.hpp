@@ -17,7 +17,8 @@ struct MeshVertex {
     Look look = 0;
 };
 
-/// Four-sided faces, counter-clockwise as seen from outside, with vertices that faces of one look share.
+/// Four-sided faces, counter-clockwise as seen from outside, with vertices that faces of one look
+/// share.
 struct IndexedQuads {
     std::vector<MeshVertex> vertices;
     std::vector<std::array<std::uint32_t, 4>> quads;
@@ -48,7 +49,8 @@ private:
     const voxel::BoxRange m_range;
     const std::array<std::int32_t, 3> m_origin;
     std::array<std::uint8_t, 256> m_step_of{};  ///< of a channel, the value that stands for it
-    util::Cache<voxel::BoxKey, voxel::Box, voxel::BoxKeyHash> m_boxes;  ///< each box is asked for by itself and by six neighbours
+    util::Cache<voxel::BoxKey, voxel::Box, voxel::BoxKeyHash>
+        m_boxes;  ///< each box is asked for by itself and by six neighbours
 };
 
 }  // namespace terravox::convert

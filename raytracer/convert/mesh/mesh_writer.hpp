@@ -7,8 +7,8 @@
 
 namespace terravox::convert {
 
-/// Takes meshes of columns one after the other, in the order of the file, and writes the file at the end: its head needs to know how much there is.
-/// Not thread-safe.
+/// Takes meshes of columns one after the other, in the order of the file, and writes the file at
+/// the end: its head needs to know how much there is. Not thread-safe.
 class MeshWriter {
 public:
     virtual ~MeshWriter() = default;
@@ -18,7 +18,8 @@ public:
     /// Once, and not of nothing.
     virtual void finish(ByteFile& to) = 0;
 };
-[[nodiscard]] std::unique_ptr<MeshWriter> make_glb_writer(const Job& job, const MeshOptions& options);
+[[nodiscard]] std::unique_ptr<MeshWriter> make_glb_writer(const Job& job,
+                                                          const MeshOptions& options);
 [[nodiscard]] std::unique_ptr<MeshWriter> make_ply_writer(const Job& job);
 
 }  // namespace terravox::convert

@@ -19,9 +19,10 @@ struct ColumnBlock {
     return {range.min.bx, range.min.bz, range.max.bx, range.max.bz};
 }
 
-/// The columns of boxes of a part in which something may stand, one after the other: squares of `edge` x `edge` columns row by row from the
-/// north-west, and within a square row by row, so that neighbours come soon after each other. Squares in which nothing can stand are left
-/// out without a look at each of them: a world may be as wide as the Earth, and hold a village.
+/// The columns of boxes of a part in which something may stand, one after the other: squares of
+/// `edge` x `edge` columns row by row from the north-west, and within a square row by row, so that
+/// neighbours come soon after each other. Squares in which nothing can stand are left out without a
+/// look at each of them: a world may be as wide as the Earth, and hold a village.
 class Columns {
 public:
     struct At {
@@ -39,7 +40,9 @@ public:
     [[nodiscard]] std::size_t count() const noexcept { return m_count; }
     [[nodiscard]] At at(std::size_t i) const noexcept;
     /// Columns that are left out.
-    [[nodiscard]] std::uint64_t left_out() const noexcept { return static_cast<std::uint64_t>(m_width) * m_depth - m_count; }
+    [[nodiscard]] std::uint64_t left_out() const noexcept {
+        return static_cast<std::uint64_t>(m_width) * m_depth - m_count;
+    }
     /// The squares, in their order; those at the edges of the part are cut off there.
     [[nodiscard]] std::vector<ColumnBlock> squares() const;
 
@@ -49,8 +52,12 @@ private:
         std::uint64_t first = 0;  ///< number of its first column
     };
     struct Squares;  ///< a rectangle of squares
-    [[nodiscard]] std::size_t squares_across() const noexcept { return (m_width + m_edge - 1) / m_edge; }
-    [[nodiscard]] std::size_t squares_down() const noexcept { return (m_depth + m_edge - 1) / m_edge; }
+    [[nodiscard]] std::size_t squares_across() const noexcept {
+        return (m_width + m_edge - 1) / m_edge;
+    }
+    [[nodiscard]] std::size_t squares_down() const noexcept {
+        return (m_depth + m_edge - 1) / m_edge;
+    }
     [[nodiscard]] ColumnBlock block_of(const Squares& squares) const noexcept;
     void find(const Squares& squares, const MayHold& may_hold);
 

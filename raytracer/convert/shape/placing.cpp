@@ -9,7 +9,8 @@
 namespace terravox::convert {
 namespace {
 
-// The shortest text that reads back as the same number would depend on the library; 15 digits do not.
+// The shortest text that reads back as the same number would depend on the library; 15 digits do
+// not.
 std::string number(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.15g", value);
@@ -19,7 +20,8 @@ std::string number(double value) {
 // One line: a header of lines must not gain another one by a title with a line break in it.
 std::string one_line(std::string text) {
     for (char& c : text)
-        if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+        if (static_cast<unsigned char>(c) < 0x20)
+            c = ' ';
     return text;
 }
 
@@ -38,7 +40,8 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Job& job, const 
     const auto o = origin_of(job.part);
     std::vector<std::pair<std::string, std::string>> out;
     const auto add = [&](const char* name, const std::string& value) {
-        if (!value.empty()) out.emplace_back(name, one_line(value));
+        if (!value.empty())
+            out.emplace_back(name, one_line(value));
     };
     add("title", world.title);
     add("crs", world.crs);
@@ -54,7 +57,8 @@ void finish_file(Job& job, util::AtomicFile& file) {
     util::AtomicFile side_car(file.target().string() + ".georef.json");
     // Written before either has its name: a file without its side-car would keep the next run out.
     try {
-        voxel::write_side_car(side_car.temporary_path(), voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));
+        voxel::write_side_car(side_car.temporary_path(),
+                              voxel::side_car_of(job.world(), job.part.level, origin_of(job.part)));
     } catch (const Error& e) {
         throw Error("write " + side_car.target().string() + ": " + e.what());
     }
@@ -65,7 +69,8 @@ void finish_file(Job& job, util::AtomicFile& file) {
 }
 
 void fail_for_nothing(const Job& job) {
-    throw Error("write " + job.out.string() + ": the part holds nothing solid" + (job.holes().empty() ? "" : " but holes") + "; nothing was written");
+    throw Error("write " + job.out.string() + ": the part holds nothing solid" +
+                (job.holes().empty() ? "" : " but holes") + "; nothing was written");
 }
 
 }  // namespace terravox::convert

@@ -7,7 +7,8 @@ namespace terravox::convert {
 void ColourCounts::add(voxel::Rgb8 c) {
     Sum& sum = m_sums[key_of(c)];
     ++sum.count, sum.r += c.r, sum.g += c.g, sum.b += c.b;
-    while (m_sums.size() > kMostCells) coarsen();
+    while (m_sums.size() > kMostCells)
+        coarsen();
 }
 
 void ColourCounts::coarsen() {
@@ -24,7 +25,9 @@ std::vector<ColourCounts::Cell> ColourCounts::cells() const {
     std::vector<Cell> out;
     out.reserve(m_sums.size());
     for (const auto& [key, sum] : m_sums) {
-        const auto mean = [&](std::uint64_t s) { return static_cast<std::uint8_t>((s + sum.count / 2) / sum.count); };
+        const auto mean = [&](std::uint64_t s) {
+            return static_cast<std::uint8_t>((s + sum.count / 2) / sum.count);
+        };
         out.push_back({key, sum.count, {mean(sum.r), mean(sum.g), mean(sum.b)}});
     }
     std::sort(out.begin(), out.end(), [](const Cell& a, const Cell& b) { return a.key < b.key; });

@@ -9,8 +9,8 @@
 
 namespace terravox::convert {
 
-/// Counts colours in bounded memory: exactly as long as there are few, then by ever larger cells of colours that are alike. What comes out does not
-/// depend on the order of counting.
+/// Counts colours in bounded memory: exactly as long as there are few, then by ever larger cells of
+/// colours that are alike. What comes out does not depend on the order of counting.
 class ColourCounts {
 public:
     static constexpr std::size_t kMostCells = std::size_t{1} << 16;
@@ -26,12 +26,16 @@ public:
     [[nodiscard]] std::vector<Cell> cells() const;
     /// The cell of a colour, now.
     [[nodiscard]] std::uint32_t key_of(voxel::Rgb8 c) const noexcept {
-        return static_cast<std::uint32_t>(c.r >> m_shift) << 16 | static_cast<std::uint32_t>(c.g >> m_shift) << 8 | static_cast<std::uint32_t>(c.b >> m_shift);
+        return static_cast<std::uint32_t>(c.r >> m_shift) << 16 |
+               static_cast<std::uint32_t>(c.g >> m_shift) << 8 |
+               static_cast<std::uint32_t>(c.b >> m_shift);
     }
     [[nodiscard]] std::size_t size() const noexcept { return m_sums.size(); }
 
 private:
-    struct Sum { std::uint64_t count = 0, r = 0, g = 0, b = 0; };
+    struct Sum {
+        std::uint64_t count = 0, r = 0, g = 0, b = 0;
+    };
     void coarsen();
     int m_shift = 0;  ///< bits of a channel that cells do not tell apart
     std::unordered_map<std::uint32_t, Sum> m_sums;

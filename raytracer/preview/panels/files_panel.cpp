@@ -21,13 +21,15 @@ namespace {
 std::vector<std::string> names_in(const std::string& text) {
     std::istringstream stream(text);
     std::vector<std::string> out;
-    for (std::string name; stream >> name;) out.push_back(name);
+    for (std::string name; stream >> name;)
+        out.push_back(name);
     return out;
 }
 
 void file_row(const char* label, std::string& file) {
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-    if (const auto typed = widgets::text_input(label, file, 1000, "file")) file = typed->text;
+    if (const auto typed = widgets::text_input(label, file, 1000, "file"))
+        file = typed->text;
     widgets::tell_place(label);
 }
 
@@ -50,8 +52,11 @@ void FilesPanel::open_scene(Desk& desk, const std::string& file) {
         m_scene_file = file;
         const Scene usual;
         const bool says_world = opened.world != usual.world || opened.generated != usual.generated;
-        const bool other_world = says_world && (opened.world != desk.scene.world || opened.generated != desk.scene.generated);
-        desk.say("opened " + file + (other_world ? "; the world stays as it was opened, whatever the file says of it" : ""));
+        const bool other_world = says_world && (opened.world != desk.scene.world ||
+                                                opened.generated != desk.scene.generated);
+        desk.say("opened " + file +
+                 (other_world ? "; the world stays as it was opened, whatever the file says of it"
+                              : ""));
     } catch (const Error& e) {
         desk.say(e.what(), true);
     }
@@ -60,17 +65,27 @@ void FilesPanel::open_scene(Desk& desk, const std::string& file) {
 void FilesPanel::save_picture(Desk& desk, const Progressive& picture) const {
     try {
         const std::string layer = facts_of(desk.layer).name;
-        if (!has_picture(desk.layer)) throw Error("save " + m_picture_file + ": of the layer '" + layer + "' there is only what the window shows; allowed: the others, such as beauty");
-        if (!picture.whole()) throw Error("save " + m_picture_file + ": there is no whole picture yet");
+        if (!has_picture(desk.layer))
+            throw Error(
+                "save " + m_picture_file + ": of the layer '" + layer +
+                "' there is only what the window shows; allowed: the others, such as beauty");
+        if (!picture.whole())
+            throw Error("save " + m_picture_file + ": there is no whole picture yet");
         check_image_target(m_picture_file);
         View view = *picture.view();
         view.exposure_ev += desk.scene.output.exposure_ev - view.scene.output.exposure_ev;
-        view.scene.output.exposure_ev = desk.scene.output.exposure_ev, view.scene.output.tone = desk.scene.output.tone;
-        view.scene.output.credit = desk.scene.output.credit, view.scene.output.tiff = desk.scene.output.tiff;
+        view.scene.output.exposure_ev = desk.scene.output.exposure_ev,
+        view.scene.output.tone = desk.scene.output.tone;
+        view.scene.output.credit = desk.scene.output.credit,
+        view.scene.output.tiff = desk.scene.output.tiff;
         RenderStatistics statistics;
         statistics.counts.samples = picture.status().samples;
-        write_image(*picture.film(), m_picture_file, picture_info(view, desk.info(), statistics, false));
-        desk.say("saved " + m_picture_file + (picture.busy() ? ", as far as it is" : "") + (desk.layer != Layer::kBeauty ? ": the picture; of the layer " + layer + " only .exr" : ""));
+        write_image(*picture.film(), m_picture_file,
+                    picture_info(view, desk.info(), statistics, false));
+        desk.say("saved " + m_picture_file + (picture.busy() ? ", as far as it is" : "") +
+                 (desk.layer != Layer::kBeauty
+                      ? ": the picture; of the layer " + layer + " only .exr"
+                      : ""));
     } catch (const Error& e) {
         desk.say(e.what(), true);
     }
@@ -78,25 +93,31 @@ void FilesPanel::save_picture(Desk& desk, const Progressive& picture) const {
 
 void FilesPanel::start_final(Desk& desk, FinalRender& final_render) const {
     const auto files = names_in(m_final_files);
-    if (files.empty()) return desk.say("render the final picture: no file named", true);
-    if (final_render.runs()) return desk.say("render the final picture: one is being rendered; give it up first", true);
+    if (files.empty())
+        return desk.say("render the final picture: no file named", true);
+    if (final_render.runs())
+        return desk.say("render the final picture: one is being rendered; give it up first", true);
     final_render.start(desk.world, desk.scene, files, m_crew);
 }
 
 std::string FilesPanel::command_line(const Desk& desk) const {
     std::vector<std::string> words = desk.world->inputs;
-    for (const auto& photo : desk.world->orthophotos) words.emplace_back("--ortho"), words.push_back(photo.string());
+    for (const auto& photo : desk.world->orthophotos)
+        words.emplace_back("--ortho"), words.push_back(photo.string());
     const auto files = names_in(m_final_files);
     return render_command_line(desk.scene, words, files.empty() ? "picture.png" : files.front());
 }
 
-void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture, FinalRender& final_render) {
+void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture,
+                      FinalRender& final_render) {
     ImGui::TextDisabled("scene file");
     file_row("##scene file", m_scene_file);
-    if (widgets::button("Save scene")) save_scene(desk);
+    if (widgets::button("Save scene"))
+        save_scene(desk);
     widgets::tip("Ctrl+S");
     ImGui::SameLine();
-    if (widgets::button("Open scene")) open_scene(desk);
+    if (widgets::button("Open scene"))
+        open_scene(desk);
     widgets::tip("Ctrl+O, or drop the file on the window");
     ImGui::SameLine();
     if (widgets::button("Copy command")) {
@@ -107,7 +128,8 @@ void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture, F
     ImGui::Separator();
     ImGui::TextDisabled("the picture so far");
     file_row("##picture file", m_picture_file);
-    if (widgets::button("Save picture")) save_picture(desk, picture);
+    if (widgets::button("Save picture"))
+        save_picture(desk, picture);
     widgets::tip(".png .jpg .exr .tif (Ctrl+P)");
     ImGui::Separator();
     ImGui::TextDisabled("the final picture");
@@ -117,19 +139,26 @@ void FilesPanel::draw(Desk& desk, SceneForm& form, const Progressive& picture, F
     const FinalRender::Status status = final_render.status();
     const bool runs = final_render.runs();
     if (!runs) {
-        if (widgets::button("Render")) start_final(desk, final_render);
+        if (widgets::button("Render"))
+            start_final(desk, final_render);
         widgets::tip("beside the window: the same picture as terravox render makes (Ctrl+R)");
     } else if (widgets::button("Give up")) {
         final_render.give_up();
     }
     if (runs) {
         ImGui::SameLine();
-        const float share = status.of > 0 ? static_cast<float>(status.done) / static_cast<float>(status.of) : 0;
+        const float share =
+            status.of > 0 ? static_cast<float>(status.done) / static_cast<float>(status.of) : 0;
         ImGui::ProgressBar(share, {-1, 0});
-        if (status.of == 0) ImGui::TextDisabled("%.0f s", status.seconds);
-        else ImGui::TextDisabled("%llu of %llu tiles, %.0f s", static_cast<unsigned long long>(status.done), static_cast<unsigned long long>(status.of), status.seconds);
+        if (status.of == 0)
+            ImGui::TextDisabled("%.0f s", status.seconds);
+        else
+            ImGui::TextDisabled("%llu of %llu tiles, %.0f s",
+                                static_cast<unsigned long long>(status.done),
+                                static_cast<unsigned long long>(status.of), status.seconds);
     }
-    if (!runs && !status.message.empty()) ImGui::TextWrapped("%s (%.1f s)", status.message.c_str(), status.seconds);
+    if (!runs && !status.message.empty())
+        ImGui::TextWrapped("%s (%.1f s)", status.message.c_str(), status.seconds);
 }
 
 }  // namespace terravox

@@ -15,7 +15,8 @@ class SceneForm;
 class FilesPanel {
 public:
     /// @param scene_file where scenes go at first @param crew who renders final pictures
-    FilesPanel(std::string scene_file, CrewOptions crew) : m_scene_file(std::move(scene_file)), m_crew(std::move(crew)) {}
+    FilesPanel(std::string scene_file, CrewOptions crew)
+        : m_scene_file(std::move(scene_file)), m_crew(std::move(crew)) {}
 
     void draw(Desk& desk, SceneForm& form, const Progressive& picture, FinalRender& final_render);
     void save_scene(Desk& desk) const;

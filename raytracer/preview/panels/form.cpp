@@ -20,7 +20,9 @@ struct Unit {
     const char* unit;
 };
 constexpr const char* kDegrees = "\u00b0";
-constexpr std::array kUnits{Unit{"_deg", kDegrees}, Unit{"_m", "m"}, Unit{"_h", "h"}, Unit{"_km", "km"}, Unit{"_ev", "stops"}, Unit{"_s", "s"}, Unit{"_mib", "MiB"}, Unit{"_px", "px"}};
+constexpr std::array kUnits{Unit{"_deg", kDegrees}, Unit{"_m", "m"},      Unit{"_h", "h"},
+                            Unit{"_km", "km"},      Unit{"_ev", "stops"}, Unit{"_s", "s"},
+                            Unit{"_mib", "MiB"},    Unit{"_px", "px"}};
 
 /// The number that a person means who sees so many digits: sliders have single precision.
 double meant(float v) {
@@ -38,24 +40,34 @@ std::string format_of(double low, double high, const std::string& unit) {
     return digits + (unit.empty() || unit == kDegrees ? unit : " " + unit);
 }
 
-bool is_wide(double low, double high) { return low >= 0 && high > 400 * std::max(low, 1.0); }
+bool is_wide(double low, double high) {
+    return low >= 0 && high > 400 * std::max(low, 1.0);
+}
 
-bool number(double& value, const FieldRule& rule, double low, double high, const std::string& unit) {
+bool number(double& value, const FieldRule& rule, double low, double high,
+            const std::string& unit) {
     auto v = static_cast<float>(value);
     const bool has_range = std::isfinite(low) && std::isfinite(high);
     ImGuiSliderFlags flags = ImGuiSliderFlags_None;
-    if (has_range && is_wide(low, high)) flags |= ImGuiSliderFlags_Logarithmic;
+    if (has_range && is_wide(low, high))
+        flags |= ImGuiSliderFlags_Logarithmic;
     const std::string format = format_of(low, has_range ? high : low + 100, unit);
-    const bool changed = has_range ? ImGui::SliderFloat("##v", &v, static_cast<float>(low), static_cast<float>(high), format.c_str(), flags)
-                                   : ImGui::DragFloat("##v", &v, 0.1f, 0, 0, format.c_str());
-    if (!changed) return false;
+    const bool changed = has_range
+                             ? ImGui::SliderFloat("##v", &v, static_cast<float>(low),
+                                                  static_cast<float>(high), format.c_str(), flags)
+                             : ImGui::DragFloat("##v", &v, 0.1f, 0, 0, format.c_str());
+    if (!changed)
+        return false;
     value = std::clamp(meant(v), rule.min, rule.max);
     return true;
 }
 
 bool whole_number(int& value, const FieldRule& rule, double low, double high) {
-    const ImGuiSliderFlags flags = is_wide(low, high) ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None;
-    if (!ImGui::SliderInt("##v", &value, static_cast<int>(low), static_cast<int>(high), "%d", flags)) return false;
+    const ImGuiSliderFlags flags =
+        is_wide(low, high) ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None;
+    if (!ImGui::SliderInt("##v", &value, static_cast<int>(low), static_cast<int>(high), "%d",
+                          flags))
+        return false;
     value = static_cast<int>(std::clamp(static_cast<double>(value), rule.min, rule.max));
     return true;
 }
@@ -63,8 +75,12 @@ bool whole_number(int& value, const FieldRule& rule, double low, double high) {
 }  // namespace
 
 SceneForm::SceneForm(Scene& scene, Scene& usual) : m_scene(scene) {
-    visit_fields(scene, [this](std::string_view path, auto& field, const FieldRule& rule) { m_fields.emplace(path, Field{&field, &field, rule}); });
-    visit_fields(usual, [this](std::string_view path, auto& field, const FieldRule&) { m_fields.at(path).usual = &field; });
+    visit_fields(scene, [this](std::string_view path, auto& field, const FieldRule& rule) {
+        m_fields.emplace(path, Field{&field, &field, rule});
+    });
+    visit_fields(usual, [this](std::string_view path, auto& field, const FieldRule&) {
+        m_fields.at(path).usual = &field;
+    });
 }
 
 SceneForm::Label SceneForm::label_of(std::string_view path) {
@@ -80,19 +96,23 @@ SceneForm::Label SceneForm::label_of(std::string_view path) {
 
 bool SceneForm::row(std::string_view path) {
     const auto found = m_fields.find(path);
-    if (found == m_fields.end()) throw Error("show the field " + std::string(path) + ": no such field of a scene");
-    return draw(path, found->second, found->second.rule.min, found->second.rule.max, std::numeric_limits<double>::quiet_NaN());
+    if (found == m_fields.end())
+        throw Error("show the field " + std::string(path) + ": no such field of a scene");
+    return draw(path, found->second, found->second.rule.min, found->second.rule.max,
+                std::numeric_limits<double>::quiet_NaN());
 }
 
 bool SceneForm::row(std::string_view path, double low, double high, double from) {
     const auto found = m_fields.find(path);
-    if (found == m_fields.end()) throw Error("show the field " + std::string(path) + ": no such field of a scene");
+    if (found == m_fields.end())
+        throw Error("show the field " + std::string(path) + ": no such field of a scene");
     return draw(path, found->second, low, high, from);
 }
 
 bool SceneForm::rows(std::initializer_list<std::string_view> paths) {
     bool changed = false;
-    for (const auto path : paths) changed |= row(path);
+    for (const auto path : paths)
+        changed |= row(path);
     return changed;
 }
 
@@ -108,7 +128,8 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
     bool changed = false;
     const auto text_row = [&](const std::string& now) {
         const auto said = widgets::text_input("##v", now, kMostText);
-        if (!said || said->text == now) return;
+        if (!said || said->text == now)
+            return;
         try {
             set_field(m_scene, std::string(path), said->text);
             changed = true;
@@ -117,21 +138,28 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
         }
     };
     const auto choose = [&](std::string& value) {
-        if (!ImGui::BeginCombo("##v", value.empty() ? "as the data say" : value.c_str())) return;
+        if (!ImGui::BeginCombo("##v", value.empty() ? "as the data say" : value.c_str()))
+            return;
         for (const auto word : field.rule.words)
-            if (ImGui::Selectable(word.empty() ? "as the data say" : std::string(word).c_str(), word == value)) value = word, changed = true;
+            if (ImGui::Selectable(word.empty() ? "as the data say" : std::string(word).c_str(),
+                                  word == value))
+                value = word, changed = true;
         ImGui::EndCombo();
     };
     const auto maybe = [&](auto& value, auto first) {
         bool own = value.has_value();
         if (ImGui::Checkbox("##own", &own)) {
-            if (own) value = first;
-            else value.reset();
+            if (own)
+                value = first;
+            else
+                value.reset();
             changed = true;
         }
         widgets::tip(own ? "untick: as usual" : "tick: a value of its own");
         ImGui::SameLine();
-        ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - reset_width - ImGui::GetStyle().ItemSpacing.x, 20.0f));
+        ImGui::SetNextItemWidth(std::max(
+            ImGui::GetContentRegionAvail().x - reset_width - ImGui::GetStyle().ItemSpacing.x,
+            20.0f));
         return value.has_value();
     };
     struct Drawing {
@@ -143,37 +171,57 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
         const Label& label;
         bool& changed;
 
-        void operator()(double* v) const { changed |= number(*v, field.rule, low, high, label.unit); }
+        void operator()(double* v) const {
+            changed |= number(*v, field.rule, low, high, label.unit);
+        }
         void operator()(std::optional<double>* v) const {
-            const double first = std::clamp(std::isfinite(from) ? from : 0.0, field.rule.min, field.rule.max);
-            if (own(*v, std::isfinite(from) ? first : std::clamp(first, std::isfinite(low) ? low : first, std::isfinite(high) ? high : first))) changed |= number(**v, field.rule, low, high, label.unit);
-            else ImGui::TextDisabled("auto");
+            const double first =
+                std::clamp(std::isfinite(from) ? from : 0.0, field.rule.min, field.rule.max);
+            if (own(*v, std::isfinite(from) ? first
+                                            : std::clamp(first, std::isfinite(low) ? low : first,
+                                                         std::isfinite(high) ? high : first)))
+                changed |= number(**v, field.rule, low, high, label.unit);
+            else
+                ImGui::TextDisabled("auto");
         }
         void operator()(int* v) const { changed |= whole_number(*v, field.rule, low, high); }
         void operator()(std::optional<int>* v) const {
-            if (own(*v, static_cast<int>(low))) changed |= whole_number(**v, field.rule, low, high);
-            else ImGui::TextDisabled("auto");
+            if (own(*v, static_cast<int>(low)))
+                changed |= whole_number(**v, field.rule, low, high);
+            else
+                ImGui::TextDisabled("auto");
         }
         void operator()(bool* v) const { changed |= ImGui::Checkbox("##v", v); }
         void operator()(std::string* v) const { field.rule.words.empty() ? text(*v) : pick(*v); }
         void operator()(std::optional<std::array<double, 3>>* v) const {
             if (own(*v, std::array<double, 3>{1, 1, 1})) {
-                std::array<float, 3> c{static_cast<float>((**v)[0]), static_cast<float>((**v)[1]), static_cast<float>((**v)[2])};
-                if (ImGui::ColorEdit3("##v", c.data(), ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR)) {
-                    for (std::size_t i = 0; i < 3; ++i) (**v)[i] = std::clamp(static_cast<double>(c[i]), field.rule.min, field.rule.max);
+                std::array<float, 3> c{static_cast<float>((**v)[0]), static_cast<float>((**v)[1]),
+                                       static_cast<float>((**v)[2])};
+                if (ImGui::ColorEdit3("##v", c.data(),
+                                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR)) {
+                    for (std::size_t i = 0; i < 3; ++i)
+                        (**v)[i] =
+                            std::clamp(static_cast<double>(c[i]), field.rule.min, field.rule.max);
                     changed = true;
                 }
-            } else ImGui::TextDisabled("auto");
+            } else
+                ImGui::TextDisabled("auto");
         }
-        void operator()(std::array<int, 2>* v) const { text(std::to_string((*v)[0]) + "x" + std::to_string((*v)[1])); }
+        void operator()(std::array<int, 2>* v) const {
+            text(std::to_string((*v)[0]) + "x" + std::to_string((*v)[1]));
+        }
         void operator()(TileSize* v) const { text(v->text()); }
     };
-    std::visit(Drawing{text_row, choose, maybe, field, low, high, from, label, changed}, field.value);
+    std::visit(Drawing{text_row, choose, maybe, field, low, high, from, label, changed},
+               field.value);
     widgets::tell_place(std::string(path));
-    const bool is_usual = std::visit([&](auto* value) { return *value == *std::get<decltype(value)>(field.usual); }, field.value);
+    const bool is_usual =
+        std::visit([&](auto* value) { return *value == *std::get<decltype(value)>(field.usual); },
+                   field.value);
     ImGui::SameLine(width - reset_width);
     if (widgets::reset_button(!is_usual)) {
-        std::visit([&](auto* value) { *value = *std::get<decltype(value)>(field.usual); }, field.value);
+        std::visit([&](auto* value) { *value = *std::get<decltype(value)>(field.usual); },
+                   field.value);
         changed = true;
     }
     ImGui::PopID();

@@ -10,8 +10,9 @@
 
 namespace terravox {
 
-/// Rows of a panel, one for each field of a scene: its name, its value with its unit, and a way back to what it was. What a field is called, where its
-/// range ends and what it is for comes from the list of fields. Made anew for each frame.
+/// Rows of a panel, one for each field of a scene: its name, its value with its unit, and a way
+/// back to what it was. What a field is called, where its range ends and what it is for comes from
+/// the list of fields. Made anew for each frame.
 class SceneForm {
 public:
     /// @param usual what a reset goes back to; of the same world
@@ -19,9 +20,12 @@ public:
 
     /// @param path "section.field" @return it has changed
     bool row(std::string_view path);
-    /// The same with another range for the slider: what people mostly want. Numbers may be typed in beyond it, up to the field's own range.
-    /// @param from where an own value begins, of a field that may have none; NaN: 0, or the range's end that is next to it
-    bool row(std::string_view path, double low, double high, double from = std::numeric_limits<double>::quiet_NaN());
+    /// The same with another range for the slider: what people mostly want. Numbers may be typed in
+    /// beyond it, up to the field's own range.
+    /// @param from where an own value begins, of a field that may have none; NaN: 0, or the range's
+    /// end that is next to it
+    bool row(std::string_view path, double low, double high,
+             double from = std::numeric_limits<double>::quiet_NaN());
     /// Several, one below the other.
     bool rows(std::initializer_list<std::string_view> paths);
 
@@ -35,7 +39,9 @@ public:
     [[nodiscard]] const std::string& problem() const noexcept { return m_problem; }
 
 private:
-    using Value = std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*, std::string*, std::optional<std::array<double, 3>>*, std::array<int, 2>*, TileSize*>;
+    using Value = std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
+                               std::string*, std::optional<std::array<double, 3>>*,
+                               std::array<int, 2>*, TileSize*>;
     struct Field {
         Value value, usual;
         FieldRule rule;

@@ -24,34 +24,50 @@ MapPanel::MapPanel(Desk& desk, int edge_px) {
     }
 }
 
-void MapPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view, std::array<float, 2> corner) {
-    if (!desk.shows_map || !m_map || m_map->version() == 0) return;
+void MapPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view,
+                    std::array<float, 2> corner) {
+    if (!desk.shows_map || !m_map || m_map->version() == 0)
+        return;
     const ScreenPicture& screen = m_map->screen();
-    if (m_map->version() != m_version) m_texture.set(screen, 0, screen.height_px);
+    if (m_map->version() != m_version)
+        m_texture.set(screen, 0, screen.height_px);
     m_version = m_map->version();
     const float font = ImGui::GetFontSize();
-    const float scale = std::min(1.0f, kMostOfWindow * corner[0] / static_cast<float>(std::max(screen.width_px, screen.height_px)));
-    const ImVec2 size{static_cast<float>(screen.width_px) * scale, static_cast<float>(screen.height_px) * scale};
-    if (!(size.x >= 1) || !(size.y >= 1)) return;  // a window without room
+    const float scale =
+        std::min(1.0f, kMostOfWindow * corner[0] /
+                           static_cast<float>(std::max(screen.width_px, screen.height_px)));
+    const ImVec2 size{static_cast<float>(screen.width_px) * scale,
+                      static_cast<float>(screen.height_px) * scale};
+    if (!(size.x >= 1) || !(size.y >= 1))
+        return;  // a window without room
     ImGui::SetNextWindowPos({corner[0], corner[1]}, ImGuiCond_Always, {1, 1});
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {2, 2});
-    ImGui::Begin("##map", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing);
+    ImGui::Begin("##map", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
     const ImVec2 low = ImGui::GetCursorScreenPos();
-    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(m_texture.name())), size);
+    ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(m_texture.name())),
+                 size);
     widgets::tell_place("map");
     if (ImGui::IsItemClicked() && view) {
         const ImVec2 mouse = ImGui::GetIO().MousePos;
-        const auto [x, z] = m_map->place_of(static_cast<double>((mouse.x - low.x) / size.x), static_cast<double>((mouse.y - low.y) / size.y));
+        const auto [x, z] = m_map->place_of(static_cast<double>((mouse.x - low.x) / size.x),
+                                            static_cast<double>((mouse.y - low.y) / size.y));
         tool.go(desk, x, z, view);
     }
     const auto point = [&](Vec3 p) {
         const auto [right, down] = m_map->share_of(p.x, p.z);
-        return ImVec2{low.x + static_cast<float>(right) * size.x, low.y + static_cast<float>(down) * size.y};
+        return ImVec2{low.x + static_cast<float>(right) * size.x,
+                      low.y + static_cast<float>(down) * size.y};
     };
     ImDrawList& list = *ImGui::GetWindowDrawList();
     list.PushClipRect(low, {low.x + size.x, low.y + size.y}, true);
     constexpr double kRad = std::numbers::pi / 180;
-    const double half = view ? std::atan(std::tan(std::min(desk.scene.camera.fov_deg, 170.0) / 2 * kRad) * view->scene.output.size_px[0] / view->scene.output.size_px[1]) : 0;
+    const double half =
+        view ? std::atan(std::tan(std::min(desk.scene.camera.fov_deg, 170.0) / 2 * kRad) *
+                         view->scene.output.size_px[0] / view->scene.output.size_px[1])
+             : 0;
     const double open = std::clamp(half, 2 * kRad, 85 * kRad), reach = desk.viewpoint.distance();
     const auto edge = [&](double turn) {
         const double h = desk.viewpoint.heading_deg() * kRad + turn;
@@ -67,7 +83,8 @@ void MapPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View
         list.AddLine(eye, point(desk.viewpoint.target), kLine, 1.5f);
     }
     // Who stands beyond the map is shown at its edge.
-    const ImVec2 shown{std::clamp(eye.x, low.x, low.x + size.x), std::clamp(eye.y, low.y, low.y + size.y)};
+    const ImVec2 shown{std::clamp(eye.x, low.x, low.x + size.x),
+                       std::clamp(eye.y, low.y, low.y + size.y)};
     list.AddCircleFilled(shown, font * 0.3f, IM_COL32(255, 90, 60, 255));
     list.AddCircle(point(desk.viewpoint.target), font * 0.3f, IM_COL32(90, 220, 255, 255), 0, 2);
     list.PopClipRect();

@@ -10,21 +10,25 @@
 
 namespace terravox {
 
-/// The map in a corner of the window: where one stands, what one looks at and how wide; a click goes there.
+/// The map in a corner of the window: where one stands, what one looks at and how wide; a click
+/// goes there.
 class MapPanel {
 public:
-    /// Of a world that no map can be made of it says so; then nothing is drawn. @param edge_px of the longer side
+    /// Of a world that no map can be made of it says so; then nothing is drawn. @param edge_px of
+    /// the longer side
     MapPanel(Desk& desk, int edge_px);
 
     [[nodiscard]] bool busy() const noexcept { return m_map && m_map->busy(); }
     /// Boxes that were holes may be there now.
     void begin_again() {
-        if (m_map) m_map->begin();
+        if (m_map)
+            m_map->begin();
     }
     /// Goes on with the map until then. @throws Error
     void work(Progressive::Clock::time_point until) { m_map->work(until); }
     /// @param view of the picture that is seen @param corner its lower right one, pixels
-    void draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view, std::array<float, 2> corner);
+    void draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view,
+              std::array<float, 2> corner);
 
 private:
     std::unique_ptr<MiniMap> m_map;

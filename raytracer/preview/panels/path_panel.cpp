@@ -38,8 +38,10 @@ void PathPanel::toggle(Desk& desk) {
         m_animation.reset();
         return;
     }
-    if (m_path.keys().empty()) return desk.say("play the flight: it has no key frames", true);
-    if (m_time_s >= m_path.seconds()) m_time_s = 0;
+    if (m_path.keys().empty())
+        return desk.say("play the flight: it has no key frames", true);
+    if (m_time_s >= m_path.seconds())
+        m_time_s = 0;
     m_animation = make(desk);
     m_before = desk.placed();
     desk.history.note(desk.scene);
@@ -47,26 +49,35 @@ void PathPanel::toggle(Desk& desk) {
 }
 
 void PathPanel::play(Desk& desk, bool ready) {
-    if (!playing()) return;
-    m_time_s = m_began_s + std::chrono::duration<double>(std::chrono::steady_clock::now() - m_began).count();
-    if (m_time_s >= m_path.seconds()) m_time_s = m_path.seconds();
-    if (!ready && m_time_s < m_path.seconds()) return;
-    const int frame = std::clamp(static_cast<int>(std::lround(m_time_s * m_animation->fps())), 0, m_animation->frames() - 1);
+    if (!playing())
+        return;
+    m_time_s = m_began_s +
+               std::chrono::duration<double>(std::chrono::steady_clock::now() - m_began).count();
+    if (m_time_s >= m_path.seconds())
+        m_time_s = m_path.seconds();
+    if (!ready && m_time_s < m_path.seconds())
+        return;
+    const int frame = std::clamp(static_cast<int>(std::lround(m_time_s * m_animation->fps())), 0,
+                                 m_animation->frames() - 1);
     try {
         desk.show(m_animation->at(frame, m_before));
     } catch (const Error& e) {
         desk.say(e.what(), true);
         m_animation.reset();
     }
-    if (m_time_s >= m_path.seconds()) m_animation.reset();
+    if (m_time_s >= m_path.seconds())
+        m_animation.reset();
 }
 
 void PathPanel::show(Desk& desk, double time_s) {
     m_time_s = std::max(time_s, 0.0);
-    if (m_path.keys().empty()) return;
+    if (m_path.keys().empty())
+        return;
     try {
         const Animation animation = m_path.animation(desk.scene);
-        desk.show(animation.at(std::clamp(static_cast<int>(std::lround(m_time_s * animation.fps())), 0, animation.frames() - 1), desk.placed()));
+        desk.show(animation.at(std::clamp(static_cast<int>(std::lround(m_time_s * animation.fps())),
+                                          0, animation.frames() - 1),
+                               desk.placed()));
     } catch (const Error& e) {
         desk.say(e.what(), true);
     }
@@ -76,7 +87,8 @@ void PathPanel::save(Desk& desk) {
     try {
         (void)m_path.animation(desk.scene);
         util::write_file_atomically(m_file, m_path.to_toml(desk.scene));
-        desk.say("saved " + m_file + "; terravox animate " + m_file + " WORLD makes pictures of it");
+        desk.say("saved " + m_file + "; terravox animate " + m_file +
+                 " WORLD makes pictures of it");
     } catch (const Error& e) {
         desk.say(e.what(), true);
     }
@@ -84,13 +96,18 @@ void PathPanel::save(Desk& desk) {
 
 // Keys are diamonds on a line, which can be dragged; a click between them goes there.
 void PathPanel::draw_line(Desk& desk) {
-    const float font = ImGui::GetFontSize(), width = ImGui::GetContentRegionAvail().x, height = font * 2;
+    const float font = ImGui::GetFontSize(), width = ImGui::GetContentRegionAvail().x,
+                height = font * 2;
     const ImVec2 low = ImGui::GetCursorScreenPos();
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const float left = low.x + font, span = width - 2 * font, middle = low.y + height / 2;
     const auto x_of = [&](double s) { return left + static_cast<float>(s / m_length_s) * span; };
-    const auto time_of = [&](float x) { return std::clamp(static_cast<double>((x - left) / span), 0.0, 1.0) * m_length_s; };
-    const ImU32 line = ImGui::GetColorU32(ImGuiCol_TextDisabled), key_colour = ImGui::GetColorU32(ImGuiCol_PlotHistogram), now = ImGui::GetColorU32(ImGuiCol_Text);
+    const auto time_of = [&](float x) {
+        return std::clamp(static_cast<double>((x - left) / span), 0.0, 1.0) * m_length_s;
+    };
+    const ImU32 line = ImGui::GetColorU32(ImGuiCol_TextDisabled),
+                key_colour = ImGui::GetColorU32(ImGuiCol_PlotHistogram),
+                now = ImGui::GetColorU32(ImGuiCol_Text);
     ImGui::InvisibleButton("##line", {width, height});
     widgets::tell_place("time line");
     const bool pressed = ImGui::IsItemActivated(), held = ImGui::IsItemActive();
@@ -98,54 +115,74 @@ void PathPanel::draw_line(Desk& desk) {
     if (pressed && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
         m_chosen.reset();
         for (std::size_t i = 0; i < m_path.keys().size(); ++i)
-            if (std::abs(x_of(m_path.keys()[i].time_s) - mouse) < font * 0.6f) m_chosen = i;
+            if (std::abs(x_of(m_path.keys()[i].time_s) - mouse) < font * 0.6f)
+                m_chosen = i;
     }
     const bool by_mouse = held && ImGui::IsMouseDown(ImGuiMouseButton_Left);
-    if (by_mouse && m_chosen && ImGui::IsMouseDragging(ImGuiMouseButton_Left)) m_path.move(*m_chosen, time_of(mouse));
-    else if (by_mouse) show(desk, m_chosen ? m_path.keys()[*m_chosen].time_s : time_of(mouse));
+    if (by_mouse && m_chosen && ImGui::IsMouseDragging(ImGuiMouseButton_Left))
+        m_path.move(*m_chosen, time_of(mouse));
+    else if (by_mouse)
+        show(desk, m_chosen ? m_path.keys()[*m_chosen].time_s : time_of(mouse));
     list.AddLine({left, middle}, {left + span, middle}, line, 2);
     const double every_s = m_length_s > 60 ? 10 : m_length_s > 20 ? 5 : 1;
-    for (double s = 0; s <= m_length_s + 1e-6; s += every_s) list.AddLine({x_of(s), middle - font / 4}, {x_of(s), middle + font / 4}, line);
+    for (double s = 0; s <= m_length_s + 1e-6; s += every_s)
+        list.AddLine({x_of(s), middle - font / 4}, {x_of(s), middle + font / 4}, line);
     for (std::size_t i = 0; i < m_path.keys().size(); ++i) {
         const ImVec2 at{x_of(m_path.keys()[i].time_s), middle};
         const float r = font * 0.45f;
-        list.AddQuadFilled({at.x - r, at.y}, {at.x, at.y - r}, {at.x + r, at.y}, {at.x, at.y + r}, key_colour);
-        if (m_chosen == i) list.AddQuad({at.x - r, at.y}, {at.x, at.y - r}, {at.x + r, at.y}, {at.x, at.y + r}, now, 2);
+        list.AddQuadFilled({at.x - r, at.y}, {at.x, at.y - r}, {at.x + r, at.y}, {at.x, at.y + r},
+                           key_colour);
+        if (m_chosen == i)
+            list.AddQuad({at.x - r, at.y}, {at.x, at.y - r}, {at.x + r, at.y}, {at.x, at.y + r},
+                         now, 2);
     }
     list.AddLine({x_of(m_time_s), low.y}, {x_of(m_time_s), low.y + height}, now, 2);
 }
 
 float PathPanel::draw(Desk& desk, float panel_px, std::array<int, 2> window_px) {
-    if (!desk.shows_path) return 0;
+    if (!desk.shows_path)
+        return 0;
     const float font = ImGui::GetFontSize();
     const float left = panel_px + font;
-    ImGui::SetNextWindowPos({left, static_cast<float>(window_px[1]) - font}, ImGuiCond_Always, {0, 1});
-    ImGui::SetNextWindowSize({std::max(static_cast<float>(window_px[0]) - left - font, font * 20), 0});
-    ImGui::Begin("Flight", &desk.shows_path, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoFocusOnAppearing);
-    if (widgets::button("Add key (K)")) add_key(desk);
+    ImGui::SetNextWindowPos({left, static_cast<float>(window_px[1]) - font}, ImGuiCond_Always,
+                            {0, 1});
+    ImGui::SetNextWindowSize(
+        {std::max(static_cast<float>(window_px[0]) - left - font, font * 20), 0});
+    ImGui::Begin(
+        "Flight", &desk.shows_path,
+        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoFocusOnAppearing);
+    if (widgets::button("Add key (K)"))
+        add_key(desk);
     ImGui::SameLine();
-    if (widgets::button(playing() ? "Stop (P)" : "Play (P)")) toggle(desk);
+    if (widgets::button(playing() ? "Stop (P)" : "Play (P)"))
+        toggle(desk);
     ImGui::SameLine();
-    if (widgets::button("Remove key", m_chosen.has_value())) m_path.remove(*m_chosen), m_chosen.reset();
+    if (widgets::button("Remove key", m_chosen.has_value()))
+        m_path.remove(*m_chosen), m_chosen.reset();
     ImGui::SameLine();
     ImGui::Checkbox("ease", &m_path.ease);
     widgets::tip("it begins and ends at rest");
     ImGui::SameLine();
     ImGui::SetNextItemWidth(font * 6);
     auto fps = static_cast<float>(m_path.fps);
-    if (ImGui::DragFloat("##fps", &fps, 0.1f, 1, 120, "%.0f fps")) m_path.fps = std::clamp(static_cast<double>(fps), 1.0, 120.0);
+    if (ImGui::DragFloat("##fps", &fps, 0.1f, 1, 120, "%.0f fps"))
+        m_path.fps = std::clamp(static_cast<double>(fps), 1.0, 120.0);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(font * 6);
     auto length = static_cast<float>(m_length_s);
-    if (ImGui::DragFloat("##length", &length, 0.1f, 1, 3600, "%.1f s")) m_length_s = std::clamp(static_cast<double>(length), std::max(1.0, m_path.seconds()), 3600.0);
+    if (ImGui::DragFloat("##length", &length, 0.1f, 1, 3600, "%.1f s"))
+        m_length_s =
+            std::clamp(static_cast<double>(length), std::max(1.0, m_path.seconds()), 3600.0);
     widgets::tip("how much time the line shows");
     draw_line(desk);
     ImGui::Text("%.2f s", m_time_s);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - font * 8);
-    if (const auto typed = widgets::text_input("##flight file", m_file, 1000, "file")) m_file = typed->text;
+    if (const auto typed = widgets::text_input("##flight file", m_file, 1000, "file"))
+        m_file = typed->text;
     ImGui::SameLine();
-    if (widgets::button("Save flight", !m_path.keys().empty())) save(desk);
+    if (widgets::button("Save flight", !m_path.keys().empty()))
+        save(desk);
     const float height = ImGui::GetWindowHeight();
     ImGui::End();
     return height;

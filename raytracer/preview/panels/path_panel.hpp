@@ -12,9 +12,11 @@ namespace terravox {
 /// A time line with the key frames of a flight: made, moved, played and saved.
 class PathPanel {
 public:
-    /// Its window, along the lower edge beside the panel. @return its height, pixels; 0 while it is not shown
+    /// Its window, along the lower edge beside the panel. @return its height, pixels; 0 while it is
+    /// not shown
     float draw(Desk& desk, float panel_px, std::array<int, 2> window_px);
-    /// While it plays: the scene of this moment goes to the desk. @param ready the last one has been seen
+    /// While it plays: the scene of this moment goes to the desk. @param ready the last one has
+    /// been seen
     void play(Desk& desk, bool ready);
     void add_key(Desk& desk);
     void toggle(Desk& desk);

@@ -25,10 +25,12 @@ Scene seen_from(const NamedView& view, Scene scene) {
 bool lies_in(const NamedView& view, const voxel::WorldInfo& world) {
     try {
         const Scene scene = seen_from(view, Scene{});
-        if (!scene.camera.target) return false;
+        if (!scene.camera.target)
+            return false;
         const Vec3 at = to_voxels(*scene.camera.target, scene.camera.space, world);
         const double margin = 1000 / world.voxel_m;
-        return at.x > world.bounds.min[0] - margin && at.x < world.bounds.max[0] + margin && at.z > world.bounds.min[2] - margin && at.z < world.bounds.max[2] + margin;
+        return at.x > world.bounds.min[0] - margin && at.x < world.bounds.max[0] + margin &&
+               at.z > world.bounds.min[2] - margin && at.z < world.bounds.max[2] + margin;
     } catch (const Error&) {
         return false;
     }
@@ -38,18 +40,25 @@ bool lies_in(const NamedView& view, const voxel::WorldInfo& world) {
 
 std::array<double, 2> parse_place(const std::string& text, const voxel::WorldInfo& world) {
     const std::string attempt = "go to '" + text + "': ";
-    const std::string allowed = world.crs.empty() ? "x, z in voxels" : "latitude, longitude in degrees, or easting, northing in " + world.crs;
+    const std::string allowed =
+        world.crs.empty() ? "x, z in voxels"
+                          : "latitude, longitude in degrees, or easting, northing in " + world.crs;
     std::array<double, 2> v{};
     const char *at = text.data(), *const end = at + text.size();
     for (std::size_t i = 0; i < 2; ++i) {
-        while (at != end && (*at == ' ' || *at == ',' || *at == ';')) ++at;
+        while (at != end && (*at == ' ' || *at == ',' || *at == ';'))
+            ++at;
         const auto [next, failed] = std::from_chars(at, end, v[i]);
-        if (failed != std::errc{} || !std::isfinite(v[i])) throw UsageError(attempt + "not two numbers; allowed: " + allowed);
+        if (failed != std::errc{} || !std::isfinite(v[i]))
+            throw UsageError(attempt + "not two numbers; allowed: " + allowed);
         at = next;
     }
-    while (at != end && *at == ' ') ++at;
-    if (at != end) throw UsageError(attempt + "more than two numbers; allowed: " + allowed);
-    if (world.crs.empty()) return v;
+    while (at != end && *at == ' ')
+        ++at;
+    if (at != end)
+        throw UsageError(attempt + "more than two numbers; allowed: " + allowed);
+    if (world.crs.empty())
+        return v;
     const bool degrees = std::abs(v[0]) <= 90 && std::abs(v[1]) <= 180;
     Vec3 there;
     try {
@@ -57,7 +66,8 @@ std::array<double, 2> parse_place(const std::string& text, const voxel::WorldInf
     } catch (const Error&) {
         throw UsageError(attempt + "no place that " + world.crs + " can tell; allowed: " + allowed);
     }
-    if (!(std::abs(there.x) < 1e9) || !(std::abs(there.z) < 1e9)) throw UsageError(attempt + "beyond 10^9 voxels; allowed: " + allowed);
+    if (!(std::abs(there.x) < 1e9) || !(std::abs(there.z) < 1e9))
+        throw UsageError(attempt + "beyond 10^9 voxels; allowed: " + allowed);
     return {there.x, there.z};
 }
 
@@ -66,7 +76,8 @@ void PlacesPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const V
         m_views.emplace();
         try {
             for (NamedView& v : read_view_folder(util::config_dir() / "views"))
-                if (lies_in(v, desk.info())) m_views->push_back(std::move(v));
+                if (lies_in(v, desk.info()))
+                    m_views->push_back(std::move(v));
         } catch (const Error& e) {
             desk.say(e.what(), true);
         }
@@ -78,18 +89,26 @@ void PlacesPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const V
             desk.say(e.what(), true);
         }
     };
-    if (m_views->empty()) ImGui::TextDisabled("config/views has no view of this place");
+    if (m_views->empty())
+        ImGui::TextDisabled("config/views has no view of this place");
     for (const NamedView& v : *m_views) {
-        if (widgets::button(v.name.c_str())) go_to(seen_from(v, desk.scene));
+        if (widgets::button(v.name.c_str()))
+            go_to(seen_from(v, desk.scene));
         widgets::tip(v.title);
         const bool last = &v == &m_views->back();
-        const float next = last ? 0 : ImGui::CalcTextSize((&v + 1)->name.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
-        if (!last && ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + next < ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x) ImGui::SameLine();
+        const float next = last ? 0
+                                : ImGui::CalcTextSize((&v + 1)->name.c_str()).x +
+                                      2 * ImGui::GetStyle().FramePadding.x;
+        if (!last && ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + next <
+                         ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x)
+            ImGui::SameLine();
     }
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.7f);
-    const auto typed = widgets::text_input("##place", m_place, 100, desk.info().crs.empty() ? "x, z" : "lat, lon or E, N");
+    const auto typed = widgets::text_input("##place", m_place, 100,
+                                           desk.info().crs.empty() ? "x, z" : "lat, lon or E, N");
     widgets::tell_place("place");
-    if (typed) m_place = typed->text;
+    if (typed)
+        m_place = typed->text;
     ImGui::SameLine();
     if ((ImGui::Button("Go") || (typed && typed->entered)) && !m_place.empty() && view) {
         try {
@@ -101,7 +120,8 @@ void PlacesPanel::draw(Desk& desk, PickTool& tool, const std::shared_ptr<const V
     }
     ImGui::Checkbox("map", &desk.shows_map);
     ImGui::SameLine();
-    if (ImGui::Checkbox("measure (M)", &desk.measures)) tool.clear();
+    if (ImGui::Checkbox("measure (M)", &desk.measures))
+        tool.clear();
     widgets::tip("click on one end, then on the other");
 }
 

@@ -16,12 +16,14 @@ public:
     void draw(Desk& desk, PickTool& tool, const std::shared_ptr<const View>& view);
 
 private:
-    std::optional<std::vector<NamedView>> m_views;  ///< those that lie in this world; read when they are first shown
+    std::optional<std::vector<NamedView>>
+        m_views;  ///< those that lie in this world; read when they are first shown
     std::string m_place;
 };
 
 /// A place on the map out of "lat, lon" or "easting, northing", by size; level-0 voxels x, z.
 /// @throws UsageError for other text, and a place that the world's CRS cannot tell
-[[nodiscard]] std::array<double, 2> parse_place(const std::string& text, const voxel::WorldInfo& world);
+[[nodiscard]] std::array<double, 2> parse_place(const std::string& text,
+                                                const voxel::WorldInfo& world);
 
 }  // namespace terravox

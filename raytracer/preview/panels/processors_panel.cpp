@@ -19,11 +19,15 @@ constexpr double kSmooth_s = 1;
 void ProcessorsPanel::note_speeds(double passed_s) {
     std::map<ProcessorPool::MemberId, Speed> speeds;
     for (const Crew::Hand& h : m_hands) {
-        // Another picture has other members, which count from 0 and may have the numbers of the last.
+        // Another picture has other members, which count from 0 and may have the numbers of the
+        // last.
         const Speed before = m_speeds[h.status.id];
-        const std::uint64_t more = h.status.bands - (h.status.bands < before.tiles ? 0 : before.tiles);
+        const std::uint64_t more =
+            h.status.bands - (h.status.bands < before.tiles ? 0 : before.tiles);
         const double share = std::min(passed_s / kSmooth_s, 1.0);
-        speeds[h.status.id] = {h.status.bands, before.tiles_per_s + share * (static_cast<double>(more) / passed_s - before.tiles_per_s)};
+        speeds[h.status.id] = {h.status.bands,
+                               before.tiles_per_s + share * (static_cast<double>(more) / passed_s -
+                                                             before.tiles_per_s)};
     }
     m_speeds = std::move(speeds);
 }
@@ -38,7 +42,8 @@ void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
     const bool alone = crew.threads() == 0 && m_dialled.empty();
     bool green = crew.green();
     ImGui::BeginDisabled(green && alone);
-    if (ImGui::Checkbox("green: on the window's own thread", &green)) crew.set_green(green);
+    if (ImGui::Checkbox("green: on the window's own thread", &green))
+        crew.set_green(green);
     widgets::tell_place("green");
     ImGui::EndDisabled();
     widgets::tip("rays between two frames, for a slice of time");
@@ -46,11 +51,13 @@ void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
     if (ImGui::SliderInt("threads", &threads, 0, 2 * thread::thread_count(0))) {
         crew.set_threads(std::clamp(threads, 0, 1024));
-        if (threads == 0 && m_dialled.empty()) crew.set_green(true);  // somebody must
+        if (threads == 0 && m_dialled.empty())
+            crew.set_green(true);  // somebody must
     }
     widgets::tell_place("threads");
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
-    if (const auto typed = widgets::text_input("##address", m_address, 200, "host:port")) m_address = typed->text;
+    if (const auto typed = widgets::text_input("##address", m_address, 200, "host:port"))
+        m_address = typed->text;
     widgets::tell_place("address");
     ImGui::SameLine();
     if (widgets::button("Add worker", !m_address.empty())) {
@@ -65,25 +72,35 @@ void ProcessorsPanel::draw(Desk& desk, Crew& crew) {
         ImGui::PushID(address.c_str());
         if (ImGui::SmallButton("x")) {
             crew.hang_up(address);
-            if (crew.threads() == 0 && m_dialled.size() == 1) crew.set_green(true);
+            if (crew.threads() == 0 && m_dialled.size() == 1)
+                crew.set_green(true);
         }
         widgets::tip("send it away");
         ImGui::SameLine();
         ImGui::TextUnformatted(address.c_str());
         ImGui::PopID();
     }
-    constexpr ImGuiTableFlags kTable = ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_SizingStretchProp;
-    if (m_hands.empty() || !ImGui::BeginTable("hands", 6, kTable)) return;
-    for (const char* heading : {"who", "state", "tiles/s", "kpx/s", "ms", "MiB"}) ImGui::TableSetupColumn(heading);
+    constexpr ImGuiTableFlags kTable =
+        ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_SizingStretchProp;
+    if (m_hands.empty() || !ImGui::BeginTable("hands", 6, kTable))
+        return;
+    for (const char* heading : {"who", "state", "tiles/s", "kpx/s", "ms", "MiB"})
+        ImGui::TableSetupColumn(heading);
     ImGui::TableHeadersRow();
     for (const Crew::Hand& h : m_hands) {
-        const auto cell = [](const char* format, auto value) { ImGui::TableNextColumn(), ImGui::Text(format, value); };
+        const auto cell = [](const char* format, auto value) {
+            ImGui::TableNextColumn(), ImGui::Text(format, value);
+        };
         const bool far = h.status.kind == std::string_view("socket");
         cell("%s", far ? h.status.name.c_str() : h.status.kind);
-        widgets::tip(h.status.name + (h.peer.empty() ? "" : " at " + h.peer) + ", " + std::to_string(h.status.threads) + " threads, " + std::to_string(h.status.bands) + " tiles of this picture, busy " +
+        widgets::tip(h.status.name + (h.peer.empty() ? "" : " at " + h.peer) + ", " +
+                     std::to_string(h.status.threads) + " threads, " +
+                     std::to_string(h.status.bands) + " tiles of this picture, busy " +
                      std::to_string(static_cast<int>(100 * h.status.busy_share)) + " %");
-        cell("%s", h.status.state), cell("%.1f", m_speeds[h.status.id].tiles_per_s), cell("%.0f", h.status.pixels_per_s / 1e3);
-        cell("%.1f", h.status.latency_s * 1e3), cell("%llu", static_cast<unsigned long long>(h.memory_bytes >> 20));
+        cell("%s", h.status.state), cell("%.1f", m_speeds[h.status.id].tiles_per_s),
+            cell("%.0f", h.status.pixels_per_s / 1e3);
+        cell("%.1f", h.status.latency_s * 1e3),
+            cell("%llu", static_cast<unsigned long long>(h.memory_bytes >> 20));
     }
     ImGui::EndTable();
 }

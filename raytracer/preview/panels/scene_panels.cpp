@@ -15,10 +15,14 @@ namespace {
 
 /// A colour and what it stands for, beside the last one where there is room.
 void entry(const std::string& name, const ImVec4& colour) {
-    const float font = ImGui::GetFontSize(), width = font * 1.5f + ImGui::CalcTextSize(name.c_str()).x + ImGui::GetStyle().ItemSpacing.x;
+    const float font = ImGui::GetFontSize(), width = font * 1.5f +
+                                                     ImGui::CalcTextSize(name.c_str()).x +
+                                                     ImGui::GetStyle().ItemSpacing.x;
     ImGui::SameLine();
-    if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
-    ImGui::ColorButton(name.c_str(), colour, ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoInputs, {font, font});
+    if (ImGui::GetContentRegionAvail().x < width)
+        ImGui::NewLine();
+    ImGui::ColorButton(name.c_str(), colour,
+                       ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoInputs, {font, font});
     ImGui::SameLine(0, font / 4);
     ImGui::TextUnformatted(name.c_str());
 }
@@ -28,7 +32,8 @@ void draw_materials_legend() {
     for (int i = 1; i < voxel::kMaterialCount; ++i) {
         const auto material = static_cast<voxel::Material>(i);
         const voxel::Rgb8 c = colour_of_material(material);
-        entry(std::string(voxel::material_name(material)), {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1});
+        entry(std::string(voxel::material_name(material)),
+              {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, 1});
     }
 }
 
@@ -53,12 +58,15 @@ void draw_light(Desk& desk, SceneForm& form) {
     ImGui::EndDisabled();
     try {
         const geo::SunPosition sun = sun_of(desk.scene.sun, place ? &*place : nullptr);
-        ImGui::TextDisabled("sun %.1f\u00b0 high, in %.0f\u00b0", sun.altitude_deg, sun.azimuth_deg);
+        ImGui::TextDisabled("sun %.1f\u00b0 high, in %.0f\u00b0", sun.altitude_deg,
+                            sun.azimuth_deg);
     } catch (const Error& e) {
         ImGui::TextWrapped("%s", e.what());
     }
-    if (place) ImGui::TextDisabled("at %.4f\u00b0, %.4f\u00b0", place->lat_deg, place->lon_deg);
-    else ImGui::TextDisabled("no place on Earth: the sun of 46\u00b0 N, 14\u00b0 E");
+    if (place)
+        ImGui::TextDisabled("at %.4f\u00b0, %.4f\u00b0", place->lat_deg, place->lon_deg);
+    else
+        ImGui::TextDisabled("no place on Earth: the sun of 46\u00b0 N, 14\u00b0 E");
     bool own = placed;
     if (ImGui::Checkbox("place the sun by hand", &own)) {
         if (own) {
@@ -68,7 +76,8 @@ void draw_light(Desk& desk, SceneForm& form) {
             } catch (const Error&) {
                 // Its date cannot be: it stands in the south-west then.
             }
-            desk.scene.sun.altitude_deg = sun.altitude_deg, desk.scene.sun.azimuth_deg = sun.azimuth_deg;
+            desk.scene.sun.altitude_deg = sun.altitude_deg,
+            desk.scene.sun.azimuth_deg = sun.azimuth_deg;
         } else {
             desk.scene.sun.altitude_deg.reset(), desk.scene.sun.azimuth_deg.reset();
         }
@@ -76,10 +85,13 @@ void draw_light(Desk& desk, SceneForm& form) {
     // One without the other is no place.
     if (placed) {
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
-        auto altitude = static_cast<float>(*desk.scene.sun.altitude_deg), azimuth = static_cast<float>(*desk.scene.sun.azimuth_deg);
-        if (ImGui::SliderFloat("altitude", &altitude, -20, 90, "%.1f\u00b0")) desk.scene.sun.altitude_deg = std::clamp(static_cast<double>(altitude), -90.0, 90.0);
+        auto altitude = static_cast<float>(*desk.scene.sun.altitude_deg),
+             azimuth = static_cast<float>(*desk.scene.sun.azimuth_deg);
+        if (ImGui::SliderFloat("altitude", &altitude, -20, 90, "%.1f\u00b0"))
+            desk.scene.sun.altitude_deg = std::clamp(static_cast<double>(altitude), -90.0, 90.0);
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5f);
-        if (ImGui::SliderFloat("azimuth", &azimuth, 0, 360, "%.0f\u00b0")) desk.scene.sun.azimuth_deg = std::clamp(static_cast<double>(azimuth), -360.0, 360.0);
+        if (ImGui::SliderFloat("azimuth", &azimuth, 0, 360, "%.0f\u00b0"))
+            desk.scene.sun.azimuth_deg = std::clamp(static_cast<double>(azimuth), -360.0, 360.0);
     }
     form.row("sun.strength", 0, 4);
     form.row("sun.size", 0, 20);
@@ -103,27 +115,33 @@ void draw_picture(Desk& desk, SceneForm& form) {
     ImGui::SetNextItemWidth(width * 0.58f);
     if (ImGui::BeginCombo("##layer", facts.name)) {
         for (const LayerFacts& l : kLayers) {
-            if (ImGui::Selectable(l.name, l.layer == desk.layer)) desk.layer = l.layer;
+            if (ImGui::Selectable(l.name, l.layer == desk.layer))
+                desk.layer = l.layer;
             widgets::tip(l.doc);
         }
         ImGui::EndCombo();
     }
     widgets::tip("what of the picture is looked at (F5, F6)");
     widgets::tell_place("layer");
-    if (desk.layer != Layer::kBeauty) ImGui::TextWrapped("%s", facts.doc);
-    if (desk.layer == Layer::kMaterial) draw_materials_legend();
-    if (desk.layer == Layer::kLevels) draw_levels_legend(desk.info().levels);
+    if (desk.layer != Layer::kBeauty)
+        ImGui::TextWrapped("%s", facts.doc);
+    if (desk.layer == Layer::kMaterial)
+        draw_materials_legend();
+    if (desk.layer == Layer::kLevels)
+        draw_levels_legend(desk.info().levels);
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted("resolution");
     ImGui::SameLine(width * 0.42f);
     const float reset_width = ImGui::GetFrameHeight();
     ImGui::SetNextItemWidth(width * 0.58f - reset_width - ImGui::GetStyle().ItemSpacing.x);
     auto percent = static_cast<int>(desk.resolution * 100 + 0.5);
-    if (ImGui::SliderInt("##resolution", &percent, 10, 100, "%d %%")) desk.resolution = std::clamp(percent, 10, 100) / 100.0;
+    if (ImGui::SliderInt("##resolution", &percent, 10, 100, "%d %%"))
+        desk.resolution = std::clamp(percent, 10, 100) / 100.0;
     widgets::tip("pixels of the preview to those of the window, along an edge");
     ImGui::SameLine(width - reset_width);
     ImGui::PushID("resolution");
-    if (widgets::reset_button(desk.resolution != 1)) desk.resolution = 1;
+    if (widgets::reset_button(desk.resolution != 1))
+        desk.resolution = 1;
     ImGui::PopID();
     ImGui::Checkbox("all of the window (F8)", &desk.fills);
     widgets::tip("else the preview has the shape of the final picture");
@@ -132,19 +150,31 @@ void draw_picture(Desk& desk, SceneForm& form) {
 void draw_camera(Desk& desk, SceneForm& form) {
     form.row("camera.projection");
     const std::string& projection = desk.scene.camera.projection;
-    if (projection == "orthographic" || projection == "isometric") form.row("camera.height_m", 1, 10'000, 2 * desk.viewpoint.distance() * std::tan(desk.scene.camera.fov_deg / 360 * std::numbers::pi) * desk.info().voxel_m);
-    else if (projection != "panorama") form.row("camera.fov_deg", 5, projection == "fisheye" ? 360 : 120);
+    if (projection == "orthographic" || projection == "isometric")
+        form.row("camera.height_m", 1, 10'000,
+                 2 * desk.viewpoint.distance() *
+                     std::tan(desk.scene.camera.fov_deg / 360 * std::numbers::pi) *
+                     desk.info().voxel_m);
+    else if (projection != "panorama")
+        form.row("camera.fov_deg", 5, projection == "fisheye" ? 360 : 120);
     form.row("camera.aperture_m", 0, 50);
     form.row("camera.focus_m", 1, 10'000, desk.viewpoint.distance() * desk.info().voxel_m);
     form.row("camera.roll_deg", -180, 180);
-    ImGui::TextDisabled("looks to %.0f\u00b0, %.0f\u00b0 down, from %.0f m", desk.viewpoint.heading_deg(), desk.viewpoint.down_deg(), desk.viewpoint.distance() * desk.info().voxel_m);
-    if (widgets::button("Frame all (Home)")) desk.frame_all();
+    ImGui::TextDisabled("looks to %.0f\u00b0, %.0f\u00b0 down, from %.0f m",
+                        desk.viewpoint.heading_deg(), desk.viewpoint.down_deg(),
+                        desk.viewpoint.distance() * desk.info().voxel_m);
+    if (widgets::button("Frame all (Home)"))
+        desk.frame_all();
     ImGui::SameLine();
     ImGui::Checkbox("fly (F)", &desk.fly);
-    widgets::tip("the mouse turns your head, and keys go where you look; else it circles what you look at");
+    widgets::tip(
+        "the mouse turns your head, and keys go where you look; else it circles what you look at");
 }
 
-void draw_materials(SceneForm& form) { form.rows({"quality.colour", "quality.colour_mix", "quality.textures", "quality.cut_outs", "quality.materials"}); }
+void draw_materials(SceneForm& form) {
+    form.rows({"quality.colour", "quality.colour_mix", "quality.textures", "quality.cut_outs",
+               "quality.materials"});
+}
 
 void draw_quality(SceneForm& form) {
     form.row("quality.integrator");
@@ -160,6 +190,8 @@ void draw_quality(SceneForm& form) {
     form.row("quality.level", 0, 10);
 }
 
-void draw_tiles(SceneForm& form) { form.rows({"quality.tile_order", "quality.tile"}); }
+void draw_tiles(SceneForm& form) {
+    form.rows({"quality.tile_order", "quality.tile"});
+}
 
 }  // namespace terravox::panels

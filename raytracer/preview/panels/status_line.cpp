@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kSaid_s = 6, kSaidBad_s = 18;
 
-template <class... Values> std::string text(const char* format, Values... values) {
+template <class... Values>
+std::string text(const char* format, Values... values) {
     std::array<char, 160> out{};
     std::snprintf(out.data(), out.size(), format, values...);
     return out.data();
@@ -22,28 +23,39 @@ std::string line_of(const StatusFacts& facts) {
     const Progressive::Status& p = facts.picture;
     const int percent = static_cast<int>(p.share * 100);
     std::string out;
-    if (p.step > 1) out = text("pass of %d px, %d %%", p.step, percent);
-    else if (p.samples == 0) out = text("first sample, %d %%", percent);
-    else out = text("%s%u of %u samples", facts.busy ? "" : "done, ", p.samples, p.of_samples);
-    if (p.seconds > 0) out += text("   %.2f Mray/s", static_cast<double>(p.rays) / 1e6 / p.seconds);
-    if (facts.frame_s > 0) out += text("   %.0f fps", 1 / facts.frame_s);
-    if (p.holes > 0) out += text("   holes: %zu", p.holes);
-    if (facts.missing > 0) out += text("   boxes on their way: %zu", facts.missing);
+    if (p.step > 1)
+        out = text("pass of %d px, %d %%", p.step, percent);
+    else if (p.samples == 0)
+        out = text("first sample, %d %%", percent);
+    else
+        out = text("%s%u of %u samples", facts.busy ? "" : "done, ", p.samples, p.of_samples);
+    if (p.seconds > 0)
+        out += text("   %.2f Mray/s", static_cast<double>(p.rays) / 1e6 / p.seconds);
+    if (facts.frame_s > 0)
+        out += text("   %.0f fps", 1 / facts.frame_s);
+    if (p.holes > 0)
+        out += text("   holes: %zu", p.holes);
+    if (facts.missing > 0)
+        out += text("   boxes on their way: %zu", facts.missing);
     return out;
 }
 
 }  // namespace
 
 void draw_status(const Desk& desk, const StatusFacts& facts, float left_px, float width_px) {
-    const double said_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - desk.said_at).count();
+    const double said_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - desk.said_at).count();
     ImGui::SetNextWindowPos({left_px, 0});
     ImGui::SetNextWindowBgAlpha(0.6f);
-    constexpr ImGuiWindowFlags kBare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing;
+    constexpr ImGuiWindowFlags kBare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                       ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav |
+                                       ImGuiWindowFlags_NoFocusOnAppearing;
     ImGui::Begin("##status", nullptr, kBare);
     ImGui::TextUnformatted(line_of(facts).c_str());
     if (!desk.said.empty() && said_s < (desk.said_bad ? kSaidBad_s : kSaid_s)) {
         const float font = ImGui::GetFontSize();
-        const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text), bad = desk.light ? ImVec4{0.75f, 0.1f, 0, 1} : ImVec4{1, 0.5f, 0.35f, 1};
+        const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text),
+                     bad = desk.light ? ImVec4{0.75f, 0.1f, 0, 1} : ImVec4{1, 0.5f, 0.35f, 1};
         ImGui::PushTextWrapPos(std::max(width_px - left_px - font * 2, font * 10));
         ImGui::PushStyleColor(ImGuiCol_Text, desk.said_bad ? bad : plain);
         ImGui::TextUnformatted(desk.said.c_str());

@@ -14,7 +14,8 @@ struct StatusFacts {
     std::size_t missing = 0;  ///< boxes that a layer of walks would show
 };
 
-/// How far the picture is, and what is said to the person, in the upper left corner beside the panel.
+/// How far the picture is, and what is said to the person, in the upper left corner beside the
+/// panel.
 /// @param left_px of that corner @param width_px of the window
 void draw_status(const Desk& desk, const StatusFacts& facts, float left_px, float width_px);
 

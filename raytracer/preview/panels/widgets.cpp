@@ -10,7 +10,8 @@
 namespace terravox::widgets {
 
 void tip(const std::string& text) {
-    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+        return;
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(ImGui::GetFontSize() * 28);
     ImGui::TextUnformatted(text.c_str());
@@ -18,7 +19,8 @@ void tip(const std::string& text) {
     ImGui::EndTooltip();
 }
 
-std::optional<Typed> text_input(const char* label, const std::string& now, std::size_t most, const char* hint) {
+std::optional<Typed> text_input(const char* label, const std::string& now, std::size_t most,
+                                const char* hint) {
     struct Typing {
         std::vector<char> text;
         int frame = 0;  ///< in which it was seen last
@@ -26,20 +28,28 @@ std::optional<Typed> text_input(const char* label, const std::string& now, std::
     // Of the field that is left, and the one that is typed into next, for a frame.
     static std::map<ImGuiID, Typing> typing;
     const int frame = ImGui::GetFrameCount();
-    std::erase_if(typing, [frame](const auto& t) { return t.second.frame < frame - 1; });  // fields that have gone
+    std::erase_if(typing, [frame](const auto& t) {
+        return t.second.frame < frame - 1;
+    });  // fields that have gone
     const ImGuiID id = ImGui::GetID(label);
     const auto known = typing.find(id);
     std::vector<char> text(most + 1);
-    if (known != typing.end()) text = known->second.text;
-    else now.copy(text.data(), most);
-    const bool entered = ImGui::InputTextWithHint(label, hint, text.data(), text.size(), ImGuiInputTextFlags_EnterReturnsTrue);
-    if (ImGui::IsItemActive()) typing[id] = {text, frame};
+    if (known != typing.end())
+        text = known->second.text;
+    else
+        now.copy(text.data(), most);
+    const bool entered = ImGui::InputTextWithHint(label, hint, text.data(), text.size(),
+                                                  ImGuiInputTextFlags_EnterReturnsTrue);
+    if (ImGui::IsItemActive())
+        typing[id] = {text, frame};
     const bool left = ImGui::IsItemDeactivated() && known != typing.end();
-    if (!entered && !left) return std::nullopt;
+    if (!entered && !left)
+        return std::nullopt;
     typing.erase(id);
     // Escape takes back what was typed: ImGui has put the old text there.
     const std::string said = text.data();
-    if (said == now && !entered) return std::nullopt;
+    if (said == now && !entered)
+        return std::nullopt;
     return Typed{said, entered};
 }
 
@@ -52,11 +62,13 @@ bool reset_button(bool enabled) {
 }
 
 void tell_place(const std::string& name) {
-    if (!spdlog::should_log(spdlog::level::trace)) return;
+    if (!spdlog::should_log(spdlog::level::trace))
+        return;
     static std::map<std::string, std::array<float, 4>> told;
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     const std::array<float, 4> place{low.x, low.y, high.x, high.y};
-    if (told[name] == place) return;
+    if (told[name] == place)
+        return;
     told[name] = place;
     spdlog::trace("place of {}: {:.0f} {:.0f} {:.0f} {:.0f}", name, low.x, low.y, high.x, high.y);
 }

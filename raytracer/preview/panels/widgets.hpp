@@ -15,12 +15,14 @@ struct Typed {
 };
 /// A line of text to type into; what is typed counts when it is entered, or left.
 /// @return what it says now, once somebody has changed or entered it
-[[nodiscard]] std::optional<Typed> text_input(const char* label, const std::string& now, std::size_t most = 400, const char* hint = "");
+[[nodiscard]] std::optional<Typed> text_input(const char* label, const std::string& now,
+                                              std::size_t most = 400, const char* hint = "");
 
 /// Goes back to what was; grey where there is nothing to go back to.
 [[nodiscard]] bool reset_button(bool enabled);
 
-/// For tests that drive the window: says in the log, at level trace, where the item before lies, when it has moved.
+/// For tests that drive the window: says in the log, at level trace, where the item before lies,
+/// when it has moved.
 void tell_place(const std::string& name);
 /// ImGui::Button, whose place is told.
 [[nodiscard]] bool button(const char* label, bool enabled = true);

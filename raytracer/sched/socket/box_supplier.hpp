@@ -15,24 +15,30 @@
 
 namespace terravox {
 
-/// Boxes for workers that cannot read the world themselves: packed once, kept packed as long as there is room, and sent to whoever asks.
+/// Boxes for workers that cannot read the world themselves: packed once, kept packed as long as
+/// there is room, and sent to whoever asks.
 ///
-/// Requests wait in one queue for each asker, which are served in turn, so that none starves; one whose link is slow waits until some of what
-/// was sent has gone out. Thread-safe; one lock, not held while a box is made or sent.
+/// Requests wait in one queue for each asker, which are served in turn, so that none starves; one
+/// whose link is slow waits until some of what was sent has gone out. Thread-safe; one lock, not
+/// held while a box is made or sent.
 class BoxSupplier {
 public:
     /// The way to an asker. Called on threads of the supplier.
     struct Way {
         std::function<bool(farm::Frame)> send;  ///< false: the asker is gone
-        std::function<std::uint64_t()> queued_bytes = [] { return std::uint64_t{0}; };  ///< sent, and not gone out yet
+        std::function<std::uint64_t()> queued_bytes = [] {
+            return std::uint64_t{0};
+        };  ///< sent, and not gone out yet
     };
     /// @param memory_bytes for packed boxes
-    BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes, int threads);
+    BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
+                int threads);
     ~BoxSupplier();
     BoxSupplier(const BoxSupplier&) = delete;
     BoxSupplier& operator=(const BoxSupplier&) = delete;
 
-    /// @param asker any number of its own @return false: it asks for more than is allowed at once, or for another world's
+    /// @param asker any number of its own @return false: it asks for more than is allowed at once,
+    /// or for another world's
     [[nodiscard]] bool ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way);
     /// Nothing is sent to it any more once this returns.
     void forget(std::uint64_t asker);

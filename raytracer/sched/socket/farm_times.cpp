@@ -9,9 +9,11 @@ const FarmTimes& farm_times() {
     static const FarmTimes times = [] {
         FarmTimes out;
         const char* test = std::getenv("TERRAVOX_FARM_TEST");
-        if (test == nullptr || std::string_view(test) != "1") return out;
+        if (test == nullptr || std::string_view(test) != "1")
+            return out;
         using std::chrono::milliseconds;
-        out.ping = milliseconds(200), out.silence = milliseconds(3000), out.heartbeat = milliseconds(500), out.least_deadline = milliseconds(2000);
+        out.ping = milliseconds(200), out.silence = milliseconds(3000),
+        out.heartbeat = milliseconds(500), out.least_deadline = milliseconds(2000);
         out.redial = milliseconds(200), out.most_redial = milliseconds(1000);
         return out;
     }();

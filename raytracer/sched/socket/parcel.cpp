@@ -18,11 +18,13 @@ namespace {
 std::string text_of(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (!in) throw Error("read the materials " + file.string() + ": it cannot be read");
+    if (!in)
+        throw Error("read the materials " + file.string() + ": it cannot be read");
     return text;
 }
 
-/// The scene with all that a table of this machine decides already decided: time zones, map projections, named views. No path is left.
+/// The scene with all that a table of this machine decides already decided: time zones, map
+/// projections, named views. No path is left.
 Scene decided(const Scene& scene, const voxel::WorldInfo& world) {
     Scene out = what_shows(scene);
     const Scene plain;
@@ -30,7 +32,8 @@ Scene decided(const Scene& scene, const voxel::WorldInfo& world) {
     out.camera.look.clear();
     out.quality.materials.clear();
     const auto in_voxels = [&](std::optional<std::array<double, 3>>& point) {
-        if (!point) return;
+        if (!point)
+            return;
         const Vec3 v = to_voxels(*point, scene.camera.space, world);
         point = {v.x, v.y, v.z};
     };
@@ -46,7 +49,8 @@ Scene decided(const Scene& scene, const voxel::WorldInfo& world) {
 }  // namespace
 
 Parcel pack(const Scene& scene, const voxel::WorldInfo& world) {
-    return {to_toml(decided(scene, world)), text_of(material::find_materials(scene.quality.materials)), pack_world(world)};
+    return {to_toml(decided(scene, world)),
+            text_of(material::find_materials(scene.quality.materials)), pack_world(world)};
 }
 
 std::string pack_world(const voxel::WorldInfo& world) {
@@ -65,14 +69,18 @@ Scene unpack_scene(const std::string& text) {
     Scene scene;
     parse_scene(text, "of the coordinator", scene);
     const Scene plain;
-    if (!(scene.world == plain.world) || !(scene.processing == plain.processing) || !scene.camera.look.empty() || !scene.sun.zone.empty() ||
-        !scene.quality.materials.empty())
-        throw UsageError("read the scene of the coordinator: it names files or limits of this machine; allowed: what shows in the picture");
+    if (!(scene.world == plain.world) || !(scene.processing == plain.processing) ||
+        !scene.camera.look.empty() || !scene.sun.zone.empty() || !scene.quality.materials.empty())
+        throw UsageError(
+            "read the scene of the coordinator: it names files or limits of this machine; allowed: "
+            "what shows in the picture");
     return scene;
 }
 
 View unpack(const Parcel& parcel, const voxel::WorldInfo& world) {
-    return make_view(unpack_scene(parcel.scene), world, std::make_shared<MaterialTable>(material::parse_materials(parcel.materials, "of the coordinator").looks));
+    return make_view(unpack_scene(parcel.scene), world,
+                     std::make_shared<MaterialTable>(
+                         material::parse_materials(parcel.materials, "of the coordinator").looks));
 }
 
 std::string state_hash(const std::string& content) {

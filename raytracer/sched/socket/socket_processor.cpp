@@ -10,14 +10,20 @@
 namespace terravox {
 namespace {
 
-// Answers to leases that were withdrawn or given to others may come late; more than that is no accident.
+// Answers to leases that were withdrawn or given to others may come late; more than that is no
+// accident.
 constexpr std::size_t kMostStrays = 10'000;
 
 }  // namespace
 
-SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture, bool layers, int capacity,
+SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name,
+                                 std::uint64_t picture, bool layers, int capacity,
                                  const BlockManager& blocks)
-    : m_link(std::move(link)), m_name(std::move(name)), m_picture(picture), m_layers(layers), m_capacity(std::max(capacity, 1)),
+    : m_link(std::move(link)),
+      m_name(std::move(name)),
+      m_picture(picture),
+      m_layers(layers),
+      m_capacity(std::max(capacity, 1)),
       m_blocks(blocks) {}
 
 void SocketProcessor::submit(RenderTile tile) {
@@ -26,7 +32,8 @@ void SocketProcessor::submit(RenderTile tile) {
     task.set_picture(m_picture);
     {
         const std::lock_guard lock(m_mutex);
-        if (m_closed) return;
+        if (m_closed)
+            return;
         const std::uint64_t id = m_next_id++;
         m_leases.emplace(id, tile);
         *task.add_tiles() = to_frame(tile, id);
@@ -43,8 +50,10 @@ std::optional<TileResult> SocketProcessor::take() {
     std::unique_lock lock(m_mutex);
     m_done.wait(lock, [&] { return has_answer(); });
     // What came before the link ended counts; of who sends what it should not, nothing does.
-    if (m_failure && (m_false || m_results.empty())) std::rethrow_exception(m_failure);
-    if (m_cancelled || m_results.empty()) return std::nullopt;
+    if (m_failure && (m_false || m_results.empty()))
+        std::rethrow_exception(m_failure);
+    if (m_cancelled || m_results.empty())
+        return std::nullopt;
     TileResult result = std::move(m_results.front());
     m_results.pop_front();
     return result;
@@ -58,9 +67,11 @@ void SocketProcessor::withdraw(const RenderTile& tile) noexcept {
         {
             const std::lock_guard lock(m_mutex);
             for (const auto& [id, leased] : m_leases)
-                if (leased == tile) stop.add_ids(id);
+                if (leased == tile)
+                    stop.add_ids(id);
         }
-        if (stop.ids_size() > 0) (void)m_link->send(std::move(frame));
+        if (stop.ids_size() > 0)
+            (void)m_link->send(std::move(frame));
     } catch (...) {
         m_link->abort();  // out of memory: the reader tells
     }
@@ -76,7 +87,8 @@ void SocketProcessor::cancel() noexcept {
     {
         const std::lock_guard lock(m_mutex);
         m_closed = true;
-        if (std::exchange(m_cancelled, true)) return;
+        if (std::exchange(m_cancelled, true))
+            return;
         m_leases.clear();
         m_done.notify_all();
     }
@@ -91,12 +103,15 @@ void SocketProcessor::cancel() noexcept {
 
 void SocketProcessor::fail(std::exception_ptr failure) {
     const std::lock_guard lock(m_mutex);
-    if (!m_failure) m_failure = std::move(failure);
+    if (!m_failure)
+        m_failure = std::move(failure);
     m_closed = true;
     m_done.notify_all();
 }
 
-void SocketProcessor::lost(const std::string& why) { fail(std::make_exception_ptr(LostProcessor(m_name + ": " + why))); }
+void SocketProcessor::lost(const std::string& why) {
+    fail(std::make_exception_ptr(LostProcessor(m_name + ": " + why)));
+}
 void SocketProcessor::misbehaved(const std::string& what) {
     {
         const std::lock_guard lock(m_mutex);
@@ -110,11 +125,13 @@ TileResult SocketProcessor::decoded(const std::string& bytes, const RenderTile& 
     const auto data = std::as_bytes(std::span(bytes));
     // Before any memory is taken for pixels or holes.
     const TileHead head = read_tile_head(data, name);
-    if (!(head.tile == tile)) throw Error("it sent another tile than " + std::to_string(tile.index));
-    if (head.with_layers != m_layers) throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
+    if (!(head.tile == tile))
+        throw Error("it sent another tile than " + std::to_string(tile.index));
+    if (head.with_layers != m_layers)
+        throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
     if (const std::size_t known = m_blocks.hole_count(); head.holes > known)
-        throw Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " + std::to_string(known) +
-                    " boxes that the coordinator could not have either");
+        throw Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " +
+                    std::to_string(known) + " boxes that the coordinator could not have either");
     TileResult result = decode_tile(data, name);
     for (const voxel::BoxKey& key : result.holes)
         if (!m_blocks.is_hole(key))
@@ -127,12 +144,15 @@ void SocketProcessor::done(const farm::Done& done) {
     RenderTile tile;
     {
         const std::lock_guard lock(m_mutex);
-        if (m_cancelled) return;
+        if (m_cancelled)
+            return;
         const auto lease = m_leases.find(done.id());
         if (lease == m_leases.end()) {
-            if (++m_strays <= kMostStrays) return;
+            if (++m_strays <= kMostStrays)
+                return;
             m_false = true;
-            m_failure = std::make_exception_ptr(FalseProcessor(m_name + ": it sends tiles that nobody asked for"));
+            m_failure = std::make_exception_ptr(
+                FalseProcessor(m_name + ": it sends tiles that nobody asked for"));
             m_done.notify_all();
             return;
         }
@@ -155,7 +175,8 @@ void SocketProcessor::failed(const farm::Failed& failed) {
     std::optional<RenderTile> tile;
     {
         const std::lock_guard lock(m_mutex);
-        if (const auto lease = m_leases.find(failed.id()); lease != m_leases.end()) tile = lease->second;
+        if (const auto lease = m_leases.find(failed.id()); lease != m_leases.end())
+            tile = lease->second;
     }
     const std::string why = m_name + " cannot render: " + failed.reason().substr(0, 400);
     RenderTile none;

@@ -16,17 +16,20 @@
 
 namespace terravox {
 
-/// Tiles of one picture on a worker. The link's reader (WorkerLink) hands it what the worker answers.
+/// Tiles of one picture on a worker. The link's reader (WorkerLink) hands it what the worker
+/// answers.
 ///
-/// One mutex guards leases and results; frames are sent without it. take() throws LostProcessor when the link has ended, FalseProcessor
-/// when the worker sent what it should not, FailingProcessor when it cannot trace a tile.
+/// One mutex guards leases and results; frames are sent without it. take() throws LostProcessor
+/// when the link has ended, FalseProcessor when the worker sent what it should not,
+/// FailingProcessor when it cannot trace a tile.
 class SocketProcessor final : public TileProcessor {
 public:
     /// @param picture its id on the wire
     /// @param layers whether tiles must come with layers
-    /// @param blocks this machine's, which outlive the processor: a box is a hole only when they could not have it either
-    SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture, bool layers, int capacity,
-                    const BlockManager& blocks);
+    /// @param blocks this machine's, which outlive the processor: a box is a hole only when they
+    /// could not have it either
+    SocketProcessor(std::shared_ptr<net::Link> link, std::string name, std::uint64_t picture,
+                    bool layers, int capacity, const BlockManager& blocks);
     [[nodiscard]] int capacity() const noexcept override { return m_capacity; }
     void submit(RenderTile tile) override;
     [[nodiscard]] bool wait(std::chrono::milliseconds most) override;
@@ -45,7 +48,9 @@ public:
     [[nodiscard]] std::vector<RenderTile> tiles_of(const std::vector<std::uint64_t>& ids);
 
 private:
-    [[nodiscard]] bool has_answer() const noexcept { return !m_results.empty() || m_failure || m_cancelled || (m_closed && m_leases.empty()); }
+    [[nodiscard]] bool has_answer() const noexcept {
+        return !m_results.empty() || m_failure || m_cancelled || (m_closed && m_leases.empty());
+    }
     void fail(std::exception_ptr failure);
     /// @throws Error for what the worker ought not to have sent
     [[nodiscard]] TileResult decoded(const std::string& bytes, const RenderTile& tile) const;

@@ -17,8 +17,10 @@ namespace terravox {
 
 /// Where a worker has a picture's boxes from.
 struct BoxSource {
-    std::string server;     ///< address of a voxel server or box archive that workers can reach; or empty
-    std::string generated;  ///< "generated:SEED"; or empty. Neither: from the coordinator, which helps out in any case
+    std::string
+        server;  ///< address of a voxel server or box archive that workers can reach; or empty
+    std::string generated;  ///< "generated:SEED"; or empty. Neither: from the coordinator, which
+                            ///< helps out in any case
 };
 
 /// What is said to workers of the picture under way.
@@ -35,7 +37,7 @@ public:
     /// What a worker tells of itself. Called on the thread of run().
     struct Told {
         std::function<void(const std::vector<RenderTile>& given_back)> drains;  ///< it leaves
-        std::function<void(bool on)> pauses;                                    ///< somebody there has paused it, or let it go on
+        std::function<void(bool on)> pauses;  ///< somebody there has paused it, or let it go on
     };
     WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, Told told);
     ~WorkerLink();

@@ -5,7 +5,8 @@
 namespace terravox::generated {
 
 /// A bijection that spreads every bit over the whole word.
-/// Ref: the finaliser of SplitMix64: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014.
+/// Ref: the finaliser of SplitMix64: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number
+/// Generators", OOPSLA 2014.
 [[nodiscard]] constexpr std::uint64_t mix(std::uint64_t v) noexcept {
     v += 0x9E3779B97F4A7C15ULL;
     v = (v ^ v >> 30) * 0xBF58476D1CE4E5B9ULL;
@@ -14,14 +15,20 @@ namespace terravox::generated {
 }
 
 /// The seed of one of several things that must not look alike.
-[[nodiscard]] constexpr std::uint64_t seed_of(std::uint64_t seed, int thing) noexcept { return mix(seed ^ mix(static_cast<std::uint64_t>(thing))); }
+[[nodiscard]] constexpr std::uint64_t seed_of(std::uint64_t seed, int thing) noexcept {
+    return mix(seed ^ mix(static_cast<std::uint64_t>(thing)));
+}
 
 /// A hash of a place on some grid.
-[[nodiscard]] constexpr std::uint64_t place_hash(std::uint64_t seed, std::int32_t x, std::int32_t z) noexcept {
-    return mix(seed ^ (std::uint64_t{static_cast<std::uint32_t>(x)} << 32 | static_cast<std::uint32_t>(z)));
+[[nodiscard]] constexpr std::uint64_t place_hash(std::uint64_t seed, std::int32_t x,
+                                                 std::int32_t z) noexcept {
+    return mix(seed ^ (std::uint64_t{static_cast<std::uint32_t>(x)} << 32 |
+                       static_cast<std::uint32_t>(z)));
 }
 
 /// Bits [12 part, 12 part + 12) of a hash as a number in [0, 1); part in [0, 5).
-[[nodiscard]] constexpr double unit_of(std::uint64_t hash, int part) noexcept { return static_cast<double>(hash >> (12 * part) & 0xFFF) * 0x1p-12; }
+[[nodiscard]] constexpr double unit_of(std::uint64_t hash, int part) noexcept {
+    return static_cast<double>(hash >> (12 * part) & 0xFFF) * 0x1p-12;
+}
 
 }  // namespace terravox::generated

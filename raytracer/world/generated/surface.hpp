@@ -29,16 +29,24 @@ class Surface {
 public:
     explicit Surface(const Terrain& terrain);
 
-    /// @param x, z column of level 0 @param heights of the terrain there, and three columns east and south of it (kSlopeRun)
-    [[nodiscard]] Place place(const Region& region, std::int32_t x, std::int32_t z, double height, double height_east, double height_south) const noexcept;
+    /// @param x, z column of level 0 @param heights of the terrain there, and three columns east
+    /// and south of it (kSlopeRun)
+    [[nodiscard]] Place place(const Region& region, std::int32_t x, std::int32_t z, double height,
+                              double height_east, double height_south) const noexcept;
     /// The climate at a height.
     [[nodiscard]] double temperature_at(const Region& region, double height) const noexcept;
     [[nodiscard]] Skin skin(const Place& place) const noexcept;
     /// Whether water freezes over: floes at first, then snow lies on them.
-    [[nodiscard]] static bool freezes(const Place& place) noexcept { return place.temperature + 0.05 * place.patch < 0.19; }
-    [[nodiscard]] static bool snowed_under(const Place& place) noexcept { return place.temperature + 0.06 * place.patch < 0.175; }
-    /// Of bare rock: in layers, grey where it is cool, red and yellow where it is hot. @param y voxel of level 0
-    [[nodiscard]] static voxel::Rgb8 rock_colour(double temperature, double moisture, double y) noexcept;
+    [[nodiscard]] static bool freezes(const Place& place) noexcept {
+        return place.temperature + 0.05 * place.patch < 0.19;
+    }
+    [[nodiscard]] static bool snowed_under(const Place& place) noexcept {
+        return place.temperature + 0.06 * place.patch < 0.175;
+    }
+    /// Of bare rock: in layers, grey where it is cool, red and yellow where it is hot. @param y
+    /// voxel of level 0
+    [[nodiscard]] static voxel::Rgb8 rock_colour(double temperature, double moisture,
+                                                 double y) noexcept;
     [[nodiscard]] static voxel::Rgb8 grass_colour(const Place& place) noexcept;
 
     static constexpr int kSlopeRun = 3;  ///< columns over which a slope is measured
@@ -50,10 +58,13 @@ private:
 };
 
 [[nodiscard]] constexpr voxel::Rgb8 rgb(std::uint32_t code) noexcept {
-    return {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8), static_cast<std::uint8_t>(code)};
+    return {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8),
+            static_cast<std::uint8_t>(code)};
 }
 [[nodiscard]] inline voxel::Rgb8 mixed(voxel::Rgb8 a, voxel::Rgb8 b, double share) noexcept {
-    const auto channel = [&](std::uint8_t u, std::uint8_t v) { return static_cast<std::uint8_t>(u + (v - u) * share + 0.5); };
+    const auto channel = [&](std::uint8_t u, std::uint8_t v) {
+        return static_cast<std::uint8_t>(u + (v - u) * share + 0.5);
+    };
     share = share < 0 ? 0 : share > 1 ? 1 : share;
     return {channel(a.r, b.r), channel(a.g, b.g), channel(a.b, b.b)};
 }

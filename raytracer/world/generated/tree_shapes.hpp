@@ -14,7 +14,7 @@ struct Tree {
     std::int32_t x = 0, z = 0;  ///< its column, level 0
     std::int32_t base = 0;      ///< y of its lowest voxel
     TreeKind kind = TreeKind::kOak;
-    std::uint64_t hash = 0;     ///< of its place: decides on size and details
+    std::uint64_t hash = 0;  ///< of its place: decides on size and details
     voxel::VoxelAttr trunk, leaves;
 };
 
@@ -28,7 +28,7 @@ struct TreeRuns {
     int count = 0;
 };
 
-inline constexpr int kTreeReach = 4;  ///< columns from its trunk that a crown reaches, at most
+inline constexpr int kTreeReach = 4;    ///< columns from its trunk that a crown reaches, at most
 inline constexpr int kTreeHeight = 18;  ///< no plant is higher
 
 /// Columns from its trunk that this plant reaches.

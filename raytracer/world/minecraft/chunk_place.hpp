@@ -15,13 +15,16 @@ struct ChunkPlace {
 };
 struct ChunkPlaceHash {
     [[nodiscard]] std::size_t operator()(const ChunkPlace& p) const noexcept {
-        return (static_cast<std::size_t>(static_cast<std::uint32_t>(p.x)) << 32 | static_cast<std::uint32_t>(p.z)) * 0x9E3779B97F4A7C15ULL;
+        return (static_cast<std::size_t>(static_cast<std::uint32_t>(p.x)) << 32 |
+                static_cast<std::uint32_t>(p.z)) *
+               0x9E3779B97F4A7C15ULL;
     }
 };
 
 /// Whether a chunk may lie there at all.
 [[nodiscard]] constexpr bool within_world(const ChunkPlace& p) noexcept {
-    return p.x >= -kFarthestChunk && p.x < kFarthestChunk && p.z >= -kFarthestChunk && p.z < kFarthestChunk;
+    return p.x >= -kFarthestChunk && p.x < kFarthestChunk && p.z >= -kFarthestChunk &&
+           p.z < kFarthestChunk;
 }
 
 }  // namespace terravox::minecraft

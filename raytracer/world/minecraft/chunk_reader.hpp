@@ -10,13 +10,16 @@
 
 namespace terravox::minecraft {
 
-/// Reads chunks of one store, one after the other, and checks that each stands where it belongs. Not thread-safe: one for each thread.
+/// Reads chunks of one store, one after the other, and checks that each stands where it belongs.
+/// Not thread-safe: one for each thread.
 class ChunkReader {
 public:
     explicit ChunkReader(const ChunkStore& store) : m_store(store) {}
     /// @return valid until the next call @throws Error: why the chunk cannot be used
     const ChunkBlocks& read(const ChunkRef& chunk);
-    [[nodiscard]] Compression compression() const noexcept { return m_compression; }  ///< of the chunk that was read last
+    [[nodiscard]] Compression compression() const noexcept {
+        return m_compression;
+    }  ///< of the chunk that was read last
 
 private:
     const ChunkStore& m_store;
@@ -25,21 +28,27 @@ private:
     Compression m_compression = Compression::kNone;
 };
 
-/// Things that one thread uses at a time: each takes one that lies idle, or makes another. Thread-safe.
-template <class Tool> class Toolbox {
+/// Things that one thread uses at a time: each takes one that lies idle, or makes another.
+/// Thread-safe.
+template <class Tool>
+class Toolbox {
 public:
     /// Calls work(tool). @param make std::unique_ptr<Tool>(): called when none lies idle
-    template <class Make, class Work> auto with(const Make& make, const Work& work) {
+    template <class Make, class Work>
+    auto with(const Make& make, const Work& work) {
         std::unique_ptr<Tool> tool = take();
-        if (tool == nullptr) tool = make();
+        if (tool == nullptr)
+            tool = make();
         const PutBack put_back{*this, tool};
         return work(*tool);
     }
 
     /// All that lie idle, in no promised order.
-    template <class Visit> void for_each(const Visit& visit) {
+    template <class Visit>
+    void for_each(const Visit& visit) {
         const std::lock_guard lock(m_mutex);
-        for (const auto& tool : m_idle) visit(*tool);
+        for (const auto& tool : m_idle)
+            visit(*tool);
     }
 
 private:
@@ -53,7 +62,8 @@ private:
     };
     std::unique_ptr<Tool> take() {
         const std::lock_guard lock(m_mutex);
-        if (m_idle.empty()) return nullptr;
+        if (m_idle.empty())
+            return nullptr;
         std::unique_ptr<Tool> out = std::move(m_idle.back());
         m_idle.pop_back();
         return out;

@@ -6,7 +6,8 @@ namespace terravox::minecraft {
 
 ChunkSection& ChunkBlocks::add_section() {
     constexpr std::size_t kUsual = 24;
-    if (m_count == m_sections.size()) m_sections.resize(std::max(kUsual, 2 * m_count));
+    if (m_count == m_sections.size())
+        m_sections.resize(std::max(kUsual, 2 * m_count));
     ChunkSection& out = m_sections[m_count++];
     out.y = 0, out.numeric = out.uniform = false, out.palette_begin = out.palette_size = 0;
     return out;
@@ -23,14 +24,17 @@ void ChunkBlocks::clear() noexcept {
 void ChunkBlocks::sort_sections() {
     const auto begin = m_sections.begin(), end = begin + static_cast<std::ptrdiff_t>(m_count);
     const auto lower = [](const ChunkSection& a, const ChunkSection& b) { return a.y < b.y; };
-    if (!std::is_sorted(begin, end, lower)) std::stable_sort(begin, end, lower);
+    if (!std::is_sorted(begin, end, lower))
+        std::stable_sort(begin, end, lower);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < m_count; ++i) {
         if (kept > 0 && m_sections[kept - 1].y == m_sections[i].y) {
-            oddities.push_back("section y = " + std::to_string(m_sections[i].y) + " is there twice: the last counts");
+            oddities.push_back("section y = " + std::to_string(m_sections[i].y) +
+                               " is there twice: the last counts");
             --kept;
         }
-        if (kept != i) m_sections[kept] = m_sections[i];
+        if (kept != i)
+            m_sections[kept] = m_sections[i];
         ++kept;
     }
     m_count = kept;

@@ -18,16 +18,20 @@ struct ChunkRef {
     std::uint32_t location = 0;  ///< in a region's table
 };
 
-/// The chunks of one dimension: which there are, and their unpacked bytes. Thread-safe; the world's folder must outlive it.
+/// The chunks of one dimension: which there are, and their unpacked bytes. Thread-safe; the world's
+/// folder must outlive it.
 class ChunkStore {
 public:
-    /// Reads the head of every region. One that cannot be read is a line of damage(). @param threads that do so, 0 = one for each core
+    /// Reads the head of every region. One that cannot be read is a line of damage(). @param
+    /// threads that do so, 0 = one for each core
     ChunkStore(const WorldFolder& world, const DimensionFolder& dimension, int threads);
 
     /// Region by region, and within each as in its table.
     [[nodiscard]] std::span<const ChunkRef> chunks() const noexcept { return m_chunks; }
     [[nodiscard]] const ChunkRef* find(const ChunkPlace& place) const noexcept;
-    [[nodiscard]] bool knows_place(const ChunkRef& chunk) const noexcept { return m_files[chunk.file].kind != FileKind::kChunk; }
+    [[nodiscard]] bool knows_place(const ChunkRef& chunk) const noexcept {
+        return m_files[chunk.file].kind != FileKind::kChunk;
+    }
 
     /// What one thread needs to read chunks with.
     struct Reader {
@@ -43,9 +47,13 @@ public:
 
     /// For messages: "region/r.0.-1.mca, chunk 3, -20".
     [[nodiscard]] std::string name_of(const ChunkRef& chunk) const;
-    [[nodiscard]] const std::vector<std::string>& damage() const noexcept { return m_damage; }  ///< of whole files
+    [[nodiscard]] const std::vector<std::string>& damage() const noexcept {
+        return m_damage;
+    }  ///< of whole files
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return m_notes; }
-    [[nodiscard]] FileKind kind_of(const ChunkRef& chunk) const noexcept { return m_files[chunk.file].kind; }
+    [[nodiscard]] FileKind kind_of(const ChunkRef& chunk) const noexcept {
+        return m_files[chunk.file].kind;
+    }
     [[nodiscard]] const std::vector<ChunkFile>& files() const noexcept { return m_files; }
 
 private:
@@ -55,8 +63,11 @@ private:
     };
     [[nodiscard]] Indexed index_file(std::uint32_t file);
     void place_region(std::uint32_t file, std::vector<ChunkRef>& chunks);
-    [[nodiscard]] Bytes read_external(const ChunkRef& chunk, Compression compression, Reader& reader) const;
-    [[nodiscard]] const std::string& path_of(std::uint32_t file) const noexcept { return m_source.entries()[m_files[file].entry].path; }
+    [[nodiscard]] Bytes read_external(const ChunkRef& chunk, Compression compression,
+                                      Reader& reader) const;
+    [[nodiscard]] const std::string& path_of(std::uint32_t file) const noexcept {
+        return m_source.entries()[m_files[file].entry].path;
+    }
 
     FileSource& m_source;
     std::vector<ChunkFile> m_files;

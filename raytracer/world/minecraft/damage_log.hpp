@@ -8,7 +8,8 @@
 
 namespace terravox::minecraft {
 
-/// What was found damaged, each line once and in order, whoever found it first. Thread-safe. Keeps kMostLines, and counts what comes after.
+/// What was found damaged, each line once and in order, whoever found it first. Thread-safe. Keeps
+/// kMostLines, and counts what comes after.
 class DamageLog {
 public:
     static constexpr std::size_t kMostLines = 10'000;
@@ -17,7 +18,8 @@ public:
     bool add(std::string line) {
         const std::lock_guard lock(m_mutex);
         if (m_lines.size() >= kMostLines) {
-            if (!m_lines.contains(line)) ++m_more;  // the same one may count twice here
+            if (!m_lines.contains(line))
+                ++m_more;  // the same one may count twice here
             return false;
         }
         return m_lines.insert(std::move(line)).second;
@@ -25,7 +27,8 @@ public:
     [[nodiscard]] std::vector<std::string> lines() const {
         const std::lock_guard lock(m_mutex);
         std::vector<std::string> out(m_lines.begin(), m_lines.end());
-        if (m_more > 0) out.push_back("and more than these " + std::to_string(kMostLines));
+        if (m_more > 0)
+            out.push_back("and more than these " + std::to_string(kMostLines));
         return out;
     }
 

@@ -13,8 +13,9 @@ struct ChunkArea {
     friend bool operator==(const ChunkArea&, const ChunkArea&) = default;
 };
 
-/// What is worth framing of chunks that lie scattered, as where players walked off through a portal: the largest part of them that hangs together, over
-/// gaps of up to a hundred voxels. The north-western one of several as large. @return nullopt when all hang together, or there are none
+/// What is worth framing of chunks that lie scattered, as where players walked off through a
+/// portal: the largest part of them that hangs together, over gaps of up to a hundred voxels. The
+/// north-western one of several as large. @return nullopt when all hang together, or there are none
 [[nodiscard]] std::optional<ChunkArea> main_part(std::span<const ChunkPlace> places);
 
 }  // namespace terravox::minecraft

@@ -18,15 +18,18 @@ public:
 
 /// How a chunk is packed: the number in a region file.
 enum class Compression : std::uint8_t { kGzip = 1, kZlib = 2, kNone = 3, kLz4 = 4 };
-[[nodiscard]] const char* compression_name(Compression compression) noexcept;  ///< "gzip", "zlib", "none", "lz4"
+[[nodiscard]] const char* compression_name(
+    Compression compression) noexcept;  ///< "gzip", "zlib", "none", "lz4"
 
 /// Told by the first bytes, for files that stand alone: gzip, zlib, LZ4, else none.
 [[nodiscard]] Compression guess_compression(std::span<const std::uint8_t> packed) noexcept;
 
-/// Unpacks chunks, one after the other, into a buffer of its own that is used again. Not thread-safe: one for each thread.
+/// Unpacks chunks, one after the other, into a buffer of its own that is used again. Not
+/// thread-safe: one for each thread.
 class Inflater {
 public:
-    /// What a chunk may unpack to. The largest seen in the wild are some MiB; the format has no limit.
+    /// What a chunk may unpack to. The largest seen in the wild are some MiB; the format has no
+    /// limit.
     static constexpr std::size_t kLimitBytes = std::size_t{64} << 20;
 
     Inflater();
@@ -34,13 +37,16 @@ public:
     Inflater(const Inflater&) = delete;
     Inflater& operator=(const Inflater&) = delete;
 
-    /// @return the unpacked bytes; valid until the next call, or those given when they are not packed
+    /// @return the unpacked bytes; valid until the next call, or those given when they are not
+    /// packed
     /// @throws InflateError
-    [[nodiscard]] std::span<const std::uint8_t> unpack(Compression compression, std::span<const std::uint8_t> packed);
+    [[nodiscard]] std::span<const std::uint8_t> unpack(Compression compression,
+                                                       std::span<const std::uint8_t> packed);
 
 private:
     struct Deflate;
-    [[nodiscard]] std::span<const std::uint8_t> unpack_deflate(Compression compression, std::span<const std::uint8_t> packed);
+    [[nodiscard]] std::span<const std::uint8_t> unpack_deflate(
+        Compression compression, std::span<const std::uint8_t> packed);
     [[nodiscard]] std::span<const std::uint8_t> unpack_lz4(std::span<const std::uint8_t> packed);
     void reserve(std::size_t bytes, std::size_t keep);
 

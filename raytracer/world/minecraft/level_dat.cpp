@@ -7,7 +7,9 @@
 namespace terravox::minecraft {
 namespace {
 
-bool whole_number(NbtType type) noexcept { return type >= NbtType::kByte && type <= NbtType::kLong; }
+bool whole_number(NbtType type) noexcept {
+    return type >= NbtType::kByte && type <= NbtType::kLong;
+}
 
 // Spawn as [x, y, z], as newer versions have it within a compound of its own.
 void read_spawn(NbtReader& in, LevelDat& level) {
@@ -15,9 +17,11 @@ void read_spawn(NbtReader& in, LevelDat& level) {
     while (in.next(field)) {
         if (field.name == "pos" && field.type == NbtType::kInts) {
             const NbtInts at = in.int_array();
-            if (at.count != 3) continue;
+            if (at.count != 3)
+                continue;
             auto& spawn = level.spawn.emplace();
-            for (std::size_t a = 0; a < 3; ++a) spawn[a] = static_cast<std::int32_t>(at[a]);
+            for (std::size_t a = 0; a < 3; ++a)
+                spawn[a] = static_cast<std::int32_t>(at[a]);
         } else {
             in.skip(field.type);
         }
@@ -46,7 +50,8 @@ void read_data(NbtReader& in, LevelDat& level) {
             level.name = utf8_of(in.string());
         } else if (field.name == "DataVersion" && whole_number(field.type)) {
             level.data_version = in.integer(field.type);
-        } else if ((field.name == "RandomSeed" || field.name == "seed") && whole_number(field.type)) {
+        } else if ((field.name == "RandomSeed" || field.name == "seed") &&
+                   whole_number(field.type)) {
             level.seed = in.integer(field.type);
         } else if (field.name == "Version" && field.type == NbtType::kCompound) {
             read_version(in, level);
@@ -63,11 +68,14 @@ void read_data(NbtReader& in, LevelDat& level) {
         } else {
             bool taken = false;
             for (std::size_t a = 0; a < 3; ++a)
-                if (field.name == kSpawn[a] && whole_number(field.type)) spawn[a] = in.integer(field.type), ++spawn_fields, taken = true;
-            if (!taken) in.skip(field.type);
+                if (field.name == kSpawn[a] && whole_number(field.type))
+                    spawn[a] = in.integer(field.type), ++spawn_fields, taken = true;
+            if (!taken)
+                in.skip(field.type);
         }
     }
-    if (spawn_fields == 3) level.spawn = spawn;
+    if (spawn_fields == 3)
+        level.spawn = spawn;
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ public:
 
     explicit LookBook(BlockTable table);
 
-    /// The voxels that palette entries stand for. @param out as long as `entries` @throws NbtError for an entry that is none
+    /// The voxels that palette entries stand for. @param out as long as `entries` @throws NbtError
+    /// for an entry that is none
     void of(std::span<const std::string_view> entries, std::span<voxel::VoxelAttr> out);
     /// @param number id * 16 + data
     [[nodiscard]] voxel::VoxelAttr of_number(std::uint16_t number);
@@ -44,7 +45,9 @@ public:
 private:
     struct TextHash {
         using is_transparent = void;
-        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept { return std::hash<std::string_view>{}(text); }
+        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
+            return std::hash<std::string_view>{}(text);
+        }
     };
     [[nodiscard]] voxel::VoxelAttr look_of(std::string_view entry);
     void tell(const std::string& name);
@@ -53,7 +56,8 @@ private:
     std::shared_mutex m_mutex;  ///< guards m_looks, by the bytes of a palette entry
     std::unordered_map<std::string, voxel::VoxelAttr, TextHash, std::equal_to<>> m_looks;
     static constexpr std::size_t kNumbers = 65536;
-    std::unique_ptr<std::atomic<std::uint64_t>[]> m_numbers;  ///< a VoxelAttr each; kUnset until it is asked for
+    std::unique_ptr<std::atomic<std::uint64_t>[]>
+        m_numbers;  ///< a VoxelAttr each; kUnset until it is asked for
     mutable std::mutex m_told_mutex;
     std::unordered_set<std::string> m_told;
 };

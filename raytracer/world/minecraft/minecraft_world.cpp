@@ -25,20 +25,25 @@ constexpr std::size_t kLeastMemoryBytes = std::size_t{16} << 20;
 constexpr std::int32_t kChunksAcross = voxel::kBoxSizeX / 16;
 
 // How messages begin.
-std::string opening(const MinecraftWorldOptions& options) { return "open the Minecraft world " + options.path.string() + ": "; }
+std::string opening(const MinecraftWorldOptions& options) {
+    return "open the Minecraft world " + options.path.string() + ": ";
+}
 
 voxel::SideCar side_car_in(const WorldFolder& folder) {
-    if (!folder.side_car()) return {};
+    if (!folder.side_car())
+        return {};
     const std::string origin = (folder.path() / joined(folder.root(), "terravox.json")).string();
     voxel::SideCar car = voxel::side_car_from_json(*folder.side_car(), origin);
     for (const std::int32_t offset : car.offset)
         if (offset % 16 != 0)
-            throw Error("read the side-car " + origin + ": offset " + std::to_string(offset) + "; allowed for a Minecraft world: multiples of 16");
+            throw Error("read the side-car " + origin + ": offset " + std::to_string(offset) +
+                        "; allowed for a Minecraft world: multiples of 16");
     return car;
 }
 
 BlockTable with_overlay(BlockTable table, const voxel::SideCar& car) {
-    if (!car.blocks.empty()) table.overlay(car.blocks);
+    if (!car.blocks.empty())
+        table.overlay(car.blocks);
     return table;
 }
 
@@ -52,13 +57,17 @@ public:
           m_store(m_folder, m_folder.dimension(options.dimension), options.threads),
           m_book(with_overlay(blocks, m_car)),
           m_chunks(options.memory_bytes / 8 * 3) {
-        for (const std::string& line : m_folder.damage()) m_damage.add(line);
-        for (const std::string& line : m_store.damage()) m_damage.add(line);
-        const ChunkSurvey survey = survey_chunks(m_store, m_book, m_damage, options.threads, options.look_through);
+        for (const std::string& line : m_folder.damage())
+            m_damage.add(line);
+        for (const std::string& line : m_store.damage())
+            m_damage.add(line);
+        const ChunkSurvey survey =
+            survey_chunks(m_store, m_book, m_damage, options.threads, options.look_through);
         if (m_store.chunks().empty() && m_store.damage().empty())
             throw UsageError(opening(options) + "no chunks in its dimension " + options.dimension);
         if (survey.readable == 0)
-            throw Error(opening(options) + "none of its chunks can be read; the first reason: " + m_damage.lines().front());
+            throw Error(opening(options) + "none of its chunks can be read; the first reason: " +
+                        m_damage.lines().front());
         set_info(survey);
         set_columns(survey);
     }
@@ -69,12 +78,15 @@ public:
 protected:
     [[nodiscard]] FineColumn make_column(std::int32_t bx, std::int32_t bz) override {
         ChunkPatch patch;
-        const ChunkPlace first{bx * kChunksAcross - m_car.offset[0] / 16, bz * kChunksAcross - m_car.offset[2] / 16};
-        for (std::int32_t i = 0; i < 36; ++i) patch[static_cast<std::size_t>(i)] = chunk({first.x + i % 6 - 1, first.z + i / 6 - 1});
+        const ChunkPlace first{bx * kChunksAcross - m_car.offset[0] / 16,
+                               bz * kChunksAcross - m_car.offset[2] / 16};
+        for (std::int32_t i = 0; i < 36; ++i)
+            patch[static_cast<std::size_t>(i)] = chunk({first.x + i % 6 - 1, first.z + i / 6 - 1});
         const voxel::BoxRange range = voxel::boxes_over(m_info.bounds, 0);
         FineColumn out;
         out.by_begin = range.min.by;
-        for (std::int32_t by = range.min.by; by < range.max.by; ++by) out.boxes.push_back(box_of(patch, {0, bx, by, bz}, m_car.offset[1]));
+        for (std::int32_t by = range.min.by; by < range.max.by; ++by)
+            out.boxes.push_back(box_of(patch, {0, bx, by, bz}, m_car.offset[1]));
         return out;
     }
 
@@ -96,60 +108,75 @@ private:
         m_info.voxel_m = m_car.voxel_m, m_info.crs_units_per_voxel = m_car.crs_units_per_voxel;
         m_info.crs = m_car.crs, m_info.crs_wkt = m_car.crs_wkt, m_info.centre = m_car.centre;
         m_info.licence = m_car.licence, m_info.attribution = m_car.attribution;
-        if (survey.places.empty() || survey.min_y >= survey.max_y) return;
+        if (survey.places.empty() || survey.min_y >= survey.max_y)
+            return;
         ChunkArea all{survey.places.front(), survey.places.front()};
         for (const ChunkPlace& place : survey.places) {
             all.min = {std::min(all.min.x, place.x), std::min(all.min.z, place.z)};
             all.max = {std::max(all.max.x, place.x + 1), std::max(all.max.z, place.z + 1)};
         }
         m_info.bounds = bounds_of(all, survey);
-        if (const auto part = main_part(survey.places)) m_info.framed = bounds_of(*part, survey);
+        if (const auto part = main_part(survey.places))
+            m_info.framed = bounds_of(*part, survey);
         m_info.levels = levels_for(m_info.bounds);
     }
 
     voxel::VoxelBounds bounds_of(const ChunkArea& area, const ChunkSurvey& survey) const noexcept {
         const auto& o = m_car.offset;
-        return {{area.min.x * 16 + o[0], survey.min_y + o[1], area.min.z * 16 + o[2]}, {area.max.x * 16 + o[0], survey.max_y + o[1], area.max.z * 16 + o[2]}};
+        return {{area.min.x * 16 + o[0], survey.min_y + o[1], area.min.z * 16 + o[2]},
+                {area.max.x * 16 + o[0], survey.max_y + o[1], area.max.z * 16 + o[2]}};
     }
 
     void set_columns(const ChunkSurvey& survey) {
         m_columns.resize(static_cast<std::size_t>(m_info.levels));
         for (const ChunkPlace& place : survey.places)
-            m_columns[0].insert({floor_div(place.x + m_car.offset[0] / 16, kChunksAcross), floor_div(place.z + m_car.offset[2] / 16, kChunksAcross)});
+            m_columns[0].insert({floor_div(place.x + m_car.offset[0] / 16, kChunksAcross),
+                                 floor_div(place.z + m_car.offset[2] / 16, kChunksAcross)});
         for (std::size_t level = 1; level < m_columns.size(); ++level)
-            for (const ChunkPlace& finer : m_columns[level - 1]) m_columns[level].insert({floor_div(finer.x, 2), floor_div(finer.z, 2)});
+            for (const ChunkPlace& finer : m_columns[level - 1])
+                m_columns[level].insert({floor_div(finer.x, 2), floor_div(finer.z, 2)});
     }
 
     // nullptr: air, because there is none, or it is damaged.
     std::shared_ptr<const VoxelChunk> chunk(const ChunkPlace& place) {
         const ChunkRef* ref = m_store.find(place);
-        if (ref == nullptr) return nullptr;
-        return m_chunks.get(place, [&] { return read(*ref); }, [](const auto& made) { return made ? made->memory_bytes() : 0; });
+        if (ref == nullptr)
+            return nullptr;
+        return m_chunks.get(
+            place, [&] { return read(*ref); },
+            [](const auto& made) { return made ? made->memory_bytes() : 0; });
     }
 
     std::shared_ptr<const VoxelChunk> read(const ChunkRef& ref) {
-        return m_tools.with([&] { return std::make_unique<Tools>(m_store, m_book); }, [&](Tools& tools) -> std::shared_ptr<const VoxelChunk> {
-            try {
-                const ChunkBlocks& blocks = tools.reader.read(ref);
-                for (const std::string& oddity : blocks.oddities) m_damage.add(m_store.name_of(ref) + ": " + oddity);
-                VoxelChunk made = tools.maker.make(blocks);
-                if (made.sections.empty()) return nullptr;
-                tell_if_outside(ref, made);
-                return std::make_shared<const VoxelChunk>(std::move(made));
-            } catch (const Error& e) {
-                m_damage.add(m_store.name_of(ref) + ": " + e.what());
-                return nullptr;
-            }
-        });
+        return m_tools.with([&] { return std::make_unique<Tools>(m_store, m_book); },
+                            [&](Tools& tools) -> std::shared_ptr<const VoxelChunk> {
+                                try {
+                                    const ChunkBlocks& blocks = tools.reader.read(ref);
+                                    for (const std::string& oddity : blocks.oddities)
+                                        m_damage.add(m_store.name_of(ref) + ": " + oddity);
+                                    VoxelChunk made = tools.maker.make(blocks);
+                                    if (made.sections.empty())
+                                        return nullptr;
+                                    tell_if_outside(ref, made);
+                                    return std::make_shared<const VoxelChunk>(std::move(made));
+                                } catch (const Error& e) {
+                                    m_damage.add(m_store.name_of(ref) + ": " + e.what());
+                                    return nullptr;
+                                }
+                            });
     }
 
     // Heights of a large world are told from a part of its chunks.
     void tell_if_outside(const ChunkRef& ref, const VoxelChunk& chunk) {
         const voxel::BoxRange range = voxel::boxes_over(m_info.bounds, 0);
-        const std::int64_t lo = std::int64_t{chunk.first_y} * 16, hi = lo + static_cast<std::int64_t>(chunk.sections.size()) * 16;
-        const std::int64_t lift = m_car.offset[1], low = std::int64_t{range.min.by} * voxel::kBoxSizeY, high = std::int64_t{range.max.by} * voxel::kBoxSizeY;
+        const std::int64_t lo = std::int64_t{chunk.first_y} * 16,
+                           hi = lo + static_cast<std::int64_t>(chunk.sections.size()) * 16;
+        const std::int64_t lift = m_car.offset[1],
+                           low = std::int64_t{range.min.by} * voxel::kBoxSizeY,
+                           high = std::int64_t{range.max.by} * voxel::kBoxSizeY;
         if (lo + lift < low || hi + lift > high)
-            m_damage.add(m_store.name_of(ref) + ": blocks at y = " + std::to_string(lo) + " to " + std::to_string(hi) + " reach outside the world's heights, " +
+            m_damage.add(m_store.name_of(ref) + ": blocks at y = " + std::to_string(lo) + " to " +
+                         std::to_string(hi) + " reach outside the world's heights, " +
                          std::to_string(low - lift) + " to " + std::to_string(high - lift));
     }
 
@@ -166,10 +193,13 @@ private:
 
 }  // namespace
 
-std::unique_ptr<voxel::World> open_minecraft_world(const MinecraftWorldOptions& options, const BlockTable& blocks) {
+std::unique_ptr<voxel::World> open_minecraft_world(const MinecraftWorldOptions& options,
+                                                   const BlockTable& blocks) {
     if (options.memory_bytes < kLeastMemoryBytes)
-        throw UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) + " MiB of memory; allowed: 16 at least");
-    if (options.look_through == 0) throw UsageError(opening(options) + "looks through 0 chunks; allowed: 1 at least");
+        throw UsageError(opening(options) + std::to_string(options.memory_bytes >> 20) +
+                         " MiB of memory; allowed: 16 at least");
+    if (options.look_through == 0)
+        throw UsageError(opening(options) + "looks through 0 chunks; allowed: 1 at least");
     return std::make_unique<MinecraftWorld>(options, blocks);
 }
 

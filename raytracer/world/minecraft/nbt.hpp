@@ -16,9 +16,24 @@ public:
     using Error::Error;
 };
 
-enum class NbtType : std::uint8_t { kEnd, kByte, kShort, kInt, kLong, kFloat, kDouble, kBytes, kString, kList, kCompound, kInts, kLongs };
+enum class NbtType : std::uint8_t {
+    kEnd,
+    kByte,
+    kShort,
+    kInt,
+    kLong,
+    kFloat,
+    kDouble,
+    kBytes,
+    kString,
+    kList,
+    kCompound,
+    kInts,
+    kLongs
+};
 
-/// A field of a compound: its type and its name in modified UTF-8. The name lies in the reader's bytes.
+/// A field of a compound: its type and its name in modified UTF-8. The name lies in the reader's
+/// bytes.
 struct NbtField {
     NbtType type = NbtType::kEnd;
     std::string_view name;
@@ -31,28 +46,33 @@ struct NbtList {
 };
 
 /// An array as it lies in the bytes: big-endian, unaligned.
-template <int kWidth> struct NbtArray {
+template <int kWidth>
+struct NbtArray {
     const std::uint8_t* bytes = nullptr;
     std::size_t count = 0;
     [[nodiscard]] bool empty() const noexcept { return count == 0; }
     /// @param i below count
     [[nodiscard]] std::uint64_t operator[](std::size_t i) const noexcept {
         std::uint64_t value = 0;
-        for (int b = 0; b < kWidth; ++b) value = value << 8 | bytes[i * kWidth + static_cast<std::size_t>(b)];
+        for (int b = 0; b < kWidth; ++b)
+            value = value << 8 | bytes[i * kWidth + static_cast<std::size_t>(b)];
         return value;
     }
 };
 using NbtInts = NbtArray<4>;
 using NbtLongs = NbtArray<8>;
 
-/// Reads NBT (Java edition, big-endian) from front to back, without copies: the caller pulls the fields that it knows and skips the others. What is
-/// claimed (lengths, counts) is checked against the bytes that are left before anything is done with it. Nothing here recurses: only skip() follows
-/// the data's nesting, down to kMaxDepth. Every call @throws NbtError where the bytes end early or are no NBT; then the reader is of no more use.
+/// Reads NBT (Java edition, big-endian) from front to back, without copies: the caller pulls the
+/// fields that it knows and skips the others. What is claimed (lengths, counts) is checked against
+/// the bytes that are left before anything is done with it. Nothing here recurses: only skip()
+/// follows the data's nesting, down to kMaxDepth. Every call @throws NbtError where the bytes end
+/// early or are no NBT; then the reader is of no more use.
 class NbtReader {
 public:
     static constexpr int kMaxDepth = 512;  ///< as in the game
 
-    explicit NbtReader(std::span<const std::uint8_t> bytes) noexcept : m_begin(bytes.data()), m_at(bytes.data()), m_end(bytes.data() + bytes.size()) {}
+    explicit NbtReader(std::span<const std::uint8_t> bytes) noexcept
+        : m_begin(bytes.data()), m_at(bytes.data()), m_end(bytes.data() + bytes.size()) {}
 
     /// Enters the compound that a whole file is; its name is passed over.
     void enter_root();
@@ -69,19 +89,24 @@ public:
     void skip(NbtType type);  ///< the value of a field or an element
 
     /// Where the reader stands, to be read again by another one: at(position).
-    [[nodiscard]] std::size_t position() const noexcept { return static_cast<std::size_t>(m_at - m_begin); }
+    [[nodiscard]] std::size_t position() const noexcept {
+        return static_cast<std::size_t>(m_at - m_begin);
+    }
     [[nodiscard]] NbtReader at(std::size_t position) const noexcept;
     /// The bytes from `position` to where the reader stands.
     [[nodiscard]] std::string_view since(std::size_t position) const noexcept;
 
 private:
     [[noreturn]] void fail(const std::string& what) const;
-    [[nodiscard]] std::size_t left() const noexcept { return static_cast<std::size_t>(m_end - m_at); }
+    [[nodiscard]] std::size_t left() const noexcept {
+        return static_cast<std::size_t>(m_end - m_at);
+    }
     /// The next n bytes.
     const std::uint8_t* take(std::uint64_t n);
     std::uint64_t take_big_endian(int width);
     std::uint64_t take_count(std::uint64_t width);
-    template <int kWidth> NbtArray<kWidth> array() {
+    template <int kWidth>
+    NbtArray<kWidth> array() {
         const std::uint64_t count = take_count(kWidth);
         return {take(count * kWidth), static_cast<std::size_t>(count)};
     }
@@ -91,7 +116,8 @@ private:
     const std::uint8_t* m_end;
 };
 
-/// Modified UTF-8 as UTF-8: NUL and surrogate pairs in their usual form; what is no text becomes '?', control characters too.
+/// Modified UTF-8 as UTF-8: NUL and surrogate pairs in their usual form; what is no text becomes
+/// '?', control characters too.
 [[nodiscard]] std::string utf8_of(std::string_view modified);
 
 }  // namespace terravox::minecraft

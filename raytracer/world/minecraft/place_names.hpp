@@ -22,14 +22,15 @@ enum class FileKind : std::uint8_t {
 struct PlacedFile {
     FileKind kind = FileKind::kAnvil;
     std::string_view root;       ///< the folder of the world, part of the path that was given
-    std::string_view dimension;  ///< folder of the dimension, from the root: "", "DIM-1", "dimensions/minecraft/the_end"
+    std::string_view dimension;  ///< folder of the dimension, from the root: "", "DIM-1",
+                                 ///< "dimensions/minecraft/the_end"
     std::int32_t x = 0, z = 0;   ///< of the region or the chunk
     std::string_view refused;    ///< why it cannot be used, if it looks like one that could
 };
 
 /// @param path with '/' between
-/// @return nullopt for files that hold no chunks. Regions lie in a folder `region` or side by side; Alpha chunks two folders deep
-/// (base 36 of x mod 64, z mod 64) or side by side.
+/// @return nullopt for files that hold no chunks. Regions lie in a folder `region` or side by side;
+/// Alpha chunks two folders deep (base 36 of x mod 64, z mod 64) or side by side.
 [[nodiscard]] std::optional<PlacedFile> placed_file(std::string_view path) noexcept;
 
 /// "overworld", "nether", "end", "DIM7", "some_pack:moon". @param folder as PlacedFile::dimension

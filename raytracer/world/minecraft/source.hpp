@@ -27,15 +27,18 @@ public:
 
 /// The files of a folder and of the folders in it, of a ZIP file, or one file alone. Thread-safe.
 ///
-/// From a ZIP file, one is unpacked when it is asked for: into memory, or, when large, into a file that has no name and goes away by itself. Those
-/// last used are kept under a byte limit. Files named to lead outside (absolute, with `..`) are refused.
+/// From a ZIP file, one is unpacked when it is asked for: into memory, or, when large, into a file
+/// that has no name and goes away by itself. Those last used are kept under a byte limit. Files
+/// named to lead outside (absolute, with `..`) are refused.
 class FileSource {
 public:
     static constexpr std::uint64_t kMostEntries = std::uint64_t{1} << 22;
-    static constexpr std::uint64_t kMostFileBytes = (std::uint64_t{1} << 30) + 8192;  ///< what a region of 1024 chunks of 1 MiB takes
+    static constexpr std::uint64_t kMostFileBytes =
+        (std::uint64_t{1} << 30) + 8192;  ///< what a region of 1024 chunks of 1 MiB takes
 
     struct Entry {
-        std::string path;  ///< from the source's root, with '/' between; for one file alone: its name
+        std::string
+            path;  ///< from the source's root, with '/' between; for one file alone: its name
         std::uint64_t bytes = 0;
     };
 
@@ -46,9 +49,11 @@ public:
     /// Sorted by path, each path once.
     [[nodiscard]] const std::vector<Entry>& entries() const noexcept { return m_entries; }
     [[nodiscard]] std::optional<std::size_t> find(std::string_view path) const noexcept;
-    /// @throws Error when it cannot be opened or unpacked, e.g. because it unpacks to more than kMostFileBytes
+    /// @throws Error when it cannot be opened or unpacked, e.g. because it unpacks to more than
+    /// kMostFileBytes
     [[nodiscard]] std::shared_ptr<const ByteFile> open(std::size_t entry);
-    /// The first bytes, up to `most`; of packed files, no more than these is unpacked. @throws Error
+    /// The first bytes, up to `most`; of packed files, no more than these is unpacked. @throws
+    /// Error
     [[nodiscard]] virtual std::vector<std::uint8_t> head(std::size_t entry, std::size_t most) = 0;
     /// The whole file. @throws Error, also when it is larger than `most`
     [[nodiscard]] std::vector<std::uint8_t> whole(std::size_t entry, std::size_t most);
@@ -74,7 +79,9 @@ private:
 };
 
 /// @param cache_bytes of what is kept open or unpacked
-/// @throws UsageError when there is nothing at `path`, or more than a source may hold; Error when it cannot be read
-[[nodiscard]] std::unique_ptr<FileSource> open_source(const std::filesystem::path& path, std::size_t cache_bytes);
+/// @throws UsageError when there is nothing at `path`, or more than a source may hold; Error when
+/// it cannot be read
+[[nodiscard]] std::unique_ptr<FileSource> open_source(const std::filesystem::path& path,
+                                                      std::size_t cache_bytes);
 
 }  // namespace terravox::minecraft

@@ -13,15 +13,21 @@ namespace terravox::minecraft {
 
 /// One section as voxels.
 struct VoxelSection {
-    /// Of each column of 16 voxels (index x + 16 z), one bit a voxel, lowest first: solid and opaque; solid and see-through.
-    struct Bits { std::array<std::uint16_t, 256> opaque, clear; };
-    std::vector<voxel::VoxelAttr> looks;      ///< that occur; empty: the section is air
-    std::unique_ptr<std::uint8_t[]> narrow;   ///< indices into looks, as cells; unless there is one look only
-    std::unique_ptr<std::uint16_t[]> wide;    ///< the same, for more than 256 looks
-    std::unique_ptr<Bits> bits;               ///< unless all voxels are alike
+    /// Of each column of 16 voxels (index x + 16 z), one bit a voxel, lowest first: solid and
+    /// opaque; solid and see-through.
+    struct Bits {
+        std::array<std::uint16_t, 256> opaque, clear;
+    };
+    std::vector<voxel::VoxelAttr> looks;  ///< that occur; empty: the section is air
+    std::unique_ptr<std::uint8_t[]>
+        narrow;  ///< indices into looks, as cells; unless there is one look only
+    std::unique_ptr<std::uint16_t[]> wide;  ///< the same, for more than 256 looks
+    std::unique_ptr<Bits> bits;             ///< unless all voxels are alike
 
     [[nodiscard]] bool air() const noexcept { return looks.empty(); }
-    [[nodiscard]] const voxel::VoxelAttr& at(std::size_t cell) const noexcept { return looks[narrow ? narrow[cell] : wide ? wide[cell] : 0]; }
+    [[nodiscard]] const voxel::VoxelAttr& at(std::size_t cell) const noexcept {
+        return looks[narrow ? narrow[cell] : wide ? wide[cell] : 0];
+    }
 };
 
 /// One chunk as voxels. Immutable once made.
@@ -30,7 +36,9 @@ struct VoxelChunk {
     std::vector<VoxelSection> sections;  ///< without gaps; empty: all air
     [[nodiscard]] const VoxelSection* section(std::int32_t y) const noexcept {
         const std::int64_t i = std::int64_t{y} - first_y;
-        return i >= 0 && i < static_cast<std::int64_t>(sections.size()) ? &sections[static_cast<std::size_t>(i)] : nullptr;
+        return i >= 0 && i < static_cast<std::int64_t>(sections.size())
+                   ? &sections[static_cast<std::size_t>(i)]
+                   : nullptr;
     }
     [[nodiscard]] std::size_t memory_bytes() const noexcept;
 };

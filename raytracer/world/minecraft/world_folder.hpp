@@ -31,7 +31,8 @@ struct DimensionFolder {
     std::vector<std::string> notes;  ///< files that were passed over, and why
 };
 
-/// What is there of a world, told by the names of its files. Immutable but for the source, which is thread-safe.
+/// What is there of a world, told by the names of its files. Immutable but for the source, which is
+/// thread-safe.
 class WorldFolder {
 public:
     /// @param path as MinecraftWorldOptions::path @param cache_bytes of files kept open or unpacked
@@ -40,14 +41,20 @@ public:
 
     [[nodiscard]] FileSource& source() const noexcept { return *m_source; }
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_path; }
-    [[nodiscard]] const std::string& root() const noexcept { return m_root; }  ///< folder of the source that holds the world
-    [[nodiscard]] std::string title() const;                                   ///< level.dat's name, else the file's or folder's
+    [[nodiscard]] const std::string& root() const noexcept {
+        return m_root;
+    }                                         ///< folder of the source that holds the world
+    [[nodiscard]] std::string title() const;  ///< level.dat's name, else the file's or folder's
     [[nodiscard]] const std::optional<LevelDat>& level() const noexcept { return m_level; }
-    [[nodiscard]] const std::vector<std::string>& damage() const noexcept { return m_damage; }  ///< of what belongs to no dimension
+    [[nodiscard]] const std::vector<std::string>& damage() const noexcept {
+        return m_damage;
+    }  ///< of what belongs to no dimension
     /// Text of terravox.json, when there is one.
     [[nodiscard]] const std::optional<std::string>& side_car() const noexcept { return m_side_car; }
     /// The overworld first, then by name.
-    [[nodiscard]] const std::vector<DimensionFolder>& dimensions() const noexcept { return m_dimensions; }
+    [[nodiscard]] const std::vector<DimensionFolder>& dimensions() const noexcept {
+        return m_dimensions;
+    }
     /// @throws UsageError naming those that are there
     [[nodiscard]] const DimensionFolder& dimension(std::string_view name) const;
 

@@ -7,7 +7,9 @@
 
 namespace terravox::minecraft {
 
-/// The files of a ZIP file. @throws Error when it is none, or holds more than FileSource::kMostEntries
-[[nodiscard]] std::unique_ptr<FileSource> open_zip(const std::filesystem::path& path, std::size_t cache_bytes);
+/// The files of a ZIP file. @throws Error when it is none, or holds more than
+/// FileSource::kMostEntries
+[[nodiscard]] std::unique_ptr<FileSource> open_zip(const std::filesystem::path& path,
+                                                   std::size_t cache_bytes);
 
 }  // namespace terravox::minecraft

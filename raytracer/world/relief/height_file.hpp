@@ -26,30 +26,36 @@ struct Cells {
     int x = 0, y = 0, width = 0, height = 0;  ///< in cells of the grid that they are of
     std::vector<double> metres;
     [[nodiscard]] double at(int cell_x, int cell_y) const noexcept {
-        return metres[static_cast<std::size_t>(cell_y - y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(cell_x - x)];
+        return metres[static_cast<std::size_t>(cell_y - y) * static_cast<std::size_t>(width) +
+                      static_cast<std::size_t>(cell_x - x)];
     }
 };
 
 /// One opened raster of heights. Not thread-safe: one for each thread.
 class HeightFile {
 public:
-    /// @throws Error naming the file when it is missing, no raster, has no place on Earth, or blocks that fit no memory
+    /// @throws Error naming the file when it is missing, no raster, has no place on Earth, or
+    /// blocks that fit no memory
     explicit HeightFile(const Reading& reading);
 
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return m_reading.path; }
     [[nodiscard]] const geo::Crs& crs() const noexcept { return *m_crs; }
-    [[nodiscard]] bool north_up() const noexcept { return m_geo[2] == 0 && m_geo[4] == 0; }  ///< or south up; rows run from west to east
+    [[nodiscard]] bool north_up() const noexcept {
+        return m_geo[2] == 0 && m_geo[4] == 0;
+    }  ///< or south up; rows run from west to east
     [[nodiscard]] std::string copyright() const;
     [[nodiscard]] int overviews() const noexcept { return m_band->GetOverviewCount(); }
 
     /// The cells as they are, an overview of them, or each so-many-th cell of these.
     struct Grid {
-        int overview = -1;   ///< of GDAL; -1: none
-        int stride = 1;      ///< cells to a cell of this grid
+        int overview = -1;  ///< of GDAL; -1: none
+        int stride = 1;     ///< cells to a cell of this grid
         int width = 0, height = 0;
-        double x0 = 0, y0 = 0, dx = 0, dy = 0;  ///< place of the first cell's outer corner, and steps to the next; dy < 0: north up
+        double x0 = 0, y0 = 0, dx = 0, dy = 0;  ///< place of the first cell's outer corner, and
+                                                ///< steps to the next; dy < 0: north up
     };
-    /// For columns with edges of `side` (units of crs()): the cells, or the coarsest overview with two or more to a side; of very many each so-many-th.
+    /// For columns with edges of `side` (units of crs()): the cells, or the coarsest overview with
+    /// two or more to a side; of very many each so-many-th.
     [[nodiscard]] Grid grid_for(double side) const noexcept;
 
     /// @param x, y, width, height cells of the grid, inside it
@@ -61,12 +67,15 @@ public:
         double low_m = 0, high_m = 0;
         bool exact = true;  ///< false: of a part of its blocks, or of an overview
     };
-    /// @param most_cells that may be looked at, about @return nullopt: no heights in what was looked at
+    /// @param most_cells that may be looked at, about @return nullopt: no heights in what was
+    /// looked at
     /// @throws Error when all that was looked at is damaged
     [[nodiscard]] std::optional<Range> rough_range(double most_cells);
 
     /// Outline in units of crs().
-    struct Outline { double west = 0, south = 0, east = 0, north = 0; };
+    struct Outline {
+        double west = 0, south = 0, east = 0, north = 0;
+    };
     [[nodiscard]] Outline outline() const noexcept;
     /// Edge of a cell, metres, about.
     [[nodiscard]] double cell_m() const noexcept;

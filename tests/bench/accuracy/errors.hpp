@@ -9,11 +9,13 @@ namespace terravox::bench {
 class Errors {
 public:
     void add(double found_minus_true) { m_values.push_back(static_cast<float>(found_minus_true)); }
-    void add(const Errors& others) { m_values.insert(m_values.end(), others.m_values.begin(), others.m_values.end()); }
+    void add(const Errors& others) {
+        m_values.insert(m_values.end(), others.m_values.begin(), others.m_values.end());
+    }
     [[nodiscard]] std::size_t count() const noexcept { return m_values.size(); }
     // All of these are NaN without any value.
     [[nodiscard]] double rmse() const noexcept;
-    [[nodiscard]] double bias() const noexcept;  ///< the mean
+    [[nodiscard]] double bias() const noexcept;   ///< the mean
     [[nodiscard]] double worst() const noexcept;  ///< greatest size
     /// The size that a share of the differences does not exceed. @param share (0, 1]
     [[nodiscard]] double size_at(double share) const;
@@ -32,8 +34,11 @@ struct Share {
 /// Two sets of columns: how much they agree.
 struct Overlap {
     std::size_t both = 0, either = 0;
-    void add(bool found, bool real) noexcept { both += found && real ? 1U : 0U, either += found || real ? 1U : 0U; }
-    [[nodiscard]] double iou() const noexcept;  ///< intersection over union; NaN when both sets are empty
+    void add(bool found, bool real) noexcept {
+        both += found && real ? 1U : 0U, either += found || real ? 1U : 0U;
+    }
+    [[nodiscard]] double iou()
+        const noexcept;  ///< intersection over union; NaN when both sets are empty
 };
 
 }  // namespace terravox::bench

@@ -8,7 +8,8 @@ using namespace terravox::bench;
 
 TEST_CASE("root mean square, mean and percentiles of errors", "[bench][accuracy]") {
     Errors errors;
-    for (const double v : {3.0, -4.0, 0.0, 0.0}) errors.add(v);
+    for (const double v : {3.0, -4.0, 0.0, 0.0})
+        errors.add(v);
     CHECK(errors.rmse() == Approx(2.5));
     CHECK(errors.bias() == Approx(-0.25));
     CHECK(errors.worst() == Approx(4));
@@ -34,9 +35,11 @@ TEST_CASE("nothing measured is not a number, never a success", "[bench][accuracy
 
 TEST_CASE("shares and overlaps count what held", "[bench][accuracy]") {
     Share share;
-    for (const bool holds : {true, false, true, true}) share.add(holds);
+    for (const bool holds : {true, false, true, true})
+        share.add(holds);
     CHECK(share.value() == Approx(0.75));
     Overlap overlap;
-    overlap.add(true, true), overlap.add(true, false), overlap.add(false, true), overlap.add(false, false);
+    overlap.add(true, true), overlap.add(true, false), overlap.add(false, true),
+        overlap.add(false, false);
     CHECK(overlap.iou() == Approx(1.0 / 3));
 }

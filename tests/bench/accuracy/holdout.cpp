@@ -17,10 +17,13 @@ public:
     explicit GroundLookup(voxelize::LidarWorld& world) : m_world(world) {}
     /// @return the ground of a column in voxels, NaN where it is not known
     double at(std::int32_t x, std::int32_t z) {
-        const std::pair key{voxel::floor_div(x, voxel::kBoxSizeX), voxel::floor_div(z, voxel::kBoxSizeZ)};
+        const std::pair key{voxel::floor_div(x, voxel::kBoxSizeX),
+                            voxel::floor_div(z, voxel::kBoxSizeZ)};
         auto patch = m_patches.find(key);
-        if (patch == m_patches.end()) patch = m_patches.emplace(key, m_world.ground_heights(key.first, key.second)).first;
-        const std::int32_t dx = x - key.first * voxel::kBoxSizeX, dz = z - key.second * voxel::kBoxSizeZ;
+        if (patch == m_patches.end())
+            patch = m_patches.emplace(key, m_world.ground_heights(key.first, key.second)).first;
+        const std::int32_t dx = x - key.first * voxel::kBoxSizeX,
+                           dz = z - key.second * voxel::kBoxSizeZ;
         return patch->second[static_cast<std::size_t>(dz * voxel::kBoxSizeX + dx)];
     }
 
@@ -31,7 +34,8 @@ private:
 
 }  // namespace
 
-std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& files, const std::filesystem::path& folder, int nth) {
+std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& files,
+                                     const std::filesystem::path& folder, int nth) {
     std::vector<HeldOut> out;
     std::uint64_t ground = 0;
     for (const auto& file : files) {
@@ -41,7 +45,8 @@ std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& f
         options.scale = info.scale, options.offset = info.offset;
         lidar::LasWriter writer(folder / file.filename(), options);
         lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) {
-            if (p.classification == kGroundClass && ++ground % static_cast<std::uint64_t>(nth) == 0) {
+            if (p.classification == kGroundClass &&
+                ++ground % static_cast<std::uint64_t>(nth) == 0) {
                 out.push_back({p.x, p.y, p.z});
                 return;
             }
@@ -57,20 +62,26 @@ std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& f
     return out;
 }
 
-Errors predict_held_out(voxelize::LidarWorld& world, const std::vector<HeldOut>& points, std::size_t& without) {
+Errors predict_held_out(voxelize::LidarWorld& world, const std::vector<HeldOut>& points,
+                        std::size_t& without) {
     const double units = world.info().crs_units_per_voxel, voxel_m = world.info().voxel_m;
     GroundLookup ground(world);
     Errors out;
     without = 0;
     for (const HeldOut& point : points) {
-        const double x = point.x / units - 0.5, z = -point.y / units - 0.5;  // centres of columns at whole numbers
-        const auto column = static_cast<std::int32_t>(std::floor(x)), row = static_cast<std::int32_t>(std::floor(z));
+        const double x = point.x / units - 0.5,
+                     z = -point.y / units - 0.5;  // centres of columns at whole numbers
+        const auto column = static_cast<std::int32_t>(std::floor(x)),
+                   row = static_cast<std::int32_t>(std::floor(z));
         const double fx = x - column, fz = z - row;
         const double north = std::lerp(ground.at(column, row), ground.at(column + 1, row), fx);
-        const double south = std::lerp(ground.at(column, row + 1), ground.at(column + 1, row + 1), fx);
+        const double south =
+            std::lerp(ground.at(column, row + 1), ground.at(column + 1, row + 1), fx);
         const double height_m = std::lerp(north, south, fz) * voxel_m;
-        if (std::isnan(height_m)) ++without;
-        else out.add(height_m - point.height_m);
+        if (std::isnan(height_m))
+            ++without;
+        else
+            out.add(height_m - point.height_m);
     }
     return out;
 }

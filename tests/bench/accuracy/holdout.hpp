@@ -14,12 +14,16 @@ struct HeldOut {
     double x = 0, y = 0, height_m = 0;
 };
 
-/// Copies LAS or LAZ files into a folder without every `nth` ground point (class 2), counted over all files in their order. Coordinates,
-/// classes, returns and colours are kept, flags and the rest are not; CRS is left to the options of the world. @throws Error
-[[nodiscard]] std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& files, const std::filesystem::path& folder, int nth);
+/// Copies LAS or LAZ files into a folder without every `nth` ground point (class 2), counted over
+/// all files in their order. Coordinates, classes, returns and colours are kept, flags and the rest
+/// are not; CRS is left to the options of the world. @throws Error
+[[nodiscard]] std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& files,
+                                                   const std::filesystem::path& folder, int nth);
 
-/// Predicted minus true heights, the prediction bilinear between the centres of the four columns around a point. Points beside a column
-/// without ground are left out and counted. @param without receives how many those are
-[[nodiscard]] Errors predict_held_out(voxelize::LidarWorld& world, const std::vector<HeldOut>& points, std::size_t& without);
+/// Predicted minus true heights, the prediction bilinear between the centres of the four columns
+/// around a point. Points beside a column without ground are left out and counted. @param without
+/// receives how many those are
+[[nodiscard]] Errors predict_held_out(voxelize::LidarWorld& world,
+                                      const std::vector<HeldOut>& points, std::size_t& without);
 
 }  // namespace terravox::bench

@@ -14,7 +14,9 @@ using namespace terravox::bench;
 
 namespace {
 
-double plane_m(double x, double y) { return 300 + 0.2 * (x - 462000) - 0.1 * (y - 101000); }
+double plane_m(double x, double y) {
+    return 300 + 0.2 * (x - 462000) - 0.1 * (y - 101000);
+}
 
 /// Ground on a tilted plane, two points a metre, and a bush of class 3 over every tenth.
 void write_plane(const std::filesystem::path& path) {
@@ -27,7 +29,8 @@ void write_plane(const std::filesystem::path& path) {
             lidar::LasWritePoint p;
             p.x = x, p.y = y, p.z = plane_m(x, y), p.classification = 2;
             writer.write(p);
-            if (++i % 10 == 0) p.z += 1.5, p.classification = 3, writer.write(p);
+            if (++i % 10 == 0)
+                p.z += 1.5, p.classification = 3, writer.write(p);
         }
     writer.close();
 }
@@ -39,13 +42,16 @@ TEST_CASE("every tenth ground point is left out, and nothing else", "[bench][acc
     write_plane(folder.path() / "plane.laz");
     std::filesystem::create_directories(folder.path() / "rest");
     const auto held = hold_out_ground({folder.path() / "plane.laz"}, folder.path() / "rest", 10);
-    const auto before = lidar::read_las_info(folder.path() / "plane.laz"), after = lidar::read_las_info(folder.path() / "rest" / "plane.laz");
+    const auto before = lidar::read_las_info(folder.path() / "plane.laz"),
+               after = lidar::read_las_info(folder.path() / "rest" / "plane.laz");
     CHECK(held.size() == 6553);
     CHECK(before.point_count - after.point_count == held.size());
     std::size_t plants = 0;
-    lidar::read_las_points(after, {0, after.point_count}, [&](const lidar::LasPoint& p) { plants += p.classification == 3; });
+    lidar::read_las_points(after, {0, after.point_count},
+                           [&](const lidar::LasPoint& p) { plants += p.classification == 3; });
     CHECK(plants == 6553);
-    for (const HeldOut& p : held) CHECK(p.height_m == Approx(plane_m(p.x, p.y)).margin(0.002));
+    for (const HeldOut& p : held)
+        CHECK(p.height_m == Approx(plane_m(p.x, p.y)).margin(0.002));
 }
 
 TEST_CASE("a plane is predicted where it was not seen", "[bench][accuracy][holdout]") {
@@ -70,7 +76,8 @@ TEST_CASE("a moved copy has other places and the same points", "[bench][moved]")
     const test::TemporaryFolder folder;
     write_plane(folder.path() / "plane.laz");
     copy_moved(folder.path() / "plane.laz", folder.path() / "moved.laz", 3000, -1000);
-    const auto from = lidar::read_las_info(folder.path() / "plane.laz"), to = lidar::read_las_info(folder.path() / "moved.laz");
+    const auto from = lidar::read_las_info(folder.path() / "plane.laz"),
+               to = lidar::read_las_info(folder.path() / "moved.laz");
     CHECK(to.point_count == from.point_count);
     CHECK(to.min[0] == Approx(from.min[0] + 3000));
     CHECK(to.max[1] == Approx(from.max[1] - 1000));

@@ -6,7 +6,8 @@
 namespace terravox::bench {
 namespace {
 
-constexpr double kSteep = 0.7;  ///< rise over run; half a metre sideways there is more than a third of a metre in height
+constexpr double kSteep =
+    0.7;  ///< rise over run; half a metre sideways there is more than a third of a metre in height
 
 void add(const std::string& where, const Errors& errors, Target target, Readings& readings) {
     readings.add("ground RMSE, " + where, "m", errors.rmse(), target);
@@ -20,15 +21,21 @@ void measure_ground(const TruthPlace& truth, const VoxelField& found, Readings& 
     Share known;
     for (std::size_t i = 0; i < truth.area.size(); ++i) {
         const survey::TrueColumn& real = truth.columns[i];
-        if (real.water_m > survey::kNoWater || real.deck_m > survey::kNoWater) continue;
+        if (real.water_m > survey::kNoWater || real.deck_m > survey::kNoWater)
+            continue;
         const double ground_m = found.ground_m(i);
         known.add(!std::isnan(ground_m));
-        if (std::isnan(ground_m)) continue;
+        if (std::isnan(ground_m))
+            continue;
         const double off = ground_m - static_cast<double>(real.ground_m);
-        if (real.building != survey::TrueColumn::kNone) buildings.add(off);
-        else if (real.crown_m > survey::kNoWater) trees.add(off);
-        else if (length(truth.model.gradient(truth.centre(i))) > kSteep) steep.add(off);
-        else open.add(off);
+        if (real.building != survey::TrueColumn::kNone)
+            buildings.add(off);
+        else if (real.crown_m > survey::kNoWater)
+            trees.add(off);
+        else if (length(truth.model.gradient(truth.centre(i))) > kSteep)
+            steep.add(off);
+        else
+            open.add(off);
     }
     Errors all_open = open;
     all_open.add(steep);

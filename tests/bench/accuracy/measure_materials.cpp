@@ -14,23 +14,29 @@ using Counts = std::array<std::array<std::size_t, voxel::kMaterialCount>, survey
 
 bool is_bare(Material m) {
     using enum Material;
-    return m == kRock || m == kSoil || m == kGround || m == kGrass || m == kSand || m == kSnow || m == kRoad || m == kConcrete || m == kRail;
+    return m == kRock || m == kSoil || m == kGround || m == kGrass || m == kSand || m == kSnow ||
+           m == kRoad || m == kConcrete || m == kRail;
 }
 
 /// What a kind may be shown as.
 bool right(TrueKind kind, Material m) {
     using enum Material;
     switch (kind) {
-        case TrueKind::kGrass: return m == kGrass || m == kGround || m == kLowVegetation || m == kSoil;  // crops are low vegetation
-        case TrueKind::kBare: return m == kGround || m == kRock || m == kSoil || m == kSand || m == kConcrete;
+        case TrueKind::kGrass:
+            return m == kGrass || m == kGround || m == kLowVegetation ||
+                   m == kSoil;  // crops are low vegetation
+        case TrueKind::kBare:
+            return m == kGround || m == kRock || m == kSoil || m == kSand || m == kConcrete;
         case TrueKind::kRoad: return m == kRoad || m == kConcrete;
-        case TrueKind::kGravelRoad: return m == kRoad || m == kConcrete || m == kGround || m == kSand || m == kSoil;
+        case TrueKind::kGravelRoad:
+            return m == kRoad || m == kConcrete || m == kGround || m == kSand || m == kSoil;
         case TrueKind::kWater: return m == kWater;
         case TrueKind::kTree: return is_plant(m);
         case TrueKind::kRoofRed: return m == kOrangeRoof;
         case TrueKind::kRoofGrey: return m == kGreyRoof;
         case TrueKind::kRoofPale: return m == kFlatRoof || m == kConcrete;
-        case TrueKind::kRoofCopper: return m == kRoof || m == kGreyRoof || m == kFlatRoof;  // no material of its own
+        case TrueKind::kRoofCopper:
+            return m == kRoof || m == kGreyRoof || m == kFlatRoof;  // no material of its own
         case TrueKind::kBridge: return m == kBridge;
         case TrueKind::kWire: return m == kWire;
         case TrueKind::kPylon: return m == kTower;
@@ -57,30 +63,40 @@ bool alike_around(const TruthPlace& truth, int column, int row) {
     const TrueKind kind = truth.columns[truth.area.index(column, row)].kind;
     for (int dr = -1; dr <= 1; ++dr)
         for (int dc = -1; dc <= 1; ++dc)
-            if (truth.area.holds(column + dc, row + dr) && truth.columns[truth.area.index(column + dc, row + dr)].kind != kind) return false;
+            if (truth.area.holds(column + dc, row + dr) &&
+                truth.columns[truth.area.index(column + dc, row + dr)].kind != kind)
+                return false;
     return true;
 }
 
-/// A row for each true kind: how many columns, and which share of them is shown as what (1 % and more).
+/// A row for each true kind: how many columns, and which share of them is shown as what (1 % and
+/// more).
 std::string table_of(const Counts& counts) {
-    std::string out = "true kind x material of the highest voxel, share of the kind's columns (right ones in bold)\n\n";
+    std::string out =
+        "true kind x material of the highest voxel, share of the kind's columns (right ones in "
+        "bold)\n\n";
     out += "| true kind | columns | found |\n|---|---:|---|\n";
     for (std::size_t k = 1; k < counts.size(); ++k) {
         std::size_t sum = 0;
-        for (const std::size_t n : counts[k]) sum += n;
-        if (sum == 0) continue;
+        for (const std::size_t n : counts[k])
+            sum += n;
+        if (sum == 0)
+            continue;
         const auto kind = static_cast<TrueKind>(k);
         std::string cells;
         for (std::size_t m = 0; m < counts[k].size(); ++m) {
             const double share = static_cast<double>(counts[k][m]) / static_cast<double>(sum);
-            if (share < 0.01) continue;
+            if (share < 0.01)
+                continue;
             const auto material = static_cast<Material>(m);
             std::array<char, 32> percent{};
             std::snprintf(percent.data(), percent.size(), " %.0f %%", 100 * share);
             const std::string mark = right(kind, material) ? "**" : "";
-            cells += (cells.empty() ? "" : ", ") + mark + std::string(voxel::material_name(material)) + percent.data() + mark;
+            cells += (cells.empty() ? "" : ", ") + mark +
+                     std::string(voxel::material_name(material)) + percent.data() + mark;
         }
-        out += "| " + std::string(name_of(kind)) + " | " + std::to_string(sum) + " | " + cells + " |\n";
+        out += "| " + std::string(name_of(kind)) + " | " + std::to_string(sum) + " | " + cells +
+               " |\n";
     }
     return out;
 }
@@ -101,14 +117,18 @@ void measure_materials(const TruthPlace& truth, const VoxelField& found, Reading
             ++counts[static_cast<std::size_t>(kind)][static_cast<std::size_t>(m)];
             wrong.add(!right(kind, m)), wrong_group.add(!right_group(kind, m));
             by_kind[static_cast<std::size_t>(kind)].add(!right(kind, m));
-            if (alike_around(truth, column, row)) wrong_inside.add(!right(kind, m));
+            if (alike_around(truth, column, row))
+                wrong_inside.add(!right(kind, m));
         }
     readings.add("surface: wrong material", "share", wrong.value());
     readings.add("surface: wrong material, a column or more inside", "share", wrong_inside.value());
     readings.add("surface: wrong group of materials", "share", wrong_group.value());
     readings.add("surface: columns without voxels", "share", missing.value());
     for (std::size_t k = 1; k < by_kind.size(); ++k)
-        if (by_kind[k].asked > 0) readings.add("surface: wrong material, " + std::string(name_of(static_cast<TrueKind>(k))), "share", by_kind[k].value());
+        if (by_kind[k].asked > 0)
+            readings.add(
+                "surface: wrong material, " + std::string(name_of(static_cast<TrueKind>(k))),
+                "share", by_kind[k].value());
     readings.note(table_of(counts));
 }
 

@@ -11,7 +11,8 @@ std::vector<float> canopy_of(const VoxelField& found) {
     std::vector<float> out(found.area().size());
     for (std::size_t i = 0; i < out.size(); ++i) {
         const FoundRun* const top = found.highest(i, is_plant);
-        if (top != nullptr && !std::isnan(found.ground_m(i))) out[i] = std::max(0.0F, static_cast<float>(top->y1) - 0.5F - found.ground_m(i));
+        if (top != nullptr && !std::isnan(found.ground_m(i)))
+            out[i] = std::max(0.0F, static_cast<float>(top->y1) - 0.5F - found.ground_m(i));
     }
     return out;
 }
@@ -27,7 +28,8 @@ public:
         for (int r = 0; r < m_side; ++r)
             for (int c = 0; c < m_side; ++c) {
                 const int dc = c - reach, dr = r - reach;
-                if (dc * dc + dr * dr <= (tree.radius_m + 0.5) * (tree.radius_m + 0.5) && found.area().holds(column + dc, row + dr))
+                if (dc * dc + dr * dr <= (tree.radius_m + 0.5) * (tree.radius_m + 0.5) &&
+                    found.area().holds(column + dc, row + dr))
                     take(found.area().index(column + dc, row + dr));
                 m_first[cell(c, r) + 1] = m_runs.size();
             }
@@ -36,14 +38,19 @@ public:
         join();
     }
 
-    /// Whether the highest plant is joined to one that stands on the ground; true without any plant.
+    /// Whether the highest plant is joined to one that stands on the ground; true without any
+    /// plant.
     [[nodiscard]] bool stands() {
         std::size_t top = m_runs.size();
         for (std::size_t i = 0; i < m_runs.size(); ++i)
-            if (is_plant(m_runs[i].run.material) && (top == m_runs.size() || m_runs[i].run.y1 > m_runs[top].run.y1)) top = i;
-        if (top == m_runs.size()) return true;
+            if (is_plant(m_runs[i].run.material) &&
+                (top == m_runs.size() || m_runs[i].run.y1 > m_runs[top].run.y1))
+                top = i;
+        if (top == m_runs.size())
+            return true;
         for (std::size_t i = 0; i < m_runs.size(); ++i)
-            if (m_runs[i].on_ground && root(i) == root(top)) return true;
+            if (m_runs[i].on_ground && root(i) == root(top))
+                return true;
         return false;
     }
 
@@ -53,30 +60,37 @@ private:
         bool on_ground;
     };
     [[nodiscard]] std::size_t cell(int c, int r) const noexcept {
-        return static_cast<std::size_t>(r) * static_cast<std::size_t>(m_side) + static_cast<std::size_t>(c);
+        return static_cast<std::size_t>(r) * static_cast<std::size_t>(m_side) +
+               static_cast<std::size_t>(c);
     }
 
     void take(std::size_t index) {
         const int ground = m_found.ground_top(index).value_or(-(1 << 20));
         for (const FoundRun& run : m_found.runs(index))
-            if (run.y0 >= ground) m_runs.push_back({run, run.y0 == ground});
+            if (run.y0 >= ground)
+                m_runs.push_back({run, run.y0 == ground});
     }
     std::size_t root(std::size_t i) {
-        while (m_parent[i] != i) i = m_parent[i] = m_parent[m_parent[i]];
+        while (m_parent[i] != i)
+            i = m_parent[i] = m_parent[m_parent[i]];
         return i;
     }
     void join_cells(std::size_t a, std::size_t b, int apart) {
         for (std::size_t i = m_first[a]; i < m_first[a + 1]; ++i)
             for (std::size_t k = m_first[b]; k < m_first[b + 1]; ++k)
-                if (m_runs[i].run.y0 < m_runs[k].run.y1 + apart && m_runs[k].run.y0 < m_runs[i].run.y1 + apart) m_parent[root(i)] = root(k);
+                if (m_runs[i].run.y0 < m_runs[k].run.y1 + apart &&
+                    m_runs[k].run.y0 < m_runs[i].run.y1 + apart)
+                    m_parent[root(i)] = root(k);
     }
     // Side by side: a common height. In one column: one directly upon the other.
     void join() {
         for (int r = 0; r < m_side; ++r)
             for (int c = 0; c < m_side; ++c) {
                 join_cells(cell(c, r), cell(c, r), 1);
-                if (c + 1 < m_side) join_cells(cell(c, r), cell(c + 1, r), 0);
-                if (r + 1 < m_side) join_cells(cell(c, r), cell(c, r + 1), 0);
+                if (c + 1 < m_side)
+                    join_cells(cell(c, r), cell(c + 1, r), 0);
+                if (r + 1 < m_side)
+                    join_cells(cell(c, r), cell(c, r + 1), 0);
             }
     }
 
@@ -89,10 +103,13 @@ private:
 
 }  // namespace
 
-void measure_trees(const TruthPlace& truth, const VoxelField& found, const CrownWidth& width, Readings& readings) {
+void measure_trees(const TruthPlace& truth, const VoxelField& found, const CrownWidth& width,
+                   Readings& readings) {
     const auto real = truth.trees();
     const auto seen = find_tree_tops(truth.area, canopy_of(found), width, kLeastTree_m);
-    if (!found.trees().empty()) readings.add("trees: F1 (detector on the voxels)", "", match_trees(seen, real, kLeastTree_m).f1());
+    if (!found.trees().empty())
+        readings.add("trees: F1 (detector on the voxels)", "",
+                     match_trees(seen, real, kLeastTree_m).f1());
     const auto& tops = found.trees().empty() ? seen : found.trees();
     const TreeMatch match = match_trees(tops, real, kLeastTree_m);
     Errors heights;

@@ -10,10 +10,15 @@ namespace {
 using survey::Vec2;
 using voxel::Material;
 
-bool is_water(Material m) { return m == Material::kWater; }
+bool is_water(Material m) {
+    return m == Material::kWater;
+}
 
-/// How far a level lies outside the voxel that shows it: what is left of the error when its rounding is taken off.
-double beyond_voxel(int y, double level_m) { return level_m < y ? y - level_m : level_m > y + 1 ? y + 1 - level_m : 0; }
+/// How far a level lies outside the voxel that shows it: what is left of the error when its
+/// rounding is taken off.
+double beyond_voxel(int y, double level_m) {
+    return level_m < y ? y - level_m : level_m > y + 1 ? y + 1 - level_m : 0;
+}
 
 /// The surface of one body of water, voxel by voxel.
 struct Surface {
@@ -22,7 +27,8 @@ struct Surface {
     int lowest = 1 << 20, highest = -(1 << 20);
     void add(const FoundRun* run, double level_m) {
         wet.add(run != nullptr);
-        if (run == nullptr) return;
+        if (run == nullptr)
+            return;
         const int y = run->y1 - 1;
         lowest = std::min(lowest, y), highest = std::max(highest, y);
         level.add(y + 0.5 - level_m), beyond.add(beyond_voxel(y, level_m));
@@ -35,16 +41,20 @@ void measure_lakes(const TruthPlace& truth, const VoxelField& found, Readings& r
     double worst_level_m = 0;
     int worst_unevenness = 0;
     for (const survey::Site& site : truth.model.terrain().sites()) {
-        if (!site.lake) continue;
+        if (!site.lake)
+            continue;
         Surface lake;
         for (std::size_t i = 0; i < truth.area.size(); ++i) {
             const double level_m = static_cast<double>(truth.columns[i].water_m);
             const Vec2 p = truth.centre(i);
-            if (std::abs(level_m - site.lake->level_m) > 1e-3 || length(p - site.lake->centre) > site.lake->reach_m()) continue;
+            if (std::abs(level_m - site.lake->level_m) > 1e-3 ||
+                length(p - site.lake->centre) > site.lake->reach_m())
+                continue;
             const FoundRun* const run = found.highest(i, is_water);
             lake.add(run, level_m), all.add(run, level_m);
         }
-        if (lake.level.count() == 0) continue;
+        if (lake.level.count() == 0)
+            continue;
         worst_level_m = std::max(worst_level_m, lake.beyond.worst());
         worst_unevenness = std::max(worst_unevenness, lake.unevenness());
     }
@@ -60,21 +70,25 @@ struct Station {
 };
 
 /// Walks downstream, a metre at a time. @param stations those in the area that are wet
-void measure_course(const std::string& name, const TruthPlace& truth, const VoxelField& found, const std::vector<Station>& stations, Readings& readings) {
+void measure_course(const std::string& name, const TruthPlace& truth, const VoxelField& found,
+                    const std::vector<Station>& stations, Readings& readings) {
     Surface surface;
     std::size_t uphill = 0;
     std::ptrdiff_t last_column = -1;
     int last_y = 1 << 20;
     for (const Station& station : stations) {
         const std::ptrdiff_t column = truth.column_of(station.at);
-        if (column < 0 || column == last_column) continue;
+        if (column < 0 || column == last_column)
+            continue;
         last_column = column;
         const auto i = static_cast<std::size_t>(column);
         // Where the lake begins or the river takes the brook in, the level is not the brook's.
-        if (std::abs(static_cast<double>(truth.columns[i].water_m) - station.level_m) > 0.05) continue;
+        if (std::abs(static_cast<double>(truth.columns[i].water_m) - station.level_m) > 0.05)
+            continue;
         const FoundRun* const run = found.highest(i, is_water);
         surface.add(run, station.level_m);
-        if (run == nullptr) continue;
+        if (run == nullptr)
+            continue;
         uphill += run->y1 > last_y ? 1U : 0U;
         last_y = run->y1;
     }
@@ -86,7 +100,8 @@ void measure_course(const std::string& name, const TruthPlace& truth, const Voxe
 
 std::vector<Station> along(const survey::River& river, const survey::Box2& box) {
     std::vector<Station> out;
-    for (double x = box.x0 + 0.5; x < box.x1; x += 1.0) out.push_back({{x, river.centre_y(x)}, river.level_m(x)});
+    for (double x = box.x0 + 0.5; x < box.x1; x += 1.0)
+        out.push_back({{x, river.centre_y(x)}, river.level_m(x)});
     return out;
 }
 
@@ -108,9 +123,12 @@ std::vector<Station> along(const survey::Brook& brook) {
 void measure_waters(const TruthPlace& truth, const VoxelField& found, Readings& readings) {
     measure_lakes(truth, found, readings);
     for (const survey::River& river : truth.model.terrain().rivers())
-        if (river.index() == 0) measure_course("river", truth, found, along(river, truth.model.extent().box()), readings);
+        if (river.index() == 0)
+            measure_course("river", truth, found, along(river, truth.model.extent().box()),
+                           readings);
     for (const survey::Site& site : truth.model.terrain().sites())
-        if (site.brook) measure_course("brook", truth, found, along(*site.brook), readings);
+        if (site.brook)
+            measure_course("brook", truth, found, along(*site.brook), readings);
 }
 
 }  // namespace terravox::bench

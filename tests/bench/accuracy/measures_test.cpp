@@ -1,4 +1,5 @@
-// The measures are measured: on voxels made from the truth itself, and on the same with one fault at a time.
+// The measures are measured: on voxels made from the truth itself, and on the same with one fault
+// at a time.
 #include "tests/bench/accuracy/measures.hpp"
 
 #include <algorithm>
@@ -27,24 +28,29 @@ const TruthPlace& place() {
 
 /// What is wrong with the voxels.
 struct Faults {
-    int raised_buildings = 0;       ///< voxels of air below every building
-    bool closed_slabs = false;      ///< walls down to the ground under balconies and passages
-    bool filled_bridges = false;    ///< decks as dams
+    int raised_buildings = 0;        ///< voxels of air below every building
+    bool closed_slabs = false;       ///< walls down to the ground under balconies and passages
+    bool filled_bridges = false;     ///< decks as dams
     bool swollen_buildings = false;  ///< every building also on the columns around it
     bool trunks = true;
     int waves = 0;  ///< water that is higher by this in every second column of voxels
     Material roofs = Material::kRoof;
 };
 
-int floor_of(float metres) { return static_cast<int>(std::floor(metres)); }
+int floor_of(float metres) {
+    return static_cast<int>(std::floor(metres));
+}
 
 void push(std::vector<FoundRun>& runs, int y0, int y1, Material material) {
-    if (!runs.empty()) y0 = std::max(y0, static_cast<int>(runs.back().y1));
-    if (y0 < y1) runs.push_back({static_cast<std::int16_t>(y0), static_cast<std::int16_t>(y1), material});
+    if (!runs.empty())
+        y0 = std::max(y0, static_cast<int>(runs.back().y1));
+    if (y0 < y1)
+        runs.push_back({static_cast<std::int16_t>(y0), static_cast<std::int16_t>(y1), material});
 }
 
 Material roof_of(TrueKind kind, const Faults& faults) {
-    if (faults.roofs != Material::kRoof) return faults.roofs;
+    if (faults.roofs != Material::kRoof)
+        return faults.roofs;
     return kind == TrueKind::kRoofRed    ? Material::kOrangeRoof
            : kind == TrueKind::kRoofGrey ? Material::kGreyRoof
            : kind == TrueKind::kRoofPale ? Material::kFlatRoof
@@ -54,19 +60,30 @@ Material roof_of(TrueKind kind, const Faults& faults) {
 std::vector<FoundRun> column_of(const TrueColumn& c, bool east_of_wave, const Faults& faults) {
     std::vector<FoundRun> runs;
     // Some water is seen wherever there is any, however shallow.
-    const int ground = c.water_m > survey::kNoWater ? std::min(floor_of(c.ground_m), floor_of(c.water_m) - 1) : floor_of(c.ground_m);
+    const int ground = c.water_m > survey::kNoWater
+                           ? std::min(floor_of(c.ground_m), floor_of(c.water_m) - 1)
+                           : floor_of(c.ground_m);
     push(runs, 300, ground + 1, Material::kGround);
-    if (c.water_m > survey::kNoWater) push(runs, ground + 1, floor_of(c.water_m) + 1 + (east_of_wave ? faults.waves : 0), Material::kWater);
+    if (c.water_m > survey::kNoWater)
+        push(runs, ground + 1, floor_of(c.water_m) + 1 + (east_of_wave ? faults.waves : 0),
+             Material::kWater);
     if (c.building != TrueColumn::kNone) {
-        const int bottom = c.open_building && !faults.closed_slabs ? floor_of(c.underside_m) : ground + 1 + faults.raised_buildings;
+        const int bottom = c.open_building && !faults.closed_slabs
+                               ? floor_of(c.underside_m)
+                               : ground + 1 + faults.raised_buildings;
         push(runs, bottom, floor_of(c.roof_m), Material::kWall);
         push(runs, floor_of(c.roof_m), floor_of(c.roof_m) + 1, roof_of(c.kind, faults));
     }
-    if (c.deck_m > survey::kNoWater) push(runs, faults.filled_bridges ? 0 : floor_of(c.deck_m) - 1, floor_of(c.deck_m) + 1, Material::kBridge);
+    if (c.deck_m > survey::kNoWater)
+        push(runs, faults.filled_bridges ? 0 : floor_of(c.deck_m) - 1, floor_of(c.deck_m) + 1,
+             Material::kBridge);
     if (c.crown_m > survey::kNoWater)
-        push(runs, faults.trunks ? 0 : std::max(ground + 3, floor_of(c.crown_m) - 2), floor_of(c.crown_m) + 1, Material::kHighVegetation);
-    if (c.kind == TrueKind::kWire) push(runs, ground + 12, ground + 13, Material::kWire);
-    if (c.kind == TrueKind::kPylon) push(runs, ground + 1, ground + 24, Material::kTower);
+        push(runs, faults.trunks ? 0 : std::max(ground + 3, floor_of(c.crown_m) - 2),
+             floor_of(c.crown_m) + 1, Material::kHighVegetation);
+    if (c.kind == TrueKind::kWire)
+        push(runs, ground + 12, ground + 13, Material::kWire);
+    if (c.kind == TrueKind::kPylon)
+        push(runs, ground + 1, ground + 24, Material::kTower);
     return runs;
 }
 
@@ -79,7 +96,8 @@ VoxelField voxels(const Faults& faults) {
         if (faults.swollen_buildings && column.building == TrueColumn::kNone)
             for (const std::size_t n : {i + 1, i + static_cast<std::size_t>(area.width)})
                 if (n < area.size() && place().columns[n].building != TrueColumn::kNone)
-                    column.building = place().columns[n].building, column.roof_m = place().columns[n].roof_m;
+                    column.building = place().columns[n].building,
+                    column.roof_m = place().columns[n].roof_m;
         runs[i] = column_of(column, i % 2 == 1, faults);
         ground[i] = column.ground_m;
     }
@@ -88,7 +106,8 @@ VoxelField voxels(const Faults& faults) {
 
 double value(const Readings& readings, const std::string& metric) {
     const auto& list = readings.list();
-    const auto at = std::find_if(list.begin(), list.end(), [&](const Reading& r) { return r.metric == metric; });
+    const auto at = std::find_if(list.begin(), list.end(),
+                                 [&](const Reading& r) { return r.metric == metric; });
     INFO(metric);
     REQUIRE(at != list.end());
     return at->value;
@@ -127,7 +146,8 @@ TEST_CASE("the truth as voxels has no error but rounding", "[bench][accuracy]") 
     CHECK(value(r, "brook: uphill steps") == 0);
     CHECK(value(r, "brook: level RMSE beyond its voxel") < 0.03);
     CHECK(value(r, "trees: crowns that float") == 0);
-    CHECK(value(r, "trees: precision") > 0.5);  // wide crowns of gardens have several tops once they are steps of 1 m
+    CHECK(value(r, "trees: precision") >
+          0.5);  // wide crowns of gardens have several tops once they are steps of 1 m
     CHECK(value(r, "trees: recall") > 0.7);
 }
 
@@ -139,13 +159,15 @@ TEST_CASE("walls that hang or stop in the air are seen", "[bench][accuracy]") {
     const Readings r = measured(measure_buildings, faults);
     CHECK(value(r, "wall base within 1 voxel of the ground") < 0.1);
     CHECK(value(r, "wall base without a gap") < 0.1);
-    CHECK(value(measured(measure_overhangs, faults), "closed buildings: columns with air beneath") > 0.9);
+    CHECK(value(measured(measure_overhangs, faults), "closed buildings: columns with air beneath") >
+          0.9);
 }
 
 TEST_CASE("closed passages, bridges as dams and swollen buildings are seen", "[bench][accuracy]") {
     Faults faults;
     faults.closed_slabs = faults.filled_bridges = faults.swollen_buildings = true;
-    CHECK(value(measured(measure_overhangs, faults), "overhang: columns open beneath the slab") == 0);
+    CHECK(value(measured(measure_overhangs, faults), "overhang: columns open beneath the slab") ==
+          0);
     CHECK(value(measured(measure_bridges, faults), "bridge: columns open beneath") == 0);
     CHECK(value(measured(measure_buildings, faults), "building footprint IoU") < 0.9);
 }
@@ -167,7 +189,8 @@ TEST_CASE("crowns without a trunk are seen", "[bench][accuracy]") {
     CHECK(value(r, "trees: crowns that float") > 0.5);
 }
 
-TEST_CASE("roofs of the wrong material are seen, and the table says what they are", "[bench][accuracy]") {
+TEST_CASE("roofs of the wrong material are seen, and the table says what they are",
+          "[bench][accuracy]") {
     const Readings good = measured(measure_materials, {});
     CHECK(value(good, "surface: wrong material, red roof") == 0);
     CHECK(value(good, "surface: wrong material, water") == 0);
@@ -176,7 +199,8 @@ TEST_CASE("roofs of the wrong material are seen, and the table says what they ar
     faults.roofs = Material::kWater;
     const Readings bad = measured(measure_materials, faults);
     CHECK(value(bad, "surface: wrong material, red roof") == 1);
-    CHECK(value(bad, "surface: wrong group of materials") > value(good, "surface: wrong group of materials"));
+    CHECK(value(bad, "surface: wrong group of materials") >
+          value(good, "surface: wrong group of materials"));
     REQUIRE(bad.notes().size() == 1);
     CHECK_THAT(bad.notes()[0], terravox::test::contains("| red roof | "));
     CHECK_THAT(bad.notes()[0], terravox::test::contains("| water 100 % |"));

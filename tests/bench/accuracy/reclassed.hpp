@@ -6,10 +6,13 @@
 
 namespace terravox::bench {
 
-/// Copies LiDAR files with the points of one class put into another, as a survey has them that never told the two apart. Coordinates, classes
-/// and colours are kept, which is all that voxels are made of.
-/// @param folder gets files of the same names; those that are there already are left as they are @return the copies @throws Error
-[[nodiscard]] std::vector<std::filesystem::path> reclass(const std::vector<std::filesystem::path>& files, std::uint8_t from, std::uint8_t to,
-                                                         const std::filesystem::path& folder);
+/// Copies LiDAR files with the points of one class put into another, as a survey has them that
+/// never told the two apart. Coordinates, classes and colours are kept, which is all that voxels
+/// are made of.
+/// @param folder gets files of the same names; those that are there already are left as they are
+/// @return the copies @throws Error
+[[nodiscard]] std::vector<std::filesystem::path> reclass(
+    const std::vector<std::filesystem::path>& files, std::uint8_t from, std::uint8_t to,
+    const std::filesystem::path& folder);
 
 }  // namespace terravox::bench

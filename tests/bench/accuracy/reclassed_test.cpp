@@ -16,7 +16,8 @@ TEST_CASE("points of one class get another, and nothing else changes", "[bench][
     for (int i = 0; i < 100; ++i) {
         lidar::LasWritePoint p;
         p.x = i * 0.37, p.y = 50 - i * 0.11, p.z = 400 + i * 0.01;
-        p.classification = static_cast<std::uint8_t>(i % 20), p.rgb = {static_cast<std::uint16_t>(i * 256), 7, 9};
+        p.classification = static_cast<std::uint8_t>(i % 20),
+        p.rgb = {static_cast<std::uint16_t>(i * 256), 7, 9};
         writer.write(p);
     }
     writer.close();
@@ -25,14 +26,17 @@ TEST_CASE("points of one class get another, and nothing else changes", "[bench][
     const auto points_of = [](const std::filesystem::path& path) {
         const auto info = lidar::read_las_info(path);
         std::vector<lidar::LasPoint> out;
-        lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) { out.push_back(p); });
+        lidar::read_las_points(info, {0, info.point_count},
+                               [&](const lidar::LasPoint& p) { out.push_back(p); });
         return out;
     };
     const auto before = points_of(file), after = points_of(copies.front());
     REQUIRE(after.size() == before.size());
     for (std::size_t i = 0; i < before.size(); ++i) {
         INFO("point " << i);
-        CHECK((after[i].x == before[i].x && after[i].y == before[i].y && after[i].z == before[i].z && after[i].rgb == before[i].rgb));
-        CHECK(after[i].classification == (before[i].classification == 17 ? 2 : before[i].classification));
+        CHECK((after[i].x == before[i].x && after[i].y == before[i].y &&
+               after[i].z == before[i].z && after[i].rgb == before[i].rgb));
+        CHECK(after[i].classification ==
+              (before[i].classification == 17 ? 2 : before[i].classification));
     }
 }

@@ -9,7 +9,8 @@
 namespace terravox::bench {
 namespace {
 
-constexpr double kCellSize_m = 8;  ///< of the grid in which partners are sought; no partner is farther away
+constexpr double kCellSize_m =
+    8;  ///< of the grid in which partners are sought; no partner is farther away
 
 std::vector<float> smoothed(const Area& area, const std::vector<float>& canopy_m) {
     constexpr std::array<float, 3> kWeights = {1, 2, 1};
@@ -19,8 +20,10 @@ std::vector<float> smoothed(const Area& area, const std::vector<float>& canopy_m
             float sum = 0, weight = 0;
             for (int dr = -1; dr <= 1; ++dr)
                 for (int dc = -1; dc <= 1; ++dc) {
-                    if (!area.holds(column + dc, row + dr)) continue;
-                    const float w = kWeights[static_cast<std::size_t>(dc + 1)] * kWeights[static_cast<std::size_t>(dr + 1)];
+                    if (!area.holds(column + dc, row + dr))
+                        continue;
+                    const float w = kWeights[static_cast<std::size_t>(dc + 1)] *
+                                    kWeights[static_cast<std::size_t>(dr + 1)];
                     sum += w * canopy_m[area.index(column + dc, row + dr)], weight += w;
                 }
             out[area.index(column, row)] = canopy_m[area.index(column, row)] > 0 ? sum / weight : 0;
@@ -28,21 +31,27 @@ std::vector<float> smoothed(const Area& area, const std::vector<float>& canopy_m
     return out;
 }
 
-bool highest_within(const Area& area, const std::vector<float>& heights, const std::vector<float>& around, int column, int row, double radius_m) {
+bool highest_within(const Area& area, const std::vector<float>& heights,
+                    const std::vector<float>& around, int column, int row, double radius_m) {
     const std::pair here{heights[area.index(column, row)], around[area.index(column, row)]};
     const int reach = static_cast<int>(radius_m);
     for (int dr = -reach; dr <= reach; ++dr)
         for (int dc = -reach; dc <= reach; ++dc) {
-            if (dc * dc + dr * dr > radius_m * radius_m || !area.holds(column + dc, row + dr)) continue;
-            const std::pair there{heights[area.index(column + dc, row + dr)], around[area.index(column + dc, row + dr)]};
+            if (dc * dc + dr * dr > radius_m * radius_m || !area.holds(column + dc, row + dr))
+                continue;
+            const std::pair there{heights[area.index(column + dc, row + dr)],
+                                  around[area.index(column + dc, row + dr)]};
             const bool before = dr < 0 || (dr == 0 && dc < 0);
-            if (there > here || (there == here && before)) return false;
+            if (there > here || (there == here && before))
+                return false;
         }
     return true;
 }
 
 std::int64_t cell_of(double east_m, double south_m, int dx = 0, int dy = 0) {
-    const auto part = [](double v) { return static_cast<std::int64_t>(std::floor(v / kCellSize_m)); };
+    const auto part = [](double v) {
+        return static_cast<std::int64_t>(std::floor(v / kCellSize_m));
+    };
     return (part(south_m) + dy) * 1'000'003 + part(east_m) + dx;
 }
 
@@ -55,41 +64,52 @@ CrownWidth fit_crown_width(const std::vector<TreeTop>& trees) {
         n += 1, x += square, y += width, xx += square * square, xy += square * width;
     }
     const double spread = n * xx - x * x;
-    if (n == 0) return {};
-    if (spread <= 1e-9 * n * xx) return {y / n, 0, 0};
+    if (n == 0)
+        return {};
+    if (spread <= 1e-9 * n * xx)
+        return {y / n, 0, 0};
     const double slope = (n * xy - x * y) / spread;
     CrownWidth out{(y - slope * x) / n, slope};
     double squares = 0;
-    for (const TreeTop& tree : trees) squares += std::pow(2 * tree.radius_m - out.width_m(tree.height_m), 2);
+    for (const TreeTop& tree : trees)
+        squares += std::pow(2 * tree.radius_m - out.width_m(tree.height_m), 2);
     out.spread_m = std::sqrt(squares / n);
     return out;
 }
 
-std::vector<TreeTop> find_tree_tops(const Area& area, const std::vector<float>& canopy_m, const CrownWidth& width, double least_m) {
+std::vector<TreeTop> find_tree_tops(const Area& area, const std::vector<float>& canopy_m,
+                                    const CrownWidth& width, double least_m) {
     const std::vector<float> around = smoothed(area, canopy_m);
     std::vector<TreeTop> out;
     for (int row = 0; row < area.height; ++row)
         for (int column = 0; column < area.width; ++column) {
             const double top = canopy_m[area.index(column, row)];
-            if (top < least_m || !highest_within(area, canopy_m, around, column, row, 0.5 * width.window_m(top))) continue;
+            if (top < least_m ||
+                !highest_within(area, canopy_m, around, column, row, 0.5 * width.window_m(top)))
+                continue;
             out.push_back({column + 0.5, row + 0.5, top, 0});
         }
     return out;
 }
 
 double TreeMatch::precision() const noexcept {
-    return static_cast<double>(pairs.size()) / static_cast<double>(std::max<std::size_t>(1, pairs.size() + invented));
+    return static_cast<double>(pairs.size()) /
+           static_cast<double>(std::max<std::size_t>(1, pairs.size() + invented));
 }
 double TreeMatch::recall() const noexcept {
-    return static_cast<double>(pairs.size()) / static_cast<double>(std::max<std::size_t>(1, pairs.size() + missed));
+    return static_cast<double>(pairs.size()) /
+           static_cast<double>(std::max<std::size_t>(1, pairs.size() + missed));
 }
 double TreeMatch::f1() const noexcept {
-    return 2.0 * static_cast<double>(pairs.size()) / static_cast<double>(std::max<std::size_t>(1, 2 * pairs.size() + missed + invented));
+    return 2.0 * static_cast<double>(pairs.size()) /
+           static_cast<double>(std::max<std::size_t>(1, 2 * pairs.size() + missed + invented));
 }
 
-TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeTop>& real, double least_m) {
+TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeTop>& real,
+                      double least_m) {
     std::unordered_map<std::int64_t, std::vector<std::size_t>> cells;
-    for (std::size_t i = 0; i < found.size(); ++i) cells[cell_of(found[i].east_m, found[i].south_m)].push_back(i);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        cells[cell_of(found[i].east_m, found[i].south_m)].push_back(i);
     struct Candidate {
         double distance_m;
         std::size_t found, real;
@@ -99,23 +119,31 @@ TreeMatch match_trees(const std::vector<TreeTop>& found, const std::vector<TreeT
         for (int dy = -1; dy <= 1; ++dy)
             for (int dx = -1; dx <= 1; ++dx) {
                 const auto cell = cells.find(cell_of(real[k].east_m, real[k].south_m, dx, dy));
-                if (cell == cells.end()) continue;
+                if (cell == cells.end())
+                    continue;
                 for (const std::size_t i : cell->second) {
-                    const double away = std::hypot(found[i].east_m - real[k].east_m, found[i].south_m - real[k].south_m);
-                    if (away <= std::min(kCellSize_m, 0.6 * real[k].radius_m + 1.0)) candidates.push_back({away, i, k});
+                    const double away = std::hypot(found[i].east_m - real[k].east_m,
+                                                   found[i].south_m - real[k].south_m);
+                    if (away <= std::min(kCellSize_m, 0.6 * real[k].radius_m + 1.0))
+                        candidates.push_back({away, i, k});
                 }
             }
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-        return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.found != b.found ? a.found < b.found : a.real < b.real;
+        return a.distance_m != b.distance_m ? a.distance_m < b.distance_m
+               : a.found != b.found         ? a.found < b.found
+                                            : a.real < b.real;
     });
     std::vector<char> used_found(found.size()), used_real(real.size());
     TreeMatch out;
     for (const Candidate& c : candidates) {
-        if (used_found[c.found] != 0 || used_real[c.real] != 0) continue;
+        if (used_found[c.found] != 0 || used_real[c.real] != 0)
+            continue;
         used_found[c.found] = used_real[c.real] = 1;
-        if (real[c.real].height_m >= least_m) out.pairs.push_back({c.found, c.real});
+        if (real[c.real].height_m >= least_m)
+            out.pairs.push_back({c.found, c.real});
     }
-    for (std::size_t k = 0; k < real.size(); ++k) out.missed += used_real[k] == 0 && real[k].height_m >= least_m ? 1U : 0U;
+    for (std::size_t k = 0; k < real.size(); ++k)
+        out.missed += used_real[k] == 0 && real[k].height_m >= least_m ? 1U : 0U;
     out.invented = static_cast<std::size_t>(std::count(used_found.begin(), used_found.end(), 0));
     return out;
 }

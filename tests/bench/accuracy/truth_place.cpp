@@ -26,18 +26,23 @@ survey::SurveyOptions accuracy_survey(const std::filesystem::path& folder, int t
 
 TruthPlace::TruthPlace(const survey::SurveyOptions& options, int threads)
     : area(area_of(options)),
-      model(options.seed, {options.origin_east_m, options.origin_north_m, options.square_m * options.squares_east}, threads),
+      model(
+          options.seed,
+          {options.origin_east_m, options.origin_north_m, options.square_m * options.squares_east},
+          threads),
       columns(survey::true_columns(model)) {}
 
 Vec2 TruthPlace::centre(std::size_t index) const noexcept {
     const auto width = static_cast<std::size_t>(area.width);
     const Box2 box = model.extent().box();
-    return {box.x0 + static_cast<double>(index % width) + 0.5, box.y1 - static_cast<double>(index / width) - 0.5};
+    return {box.x0 + static_cast<double>(index % width) + 0.5,
+            box.y1 - static_cast<double>(index / width) - 0.5};
 }
 
 std::ptrdiff_t TruthPlace::column_of(Vec2 p) const noexcept {
     const Box2 box = model.extent().box();
-    if (!box.contains(p)) return -1;
+    if (!box.contains(p))
+        return -1;
     const int column = static_cast<int>(p.x - box.x0), row = static_cast<int>(box.y1 - p.y);
     return area.holds(column, row) ? static_cast<std::ptrdiff_t>(area.index(column, row)) : -1;
 }
@@ -46,7 +51,8 @@ std::vector<TreeTop> TruthPlace::trees() const {
     const Box2 box = model.extent().box();
     std::vector<TreeTop> out;
     for (const survey::Tree& tree : model.trees())
-        if (box.contains(tree.at)) out.push_back({tree.at.x - box.x0, box.y1 - tree.at.y, tree.height_m, tree.radius_m});
+        if (box.contains(tree.at))
+            out.push_back({tree.at.x - box.x0, box.y1 - tree.at.y, tree.height_m, tree.radius_m});
     return out;
 }
 

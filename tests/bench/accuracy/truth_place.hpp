@@ -10,9 +10,11 @@
 
 namespace terravox::bench {
 
-/// The survey that accuracy is measured on: four squares of 1 km that meet in the middle of the place, so that their edges cross its lake,
-/// village, river and castle hill. 8 pulses on a square metre. @param folder where its files go or are
-[[nodiscard]] survey::SurveyOptions accuracy_survey(const std::filesystem::path& folder, int threads);
+/// The survey that accuracy is measured on: four squares of 1 km that meet in the middle of the
+/// place, so that their edges cross its lake, village, river and castle hill. 8 pulses on a square
+/// metre. @param folder where its files go or are
+[[nodiscard]] survey::SurveyOptions accuracy_survey(const std::filesystem::path& folder,
+                                                    int threads);
 
 /// All that is true of a survey: what its generator knows, column by column and thing by thing.
 struct TruthPlace {

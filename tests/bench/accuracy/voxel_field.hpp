@@ -21,23 +21,28 @@ struct FoundRun {
     using enum voxel::Material;
     return m == kRoof || m == kOrangeRoof || m == kGreyRoof || m == kFlatRoof;
 }
-[[nodiscard]] constexpr bool is_building(voxel::Material m) noexcept { return is_roof(m) || m == voxel::Material::kWall; }
+[[nodiscard]] constexpr bool is_building(voxel::Material m) noexcept {
+    return is_roof(m) || m == voxel::Material::kWall;
+}
 [[nodiscard]] constexpr bool is_plant(voxel::Material m) noexcept {
     using enum voxel::Material;
     return m == kLowVegetation || m == kMediumVegetation || m == kHighVegetation;
 }
 
-/// What a world shows of an area, column by column, as runs from below. A hidden voxel is rock, whatever it is part of (box format): walls
-/// and crowns are seen where air or leaves touch them. Immutable, thread-safe.
+/// What a world shows of an area, column by column, as runs from below. A hidden voxel is rock,
+/// whatever it is part of (box format): walls and crowns are seen where air or leaves touch them.
+/// Immutable, thread-safe.
 class VoxelField {
 public:
-    /// Reads all boxes and ground heights of the area. @param world with voxels of 1 m on whole metres @throws Error
+    /// Reads all boxes and ground heights of the area. @param world with voxels of 1 m on whole
+    /// metres @throws Error
     VoxelField(voxelize::LidarWorld& world, const Area& area, int threads);
     /// Trees as the voxelizer's own step says; of a field made by hand, those that the test gives.
     [[nodiscard]] const std::vector<TreeTop>& trees() const noexcept { return m_trees; }
     void set_trees(std::vector<TreeTop> trees) { m_trees = std::move(trees); }
     /// For tests. @param runs of each column @param ground_m of each column
-    VoxelField(const Area& area, const std::vector<std::vector<FoundRun>>& runs, std::vector<float> ground_m);
+    VoxelField(const Area& area, const std::vector<std::vector<FoundRun>>& runs,
+               std::vector<float> ground_m);
 
     [[nodiscard]] const Area& area() const noexcept { return m_area; }
     [[nodiscard]] std::span<const FoundRun> runs(std::size_t index) const noexcept {
@@ -46,21 +51,24 @@ public:
     /// Ground before quantization, metres; NaN outside the survey.
     [[nodiscard]] float ground_m(std::size_t index) const noexcept { return m_ground[index]; }
 
-    /// One past the highest voxel that rests on the rock below without a gap; plants and water do not count.
+    /// One past the highest voxel that rests on the rock below without a gap; plants and water do
+    /// not count.
     [[nodiscard]] std::optional<int> ground_top(std::size_t index) const noexcept;
     /// The highest run that `wanted(material)` holds for, or nullptr.
     template <class Wanted>
     [[nodiscard]] const FoundRun* highest(std::size_t index, const Wanted& wanted) const noexcept {
         const auto all = runs(index);
         for (auto run = all.rbegin(); run != all.rend(); ++run)
-            if (wanted(run->material)) return &*run;
+            if (wanted(run->material))
+                return &*run;
         return nullptr;
     }
     /// The lowest such run, or nullptr.
     template <class Wanted>
     [[nodiscard]] const FoundRun* lowest(std::size_t index, const Wanted& wanted) const noexcept {
         for (const FoundRun& run : runs(index))
-            if (wanted(run.material)) return &run;
+            if (wanted(run.material))
+                return &run;
         return nullptr;
     }
 

@@ -9,14 +9,17 @@ constexpr int kNth = 10;
 Entry entry_for(const DataSet& set, const std::string& crs) {
     Entry out;
     out.name = "accuracy/holdout/" + set.id;
-    out.measures = "ground that the voxelizer did not see: predicted before quantization, bilinear between columns, against measured points";
+    out.measures =
+        "ground that the voxelizer did not see: predicted before quantization, bilinear between "
+        "columns, against measured points";
     out.work = set.facts + ": every tenth ground point left out, the rest made a world";
     out.missing = [&set](const Context& c) { return set.missing(c); };
     out.exact = true;
     out.prepare = [&set, crs](const Context& c) -> Body {
         const auto folder = c.scratch / ("holdout-" + set.id);
         std::filesystem::create_directories(folder);
-        const auto points = std::make_shared<std::vector<HeldOut>>(hold_out_ground(set.paths(c), folder, kNth));
+        const auto points =
+            std::make_shared<std::vector<HeldOut>>(hold_out_ground(set.paths(c), folder, kNth));
         return [points, folder, crs, &set, &c](Readings& readings) {
             voxelize::LidarWorldOptions options;
             options.files = {folder};
@@ -40,7 +43,8 @@ Entry entry_for(const DataSet& set, const std::string& crs) {
 }
 
 const Registration kRegistered([] {
-    return std::vector{entry_for(delft(), "EPSG:28992"), entry_for(montpellier(), "EPSG:2154"), entry_for(square(), "EPSG:3794")};
+    return std::vector{entry_for(delft(), "EPSG:28992"), entry_for(montpellier(), "EPSG:2154"),
+                       entry_for(square(), "EPSG:3794")};
 });
 
 }  // namespace

@@ -8,12 +8,17 @@
 namespace terravox::bench {
 namespace {
 
-constexpr const char* kWork = "an invented survey of four squares of 1 km that meet in the middle of the place (seed 7, 8 pulses/m2), voxels of 1 m";
+constexpr const char* kWork =
+    "an invented survey of four squares of 1 km that meet in the middle of the place (seed 7, 8 "
+    "pulses/m2), voxels of 1 m";
 
 /// The survey's files, made once in a run of the bench, and its truth.
 struct Surveyed {
-    explicit Surveyed(const Context& c) : options(accuracy_survey(c.scratch / "accuracy-survey", c.threads)), truth(options, c.threads) {
-        for (const auto& extent : survey::squares_of(options)) files.push_back(options.folder / (extent.name() + ".laz"));
+    explicit Surveyed(const Context& c)
+        : options(accuracy_survey(c.scratch / "accuracy-survey", c.threads)),
+          truth(options, c.threads) {
+        for (const auto& extent : survey::squares_of(options))
+            files.push_back(options.folder / (extent.name() + ".laz"));
         if (!std::filesystem::exists(options.folder / "truth" / "place.json"))  // written last
             survey::run_survey(options, [](const survey::SquareReport&, std::size_t) {});
         width = fit_crown_width(truth.trees());
@@ -24,10 +29,12 @@ struct Surveyed {
     CrownWidth width;
 };
 
-VoxelField voxels_of(const Surveyed& s, const std::vector<std::filesystem::path>& files, const Context& c, bool photo) {
+VoxelField voxels_of(const Surveyed& s, const std::vector<std::filesystem::path>& files,
+                     const Context& c, bool photo) {
     voxelize::LidarWorldOptions options;
     options.files = files;
-    if (photo) options.orthophotos = {s.options.folder / "ortho"};
+    if (photo)
+        options.orthophotos = {s.options.folder / "ortho"};
     options.threads = c.threads;
     util::StageTimes times;
     const auto world = voxelize::open_lidar_world(options, times);
@@ -37,7 +44,9 @@ VoxelField voxels_of(const Surveyed& s, const std::vector<std::filesystem::path>
 Entry with_photo() {
     Entry out;
     out.name = "accuracy/survey";
-    out.measures = "voxels against the truth: ground, buildings, overhangs, bridges, waters, trees, materials; what the points would allow";
+    out.measures =
+        "voxels against the truth: ground, buildings, overhangs, bridges, waters, trees, "
+        "materials; what the points would allow";
     out.work = std::string(kWork) + ", with its orthophoto";
     out.missing = [](const Context&) { return std::string(); };
     out.exact = true;
@@ -51,7 +60,8 @@ Entry with_photo() {
             measure_waters(s->truth, found, readings);
             measure_trees(s->truth, found, s->width, readings);
             measure_materials(s->truth, found, readings);
-            add_point_limits(s->truth, read_point_columns(s->files, s->truth, c.threads), s->width, readings);
+            add_point_limits(s->truth, read_point_columns(s->files, s->truth, c.threads), s->width,
+                             readings);
         };
     };
     return out;
@@ -65,7 +75,9 @@ Entry without_photo() {
     out.missing = [](const Context&) { return std::string(); };
     out.exact = true;
     out.prepare = [](const Context& c) -> Body {
-        return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) { measure_materials(s->truth, voxels_of(*s, s->files, c, false), readings); };
+        return [s = std::make_shared<Surveyed>(c), &c](Readings& readings) {
+            measure_materials(s->truth, voxels_of(*s, s->files, c, false), readings);
+        };
     };
     return out;
 }
@@ -81,14 +93,18 @@ Entry without_bridge_class(const std::string& name, const std::string& as, std::
     out.prepare = [name, code](const Context& c) -> Body {
         constexpr std::uint8_t kBridges = 17;
         auto s = std::make_shared<Surveyed>(c);
-        const auto files = reclass(s->files, kBridges, code, c.scratch / ("accuracy-survey-" + name));
-        return [s, files, &c](Readings& readings) { measure_bridges(s->truth, voxels_of(*s, files, c, false), readings); };
+        const auto files =
+            reclass(s->files, kBridges, code, c.scratch / ("accuracy-survey-" + name));
+        return [s, files, &c](Readings& readings) {
+            measure_bridges(s->truth, voxels_of(*s, files, c, false), readings);
+        };
     };
     return out;
 }
 
 const Registration kRegistered([] {
-    return std::vector{with_photo(), without_photo(), without_bridge_class("ground", "ground", 2), without_bridge_class("unclassified", "unclassified", 1)};
+    return std::vector{with_photo(), without_photo(), without_bridge_class("ground", "ground", 2),
+                       without_bridge_class("unclassified", "unclassified", 1)};
 });
 
 }  // namespace

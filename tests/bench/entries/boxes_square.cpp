@@ -16,7 +16,8 @@ Pass ask_all(voxel::World& world, const std::vector<voxel::BoxKey>& keys, int th
     Pass out;
     out.seconds = seconds_of([&] {
         thread::parallel_for(keys.size(), threads, [&](std::size_t i) {
-            if (world.box(keys[i])) ++solid;
+            if (world.box(keys[i]))
+                ++solid;
         });
     });
     out.boxes = solid;
@@ -24,12 +25,14 @@ Pass ask_all(voxel::World& world, const std::vector<voxel::BoxKey>& keys, int th
 }
 
 /// Opens the square and asks for every box twice. @param label "1t" or "Nt"
-void measure_threads(const Context& c, const DecodeFloor& floor, int threads, const std::string& label, Readings& readings) {
+void measure_threads(const Context& c, const DecodeFloor& floor, int threads,
+                     const std::string& label, Readings& readings) {
     const double floor_s = floor.seconds(threads);
     OpenWorld opened;
     const double open_s = seconds_of([&] { opened = open_data_set(square(), c, threads); });
     const auto keys = box_keys(*opened.world);
-    const Pass cold = ask_all(*opened.world, keys, threads), cached = ask_all(*opened.world, keys, threads);
+    const Pass cold = ask_all(*opened.world, keys, threads),
+               cached = ask_all(*opened.world, keys, threads);
     const auto boxes = static_cast<double>(cold.boxes);
     const double whole_s = open_s + cold.seconds;
     readings.add("boxes " + label, "boxes", boxes);
@@ -44,8 +47,11 @@ void measure_threads(const Context& c, const DecodeFloor& floor, int threads, co
 Entry entry() {
     Entry out;
     out.name = "boxes/square";
-    out.measures = "all level-0 boxes of a square by library calls: cold caches (warm page cache), then again from memory";
-    out.work = square().facts + ": open the world, every box once, every box again; 1 and N threads";
+    out.measures =
+        "all level-0 boxes of a square by library calls: cold caches (warm page cache), then again "
+        "from memory";
+    out.work =
+        square().facts + ": open the world, every box once, every box again; 1 and N threads";
     out.floor = "LASzip decoding of the same file with as many threads";
     out.missing = [](const Context& c) { return square().missing(c); };
     out.prepare = [](const Context& c) -> Body {

@@ -34,7 +34,8 @@ double bare_zstd_s(const Boxes& set) {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& frame : set.frames) {
                 blob.resize(ZSTD_getFrameContentSize(frame.data(), frame.size()));
-                if (ZSTD_isError(ZSTD_decompress(blob.data(), blob.size(), frame.data(), frame.size())) != 0)
+                if (ZSTD_isError(
+                        ZSTD_decompress(blob.data(), blob.size(), frame.data(), frame.size())) != 0)
                     throw Error("decompress a box: zstd failed");
             }
     });
@@ -44,14 +45,17 @@ void measure_codec(const Boxes& set, Readings& readings) {
     const double compress_s = seconds_of([&] {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& box : set.boxes)
-                if (voxel::compress(*box).empty()) throw Error("compress a box: nothing came out");
+                if (voxel::compress(*box).empty())
+                    throw Error("compress a box: nothing came out");
     });
     const double decompress_s = seconds_of([&] {
         for (int pass = 0; pass < kPasses; ++pass)
             for (const auto& frame : set.frames)
-                if (voxel::decompress_box(frame, "bench")->cells().empty()) throw Error("decompress a box: nothing came out");
+                if (voxel::decompress_box(frame, "bench")->cells().empty())
+                    throw Error("decompress a box: nothing came out");
     });
-    const double bare_s = bare_zstd_s(set), megabytes = set.raw_bytes * kPasses / 1e6, count = static_cast<double>(set.boxes.size());
+    const double bare_s = bare_zstd_s(set), megabytes = set.raw_bytes * kPasses / 1e6,
+                 count = static_cast<double>(set.boxes.size());
     readings.add("boxes", "boxes", count);
     readings.add("raw", "kB/box", set.raw_bytes / count / 1e3);
     readings.add("compressed", "kB/box", set.frame_bytes / count / 1e3);
@@ -65,7 +69,8 @@ Entry entry() {
     Entry out;
     out.name = "codec/box";
     out.measures = "the box codec on one thread: speed in MB of raw boxes, size of a box";
-    out.work = "every level-0 box of Delft (" + delft().facts + "), " + std::to_string(kPasses) + " times each way, zstd level 1";
+    out.work = "every level-0 box of Delft (" + delft().facts + "), " + std::to_string(kPasses) +
+               " times each way, zstd level 1";
     out.floor = "ZSTD_decompress of the same frames, without checksum and index check";
     out.missing = [](const Context& c) { return delft().missing(c); };
     out.prepare = [](const Context& c) -> Body {

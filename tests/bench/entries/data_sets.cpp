@@ -10,9 +10,11 @@ namespace {
 
 constexpr std::uint64_t kPointsPerPiece = 100'000;
 
-std::vector<std::filesystem::path> inside(const std::filesystem::path& folder, const std::vector<std::string>& names) {
+std::vector<std::filesystem::path> inside(const std::filesystem::path& folder,
+                                          const std::vector<std::string>& names) {
     std::vector<std::filesystem::path> out;
-    for (const std::string& name : names) out.push_back(folder / name);
+    for (const std::string& name : names)
+        out.push_back(folder / name);
     return out;
 }
 
@@ -20,22 +22,29 @@ std::vector<std::string> montpellier_files() {
     std::vector<std::string> out;
     for (const char* x : {"77050", "77055", "77060"})
         for (const char* y : {"627755", "627760"})
-            out.push_back(std::string("ign-pdal-tools/test_data_") + x + "_" + y + "_LA93_IGN69.laz");
+            out.push_back(std::string("ign-pdal-tools/test_data_") + x + "_" + y +
+                          "_LA93_IGN69.laz");
     return out;
 }
 
 }  // namespace
 
-std::vector<std::filesystem::path> DataSet::paths(const Context& context) const { return inside(context.data, files); }
-std::vector<std::filesystem::path> DataSet::orthophoto_paths(const Context& context) const { return inside(context.data, orthophotos); }
+std::vector<std::filesystem::path> DataSet::paths(const Context& context) const {
+    return inside(context.data, files);
+}
+std::vector<std::filesystem::path> DataSet::orthophoto_paths(const Context& context) const {
+    return inside(context.data, orthophotos);
+}
 
 std::string DataSet::missing(const Context& context) const {
     auto all = paths(context);
-    for (const auto& photo : orthophoto_paths(context)) all.push_back(photo);
+    for (const auto& photo : orthophoto_paths(context))
+        all.push_back(photo);
     for (const auto& path : all) {
         std::error_code ignored;
         if (!std::filesystem::is_regular_file(path, ignored))
-            return "no " + path.lexically_relative(context.data).string() + " in " + context.data.string() + " (--data)";
+            return "no " + path.lexically_relative(context.data).string() + " in " +
+                   context.data.string() + " (--data)";
     }
     return {};
 }
@@ -43,7 +52,8 @@ std::string DataSet::missing(const Context& context) const {
 const DataSet& delft() {
     static const DataSet set{"delft",
                              "2 files, 848,942 points, 264 x 228 m",
-                             {"tudelft-3dfier-ahn3/ahn3/ahn3_cropped_1.laz", "tudelft-3dfier-ahn3/ahn3/ahn3_cropped_2.laz"},
+                             {"tudelft-3dfier-ahn3/ahn3/ahn3_cropped_1.laz",
+                              "tudelft-3dfier-ahn3/ahn3/ahn3_cropped_2.laz"},
                              {},
                              "EPSG:28992",
                              "nl-ahn",
@@ -63,7 +73,13 @@ const DataSet& montpellier() {
 }
 
 const DataSet& square() {
-    static const DataSet set{"square", "TM_462_101.laz, 7,431,607 points, 1 km2", {"bench/TM_462_101.laz"}, {}, "EPSG:3794", "si-lss", 1};
+    static const DataSet set{"square",
+                             "TM_462_101.laz, 7,431,607 points, 1 km2",
+                             {"bench/TM_462_101.laz"},
+                             {},
+                             "EPSG:3794",
+                             "si-lss",
+                             1};
     return set;
 }
 
@@ -71,7 +87,8 @@ DecodeFloor::DecodeFloor(const std::vector<std::filesystem::path>& files) {
     for (const auto& file : files) {
         m_files.push_back(lidar::read_las_info(file));
         m_points += m_files.back().point_count;
-        for (const auto& range : lidar::split_by_chunk(m_files.back(), kPointsPerPiece)) m_pieces.push_back({m_files.size() - 1, range});
+        for (const auto& range : lidar::split_by_chunk(m_files.back(), kPointsPerPiece))
+            m_pieces.push_back({m_files.size() - 1, range});
     }
 }
 
@@ -80,12 +97,14 @@ double DecodeFloor::seconds(int threads) const {
     const double out = seconds_of([&] {
         thread::parallel_for(m_pieces.size(), threads, [&](std::size_t i) {
             std::uint64_t mine = 0;
-            lidar::read_las_points(m_files[m_pieces[i].file], m_pieces[i].range, [&](const lidar::LasPoint&) { ++mine; });
+            lidar::read_las_points(m_files[m_pieces[i].file], m_pieces[i].range,
+                                   [&](const lidar::LasPoint&) { ++mine; });
             decoded += mine;
         });
     });
     if (decoded != m_points)
-        throw Error("decode the files: " + std::to_string(decoded) + " points; their headers promise " + std::to_string(m_points));
+        throw Error("decode the files: " + std::to_string(decoded) +
+                    " points; their headers promise " + std::to_string(m_points));
     return out;
 }
 
@@ -94,7 +113,8 @@ OpenWorld open_data_set(const DataSet& set, const Context& context, int threads)
     options.files = set.paths(context);
     options.orthophotos = set.orthophoto_paths(context);
     options.classes = set.classes;
-    if (!set.crs.empty()) options.crs = set.crs;
+    if (!set.crs.empty())
+        options.crs = set.crs;
     options.voxel_m = set.voxel_m;
     options.threads = threads;
     OpenWorld out;
@@ -109,7 +129,8 @@ std::vector<voxel::BoxKey> box_keys(voxel::World& world) {
     for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx) {
             const auto extent = world.column(0, bx, bz);
-            for (std::int32_t by = extent.by_begin; by < extent.by_end; ++by) out.push_back({0, bx, by, bz});
+            for (std::int32_t by = extent.by_begin; by < extent.by_end; ++by)
+                out.push_back({0, bx, by, bz});
         }
     return out;
 }

@@ -36,7 +36,8 @@ public:
     /// Reads the headers. @throws Error
     explicit DecodeFloor(const std::vector<std::filesystem::path>& files);
     [[nodiscard]] std::uint64_t points() const noexcept { return m_points; }
-    /// Decodes everything and drops it; ranges of all files are shared out among the threads. @return wall seconds @throws Error
+    /// Decodes everything and drops it; ranges of all files are shared out among the threads.
+    /// @return wall seconds @throws Error
     [[nodiscard]] double seconds(int threads) const;
 
 private:

@@ -2,6 +2,8 @@
 
 namespace terravox::bench {
 
-std::unique_ptr<EmbreeScene> make_embree_scene(const NeutralScene&, int) { return nullptr; }
+std::unique_ptr<EmbreeScene> make_embree_scene(const NeutralScene&, int) {
+    return nullptr;
+}
 
 }  // namespace terravox::bench

@@ -13,8 +13,8 @@ struct QuadMesh {
     [[nodiscard]] std::size_t quads() const noexcept { return corners.size() / 12; }
 };
 
-/// Every face of the scene between solid and air, as slabs along x from one end to the other. Faces that do not look along z are joined to
-/// runs along it. @param threads that work on slabs
+/// Every face of the scene between solid and air, as slabs along x from one end to the other. Faces
+/// that do not look along z are joined to runs along it. @param threads that work on slabs
 [[nodiscard]] std::vector<QuadMesh> mesh_slabs(const NeutralScene& scene, int threads);
 
 }  // namespace terravox::bench

@@ -7,8 +7,9 @@
 
 namespace terravox::bench {
 
-/// The peer on the neutral scene: Embree 3 on a mesh of every face between solid and air, runs of faces along z as one quad. Primary rays
-/// go in packets of 16 (4 x 4 pixels), shadow rays one by one.
+/// The peer on the neutral scene: Embree 3 on a mesh of every face between solid and air, runs of
+/// faces along z as one quad. Primary rays go in packets of 16 (4 x 4 pixels), shadow rays one by
+/// one.
 class EmbreeScene : public TileTracer {
 public:
     /// What it took to make, and what it keeps.
@@ -21,7 +22,9 @@ public:
     [[nodiscard]] virtual const Building& building() const noexcept = 0;
 };
 
-/// @param threads that build; @return nullptr in a build without Embree (Debian package libembree-dev) @throws Error
-[[nodiscard]] std::unique_ptr<EmbreeScene> make_embree_scene(const NeutralScene& scene, int threads);
+/// @param threads that build; @return nullptr in a build without Embree (Debian package
+/// libembree-dev) @throws Error
+[[nodiscard]] std::unique_ptr<EmbreeScene> make_embree_scene(const NeutralScene& scene,
+                                                             int threads);
 
 }  // namespace terravox::bench

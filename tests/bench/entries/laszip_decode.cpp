@@ -6,7 +6,8 @@ namespace {
 Entry entry_for(const DataSet& set) {
     Entry out;
     out.name = "laszip/decode/" + set.id;
-    out.measures = "bare LASzip decoding with 1 and N threads: the floor of everything that uses the points";
+    out.measures =
+        "bare LASzip decoding with 1 and N threads: the floor of everything that uses the points";
     out.work = "every point of " + set.facts + ", decoded and dropped";
     out.missing = [&set](const Context& c) { return set.missing(c); };
     out.prepare = [&set](const Context& c) -> Body {
@@ -23,7 +24,9 @@ Entry entry_for(const DataSet& set) {
     return out;
 }
 
-const Registration kRegistered([] { return std::vector{entry_for(delft()), entry_for(montpellier()), entry_for(square())}; });
+const Registration kRegistered([] {
+    return std::vector{entry_for(delft()), entry_for(montpellier()), entry_for(square())};
+});
 
 }  // namespace
 }  // namespace terravox::bench

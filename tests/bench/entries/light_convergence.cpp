@@ -33,27 +33,40 @@ void measure(const Context& c, Readings& readings) {
     const auto world = test::landscape();
     BlockManager blocks(*world, std::size_t{256} << 20);
     for (const Light& light : kLights) {
-        const LinearPicture reference = traced(blocks, light, kReferenceSamples, kReferenceSeed, c.threads);
+        const LinearPicture reference =
+            traced(blocks, light, kReferenceSamples, kReferenceSeed, c.threads);
         const double mean = mean_of(reference);
         double first = 0, last = 0;
         for (const int samples : kSamples) {
-            last = rms_difference(traced(blocks, light, samples, kSeed, c.threads), reference) / mean;
-            if (first == 0) first = last;
-            readings.add(std::string(light.name) + ": error of " + std::to_string(samples) + " samples / mean", "%", 100 * last);
+            last =
+                rms_difference(traced(blocks, light, samples, kSeed, c.threads), reference) / mean;
+            if (first == 0)
+                first = last;
+            readings.add(std::string(light.name) + ": error of " + std::to_string(samples) +
+                             " samples / mean",
+                         "%", 100 * last);
         }
-        const double power = std::log(last / first) / std::log(double{kSamples.back()} / kSamples.front());
-        readings.add(std::string(light.name) + ": power of the number of samples", "", power, at_most(-0.5));
+        const double power =
+            std::log(last / first) / std::log(double{kSamples.back()} / kSamples.front());
+        readings.add(std::string(light.name) + ": power of the number of samples", "", power,
+                     at_most(-0.5));
     }
 }
 
 Entry entry() {
     Entry out;
     out.name = "light/convergence";
-    out.measures = "how the error of a picture falls with its samples: to 4096 samples of another seed, share of the picture's mean";
-    out.work = "the small valley of the tests, 96x54: ambient-occlusion rays, a sun of twenty times the true radius, paths; 4 to 256 samples";
+    out.measures =
+        "how the error of a picture falls with its samples: to 4096 samples of another seed, share "
+        "of the picture's mean";
+    out.work =
+        "the small valley of the tests, 96x54: ambient-occlusion rays, a sun of twenty times the "
+        "true radius, paths; 4 to 256 samples";
     out.exact = out.only_by_name = true;
     out.missing = [](const Context&) { return std::string(); };
-    out.prepare = [](const Context& c) -> Body { return [&c](Readings& readings) { measure(c, readings); }; };
+    out.prepare = [](const Context& c) -> Body {
+        return [&c](Readings& readings) { measure(c, readings); };
+    };
     return out;
 }
 

@@ -26,19 +26,24 @@ struct Part {
     Colour albedo, emission;
 };
 constexpr Colour kWhite{0.73f, 0.73f, 0.73f}, kDark{};
-const std::array kParts = {Part{Material::kConcrete, kWhite, kDark}, Part{Material::kOrangeRoof, {0.63f, 0.065f, 0.05f}, kDark},
-                           Part{Material::kGrass, {0.14f, 0.45f, 0.091f}, kDark}, Part{Material::kTower, {0.5f, 0.5f, 0.5f}, {6, 5, 3.5f}}};
+const std::array kParts = {Part{Material::kConcrete, kWhite, kDark},
+                           Part{Material::kOrangeRoof, {0.63f, 0.065f, 0.05f}, kDark},
+                           Part{Material::kGrass, {0.14f, 0.45f, 0.091f}, kDark},
+                           Part{Material::kTower, {0.5f, 0.5f, 0.5f}, {6, 5, 3.5f}}};
 
-/// A room with a red and a green wall and two blocks. @param roofed with a lamp in its ceiling; else open to the sky
+/// A room with a red and a green wall and two blocks. @param roofed with a lamp in its ceiling;
+/// else open to the sky
 std::unique_ptr<ArrayWorld> room(bool roofed) {
-    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-1, -1, -1}, ArrayWorld::Coord{kRoom + 1, kRoom + 1, kRoom + 1});
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-1, -1, -1},
+                                              ArrayWorld::Coord{kRoom + 1, kRoom + 1, kRoom + 1});
     world->fill({-1, -1, -1}, {kRoom + 1, kRoom + 1, kRoom + 1}, Material::kConcrete);
     world->fill({0, 0, 0}, {kRoom, roofed ? kRoom : kRoom + 1, kRoom}, Material::kAir);
     world->fill({-1, 0, 0}, {0, kRoom, kRoom}, Material::kOrangeRoof);
     world->fill({kRoom, 0, 0}, {kRoom + 1, kRoom, kRoom}, Material::kGrass);
     world->fill({5, 0, 6}, {14, 19, 15}, Material::kConcrete);
     world->fill({18, 0, 14}, {28, 9, 24}, Material::kConcrete);
-    if (roofed) world->fill({6, kRoom, 6}, {26, kRoom + 1, 26}, Material::kTower);
+    if (roofed)
+        world->fill({6, kRoom, 6}, {26, kRoom + 1, 26}, Material::kTower);
     world->editable_info().bounds = world->level_bounds();
     return world;
 }
@@ -55,17 +60,21 @@ std::vector<float> faces_of(const ArrayWorld& world, Material material) {
             const auto& corner = kAround[far ? i : 3 - i];
             std::array<float, 3> p{};
             p[static_cast<std::size_t>(axis)] = static_cast<float>(v[axis] + (far ? 1 : 0));
-            p[static_cast<std::size_t>(a)] = static_cast<float>(v[a] + corner[0]), p[static_cast<std::size_t>(b)] = static_cast<float>(v[b] + corner[1]);
+            p[static_cast<std::size_t>(a)] = static_cast<float>(v[a] + corner[0]),
+            p[static_cast<std::size_t>(b)] = static_cast<float>(v[b] + corner[1]);
             out.insert(out.end(), p.begin(), p.end());
         }
     };
     for (std::int32_t x = bounds.min[0]; x < bounds.max[0]; ++x)
         for (std::int32_t y = bounds.min[1]; y < bounds.max[1]; ++y)
             for (std::int32_t z = bounds.min[2]; z < bounds.max[2]; ++z) {
-                if (world.at(x, y, z) != material) continue;
-                for (const Face face : {Face::kWest, Face::kEast, Face::kBottom, Face::kTop, Face::kNorth, Face::kSouth}) {
+                if (world.at(x, y, z) != material)
+                    continue;
+                for (const Face face : {Face::kWest, Face::kEast, Face::kBottom, Face::kTop,
+                                        Face::kNorth, Face::kSouth}) {
                     const VoxelCoord beside = neighbour({x, y, z}, face);
-                    if (world.at(beside.x, beside.y, beside.z) == Material::kAir) add({x, y, z}, face);
+                    if (world.at(beside.x, beside.y, beside.z) == Material::kAir)
+                        add({x, y, z}, face);
                 }
             }
     return out;
@@ -75,14 +84,18 @@ std::vector<float> faces_of(const ArrayWorld& world, Material material) {
 Scene scene_of(bool roofed) {
     Scene scene;
     scene.output.size_px = {kSide_px, kSide_px};
-    scene.camera.space = "voxel", scene.camera.position = {{16, 17, 31.5}}, scene.camera.target = {{16, 14, 0}};
+    scene.camera.space = "voxel", scene.camera.position = {{16, 17, 31.5}},
+    scene.camera.target = {{16, 14, 0}};
     scene.camera.fov_deg = 70;
     scene.sky.model = "uniform";
-    if (roofed) scene.sky.strength = 0, scene.sun.strength = 0;
-    else scene.sky.colour = {{0.35, 0.5, 0.8}}, scene.sun.light = {{2.5, 2.3, 2.0}};
+    if (roofed)
+        scene.sky.strength = 0, scene.sun.strength = 0;
+    else
+        scene.sky.colour = {{0.35, 0.5, 0.8}}, scene.sun.light = {{2.5, 2.3, 2.0}};
     scene.sun.size = kSunRadius;
     set_sun(scene, normalized({0.35, 1, 0.2}));
-    scene.quality.integrator = "path", scene.quality.samples = kOurSamples / 2, scene.quality.bounces = kBounces;
+    scene.quality.integrator = "path", scene.quality.samples = kOurSamples / 2,
+    scene.quality.bounces = kBounces;
     scene.quality.clamp = 0, scene.quality.coarse_step = 1, scene.quality.textures = false;
     return scene;
 }
@@ -94,30 +107,53 @@ std::string python() {
 
 std::string missing(const Context& c) {
     const std::string program = python();
-    const bool there = c.children.run({program, "-c", "import mitsuba, numpy"}, c.scratch / "mitsuba.txt").exit_code == 0;
-    return there ? "" : program + " has no mitsuba with numpy (TERRAVOX_PYTHON names another Python)";
+    const bool there =
+        c.children.run({program, "-c", "import mitsuba, numpy"}, c.scratch / "mitsuba.txt")
+            .exit_code == 0;
+    return there ? ""
+                 : program + " has no mitsuba with numpy (TERRAVOX_PYTHON names another Python)";
 }
 
-std::array<double, 3> numbers(Colour v) { return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)}; }
+std::array<double, 3> numbers(Colour v) {
+    return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)};
+}
 
 /// The box by the peer.
-LinearPicture reference(const Context& c, const ArrayWorld& world, const Scene& scene, bool roofed, Readings& readings) {
-    nlohmann::json job = {{"size_px", scene.output.size_px}, {"samples", kTheirSamples}, {"threads", c.threads}, {"seed", 1}};
+LinearPicture reference(const Context& c, const ArrayWorld& world, const Scene& scene, bool roofed,
+                        Readings& readings) {
+    nlohmann::json job = {{"size_px", scene.output.size_px},
+                          {"samples", kTheirSamples},
+                          {"threads", c.threads},
+                          {"seed", 1}};
     for (const Part& part : kParts) {
         const std::vector<float> faces = faces_of(world, part.material);
-        if (faces.empty()) continue;
-        const auto file = c.scratch / ("cornell-" + std::to_string(static_cast<int>(part.material)) + ".f32");
-        std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(faces.data()), static_cast<std::streamsize>(faces.size() * sizeof(float)));
-        job["parts"].push_back({{"quads", file.string()}, {"albedo", numbers(part.albedo)}, {"emission", numbers(part.emission)}});
+        if (faces.empty())
+            continue;
+        const auto file =
+            c.scratch / ("cornell-" + std::to_string(static_cast<int>(part.material)) + ".f32");
+        std::ofstream(file, std::ios::binary)
+            .write(reinterpret_cast<const char*>(faces.data()),
+                   static_cast<std::streamsize>(faces.size() * sizeof(float)));
+        job["parts"].push_back({{"quads", file.string()},
+                                {"albedo", numbers(part.albedo)},
+                                {"emission", numbers(part.emission)}});
     }
-    job["camera"] = {{"position", *scene.camera.position}, {"target", *scene.camera.target}, {"fov_deg", scene.camera.fov_deg}};
+    job["camera"] = {{"position", *scene.camera.position},
+                     {"target", *scene.camera.target},
+                     {"fov_deg", scene.camera.fov_deg}};
     job["sky"] = scene.sky.colour.value_or(std::array<double, 3>{});
-    if (!roofed) job["sun"] = {{"to", {0.35, 1, 0.2}}, {"light", *scene.sun.light}, {"radius_rad", kSunRadius * kTrueSunRadius_rad}};
-    else job["sun"] = nullptr;
-    const auto picture = c.scratch / "cornell-mitsuba.f32", figures = c.scratch / "cornell-figures.json", file = c.scratch / "cornell-job.json";
+    if (!roofed)
+        job["sun"] = {{"to", {0.35, 1, 0.2}},
+                      {"light", *scene.sun.light},
+                      {"radius_rad", kSunRadius * kTrueSunRadius_rad}};
+    else
+        job["sun"] = nullptr;
+    const auto picture = c.scratch / "cornell-mitsuba.f32",
+               figures = c.scratch / "cornell-figures.json", file = c.scratch / "cornell-job.json";
     job["picture"] = picture.string(), job["figures"] = figures.string();
     util::write_file_atomically(file, job.dump());
-    const nlohmann::json found = figures_of(c, {python(), "-B", light_script("cornell_mitsuba.py"), file.string()}, figures);
+    const nlohmann::json found =
+        figures_of(c, {python(), "-B", light_script("cornell_mitsuba.py"), file.string()}, figures);
     readings.add("Mitsuba's picture", "s", found.at("wall_s").get<double>());
     return read_picture(picture, kSide_px, kSide_px);
 }
@@ -142,31 +178,41 @@ void measure(const Context& c, bool roofed, Readings& readings) {
         cpu_s += traced.cost.cpu_s;
     }
     LinearPicture ours = halves[0];
-    for (std::size_t i = 0; i < ours.rgb.size(); ++i) ours.rgb[i] = (ours.rgb[i] + halves[1].rgb[i]) / 2;
+    for (std::size_t i = 0; i < ours.rgb.size(); ++i)
+        ours.rgb[i] = (ours.rgb[i] + halves[1].rgb[i]) / 2;
     const LinearPicture theirs = reference(c, *world, scene, roofed, readings);
     const double mean = mean_of(theirs);
     readings.add("our picture, CPU", "s", cpu_s);
-    readings.add("RMSE to Mitsuba / mean", "%", 100 * rms_difference(ours, theirs) / mean, at_most(3));
-    readings.add("of that our noise", "%", 100 * noise_of(halves[0], halves[1]) / std::numbers::sqrt2 / mean);
+    readings.add("RMSE to Mitsuba / mean", "%", 100 * rms_difference(ours, theirs) / mean,
+                 at_most(3));
+    readings.add("of that our noise", "%",
+                 100 * noise_of(halves[0], halves[1]) / std::numbers::sqrt2 / mean);
     readings.add("mean / Mitsuba's", "x", mean_of(ours) / mean);
 }
 
 Entry entry(const char* name, bool roofed, const char* work) {
     Entry out;
     out.name = name;
-    out.measures = "path tracing beside Mitsuba 3: the difference of the pictures in linear light, share of their mean";
+    out.measures =
+        "path tracing beside Mitsuba 3: the difference of the pictures in linear light, share of "
+        "their mean";
     out.work = work;
     out.floor = "Mitsuba 3 on the faces of the same voxels, path, 8192 samples";
     out.exact = out.only_by_name = true;
     out.missing = missing;
-    out.prepare = [roofed](const Context& c) -> Body { return [roofed, &c](Readings& readings) { measure(c, roofed, readings); }; };
+    out.prepare = [roofed](const Context& c) -> Body {
+        return [roofed, &c](Readings& readings) { measure(c, roofed, readings); };
+    };
     return out;
 }
 
 const Registration kRegistered([] {
     return std::vector{entry("light/cornell", true,
-                             "a closed room of 32 x 32 x 32 voxels: red, green and white walls, two blocks, a lamp in the ceiling; 32x32, 16384 samples, 64 bounces"),
-                       entry("light/cornell/sun", false, "the same room without its ceiling, under a sun of four times the true radius and an even blue sky")};
+                             "a closed room of 32 x 32 x 32 voxels: red, green and white walls, "
+                             "two blocks, a lamp in the ceiling; 32x32, 16384 samples, 64 bounces"),
+                       entry("light/cornell/sun", false,
+                             "the same room without its ceiling, under a sun of four times the "
+                             "true radius and an even blue sky")};
 });
 
 }  // namespace

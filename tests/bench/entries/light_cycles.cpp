@@ -22,35 +22,47 @@ constexpr double kMostMeanDifference = 0.03;  // above it the two did not render
 constexpr std::size_t kBoxMemory_bytes = std::size_t{1} << 30;
 
 std::string missing(const Context& c) {
-    if (const std::string scene = NeutralScene::missing(c); !scene.empty()) return scene;
-    return c.children.run({"blender", "--version"}, c.scratch / "blender.txt").exit_code == 0 ? "" : "Blender is not installed (Debian package blender)";
+    if (const std::string scene = NeutralScene::missing(c); !scene.empty())
+        return scene;
+    return c.children.run({"blender", "--version"}, c.scratch / "blender.txt").exit_code == 0
+               ? ""
+               : "Blender is not installed (Debian package blender)";
 }
 
 Scene scene_of(const NeutralView& view) {
     Scene scene;
     scene.camera.space = "voxel";
-    scene.camera.position = {view.position.x, view.position.y, view.position.z}, scene.camera.target = {view.target.x, view.target.y, view.target.z};
+    scene.camera.position = {view.position.x, view.position.y, view.position.z},
+    scene.camera.target = {view.target.x, view.target.y, view.target.z};
     scene.camera.fov_deg = view.fov_deg;
     set_sun(scene, neutral_sun());
     constexpr double kWhite = kSunIrradiance / std::numbers::pi;
     scene.sun.light = {kWhite, kWhite, kWhite};
     scene.sky.model = "uniform", scene.sky.colour = kSky;
     scene.output.size_px = {NeutralScene::kWidthPx, NeutralScene::kHeightPx};
-    scene.quality.integrator = "path", scene.quality.samples = kSamples, scene.quality.bounces = kBounces;
+    scene.quality.integrator = "path", scene.quality.samples = kSamples,
+    scene.quality.bounces = kBounces;
     scene.quality.clamp = 0, scene.quality.coarse_step = 1, scene.quality.textures = false;
     return scene;
 }
 
 /// The same voxels for both.
 struct Bodies {
-    Bodies(const Context& c) : scene(c), world(scene, c.threads), blocks(world, kBoxMemory_bytes), mesh(c.scratch / "light-mesh.f32") {
+    Bodies(const Context& c)
+        : scene(c),
+          world(scene, c.threads),
+          blocks(world, kBoxMemory_bytes),
+          mesh(c.scratch / "light-mesh.f32") {
         const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
-            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) (void)blocks.get({0, bx, 0, bz});
+            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
+                (void)blocks.get({0, bx, 0, bz});
         std::ofstream file(mesh, std::ios::binary);
         for (const QuadMesh& slab : mesh_slabs(scene, c.threads))
-            file.write(reinterpret_cast<const char*>(slab.corners.data()), static_cast<std::streamsize>(slab.corners.size() * sizeof(float)));
-        if (!file.flush()) throw Error("write the mesh " + mesh.string());
+            file.write(reinterpret_cast<const char*>(slab.corners.data()),
+                       static_cast<std::streamsize>(slab.corners.size() * sizeof(float)));
+        if (!file.flush())
+            throw Error("write the mesh " + mesh.string());
     }
     NeutralScene scene;
     NeutralWorld world;
@@ -64,8 +76,13 @@ struct Rendered {
     Cost cost;  ///< of one picture: the cheaper of the two, each for itself
     RenderCounts counts;
     [[nodiscard]] double noise() const { return noise_of(pictures[0], pictures[1]); }
-    [[nodiscard]] double mean() const noexcept { return (mean_of(pictures[0]) + mean_of(pictures[1])) / 2; }
-    void took(const Cost& one, bool first) noexcept { cost = first ? one : Cost{std::min(cost.wall_s, one.wall_s), std::min(cost.cpu_s, one.cpu_s)}; }
+    [[nodiscard]] double mean() const noexcept {
+        return (mean_of(pictures[0]) + mean_of(pictures[1])) / 2;
+    }
+    void took(const Cost& one, bool first) noexcept {
+        cost =
+            first ? one : Cost{std::min(cost.wall_s, one.wall_s), std::min(cost.cpu_s, one.cpu_s)};
+    }
 };
 
 Rendered ours(Bodies& bodies, const NeutralView& view, int threads) {
@@ -82,20 +99,31 @@ Rendered ours(Bodies& bodies, const NeutralView& view, int threads) {
     return out;
 }
 
-nlohmann::json vector_of(Vec3 v) { return {v.x, v.y, v.z}; }
+nlohmann::json vector_of(Vec3 v) {
+    return {v.x, v.y, v.z};
+}
 
 /// All views by the peer. @return its figures: cycles_render.py says what they are
 nlohmann::json run_cycles(const Context& c, const Bodies& bodies) {
-    nlohmann::json job = {{"mesh", bodies.mesh.string()}, {"albedo", kGrey}, {"sky", kSky}, {"bounces", kBounces}};
+    nlohmann::json job = {
+        {"mesh", bodies.mesh.string()}, {"albedo", kGrey}, {"sky", kSky}, {"bounces", kBounces}};
     job["samples"] = kSamples, job["threads"] = c.threads, job["seeds"] = kSeeds;
-    job["sun"] = {{"to", vector_of(neutral_sun())}, {"irradiance", kSunIrradiance}, {"radius_rad", kSunRadius_deg * std::numbers::pi / 180}};
+    job["sun"] = {{"to", vector_of(neutral_sun())},
+                  {"irradiance", kSunIrradiance},
+                  {"radius_rad", kSunRadius_deg * std::numbers::pi / 180}};
     job["size_px"] = {NeutralScene::kWidthPx, NeutralScene::kHeightPx};
     for (const NeutralView& view : neutral_views())
-        job["views"].push_back({{"name", view.name}, {"position", vector_of(view.position)}, {"target", vector_of(view.target)}, {"fov_deg", view.fov_deg}});
+        job["views"].push_back({{"name", view.name},
+                                {"position", vector_of(view.position)},
+                                {"target", vector_of(view.target)},
+                                {"fov_deg", view.fov_deg}});
     const auto figures = c.scratch / "cycles-figures.json", file = c.scratch / "cycles-job.json";
     job["pictures"] = c.scratch.string(), job["figures"] = figures.string();
     util::write_file_atomically(file, job.dump());
-    return figures_of(c, {"blender", "-b", "--python-exit-code", "1", "-P", light_script("cycles_render.py"), "--", file.string()}, figures);
+    return figures_of(c,
+                      {"blender", "-b", "--python-exit-code", "1", "-P",
+                       light_script("cycles_render.py"), "--", file.string()},
+                      figures);
 }
 
 Rendered theirs(const Context& c, const nlohmann::json& figures, const std::string& view) {
@@ -103,7 +131,8 @@ Rendered theirs(const Context& c, const nlohmann::json& figures, const std::stri
     for (std::size_t i = 0; i < kSeeds.size(); ++i) {
         const std::string seed = std::to_string(kSeeds[i]);
         const auto& took = figures.at("views").at(view).at(seed);
-        out.pictures[i] = read_picture(c.scratch / (view + "-" + seed + ".f32"), NeutralScene::kWidthPx, NeutralScene::kHeightPx);
+        out.pictures[i] = read_picture(c.scratch / (view + "-" + seed + ".f32"),
+                                       NeutralScene::kWidthPx, NeutralScene::kHeightPx);
         out.took({took.at("wall_s"), took.at("cpu_s")}, i == 0);
     }
     return out;
@@ -113,36 +142,49 @@ Rendered theirs(const Context& c, const nlohmann::json& figures, const std::stri
 std::string rays_of(const std::string& name, const Rendered& our) {
     std::string out = "Rays a sample, " + name + ":";
     for (std::size_t kind = 0; kind < kRayKinds; ++kind) {
-        const double rays = static_cast<double>(our.counts.trace.rays[kind]) / (double{kSamples} * NeutralScene::kWidthPx * NeutralScene::kHeightPx);
+        const double rays = static_cast<double>(our.counts.trace.rays[kind]) /
+                            (double{kSamples} * NeutralScene::kWidthPx * NeutralScene::kHeightPx);
         std::array<char, 48> text{};
-        if (rays > 0) std::snprintf(text.data(), text.size(), " %s %.2f,", name_of(static_cast<RayKind>(kind)), rays);
+        if (rays > 0)
+            std::snprintf(text.data(), text.size(), " %s %.2f,",
+                          name_of(static_cast<RayKind>(kind)), rays);
         out += text.data();
     }
     out.back() = '.';
     return out;
 }
 
-void add_view(const std::string& name, const Rendered& our, const Rendered& their, Readings& readings) {
+void add_view(const std::string& name, const Rendered& our, const Rendered& their,
+              Readings& readings) {
     const double mean_ratio = our.mean() / their.mean();
     if (!(std::abs(mean_ratio - 1) < kMostMeanDifference))
-        throw Error("compare with Cycles: " + name + ": means of " + std::to_string(our.mean()) + " and " + std::to_string(their.mean()));
-    const double our_variance = our.noise() * our.noise(), their_variance = their.noise() * their.noise();
+        throw Error("compare with Cycles: " + name + ": means of " + std::to_string(our.mean()) +
+                    " and " + std::to_string(their.mean()));
+    const double our_variance = our.noise() * our.noise(),
+                 their_variance = their.noise() * their.noise();
     readings.add(name + ": CPU time", "s", our.cost.cpu_s);
     readings.add(name + ": CPU time, Cycles", "s", their.cost.cpu_s);
-    readings.add(name + ": rays", "Mray/s of CPU", static_cast<double>(our.counts.trace.all_rays()) / our.cost.cpu_s / 1e6);
+    readings.add(name + ": rays", "Mray/s of CPU",
+                 static_cast<double>(our.counts.trace.all_rays()) / our.cost.cpu_s / 1e6);
     readings.add(name + ": noise / mean", "%", 100 * our.noise() / our.mean());
     readings.add(name + ": noise / mean, Cycles", "%", 100 * their.noise() / their.mean());
     readings.add(name + ": mean / Cycles' mean", "x", mean_ratio);
     readings.add(name + ": time at equal samples / Cycles", "x", our.cost.cpu_s / their.cost.cpu_s);
-    readings.add(name + ": time to the same noise / Cycles", "x", our.cost.cpu_s * our_variance / (their.cost.cpu_s * their_variance), at_most(0.2));
+    readings.add(name + ": time to the same noise / Cycles", "x",
+                 our.cost.cpu_s * our_variance / (their.cost.cpu_s * their_variance), at_most(0.2));
 }
 
 Entry entry() {
     Entry out;
     out.name = "light/cycles";
-    out.measures = "path tracing beside Blender's Cycles: processor time, noise, time to the same noise; the means must agree";
-    out.work = "the voxels of trace/neutral, all matt grey 0.8, sun and even sky, 3 bounces, 64 samples, 1280x720, three cameras, two seeds";
-    out.floor = "Cycles on the visible faces of the same voxels, its scene in memory, N threads as ours";
+    out.measures =
+        "path tracing beside Blender's Cycles: processor time, noise, time to the same noise; the "
+        "means must agree";
+    out.work =
+        "the voxels of trace/neutral, all matt grey 0.8, sun and even sky, 3 bounces, 64 samples, "
+        "1280x720, three cameras, two seeds";
+    out.floor =
+        "Cycles on the visible faces of the same voxels, its scene in memory, N threads as ours";
     out.only_by_name = true;
     out.missing = missing;
     out.prepare = [](const Context& c) -> Body {
@@ -155,7 +197,8 @@ Entry entry() {
                 readings.note(rays_of(view.name, our));
             }
             const int build_s = static_cast<int>(std::lround(figures.at("build_s").get<double>()));
-            readings.note("Cycles of Blender " + figures.at("blender").get<std::string>() + "; its first, tiny picture with the building of its BVH: " +
+            readings.note("Cycles of Blender " + figures.at("blender").get<std::string>() +
+                          "; its first, tiny picture with the building of its BVH: " +
                           std::to_string(build_s) + " s.");
         };
     };

@@ -10,7 +10,8 @@ namespace {
 std::string missing(const Context& c) {
     for (const char* program : {"terravox-raytracer", "terravox-survey"}) {
         std::error_code ignored;
-        if (!std::filesystem::is_regular_file(c.programs / program, ignored)) return std::string("no ") + program + " in " + c.programs.string() + " (--programs)";
+        if (!std::filesystem::is_regular_file(c.programs / program, ignored))
+            return std::string("no ") + program + " in " + c.programs.string() + " (--programs)";
     }
     return "";
 }
@@ -18,20 +19,31 @@ std::string missing(const Context& c) {
 ChildOutcome run(const Context& c, const std::vector<std::string>& command) {
     const auto said = c.scratch / "light-direct.txt";
     const ChildOutcome outcome = c.children.run(command, said);
-    if (outcome.exit_code != 0) throw Error("run " + command.front() + ": exit code " + std::to_string(outcome.exit_code) + ": " + last_line(said));
+    if (outcome.exit_code != 0)
+        throw Error("run " + command.front() + ": exit code " + std::to_string(outcome.exit_code) +
+                    ": " + last_line(said));
     return outcome;
 }
 
 /// The place of the demo, prepared.
 struct DemoPlace {
-    explicit DemoPlace(const Context& context) : c(context), survey(c.scratch / "light-survey"), report(c.scratch / "light-direct.json") {
-        (void)run(c, {(c.programs / "terravox-survey").string(), "--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "6", "-o", survey.string()});
+    explicit DemoPlace(const Context& context)
+        : c(context), survey(c.scratch / "light-survey"), report(c.scratch / "light-direct.json") {
+        (void)run(c, {(c.programs / "terravox-survey").string(), "--seed", "7", "--squares", "1x1",
+                      "--square-m", "1000", "--density", "6", "-o", survey.string()});
         (void)render({});
     }
     ChildOutcome render(const std::vector<std::string>& arguments) const {
-        std::vector<std::string> command = {(c.programs / "terravox-raytracer").string(), "render", survey.string(), "--ortho", (survey / "ortho").string()};
-        command.insert(command.end(), {"--cache", (c.scratch / "light-cache").string(), "--scene", std::string(TERRAVOX_SOURCE_DIR) + "/config/scenes/demo.toml", "--size", "1280x720"});
-        command.insert(command.end(), {"--threads", std::to_string(c.threads), "--quiet", "--report", report.string(), "-o", (c.scratch / "light-direct.png").string()});
+        std::vector<std::string> command = {(c.programs / "terravox-raytracer").string(), "render",
+                                            survey.string(), "--ortho",
+                                            (survey / "ortho").string()};
+        command.insert(
+            command.end(),
+            {"--cache", (c.scratch / "light-cache").string(), "--scene",
+             std::string(TERRAVOX_SOURCE_DIR) + "/config/scenes/demo.toml", "--size", "1280x720"});
+        command.insert(command.end(),
+                       {"--threads", std::to_string(c.threads), "--quiet", "--report",
+                        report.string(), "-o", (c.scratch / "light-direct.png").string()});
         command.insert(command.end(), arguments.begin(), arguments.end());
         return run(c, command);
     }
@@ -39,25 +51,33 @@ struct DemoPlace {
     std::filesystem::path survey, report;
 };
 
-void add_picture(const std::string& name, const DemoPlace& place, const std::vector<std::string>& arguments, Readings& readings) {
+void add_picture(const std::string& name, const DemoPlace& place,
+                 const std::vector<std::string>& arguments, Readings& readings) {
     const ChildOutcome outcome = place.render(arguments);
     std::ifstream file(place.report);
     const auto report = nlohmann::json::parse(file);
-    if (const auto holes = report.at("holes").get<int>(); holes != 0) throw Error("render the demo: the picture has " + std::to_string(holes) + " holes");
+    if (const auto holes = report.at("holes").get<int>(); holes != 0)
+        throw Error("render the demo: the picture has " + std::to_string(holes) + " holes");
     readings.add(name + ": whole", "s", outcome.wall_s);
     for (const auto& stage : report.at("stages"))
-        if (stage.at("name") == "ray tracing (clock)") readings.add(name + ": tracing", "s", stage.at("seconds").get<double>());
+        if (stage.at("name") == "ray tracing (clock)")
+            readings.add(name + ": tracing", "s", stage.at("seconds").get<double>());
     double all = 0;
-    for (const auto& [stage, seconds] : report.at("tracing_seconds").items()) all += seconds.get<double>();
-    readings.add(name + ": rays", "Mray/s of a thread", report.at("rays").get<double>() / all / 1e6);
-    for (const auto& [stage, seconds] : report.at("tracing_seconds").items()) readings.add(name + ": " + stage, "% of tracing", 100 * seconds.get<double>() / all);
+    for (const auto& [stage, seconds] : report.at("tracing_seconds").items())
+        all += seconds.get<double>();
+    readings.add(name + ": rays", "Mray/s of a thread",
+                 report.at("rays").get<double>() / all / 1e6);
+    for (const auto& [stage, seconds] : report.at("tracing_seconds").items())
+        readings.add(name + ": " + stage, "% of tracing", 100 * seconds.get<double>() / all);
 }
 
 Entry entry() {
     Entry out;
     out.name = "light/direct";
     out.measures = "a picture in direct light by the real program: seconds, and what they go into";
-    out.work = "the demo's place (invented, 1 km2, prepared) and camera, 1280x720, 4 samples, N threads: sun, sky, mirrors, water; with 8 rays of ambient occlusion; with paths of 6 bounces";
+    out.work =
+        "the demo's place (invented, 1 km2, prepared) and camera, 1280x720, 4 samples, N threads: "
+        "sun, sky, mirrors, water; with 8 rays of ambient occlusion; with paths of 6 bounces";
     out.missing = missing;
     out.prepare = [](const Context& c) -> Body {
         const auto place = std::make_shared<const DemoPlace>(c);

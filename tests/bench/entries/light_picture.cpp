@@ -13,7 +13,8 @@ namespace terravox::bench {
 LinearPicture picture_of(const Film& film) {
     LinearPicture out{film.width_px(), film.height_px(), {}};
     out.rgb.reserve(film.samples().size() * 3);
-    for (const PixelSample& pixel : film.samples()) out.rgb.insert(out.rgb.end(), {pixel.colour.r, pixel.colour.g, pixel.colour.b});
+    for (const PixelSample& pixel : film.samples())
+        out.rgb.insert(out.rgb.end(), {pixel.colour.r, pixel.colour.g, pixel.colour.b});
     return out;
 }
 
@@ -22,8 +23,10 @@ LinearPicture read_picture(const std::filesystem::path& path, int width_px, int 
     out.rgb.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 3);
     std::ifstream file(path, std::ios::binary);
     const auto bytes = static_cast<std::streamsize>(out.rgb.size() * sizeof(float));
-    if (!file.read(reinterpret_cast<char*>(out.rgb.data()), bytes) || file.peek() != std::ifstream::traits_type::eof())
-        throw Error("read the picture " + path.string() + ": not " + std::to_string(width_px) + " x " + std::to_string(height_px) + " x 3 numbers");
+    if (!file.read(reinterpret_cast<char*>(out.rgb.data()), bytes) ||
+        file.peek() != std::ifstream::traits_type::eof())
+        throw Error("read the picture " + path.string() + ": not " + std::to_string(width_px) +
+                    " x " + std::to_string(height_px) + " x 3 numbers");
     if (!std::all_of(out.rgb.begin(), out.rgb.end(), [](float v) { return std::isfinite(v); }))
         throw Error("read the picture " + path.string() + ": a number is not finite");
     return out;
@@ -31,19 +34,23 @@ LinearPicture read_picture(const std::filesystem::path& path, int width_px, int 
 
 void write_picture(const std::filesystem::path& path, const LinearPicture& picture) {
     std::ofstream file(path, std::ios::binary);
-    if (!file.write(reinterpret_cast<const char*>(picture.rgb.data()), static_cast<std::streamsize>(picture.rgb.size() * sizeof(float))).flush())
+    if (!file.write(reinterpret_cast<const char*>(picture.rgb.data()),
+                    static_cast<std::streamsize>(picture.rgb.size() * sizeof(float)))
+             .flush())
         throw Error("write the picture " + path.string());
 }
 
 double mean_of(const LinearPicture& picture) noexcept {
     double sum = 0;
-    for (const float v : picture.rgb) sum += static_cast<double>(v);
+    for (const float v : picture.rgb)
+        sum += static_cast<double>(v);
     return sum / static_cast<double>(std::max<std::size_t>(picture.rgb.size(), 1));
 }
 
 double rms_difference(const LinearPicture& a, const LinearPicture& b) {
     if (a.rgb.size() != b.rgb.size() || a.rgb.empty())
-        throw Error("compare pictures: of " + std::to_string(a.rgb.size()) + " and " + std::to_string(b.rgb.size()) + " numbers");
+        throw Error("compare pictures: of " + std::to_string(a.rgb.size()) + " and " +
+                    std::to_string(b.rgb.size()) + " numbers");
     double sum = 0;
     for (std::size_t i = 0; i < a.rgb.size(); ++i) {
         const double d = static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]);
@@ -52,7 +59,9 @@ double rms_difference(const LinearPicture& a, const LinearPicture& b) {
     return std::sqrt(sum / static_cast<double>(a.rgb.size()));
 }
 
-double noise_of(const LinearPicture& one, const LinearPicture& other) { return rms_difference(one, other) / std::numbers::sqrt2; }
+double noise_of(const LinearPicture& one, const LinearPicture& other) {
+    return rms_difference(one, other) / std::numbers::sqrt2;
+}
 
 TracedPicture trace_picture(const View& view, BlockManager& blocks, int threads) {
     const auto [width, height] = view.scene.output.size_px;
@@ -62,7 +71,9 @@ TracedPicture trace_picture(const View& view, BlockManager& blocks, int threads)
         ThreadProcessor processor(view, blocks, threads);
         out.counts = render_film({view, processor, true, nullptr}, film);
     });
-    if (out.counts.trace.hole_rays != 0) throw Error("trace a picture: " + std::to_string(out.counts.trace.hole_rays) + " rays met holes");
+    if (out.counts.trace.hole_rays != 0)
+        throw Error("trace a picture: " + std::to_string(out.counts.trace.hole_rays) +
+                    " rays met holes");
     out.picture = picture_of(film);
     return out;
 }
@@ -81,16 +92,22 @@ void set_sun(Scene& scene, Vec3 to_sun) {
     scene.sun.azimuth_deg = std::atan2(to_sun.x, -to_sun.z) * kDegrees;
 }
 
-std::string light_script(const std::string& file) { return std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/light/" + file; }
+std::string light_script(const std::string& file) {
+    return std::string(TERRAVOX_SOURCE_DIR) + "/tests/bench/light/" + file;
+}
 
-nlohmann::json figures_of(const Context& context, const std::vector<std::string>& command, const std::filesystem::path& figures) {
+nlohmann::json figures_of(const Context& context, const std::vector<std::string>& command,
+                          const std::filesystem::path& figures) {
     const auto said = context.scratch / (figures.stem().string() + ".txt");
     const std::string attempt = "run " + command.front();
     const ChildOutcome outcome = context.children.run(command, said);
-    if (outcome.exit_code != 0) throw Error(attempt + ": exit code " + std::to_string(outcome.exit_code) + ": " + last_line(said));
+    if (outcome.exit_code != 0)
+        throw Error(attempt + ": exit code " + std::to_string(outcome.exit_code) + ": " +
+                    last_line(said));
     std::ifstream file(figures);
     nlohmann::json out = nlohmann::json::parse(file, nullptr, false);
-    if (!out.is_object()) throw Error(attempt + ": no figures in " + figures.string() + ": " + last_line(said));
+    if (!out.is_object())
+        throw Error(attempt + ": no figures in " + figures.string() + ": " + last_line(said));
     return out;
 }
 

@@ -11,17 +11,22 @@
 
 namespace terravox::bench {
 
-/// A picture in linear light, for comparison with other renderers: r, g, b of each pixel, rows from the top.
+/// A picture in linear light, for comparison with other renderers: r, g, b of each pixel, rows from
+/// the top.
 struct LinearPicture {
     int width_px = 0, height_px = 0;
     std::vector<float> rgb;
 };
 [[nodiscard]] LinearPicture picture_of(const Film& film);
-/// Raw float32 in the machine's order. @throws Error when the file has not the size of such a picture, or a number is not finite
-[[nodiscard]] LinearPicture read_picture(const std::filesystem::path& file, int width_px, int height_px);
-void write_picture(const std::filesystem::path& file, const LinearPicture& picture);  ///< @throws Error
+/// Raw float32 in the machine's order. @throws Error when the file has not the size of such a
+/// picture, or a number is not finite
+[[nodiscard]] LinearPicture read_picture(const std::filesystem::path& file, int width_px,
+                                         int height_px);
+void write_picture(const std::filesystem::path& file,
+                   const LinearPicture& picture);  ///< @throws Error
 
-[[nodiscard]] double mean_of(const LinearPicture& picture) noexcept;  ///< over all pixels and channels
+[[nodiscard]] double mean_of(
+    const LinearPicture& picture) noexcept;  ///< over all pixels and channels
 /// Root of the mean squared difference over all pixels and channels of two pictures of one size.
 [[nodiscard]] double rms_difference(const LinearPicture& a, const LinearPicture& b);
 /// The noise of one of two pictures that differ in their seed alone.
@@ -44,7 +49,10 @@ void set_sun(Scene& scene, Vec3 to_sun);
 
 /// A script of tests/bench/light by its whole path.
 [[nodiscard]] std::string light_script(const std::string& file);
-/// Runs a program that leaves its figures in a file. @throws Error with its last line when it fails, or leaves none
-[[nodiscard]] nlohmann::json figures_of(const Context& context, const std::vector<std::string>& command, const std::filesystem::path& figures);
+/// Runs a program that leaves its figures in a file. @throws Error with its last line when it
+/// fails, or leaves none
+[[nodiscard]] nlohmann::json figures_of(const Context& context,
+                                        const std::vector<std::string>& command,
+                                        const std::filesystem::path& figures);
 
 }  // namespace terravox::bench

@@ -36,9 +36,11 @@ int run_end(const std::uint8_t* column, int y) noexcept {
     for (; y + 8 <= NeutralScene::kHeight; y += 8) {
         std::uint64_t eight = 0;
         std::memcpy(&eight, column + y, sizeof eight);
-        if (eight != same) return y + (std::countr_zero(eight ^ same) >> 3);
+        if (eight != same)
+            return y + (std::countr_zero(eight ^ same) >> 3);
     }
-    while (y < NeutralScene::kHeight && column[y] == static_cast<std::uint8_t>(same)) ++y;
+    while (y < NeutralScene::kHeight && column[y] == static_cast<std::uint8_t>(same))
+        ++y;
     return y;
 }
 
@@ -50,7 +52,8 @@ std::shared_ptr<const Box> build_box(const NeutralScene& scene, const BoxKey& ke
             const std::uint8_t* column = scene.column(x0 + x, z0 + z);
             for (int y = 0, end = 0; column != nullptr && y < NeutralScene::kHeight; y = end) {
                 end = run_end(column, y);
-                if (column[y] != 0) builder.add(x, z, y, end, !see_through(material_of(column[y])));
+                if (column[y] != 0)
+                    builder.add(x, z, y, end, !see_through(material_of(column[y])));
             }
         }
     return builder.build(key, [&](int x, int y, int z) {
@@ -61,12 +64,16 @@ std::shared_ptr<const Box> build_box(const NeutralScene& scene, const BoxKey& ke
     });
 }
 
-std::filesystem::path script_of(const Context& c) { return c.data.parent_path() / "bench" / "voxel_scene.py"; }
+std::filesystem::path script_of(const Context& c) {
+    return c.data.parent_path() / "bench" / "voxel_scene.py";
+}
 
-/// The first Python that has NumPy; empty without one. A Python of one's own in PATH often lacks what the system's has.
+/// The first Python that has NumPy; empty without one. A Python of one's own in PATH often lacks
+/// what the system's has.
 std::string python_with_numpy(const Context& c) {
     for (const char* python : {"python3", "/usr/bin/python3"})
-        if (c.children.run({python, "-c", "import numpy"}, c.scratch / "numpy.txt").exit_code == 0) return python;
+        if (c.children.run({python, "-c", "import numpy"}, c.scratch / "numpy.txt").exit_code == 0)
+            return python;
     return {};
 }
 
@@ -74,25 +81,33 @@ std::string python_with_numpy(const Context& c) {
 
 std::string NeutralScene::missing(const Context& c) {
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(script_of(c), ignored)) return "no " + script_of(c).string() + " beside the data (--data)";
-    return python_with_numpy(c).empty() ? "no Python with NumPy (Debian package python3-numpy)" : "";
+    if (!std::filesystem::is_regular_file(script_of(c), ignored))
+        return "no " + script_of(c).string() + " beside the data (--data)";
+    return python_with_numpy(c).empty() ? "no Python with NumPy (Debian package python3-numpy)"
+                                        : "";
 }
 
 NeutralScene::NeutralScene(const Context& c) : m_voxels(std::size_t{kSide} * kSide * kHeight) {
     const auto raw = c.scratch / "neutral.raw", said = c.scratch / "neutral.txt";
     if (!std::filesystem::exists(raw)) {
         const auto outcome =
-            c.children.run({python_with_numpy(c), script_of(c).string(), std::to_string(kSide), std::to_string(kSeed), raw.string()}, said);
+            c.children.run({python_with_numpy(c), script_of(c).string(), std::to_string(kSide),
+                            std::to_string(kSeed), raw.string()},
+                           said);
         if (outcome.exit_code != 0)
-            throw Error("make the neutral scene: exit code " + std::to_string(outcome.exit_code) + ": " + last_line(said));
+            throw Error("make the neutral scene: exit code " + std::to_string(outcome.exit_code) +
+                        ": " + last_line(said));
     }
     std::ifstream file(raw, std::ios::binary);
-    if (!file.read(reinterpret_cast<char*>(m_voxels.data()), static_cast<std::streamsize>(m_voxels.size())) ||
+    if (!file.read(reinterpret_cast<char*>(m_voxels.data()),
+                   static_cast<std::streamsize>(m_voxels.size())) ||
         file.peek() != std::ifstream::traits_type::eof())
-        throw Error("read the neutral scene " + raw.string() + ": not " + std::to_string(m_voxels.size()) + " bytes");
+        throw Error("read the neutral scene " + raw.string() + ": not " +
+                    std::to_string(m_voxels.size()) + " bytes");
 }
 
-NeutralWorld::NeutralWorld(const NeutralScene& scene, int threads) : m_boxes(std::size_t{kSideBoxes} * kSideBoxes) {
+NeutralWorld::NeutralWorld(const NeutralScene& scene, int threads)
+    : m_boxes(std::size_t{kSideBoxes} * kSideBoxes) {
     m_info.title = "neutral scene";
     m_info.bounds = NeutralScene::bounds();
     thread::parallel_for(m_boxes.size(), threads, [&](std::size_t i) {
@@ -103,7 +118,8 @@ NeutralWorld::NeutralWorld(const NeutralScene& scene, int threads) : m_boxes(std
 
 std::size_t NeutralWorld::index(std::int32_t bx, std::int32_t bz) noexcept {
     const bool inside = bx >= 0 && bx < kSideBoxes && bz >= 0 && bz < kSideBoxes;
-    return inside ? static_cast<std::size_t>(bx * kSideBoxes + bz) : std::size_t{kSideBoxes} * kSideBoxes;
+    return inside ? static_cast<std::size_t>(bx * kSideBoxes + bz)
+                  : std::size_t{kSideBoxes} * kSideBoxes;
 }
 
 std::shared_ptr<const Box> NeutralWorld::box(const BoxKey& key) {
@@ -117,7 +133,8 @@ voxel::ColumnExtent NeutralWorld::column(int level, std::int32_t bx, std::int32_
 
 std::size_t NeutralWorld::memory_bytes() const noexcept {
     std::size_t out = 0;
-    for (const auto& box : m_boxes) out += box ? box->memory_bytes() : 0;
+    for (const auto& box : m_boxes)
+        out += box ? box->memory_bytes() : 0;
     return out;
 }
 
@@ -128,6 +145,8 @@ std::array<NeutralView, 3> neutral_views() noexcept {
             NeutralView{"ground", {kN * 0.5, 190, kN * 0.5}, {kN * 0.9, 150, kN * 0.8}, 70}};
 }
 
-Vec3 neutral_sun() noexcept { return normalized({0.5, 0.7, 0.3}); }
+Vec3 neutral_sun() noexcept {
+    return normalized({0.5, 0.7, 0.3});
+}
 
 }  // namespace terravox::bench

@@ -13,7 +13,8 @@
 
 namespace terravox::bench {
 
-/// The scene that tracers are compared on: made by the shared script bench/voxel_scene.py, N x N columns, 256 high, one byte a voxel.
+/// The scene that tracers are compared on: made by the shared script bench/voxel_scene.py, N x N
+/// columns, 256 high, one byte a voxel.
 class NeutralScene {
 public:
     static constexpr int kSide = 1024, kHeight = 256, kSeed = 7;
@@ -31,10 +32,14 @@ public:
     }
     /// The kHeight voxels of a column, lowest first; nullptr outside.
     [[nodiscard]] const std::uint8_t* column(int x, int z) const noexcept {
-        if (x < 0 || x >= kSide || z < 0 || z >= kSide) return nullptr;
-        return &m_voxels[(static_cast<std::size_t>(x) * kSide + static_cast<std::size_t>(z)) * kHeight];
+        if (x < 0 || x >= kSide || z < 0 || z >= kSide)
+            return nullptr;
+        return &m_voxels[(static_cast<std::size_t>(x) * kSide + static_cast<std::size_t>(z)) *
+                         kHeight];
     }
-    [[nodiscard]] static voxel::VoxelBounds bounds() noexcept { return {{0, 0, 0}, {kSide, kHeight, kSide}}; }
+    [[nodiscard]] static voxel::VoxelBounds bounds() noexcept {
+        return {{0, 0, 0}, {kSide, kHeight, kSide}};
+    }
 
 private:
     std::vector<std::uint8_t> m_voxels;
@@ -61,9 +66,11 @@ struct NeutralView {
     const char* name;
     Vec3 position, target;
     double fov_deg;  ///< vertical
-    [[nodiscard]] Camera camera() const { return {position, target, fov_deg, NeutralScene::kWidthPx, NeutralScene::kHeightPx}; }
+    [[nodiscard]] Camera camera() const {
+        return {position, target, fov_deg, NeutralScene::kWidthPx, NeutralScene::kHeightPx};
+    }
 };
 [[nodiscard]] std::array<NeutralView, 3> neutral_views() noexcept;  ///< bird, oblique and ground
-[[nodiscard]] Vec3 neutral_sun() noexcept;                          ///< direction towards it, unit length
+[[nodiscard]] Vec3 neutral_sun() noexcept;  ///< direction towards it, unit length
 
 }  // namespace terravox::bench

@@ -13,10 +13,12 @@
 
 namespace terravox::bench {
 
-/// Our own tracer on the neutral scene. Its rays are traced in trace_primary and trace_shadow and nowhere else.
+/// Our own tracer on the neutral scene. Its rays are traced in trace_primary and trace_shadow and
+/// nowhere else.
 class NeutralTracer final : public TileTracer {
 public:
-    /// @param world outlives the tracer; all its boxes fit into memory @param threads most that may call at the same time
+    /// @param world outlives the tracer; all its boxes fit into memory @param threads most that may
+    /// call at the same time
     NeutralTracer(NeutralWorld& world, int threads);
 
     void begin(const NeutralView& view) override;
@@ -34,7 +36,12 @@ private:
         bool hit = false, shadowed = false;
     };
     struct Worker {
-        Worker(BlockManager& blocks, const LevelCut& cut) : reader(blocks), walk(reader, cut), packets(packet_walk(reader, cut)), beams(reader, cut), shafts(reader, cut) {}
+        Worker(BlockManager& blocks, const LevelCut& cut)
+            : reader(blocks),
+              walk(reader, cut),
+              packets(packet_walk(reader, cut)),
+              beams(reader, cut),
+              shafts(reader, cut) {}
         BlockReader reader;
         RayWalk walk;
         std::optional<PacketWalk> packets;

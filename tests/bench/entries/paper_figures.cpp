@@ -12,22 +12,31 @@ std::string missing(const Context& c) {
 }
 
 void run(const Context& c, Readings& readings) {
-    const auto folder = c.programs.parent_path() / "figures";  // beside the programs: the scratch folder goes away
+    const auto folder =
+        c.programs.parent_path() / "figures";  // beside the programs: the scratch folder goes away
     std::vector<std::string> arguments = {"--output", folder.string()};
-    if (square_and_photo_missing(c).empty()) arguments.insert(arguments.end(), {"--ortho", square_photo(c).string()});
+    if (square_and_photo_missing(c).empty())
+        arguments.insert(arguments.end(), {"--ortho", square_photo(c).string()});
     const nlohmann::json figures = run_script(c, "paper/figures", arguments);
     for (const auto& reading : figures.at("readings"))
-        readings.add(reading.at(0).get<std::string>(), reading.at(1).get<std::string>(), reading.at(2).get<double>());
+        readings.add(reading.at(0).get<std::string>(), reading.at(1).get<std::string>(),
+                     reading.at(2).get<double>());
     readings.note("drawings in " + folder.string());
 }
 
 Entry entry() {
     Entry out;
     out.name = "paper/figures";
-    out.measures = "the first system's figures 7 to 9, measured again and drawn: time against size of tile, by processor over runs, steps of a box";
-    out.work = "the benchmark square with its photo, or an invented survey of 1 km; 1280x720; by the real program, cold and with prepared squares";
+    out.measures =
+        "the first system's figures 7 to 9, measured again and drawn: time against size of tile, "
+        "by processor over runs, steps of a box";
+    out.work =
+        "the benchmark square with its photo, or an invented survey of 1 km; 1280x720; by the real "
+        "program, cold and with prepared squares";
     out.missing = missing;
-    out.prepare = [](const Context& c) -> Body { return [&c](Readings& readings) { run(c, readings); }; };
+    out.prepare = [](const Context& c) -> Body {
+        return [&c](Readings& readings) { run(c, readings); };
+    };
     out.exact = true;  // the script repeats
     out.only_by_name = true;
     return out;

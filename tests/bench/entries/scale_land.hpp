@@ -17,7 +17,8 @@ struct LandRun {
     [[nodiscard]] bool empty() const noexcept { return y1 <= y0; }
 };
 
-/// One column of the land: solid ground below y = ground, then water below y = water if that is higher, then runs.
+/// One column of the land: solid ground below y = ground, then water below y = water if that is
+/// higher, then runs.
 struct LandColumn {
     std::int16_t ground = 0, water = 0;
     voxel::Material surface = voxel::Material::kGrass;
@@ -26,8 +27,9 @@ struct LandColumn {
     std::array<LandRun, 2> runs;  ///< an earlier one hides a later one where both are
 };
 
-/// An endless invented landscape of 1 m voxels: mountains, lakes, fields, woods, villages and roads. A pure function of a seed and a place,
-/// the same on every machine (whole numbers, and + - * / on doubles). All voxels lie in [0, kHighest). Immutable, so thread-safe.
+/// An endless invented landscape of 1 m voxels: mountains, lakes, fields, woods, villages and
+/// roads. A pure function of a seed and a place, the same on every machine (whole numbers, and + -
+/// * / on doubles). All voxels lie in [0, kHighest). Immutable, so thread-safe.
 class Land {
 public:
     static constexpr int kHighest = 256, kWaterLevel = 84;

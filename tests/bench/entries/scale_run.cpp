@@ -22,7 +22,8 @@ constexpr double kMib = 1024.0 * 1024.0;
 
 std::optional<std::filesystem::path> bench_cache() {
     const char* given = std::getenv("TERRAVOX_BENCH_CACHE");
-    return given != nullptr && *given != '\0' ? std::optional<std::filesystem::path>(given) : std::nullopt;
+    return given != nullptr && *given != '\0' ? std::optional<std::filesystem::path>(given)
+                                              : std::nullopt;
 }
 
 /// Counts what is asked of a world.
@@ -32,17 +33,21 @@ public:
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_world.info(); }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
         auto out = m_world.box(key);
-        if (out) ++boxes, bytes += out->memory_bytes();
+        if (out)
+            ++boxes, bytes += out->memory_bytes();
         return out;
     }
-    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override { return m_world.column(level, bx, bz); }
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return m_world.column(level, bx, bz);
+    }
     std::atomic<std::uint64_t> boxes{0}, bytes{0};
 
 private:
     voxel::World& m_world;
 };
 
-/// From now on the peak is counted anew. Where the system cannot, the peak is that since the program's start.
+/// From now on the peak is counted anew. Where the system cannot, the peak is that since the
+/// program's start.
 void forget_peak() {
     util::give_back_free_memory();  // what the picture before has left behind is not this one's
     std::ofstream("/proc/self/clear_refs") << "5";
@@ -51,11 +56,13 @@ void forget_peak() {
 double peak_resident_mib() {
     std::ifstream status("/proc/self/status");
     for (std::string line; std::getline(status, line);)
-        if (line.starts_with("VmHWM:")) return std::strtod(line.c_str() + 6, nullptr) / 1024;
+        if (line.starts_with("VmHWM:"))
+            return std::strtod(line.c_str() + 6, nullptr) / 1024;
     throw Error("read the peak memory: /proc/self/status has no VmHWM");
 }
 
-Scene scene_from(double x, double y, double z, double to_x, double to_y, double to_z, double fov_deg) {
+Scene scene_from(double x, double y, double z, double to_x, double to_y, double to_z,
+                 double fov_deg) {
     Scene out;
     out.camera.space = "voxel";
     out.camera.position = {x, y, z};
@@ -74,21 +81,26 @@ std::shared_ptr<ScaleWorld> open_scale_world(const Context& context, int side_km
 
 void prepare_scale_world(ScaleWorld& world, int threads, Readings* readings) {
     ScaleWorld::Prepared prepared;
-    const auto say = [](const std::string& line) { std::fprintf(stderr, "bench: %s\n", line.c_str()); };
+    const auto say = [](const std::string& line) {
+        std::fprintf(stderr, "bench: %s\n", line.c_str());
+    };
     const double seconds = seconds_of([&] { prepared = world.prepare(threads, say); });
-    if (readings == nullptr) return;
+    if (readings == nullptr)
+        return;
     const std::string size = world.info().title + ": ";
     readings->add(size + "prepare", "s", seconds);
     readings->add(size + "boxes made", "boxes", static_cast<double>(prepared.made));
     for (int level = 0; level < ScaleWorld::kLevels; ++level) {
-        const auto boxes = static_cast<double>(prepared.boxes[level]), bytes = static_cast<double>(prepared.bytes[level]);
+        const auto boxes = static_cast<double>(prepared.boxes[level]),
+                   bytes = static_cast<double>(prepared.bytes[level]);
         readings->add(size + "level " + std::to_string(level), "KiB/box", bytes / boxes / 1024);
     }
 }
 
 std::vector<ScaleView> scale_views() {
     const Land land(ScaleWorld::kSeed);
-    const double high = land.height(0, 0) + 600, edge = land.height(-480, 190) + 300, shore = std::floor(land.height(-400, 300)) + 2;
+    const double high = land.height(0, 0) + 600, edge = land.height(-480, 190) + 300,
+                 shore = std::floor(land.height(-400, 300)) + 2;
     return {{"high", scene_from(0, high, 0, 2600, high - 700, -900, 45), false},
             {"oblique", scene_from(-480, edge, 190, 480, edge - 210, -140, 45)},
             {"ground", scene_from(-399.5, shore, 300.5, -1000, shore, -900, 50)}};
@@ -132,7 +144,9 @@ std::size_t pixels_unlike(const Film& film, const Film& reference) {
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const PixelSample &a = film.at(x, y), &b = reference.at(x, y);
-            const bool same = a.colour.r == b.colour.r && a.colour.g == b.colour.g && a.colour.b == b.colour.b && a.alpha == b.alpha && a.depth_m == b.depth_m;
+            const bool same = a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
+                              a.colour.b == b.colour.b && a.alpha == b.alpha &&
+                              a.depth_m == b.depth_m;
             out += same ? 0 : 1;
         }
     return out;
@@ -140,7 +154,8 @@ std::size_t pixels_unlike(const Film& film, const Film& reference) {
 
 void keep_picture(const Film& film, const std::string& name) {
     const auto cache = bench_cache();
-    if (!cache) return;
+    if (!cache)
+        return;
     std::filesystem::create_directories(*cache / "pictures");
     write_image(film, *cache / "pictures" / (name + ".png"), PictureInfo{});
 }

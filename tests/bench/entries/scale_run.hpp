@@ -15,36 +15,43 @@ namespace terravox::bench {
 
 /// Boxes are kept in $TERRAVOX_BENCH_CACHE from run to run, or else in the scratch folder.
 [[nodiscard]] std::shared_ptr<ScaleWorld> open_scale_world(const Context& context, int side_km);
-/// Keeps all boxes and tells on standard error how far it is. @param readings takes what it cost and how large boxes are; nullptr: nobody
+/// Keeps all boxes and tells on standard error how far it is. @param readings takes what it cost
+/// and how large boxes are; nullptr: nobody
 void prepare_scale_world(ScaleWorld& world, int threads, Readings* readings);
 
-/// A view of the invented land, the same whatever the size of the world around it: 1280x720, one sample a pixel.
+/// A view of the invented land, the same whatever the size of the world around it: 1280x720, one
+/// sample a pixel.
 struct ScaleView {
     const char* name;
     Scene scene;
-    bool fills_smallest = true;  ///< shows land even in the smallest world, so that its time says something
+    bool fills_smallest =
+        true;  ///< shows land even in the smallest world, so that its time says something
 };
-/// "high": from 600 m above the middle to the horizon. "oblique": from 300 m above the edge of the middle square kilometre across it to the
-/// horizon, so that half of its picture is land at any size. "ground": 2 m above a shore, along a valley with a lake.
+/// "high": from 600 m above the middle to the horizon. "oblique": from 300 m above the edge of the
+/// middle square kilometre across it to the horizon, so that half of its picture is land at any
+/// size. "ground": 2 m above a shore, along a valley with a lake.
 [[nodiscard]] std::vector<ScaleView> scale_views();
 
 struct Shot {
     Film film;
     double seconds = 0, cpu_s = 0, megarays = 0;
-    double peak_boxes_mib = 0;  ///< of boxes in memory
-    double peak_mib = 0;  ///< memory of the process while it rendered
-    std::uint64_t boxes = 0, hole_rays = 0;          ///< boxes asked of the world
+    double peak_boxes_mib = 0;               ///< of boxes in memory
+    double peak_mib = 0;                     ///< memory of the process while it rendered
+    std::uint64_t boxes = 0, hole_rays = 0;  ///< boxes asked of the world
     double boxes_mib = 0;
 };
-/// One picture from a cold memory. All that this benchmark knows of how pictures are rendered is in here. @throws Error
-[[nodiscard]] Shot shoot(voxel::World& world, const Scene& scene, std::size_t memory_bytes, int threads);
+/// One picture from a cold memory. All that this benchmark knows of how pictures are rendered is in
+/// here. @throws Error
+[[nodiscard]] Shot shoot(voxel::World& world, const Scene& scene, std::size_t memory_bytes,
+                         int threads);
 
 /// Mean absolute difference of linear light, as a share of the reference's mean, percent.
 [[nodiscard]] double difference_percent(const Film& film, const Film& reference);
 /// Pixels that are not the same to the last bit.
 [[nodiscard]] std::size_t pixels_unlike(const Film& film, const Film& reference);
 
-/// Writes "name.png" to $TERRAVOX_BENCH_CACHE/pictures, for a person to look at; without the variable nothing.
+/// Writes "name.png" to $TERRAVOX_BENCH_CACHE/pictures, for a person to look at; without the
+/// variable nothing.
 void keep_picture(const Film& film, const std::string& name);
 
 }  // namespace terravox::bench

@@ -10,9 +10,10 @@
 
 namespace terravox::bench {
 
-/// A square piece of the invented land as a world, its middle at the origin: the same place whatever its size. Boxes of level 0 come from
-/// the land, all others by the rule of the levels from the four below. Once made a box is kept as a file; boxes that no edge of the world
-/// touches are shared by worlds of all sizes. Damaged files are made again. Thread-safe.
+/// A square piece of the invented land as a world, its middle at the origin: the same place
+/// whatever its size. Boxes of level 0 come from the land, all others by the rule of the levels
+/// from the four below. Once made a box is kept as a file; boxes that no edge of the world touches
+/// are shared by worlds of all sizes. Damaged files are made again. Thread-safe.
 class ScaleWorld final : public voxel::World {
 public:
     static constexpr int kLevels = 8;
@@ -31,10 +32,12 @@ public:
     [[nodiscard]] const Land& land() const noexcept { return m_land; }
 
     struct Prepared {
-        std::size_t boxes[kLevels] = {}, bytes[kLevels] = {};  ///< of each level, kept before or not
-        std::size_t made = 0;                                  ///< boxes that were not kept
+        std::size_t boxes[kLevels] = {},
+                    bytes[kLevels] = {};  ///< of each level, kept before or not
+        std::size_t made = 0;             ///< boxes that were not kept
     };
-    /// Keeps every box, level by level; files that are there are not read. @param said is called now and then with a line on the progress @throws Error
+    /// Keeps every box, level by level; files that are there are not read. @param said is called
+    /// now and then with a line on the progress @throws Error
     Prepared prepare(int threads, const std::function<void(const std::string&)>& said);
 
 private:

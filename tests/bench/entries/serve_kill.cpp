@@ -6,8 +6,12 @@ namespace {
 Entry entry() {
     Entry out;
     out.name = "serve/kill";
-    out.measures = "kill -9 while boxes are made and written: boxes served before and after that are not those of an uninterrupted server";
-    out.work = "200 kills at seeded points of its work, one in three of them during the start after another, every box of an invented square compared after each";
+    out.measures =
+        "kill -9 while boxes are made and written: boxes served before and after that are not "
+        "those of an uninterrupted server";
+    out.work =
+        "200 kills at seeded points of its work, one in three of them during the start after "
+        "another, every box of an invented square compared after each";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {

@@ -6,8 +6,12 @@ namespace {
 Entry entry() {
     Entry out;
     out.name = "serve/storm";
-    out.measures = "many clients ask for one box that nobody made, at once: how often it is made, what fails, how long it takes until all have it";
-    out.work = "1000 connections, one request each, an invented square of 512 m, nothing on disk; 503s are sent again when Retry-After says";
+    out.measures =
+        "many clients ask for one box that nobody made, at once: how often it is made, what fails, "
+        "how long it takes until all have it";
+    out.work =
+        "1000 connections, one request each, an invented square of 512 m, nothing on disk; 503s "
+        "are sent again when Retry-After says";
     out.missing = [](const Context& c) { return missing_for_serving(c); };
     out.prepare = [](const Context& c) -> Body {
         return [&c](Readings& readings) {

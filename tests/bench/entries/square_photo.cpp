@@ -1,8 +1,7 @@
-#include "common/geo/gdal.hpp"
 #include "tests/bench/entries/square_photo.hpp"
+#include "common/geo/gdal.hpp"
 
 #include <gdal_priv.h>
-
 
 #include "common/util/error.hpp"
 #include "voxelserver/survey/geotiff.hpp"
@@ -18,11 +17,15 @@ survey::SquareRaster<std::uint8_t> read_png(const std::filesystem::path& path) {
     geo::start_gdal();
     const GDALDatasetUniquePtr image{GDALDataset::Open(path.c_str(), GDAL_OF_RASTER)};
     const int side = kExtent.size_m;
-    if (!image || image->GetRasterXSize() != side || image->GetRasterYSize() != side || image->GetRasterCount() < 3)
-        throw Error("read " + path.string() + ": not an image of 1000 x 1000 pixels in three bands");
+    if (!image || image->GetRasterXSize() != side || image->GetRasterYSize() != side ||
+        image->GetRasterCount() < 3)
+        throw Error("read " + path.string() +
+                    ": not an image of 1000 x 1000 pixels in three bands");
     survey::SquareRaster<std::uint8_t> out{side, 3, {}};
-    out.pixels.resize(std::size_t{3} * static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-    if (image->RasterIO(GF_Read, 0, 0, side, side, out.pixels.data(), side, side, GDT_Byte, 3, nullptr, 3, GSpacing{3} * side, 1, nullptr) != CE_None)
+    out.pixels.resize(std::size_t{3} * static_cast<std::size_t>(side) *
+                      static_cast<std::size_t>(side));
+    if (image->RasterIO(GF_Read, 0, 0, side, side, out.pixels.data(), side, side, GDT_Byte, 3,
+                        nullptr, 3, GSpacing{3} * side, 1, nullptr) != CE_None)
         throw Error("read " + path.string() + ": " + CPLGetLastErrorMsg());
     return out;
 }
@@ -31,14 +34,17 @@ survey::SquareRaster<std::uint8_t> read_png(const std::filesystem::path& path) {
 
 std::filesystem::path square_photo(const Context& context) {
     const auto path = context.scratch / "square-photo" / "462_101.tif";
-    if (!std::filesystem::exists(path)) survey::write_geotiff(path, kExtent, read_png(context.data / kPng));
+    if (!std::filesystem::exists(path))
+        survey::write_geotiff(path, kExtent, read_png(context.data / kPng));
     return path;
 }
 
 std::string square_and_photo_missing(const Context& context) {
-    if (const std::string reason = square().missing(context); !reason.empty()) return reason;
+    if (const std::string reason = square().missing(context); !reason.empty())
+        return reason;
     std::error_code ignored;
-    if (std::filesystem::is_regular_file(context.data / kPng, ignored)) return {};
+    if (std::filesystem::is_regular_file(context.data / kPng, ignored))
+        return {};
     return std::string("no ") + kPng + " in " + context.data.string() + " (--data)";
 }
 
@@ -52,10 +58,12 @@ voxelize::LidarWorldOptions square_options(const Context& context, int threads) 
 }
 
 std::vector<BoxColumnKey> benchmark_columns() {
-    const auto range = voxel::boxes_over({{kWest, 0, -kNorth}, {kWest + kSide, 1, -kNorth + kSide}}, 0);
+    const auto range =
+        voxel::boxes_over({{kWest, 0, -kNorth}, {kWest + kSide, 1, -kNorth + kSide}}, 0);
     std::vector<BoxColumnKey> out;
     for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
-        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx) out.push_back({bx, bz});
+        for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
+            out.push_back({bx, bz});
     return out;
 }
 

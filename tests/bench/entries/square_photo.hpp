@@ -4,7 +4,8 @@
 
 namespace terravox::bench {
 
-/// The orthophoto of the full square: the PNG of the shared data says nowhere where it lies, so a GeoTIFF of it is made in scratch (once).
+/// The orthophoto of the full square: the PNG of the shared data says nowhere where it lies, so a
+/// GeoTIFF of it is made in scratch (once).
 /// @throws Error when the PNG cannot be read
 [[nodiscard]] std::filesystem::path square_photo(const Context& context);
 
@@ -14,8 +15,9 @@ namespace terravox::bench {
 /// Options for a world of the full square with everything on.
 [[nodiscard]] voxelize::LidarWorldOptions square_options(const Context& context, int threads);
 
-/// The box columns over the 960 x 960 m that the first system was measured on: 15 x 15 boxes of 64 m from easting 462020, northing 101980.
-/// Boxes lie on an absolute grid here, so 16 x 16 columns of them cover that.
+/// The box columns over the 960 x 960 m that the first system was measured on: 15 x 15 boxes of 64
+/// m from easting 462020, northing 101980. Boxes lie on an absolute grid here, so 16 x 16 columns
+/// of them cover that.
 struct BoxColumnKey {
     std::int32_t bx = 0, bz = 0;
 };

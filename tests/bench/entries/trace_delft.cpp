@@ -12,11 +12,13 @@ constexpr std::size_t kBoxMemory_bytes = std::size_t{2} << 30;
 
 /// Delft with every box in memory, and the views to trace.
 struct Traced {
-    explicit Traced(const Context& c) : opened(open_data_set(delft(), c, c.threads)), blocks(*opened.world, kBoxMemory_bytes) {
+    explicit Traced(const Context& c)
+        : opened(open_data_set(delft(), c, c.threads)), blocks(*opened.world, kBoxMemory_bytes) {
         const voxel::BoxRange range = voxel::boxes_over(opened.world->info().bounds, 0);
         for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
             for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
-                for (key.by = range.min.by; key.by < range.max.by; ++key.by) (void)blocks.get(key);
+                for (key.by = range.min.by; key.by < range.max.by; ++key.by)
+                    (void)blocks.get(key);
         full = std::make_unique<View>(make_view(Scene{}, blocks));
         Scene bare;
         bare.quality.samples = 1;
@@ -28,7 +30,8 @@ struct Traced {
     std::unique_ptr<View> full, plain;
 };
 
-void add_rates(const std::string& what, double rays, double steps, double seconds, Readings& readings) {
+void add_rates(const std::string& what, double rays, double steps, double seconds,
+               Readings& readings) {
     readings.add(what, "Mray/s", rays / seconds / 1e6);
     readings.add(what + ": steps", "steps/ray", steps / rays);
 }
@@ -42,13 +45,17 @@ void trace_primary(Traced& t, Readings& readings) {
     const double seconds = seconds_of([&] {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
-                if (walker.first_hit(t.plain->camera.ray(x + 0.5, y + 0.5))) ++hits;
+                if (walker.first_hit(t.plain->camera.ray(x + 0.5, y + 0.5)))
+                    ++hits;
     });
-    if (hits == 0) throw Error("trace Delft: no ray hit anything");
-    add_rates("primary 1t", static_cast<double>(walker.rays()), static_cast<double>(walker.steps()), seconds, readings);
+    if (hits == 0)
+        throw Error("trace Delft: no ray hit anything");
+    add_rates("primary 1t", static_cast<double>(walker.rays()), static_cast<double>(walker.steps()),
+              seconds, readings);
 }
 
-void trace_view(Traced& t, const View& view, int threads, const std::string& what, Readings& readings) {
+void trace_view(Traced& t, const View& view, int threads, const std::string& what,
+                Readings& readings) {
     RenderCounts counts;
     const auto [width, height] = view.scene.output.size_px;
     Film film(width, height);
@@ -56,16 +63,21 @@ void trace_view(Traced& t, const View& view, int threads, const std::string& wha
         ThreadProcessor processor(view, t.blocks, threads);
         counts = render_film({view, processor, true, nullptr}, film);
     });
-    if (counts.trace.hole_rays != 0) throw Error("trace Delft: " + std::to_string(counts.trace.hole_rays) + " rays met holes");
-    add_rates(what, static_cast<double>(counts.trace.all_rays()), static_cast<double>(counts.trace.steps), seconds, readings);
+    if (counts.trace.hole_rays != 0)
+        throw Error("trace Delft: " + std::to_string(counts.trace.hole_rays) + " rays met holes");
+    add_rates(what, static_cast<double>(counts.trace.all_rays()),
+              static_cast<double>(counts.trace.steps), seconds, readings);
 }
 
 Entry entry() {
     Entry out;
     out.name = "trace/delft";
-    out.measures = "rays per second, every box in memory: the walk alone; primary and shadow rays shaded; the picture as it is rendered";
-    out.work =
-        "Delft (" + delft().facts + "), 1280x720: 1 sample a pixel (primary, shaded), 4 samples with ambient occlusion and mirrors (full)";
+    out.measures =
+        "rays per second, every box in memory: the walk alone; primary and shadow rays shaded; the "
+        "picture as it is rendered";
+    out.work = "Delft (" + delft().facts +
+               "), 1280x720: 1 sample a pixel (primary, shaded), 4 samples with ambient occlusion "
+               "and mirrors (full)";
     out.missing = [](const Context& c) { return delft().missing(c); };
     out.prepare = [](const Context& c) -> Body {
         const auto traced = std::make_shared<Traced>(c);

@@ -12,16 +12,23 @@ namespace {
 constexpr int kPasses = 5;
 constexpr std::size_t kMemoryBytes = std::size_t{512} << 20;
 
-struct WorldSet { const char *id, *path, *facts; };
-constexpr WorldSet kSets[] = {{"mcregion", "mc-pymclevel/PyTestWorld", "445 chunks of McRegion"},
-                              {"1.2", "mc-pymclevel/AnvilWorld", "583 chunks of Anvil with numeric ids"},
-                              {"1.18", "mc-prismarine/1.18.2", "a region of 1.18.2 with 280 chunks, of which 55 hold blocks"},
-                              {"1.19", "mc-fastanvil-crate/resources/1.19.4.mca", "a region of 1.19.4 with 676 chunks, of which 289 hold blocks"}};
+struct WorldSet {
+    const char *id, *path, *facts;
+};
+constexpr WorldSet kSets[] = {
+    {"mcregion", "mc-pymclevel/PyTestWorld", "445 chunks of McRegion"},
+    {"1.2", "mc-pymclevel/AnvilWorld", "583 chunks of Anvil with numeric ids"},
+    {"1.18", "mc-prismarine/1.18.2", "a region of 1.18.2 with 280 chunks, of which 55 hold blocks"},
+    {"1.19", "mc-fastanvil-crate/resources/1.19.4.mca",
+     "a region of 1.19.4 with 676 chunks, of which 289 hold blocks"}};
 
 // Chunks that hold blocks: the others cost next to nothing.
 double chunks_of(const std::filesystem::path& path) {
-    const minecraft::DimensionFacts facts = minecraft::describe({path, "overworld", false, 1}).dimensions.at(0);
-    if (facts.damaged != 0) throw Error("measure " + path.string() + ": " + std::to_string(facts.damaged) + " damaged chunks");
+    const minecraft::DimensionFacts facts =
+        minecraft::describe({path, "overworld", false, 1}).dimensions.at(0);
+    if (facts.damaged != 0)
+        throw Error("measure " + path.string() + ": " + std::to_string(facts.damaged) +
+                    " damaged chunks");
     return static_cast<double>(facts.chunks - facts.empty);
 }
 
@@ -30,7 +37,8 @@ std::size_t every_box(voxel::World& world) {
     std::size_t boxes = 0;
     for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
-            for (std::int32_t by = range.min.by; by < range.max.by; ++by) boxes += world.box({0, bx, by, bz}) ? 1 : 0;
+            for (std::int32_t by = range.min.by; by < range.max.by; ++by)
+                boxes += world.box({0, bx, by, bz}) ? 1 : 0;
     return boxes;
 }
 
@@ -39,20 +47,26 @@ double bare_s(const std::filesystem::path& path) {
     double out = 0;
     for (int pass = 0; pass < kPasses; ++pass)
         out += cost_of([&] {
-            const minecraft::WorldFolder folder(path, kMemoryBytes);
-            const minecraft::ChunkStore store(folder, folder.dimension("overworld"), 1);
-            minecraft::ChunkStore::Reader reader;
-            for (const minecraft::ChunkRef& chunk : store.chunks())
-                if (store.read(chunk, reader).nbt.empty()) throw Error("read a chunk: nothing came out");
-        }).cpu_s;
+                   const minecraft::WorldFolder folder(path, kMemoryBytes);
+                   const minecraft::ChunkStore store(folder, folder.dimension("overworld"), 1);
+                   minecraft::ChunkStore::Reader reader;
+                   for (const minecraft::ChunkRef& chunk : store.chunks())
+                       if (store.read(chunk, reader).nbt.empty())
+                           throw Error("read a chunk: nothing came out");
+               }).cpu_s;
     return out / kPasses;
 }
 
-void measure(const std::filesystem::path& path, const minecraft::BlockTable& blocks, double chunks, Readings& readings) {
+void measure(const std::filesystem::path& path, const minecraft::BlockTable& blocks, double chunks,
+             Readings& readings) {
     double open_s = 0, boxes_s = 0, boxes = 0;
     for (int pass = 0; pass < kPasses; ++pass) {
         std::unique_ptr<voxel::World> world;
-        open_s += cost_of([&] { world = minecraft::open_minecraft_world({path, "overworld", kMemoryBytes, 1}, blocks); }).cpu_s / kPasses;
+        open_s += cost_of([&] {
+                      world = minecraft::open_minecraft_world({path, "overworld", kMemoryBytes, 1},
+                                                              blocks);
+                  }).cpu_s /
+                  kPasses;
         boxes_s += cost_of([&] { boxes = static_cast<double>(every_box(*world)); }).cpu_s / kPasses;
     }
     const double bare = bare_s(path);
@@ -67,21 +81,29 @@ void measure(const std::filesystem::path& path, const minecraft::BlockTable& blo
 Entry entry_for(const WorldSet& set) {
     Entry out;
     out.name = std::string("world/minecraft/") + set.id;
-    out.measures = "opening a Minecraft world and making all its finest boxes: processor time of one thread";
+    out.measures =
+        "opening a Minecraft world and making all its finest boxes: processor time of one thread";
     out.work = std::string(set.facts) + ", from cold caches, " + std::to_string(kPasses) + " times";
     out.floor = "reading and inflating the same chunks";
-    out.missing = [&set](const Context& c) { return std::filesystem::exists(c.data / set.path) ? std::string() : std::string(set.path) + " is not there"; };
+    out.missing = [&set](const Context& c) {
+        return std::filesystem::exists(c.data / set.path) ? std::string()
+                                                          : std::string(set.path) + " is not there";
+    };
     out.prepare = [&set](const Context& c) -> Body {
-        const auto blocks = std::make_shared<minecraft::BlockTable>(minecraft::BlockTable::load(util::config_dir() / "blocks"));
+        const auto blocks = std::make_shared<minecraft::BlockTable>(
+            minecraft::BlockTable::load(util::config_dir() / "blocks"));
         const std::filesystem::path path = c.data / set.path;
-        return [blocks, path, chunks = chunks_of(path)](Readings& readings) { measure(path, *blocks, chunks, readings); };
+        return [blocks, path, chunks = chunks_of(path)](Readings& readings) {
+            measure(path, *blocks, chunks, readings);
+        };
     };
     return out;
 }
 
 const Registration kRegistered([] {
     std::vector<Entry> out;
-    for (const WorldSet& set : kSets) out.push_back(entry_for(set));
+    for (const WorldSet& set : kSets)
+        out.push_back(entry_for(set));
     return out;
 });
 

@@ -34,7 +34,8 @@ TEST_CASE("a picture comes back from its file, and another file is refused", "[b
 }
 
 TEST_CASE("a scene's sun stands where it was set", "[bench][light]") {
-    for (const Vec3 wanted : {normalized({0.5, 0.7, 0.3}), normalized({-0.2, 0.1, -0.9}), normalized({-0.6, 0.5, 0.1})}) {
+    for (const Vec3 wanted : {normalized({0.5, 0.7, 0.3}), normalized({-0.2, 0.1, -0.9}),
+                              normalized({-0.6, 0.5, 0.1})}) {
         Scene scene;
         set_sun(scene, wanted);
         const Sky sky({*scene.sun.altitude_deg, *scene.sun.azimuth_deg}, scene.sun, scene.sky, 0);

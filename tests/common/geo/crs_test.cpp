@@ -20,11 +20,25 @@ constexpr LatLon kLjubljanaCastle{46.0489, 14.5085};
 
 // GeoTIFF's numbers (OGC 19-008r4) that the tests use.
 enum Key : std::uint16_t {
-    kModelType = 1024, kCitation = 1026, kGeographic = 2048, kAngularUnits = 2054, kProjected = 3072, kProjectedCitation = 3073,
-    kProjection = 3074, kMethod = 3075, kLinearUnits = 3076, kOriginLon = 3080, kOriginLat = 3081, kFalseEasting = 3082,
-    kFalseNorthing = 3083, kScale = 3092, kVertical = 4096, kVerticalUnits = 4099
+    kModelType = 1024,
+    kCitation = 1026,
+    kGeographic = 2048,
+    kAngularUnits = 2054,
+    kProjected = 3072,
+    kProjectedCitation = 3073,
+    kProjection = 3074,
+    kMethod = 3075,
+    kLinearUnits = 3076,
+    kOriginLon = 3080,
+    kOriginLat = 3081,
+    kFalseEasting = 3082,
+    kFalseNorthing = 3083,
+    kScale = 3092,
+    kVertical = 4096,
+    kVerticalUnits = 4099
 };
-constexpr std::uint16_t kUserDefined = 32767, kMetre = 9001, kInternationalFoot = 9002, kUsSurveyFoot = 9003, kTransverseMercator = 1;
+constexpr std::uint16_t kUserDefined = 32767, kMetre = 9001, kInternationalFoot = 9002,
+                        kUsSurveyFoot = 9003, kTransverseMercator = 1;
 
 // Builds the three tags as a LAS writer does.
 struct GeoKeys {
@@ -42,7 +56,9 @@ struct GeoKeys {
         ascii += value + "|";
         return put(key, 34737, static_cast<std::uint16_t>(value.size() + 1), at);
     }
-    [[nodiscard]] std::optional<Crs> read() const { return Crs::from_geokeys(directory, doubles, ascii); }
+    [[nodiscard]] std::optional<Crs> read() const {
+        return Crs::from_geokeys(directory, doubles, ascii);
+    }
 
 private:
     GeoKeys& put(Key key, std::uint16_t where, std::uint16_t count, std::uint16_t value) {
@@ -54,33 +70,43 @@ private:
 
 double metres_between(LatLon a, LatLon b) {
     constexpr double kRad = std::numbers::pi / 180, kRadius_m = 6'371'000;
-    return kRadius_m * kRad * std::hypot(a.lat_deg - b.lat_deg, (a.lon_deg - b.lon_deg) * std::cos(a.lat_deg * kRad));
+    return kRadius_m * kRad *
+           std::hypot(a.lat_deg - b.lat_deg, (a.lon_deg - b.lon_deg) * std::cos(a.lat_deg * kRad));
 }
 
 }  // namespace
 
 TEST_CASE("systems know their units and kind", "[common][geo][crs]") {
-    struct Case { const char* text; bool geographic, pseudo_mercator; double metres_per_unit; std::optional<double> vertical; };
+    struct Case {
+        const char* text;
+        bool geographic, pseudo_mercator;
+        double metres_per_unit;
+        std::optional<double> vertical;
+    };
     const auto c = GENERATE(values<Case>({
-        {"EPSG:3794", false, false, 1, {}},               // Slovenia
-        {"EPSG:28992", false, false, 1, {}},              // Netherlands
-        {"EPSG:2056", false, false, 1, {}},               // Switzerland
-        {"EPSG:25832", false, false, 1, {}},              // Germany
-        {"EPSG:2154", false, false, 1, {}},               // France
-        {"EPSG:2994", false, false, kFoot_m, {}},         // Oregon, international feet
-        {"EPSG:2263", false, false, kUsFoot_m, {}},       // New York, US survey feet
+        {"EPSG:3794", false, false, 1, {}},          // Slovenia
+        {"EPSG:28992", false, false, 1, {}},         // Netherlands
+        {"EPSG:2056", false, false, 1, {}},          // Switzerland
+        {"EPSG:25832", false, false, 1, {}},         // Germany
+        {"EPSG:2154", false, false, 1, {}},          // France
+        {"EPSG:2994", false, false, kFoot_m, {}},    // Oregon, international feet
+        {"EPSG:2263", false, false, kUsFoot_m, {}},  // New York, US survey feet
         {"EPSG:3857", false, true, 1, {}},
         {"ESRI:102100", false, true, 1, {}},
         {"EPSG:4326", true, false, 1, {}},
         {"EPSG:4269", true, false, 1, {}},
-        {"EPSG:7415", false, false, 1, 1.0},              // Netherlands with NAP heights
+        {"EPSG:7415", false, false, 1, 1.0},  // Netherlands with NAP heights
         {"EPSG:2994+6360", false, false, kFoot_m, kUsFoot_m},
         {"EPSG:2994+5703", false, false, kFoot_m, 1.0},
         {"EPSG:6557+8228", false, false, kFoot_m, kFoot_m},
         {"EPSG:26910+6360", false, false, 1, kUsFoot_m},
         {"EPSG:3857+5703", false, true, 1, 1.0},
         {"EPSG:4326+5703", true, false, 1, 1.0},
-        {"+proj=tmerc +lat_0=0 +lon_0=15 +k=0.9999 +x_0=500000 +y_0=-5000000 +ellps=GRS80 +units=m", false, false, 1, {}},
+        {"+proj=tmerc +lat_0=0 +lon_0=15 +k=0.9999 +x_0=500000 +y_0=-5000000 +ellps=GRS80 +units=m",
+         false,
+         false,
+         1,
+         {}},
         {"+proj=utm +zone=33 +datum=WGS84 +units=us-ft", false, false, kUsFoot_m, {}},
     }));
     DYNAMIC_SECTION(c.text) {
@@ -89,12 +115,14 @@ TEST_CASE("systems know their units and kind", "[common][geo][crs]") {
         CHECK(crs.pseudo_mercator() == c.pseudo_mercator);
         CHECK(crs.metres_per_unit() == Approx(c.metres_per_unit).epsilon(1e-12));
         CHECK(crs.vertical_metres_per_unit().has_value() == c.vertical.has_value());
-        if (c.vertical && crs.vertical_metres_per_unit()) CHECK(*crs.vertical_metres_per_unit() == Approx(*c.vertical).epsilon(1e-9));
+        if (c.vertical && crs.vertical_metres_per_unit())
+            CHECK(*crs.vertical_metres_per_unit() == Approx(*c.vertical).epsilon(1e-9));
     }
 }
 
 TEST_CASE("a system is the same after a trip through WKT", "[common][geo][crs]") {
-    const char* text = GENERATE("EPSG:3794", "EPSG:28992", "EPSG:2994", "EPSG:3857", "EPSG:4326", "EPSG:7415", "EPSG:2994+6360");
+    const char* text = GENERATE("EPSG:3794", "EPSG:28992", "EPSG:2994", "EPSG:3857", "EPSG:4326",
+                                "EPSG:7415", "EPSG:2994+6360");
     DYNAMIC_SECTION(text) {
         const Crs crs = Crs::from_text(text), back = Crs::from_text(crs.wkt());
         CHECK(crs.wkt().find('\n') == std::string::npos);
@@ -111,24 +139,40 @@ TEST_CASE("a system is the same after a trip through WKT", "[common][geo][crs]")
 TEST_CASE("pseudo-Mercator is known without its code", "[common][geo][crs]") {
     // As files carry it whose writer left the authority out.
     const auto without_ids = [](std::string wkt) {
-        for (auto at = wkt.find(",ID["); at != std::string::npos; at = wkt.find(",ID[")) wkt.erase(at, wkt.find(']', at) + 1 - at);
+        for (auto at = wkt.find(",ID["); at != std::string::npos; at = wkt.find(",ID["))
+            wkt.erase(at, wkt.find(']', at) + 1 - at);
         return wkt;
     };
-    const auto c = GENERATE(values<std::pair<const char*, bool>>({{"EPSG:3857", true}, {"EPSG:3395", false}, {"EPSG:3794", false}}));
-    DYNAMIC_SECTION(c.first) { CHECK(Crs::from_text(without_ids(Crs::from_text(c.first).wkt())).pseudo_mercator() == c.second); }
+    const auto c = GENERATE(values<std::pair<const char*, bool>>(
+        {{"EPSG:3857", true}, {"EPSG:3395", false}, {"EPSG:3794", false}}));
+    DYNAMIC_SECTION(c.first) {
+        CHECK(Crs::from_text(without_ids(Crs::from_text(c.first).wkt())).pseudo_mercator() ==
+              c.second);
+    }
 }
 
-TEST_CASE("a code that belongs to another authority is not pseudo-Mercator's", "[common][geo][crs]") {
+TEST_CASE("a code that belongs to another authority is not pseudo-Mercator's",
+          "[common][geo][crs]") {
     CHECK(Crs::from_text("+proj=webmerc +datum=WGS84").pseudo_mercator());
-    CHECK(Crs::from_text("+proj=merc +a=6378137 +b=6378137 +lat_ts=0 +lon_0=0 +x_0=0 +y_0=0 +k=1 +units=m +nadgrids=@null +wktext").pseudo_mercator());
+    CHECK(Crs::from_text("+proj=merc +a=6378137 +b=6378137 +lat_ts=0 +lon_0=0 +x_0=0 +y_0=0 +k=1 "
+                         "+units=m +nadgrids=@null +wktext")
+              .pseudo_mercator());
     CHECK_FALSE(Crs::from_text("+proj=merc +datum=WGS84").pseudo_mercator());
 }
 
 TEST_CASE("systems are the same when their horizontal parts are", "[common][geo][crs]") {
-    struct Case { const char* a; const char* b; bool same; };
+    struct Case {
+        const char* a;
+        const char* b;
+        bool same;
+    };
     const auto c = GENERATE(values<Case>({
-        {"EPSG:3794", "EPSG:3794", true}, {"EPSG:28992", "EPSG:7415", true}, {"EPSG:3794", "EPSG:3857", false},
-        {"EPSG:2994", "EPSG:2993", false}, {"EPSG:25832", "EPSG:25833", false}, {"EPSG:4326", "EPSG:3857", false},
+        {"EPSG:3794", "EPSG:3794", true},
+        {"EPSG:28992", "EPSG:7415", true},
+        {"EPSG:3794", "EPSG:3857", false},
+        {"EPSG:2994", "EPSG:2993", false},
+        {"EPSG:25832", "EPSG:25833", false},
+        {"EPSG:4326", "EPSG:3857", false},
     }));
     DYNAMIC_SECTION(c.a << " and " << c.b) {
         CHECK(Crs::from_text(c.a).same_horizontal(Crs::from_text(c.b)) == c.same);
@@ -142,11 +186,13 @@ TEST_CASE("a system is named by its authority, else by itself", "[common][geo][c
 }
 
 TEST_CASE("text that is no system is refused by that text", "[common][geo][crs]") {
-    const char* text = GENERATE("", "Ljubljana", "EPSG:", "EPSG:999999", "EPSG:abc", "+proj=nothing", "PROJCS[\"half", "/etc/passwd",
-                                "http://127.0.0.1:1/crs.wkt", "{}", "\x01\xff");
+    const char* text =
+        GENERATE("", "Ljubljana", "EPSG:", "EPSG:999999", "EPSG:abc", "+proj=nothing",
+                 "PROJCS[\"half", "/etc/passwd", "http://127.0.0.1:1/crs.wkt", "{}", "\x01\xff");
     DYNAMIC_SECTION("'" << text << "'") {
         CHECK_THROWS_AS(Crs::from_text(text), UsageError);
-        CHECK_THROWS_WITH(Crs::from_text(text), contains("'" + std::string(text) + "'") && contains("EPSG:<code>, WKT or a PROJ string"));
+        CHECK_THROWS_WITH(Crs::from_text(text), contains("'" + std::string(text) + "'") &&
+                                                    contains("EPSG:<code>, WKT or a PROJ string"));
     }
 }
 
@@ -164,15 +210,21 @@ TEST_CASE("GeoTIFF keys with a code give that system", "[common][geo][crs]") {
 }
 
 TEST_CASE("GeoTIFF keys of a geographic system give degrees", "[common][geo][crs]") {
-    const auto crs = GeoKeys().code(kModelType, 2).code(kGeographic, 4326).code(kAngularUnits, 9102).read();
+    const auto crs =
+        GeoKeys().code(kModelType, 2).code(kGeographic, 4326).code(kAngularUnits, 9102).read();
     REQUIRE(crs);
     CHECK(crs->geographic());
     CHECK(crs->same_horizontal(Crs::from_text("EPSG:4326")));
 }
 
-TEST_CASE("GeoTIFF keys tell the unit of heights, by the stated unit before the vertical system's", "[common][geo][crs]") {
+TEST_CASE("GeoTIFF keys tell the unit of heights, by the stated unit before the vertical system's",
+          "[common][geo][crs]") {
     constexpr std::uint16_t kNone = 0, kNavd88 = 5703, kNavd88UsFeet = 6360;
-    struct Case { const char* name; std::uint16_t projected, vertical, unit; std::optional<double> metres; };
+    struct Case {
+        const char* name;
+        std::uint16_t projected, vertical, unit;
+        std::optional<double> metres;
+    };
     const auto c = GENERATE_COPY(values<Case>({
         {"nothing stated", 26910, kNone, kNone, {}},
         {"a system in metres", 26910, kNavd88, kNone, 1.0},
@@ -187,34 +239,49 @@ TEST_CASE("GeoTIFF keys tell the unit of heights, by the stated unit before the 
     }));
     DYNAMIC_SECTION(c.name) {
         GeoKeys keys = GeoKeys().code(kModelType, 1).code(kProjected, c.projected);
-        if (c.vertical != kNone) keys.code(kVertical, c.vertical);
-        if (c.unit != kNone) keys.code(kVerticalUnits, c.unit);
+        if (c.vertical != kNone)
+            keys.code(kVertical, c.vertical);
+        if (c.unit != kNone)
+            keys.code(kVerticalUnits, c.unit);
         const auto crs = keys.read();
         REQUIRE(crs);
         const Crs horizontal = Crs::from_text("EPSG:" + std::to_string(c.projected));
         CHECK(crs->same_horizontal(horizontal));
         CHECK(crs->metres_per_unit() == Approx(horizontal.metres_per_unit()).epsilon(1e-12));
         REQUIRE(crs->vertical_metres_per_unit().has_value() == c.metres.has_value());
-        if (c.metres) CHECK(*crs->vertical_metres_per_unit() == Approx(*c.metres).epsilon(1e-9));
+        if (c.metres)
+            CHECK(*crs->vertical_metres_per_unit() == Approx(*c.metres).epsilon(1e-9));
         // The unit also survives being written down.
         const Crs back = Crs::from_text(crs->wkt());
         REQUIRE(back.vertical_metres_per_unit().has_value() == c.metres.has_value());
-        if (c.metres) CHECK(*back.vertical_metres_per_unit() == Approx(*c.metres).epsilon(1e-9));
+        if (c.metres)
+            CHECK(*back.vertical_metres_per_unit() == Approx(*c.metres).epsilon(1e-9));
         CHECK(back.same_horizontal(horizontal));
     }
 }
 
 TEST_CASE("GeoTIFF keys of a user-defined projection give that projection", "[common][geo][crs]") {
     const auto keys = [](std::uint16_t unit) {
-        return GeoKeys().code(kModelType, 1).text(kCitation, "Slovenia by hand").code(kGeographic, 4765).code(kProjected, kUserDefined)
-            .text(kProjectedCitation, "made by hand").code(kProjection, kUserDefined).code(kMethod, kTransverseMercator)
-            .code(kLinearUnits, unit).number(kOriginLon, 15).number(kOriginLat, 0).number(kFalseEasting, 500'000)
-            .number(kFalseNorthing, -5'000'000).number(kScale, 0.9999);
+        return GeoKeys()
+            .code(kModelType, 1)
+            .text(kCitation, "Slovenia by hand")
+            .code(kGeographic, 4765)
+            .code(kProjected, kUserDefined)
+            .text(kProjectedCitation, "made by hand")
+            .code(kProjection, kUserDefined)
+            .code(kMethod, kTransverseMercator)
+            .code(kLinearUnits, unit)
+            .number(kOriginLon, 15)
+            .number(kOriginLat, 0)
+            .number(kFalseEasting, 500'000)
+            .number(kFalseNorthing, -5'000'000)
+            .number(kScale, 0.9999);
     };
     const auto crs = keys(kMetre).read();
     REQUIRE(crs);
     CHECK(crs->metres_per_unit() == 1);
-    const LatLon mine = to_lat_lon(*crs, 461'971, 101'000), official = to_lat_lon(Crs::from_text("EPSG:3794"), 461'971, 101'000);
+    const LatLon mine = to_lat_lon(*crs, 461'971, 101'000),
+                 official = to_lat_lon(Crs::from_text("EPSG:3794"), 461'971, 101'000);
     CHECK(metres_between(mine, official) < 0.001);
     const auto feet = keys(kUsSurveyFoot).read();
     REQUIRE(feet);
@@ -232,27 +299,46 @@ TEST_CASE("GeoTIFF keys that name no system give none", "[common][geo][crs]") {
 TEST_CASE("random GeoTIFF keys do no harm", "[common][geo][crs]") {
     std::mt19937 random(21);
     for (int i = 0; i < 400; ++i) {
-        GeoKeys keys = GeoKeys().code(kModelType, 1).code(kProjected, 3794).text(kCitation, "a name").number(kScale, 1);
+        GeoKeys keys = GeoKeys()
+                           .code(kModelType, 1)
+                           .code(kProjected, 3794)
+                           .text(kCitation, "a name")
+                           .number(kScale, 1);
         for (int flips = 1 + static_cast<int>(random() % 4); flips > 0; --flips)
-            keys.directory[random() % keys.directory.size()] = static_cast<std::uint16_t>(random() % 3 == 0 ? random() : random() % 5000);
-        if (random() % 4 == 0) keys.directory.resize(random() % keys.directory.size());
-        if (random() % 4 == 0) keys.doubles.clear();
-        if (random() % 4 == 0) keys.ascii.clear();
+            keys.directory[random() % keys.directory.size()] =
+                static_cast<std::uint16_t>(random() % 3 == 0 ? random() : random() % 5000);
+        if (random() % 4 == 0)
+            keys.directory.resize(random() % keys.directory.size());
+        if (random() % 4 == 0)
+            keys.doubles.clear();
+        if (random() % 4 == 0)
+            keys.ascii.clear();
         INFO("try " << i);
         CHECK_NOTHROW((void)keys.read());
     }
 }
 
 TEST_CASE("places have their known coordinates", "[common][geo][crs]") {
-    // Ljubljana castle; the Dutch reference point, the tower of Amersfoort (155000, 463000); the origin of Web Mercator; Bern's
-    // old observatory (2600000, 1200000).
-    struct Case { const char* name; const char* crs; double easting, northing; LatLon place; double within_m; };
+    // Ljubljana castle; the Dutch reference point, the tower of Amersfoort (155000, 463000); the
+    // origin of Web Mercator; Bern's old observatory (2600000, 1200000).
+    struct Case {
+        const char* name;
+        const char* crs;
+        double easting, northing;
+        LatLon place;
+        double within_m;
+    };
     const auto c = GENERATE(values<Case>({
         {"Ljubljana castle", "EPSG:3794", 461'970, 101'135, kLjubljanaCastle, 20},
         {"Amersfoort", "EPSG:28992", 155'000, 463'000, {52.155172, 5.387204}, 2},
         {"Bern", "EPSG:2056", 2'600'000, 1'200'000, {46.951083, 7.438632}, 2},
         {"Greenwich on the equator", "EPSG:3857", 0, 0, {0, 0}, 0.001},
-        {"the corner of Web Mercator", "EPSG:3857", 20'037'508.342789244, 20'037'508.342789244, {85.0511287798066, 180}, 0.001},
+        {"the corner of Web Mercator",
+         "EPSG:3857",
+         20'037'508.342789244,
+         20'037'508.342789244,
+         {85.0511287798066, 180},
+         0.001},
     }));
     DYNAMIC_SECTION(c.name) {
         const LatLon place = to_lat_lon(Crs::from_text(c.crs), c.easting, c.northing);
@@ -261,7 +347,8 @@ TEST_CASE("places have their known coordinates", "[common][geo][crs]") {
     }
 }
 
-TEST_CASE("axes are easting and northing, longitude and latitude, for every system", "[common][geo][crs]") {
+TEST_CASE("axes are easting and northing, longitude and latitude, for every system",
+          "[common][geo][crs]") {
     // EPSG orders these northing first or latitude first.
     const char* text = GENERATE("EPSG:3794", "EPSG:31468", "EPSG:2180");
     DYNAMIC_SECTION(text) {
@@ -280,17 +367,20 @@ TEST_CASE("coordinates go to another system and back", "[common][geo][crs]") {
         std::mt19937 random(9);
         std::uniform_real_distribution<double> easting(370'000, 630'000), northing(25'000, 200'000);
         std::vector<double> x(200), y(200);
-        for (std::size_t i = 0; i < x.size(); ++i) x[i] = easting(random), y[i] = northing(random);
+        for (std::size_t i = 0; i < x.size(); ++i)
+            x[i] = easting(random), y[i] = northing(random);
         auto tx = x, ty = y;
         Transform(here, there).apply(tx, ty);
         Transform(there, here).apply(tx, ty);
         double worst_m = 0;
-        for (std::size_t i = 0; i < x.size(); ++i) worst_m = std::max(worst_m, std::hypot(tx[i] - x[i], ty[i] - y[i]));
+        for (std::size_t i = 0; i < x.size(); ++i)
+            worst_m = std::max(worst_m, std::hypot(tx[i] - x[i], ty[i] - y[i]));
         CHECK(worst_m < 0.001);
     }
 }
 
-TEST_CASE("a point outside the domain is an error wherever it stands in the list", "[common][geo][crs]") {
+TEST_CASE("a point outside the domain is an error wherever it stands in the list",
+          "[common][geo][crs]") {
     const Transform transform(Crs::from_text("EPSG:4326"), Crs::from_text("EPSG:3794"));
     const std::size_t bad = GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{2});
     INFO("bad point at " << bad);
@@ -322,15 +412,21 @@ TEST_CASE("threads may share a system when each has its own transform", "[common
                 double x = 461'971, y = 101'044;
                 transform.apply({&x, 1}, {&y, 1});
                 mine += x != expected.lon_deg || y != expected.lat_deg;
-                mine += GeoKeys().code(kModelType, 1).code(kProjected, 3794).read()->name() != "EPSG:3794" && i % 50 == 0;
+                mine += GeoKeys().code(kModelType, 1).code(kProjected, 3794).read()->name() !=
+                            "EPSG:3794" &&
+                        i % 50 == 0;
             }
         });
-    for (auto& thread : threads) thread.join();
-    for (const int mine : wrong) CHECK(mine == 0);
+    for (auto& thread : threads)
+        thread.join();
+    for (const int mine : wrong)
+        CHECK(mine == 0);
 }
 
 TEST_CASE("a system says what its heights are measured from", "[common][geo][crs]") {
-    struct Case { const char *crs, *datum; };
+    struct Case {
+        const char *crs, *datum;
+    };
     const auto c = GENERATE(values<Case>({
         {"EPSG:2154", ""},
         {"EPSG:4326", ""},
@@ -346,12 +442,20 @@ TEST_CASE("a system says what its heights are measured from", "[common][geo][crs
         CHECK_THAT(datum.value_or(""), contains(c.datum));
     }
     // A file that says no more than the unit says nothing of the datum.
-    const auto feet = GeoKeys().code(kModelType, 1).code(kProjected, 2154).code(kVerticalUnits, kInternationalFoot).read();
+    const auto feet = GeoKeys()
+                          .code(kModelType, 1)
+                          .code(kProjected, 2154)
+                          .code(kVerticalUnits, kInternationalFoot)
+                          .read();
     REQUIRE(feet);
     CHECK(feet->vertical_metres_per_unit() == kFoot_m);
     CHECK_FALSE(feet->vertical_datum());
-    for (const std::string name : {"Not specified (based on WGS 84 ellipsoid)", "unknown", "Unnamed"}) {
+    for (const std::string name :
+         {"Not specified (based on WGS 84 ellipsoid)", "unknown", "Unnamed"}) {
         INFO(name);
-        CHECK_FALSE(Crs::from_text("VERTCRS[\"h\",VDATUM[\"" + name + "\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"metre\",1]]").vertical_datum());
+        CHECK_FALSE(
+            Crs::from_text("VERTCRS[\"h\",VDATUM[\"" + name +
+                           "\"],CS[vertical,1],AXIS[\"height\",up],LENGTHUNIT[\"metre\",1]]")
+                .vertical_datum());
     }
 }

@@ -9,7 +9,8 @@
 using namespace terravox;
 
 TEST_CASE("GDAL keeps no more of images than it is told to", "[common][geo][gdal]") {
-    if (std::getenv("GDAL_CACHEMAX") != nullptr) return;  // the person's own limit goes before ours
+    if (std::getenv("GDAL_CACHEMAX") != nullptr)
+        return;  // the person's own limit goes before ours
     geo::start_gdal();
     geo::start_gdal();
     CHECK(GDALGetCacheMax64() == geo::kGdalCache_bytes);

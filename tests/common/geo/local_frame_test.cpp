@@ -11,7 +11,8 @@ namespace {
 constexpr LatLon kBled{46.3683, 14.1146};
 }
 
-TEST_CASE("a local frame has its origin at zero and its axes east, north and up", "[common][geo][local_frame]") {
+TEST_CASE("a local frame has its origin at zero and its axes east, north and up",
+          "[common][geo][local_frame]") {
     const LocalFrame frame(kBled, 500);
     const auto origin = frame.to_local(kBled, 500);
     CHECK(std::abs(origin.east_m) < 1e-6);
@@ -20,7 +21,8 @@ TEST_CASE("a local frame has its origin at zero and its axes east, north and up"
     const auto above = frame.to_local(kBled, 600);
     CHECK(above.up_m == Approx(100).margin(1e-6));
     CHECK(std::abs(above.east_m) < 1e-6);
-    // One thousandth of a degree of latitude is 111.16 m here (GRS 80, meridian radius at 46.37 degrees: 6 369 000 m).
+    // One thousandth of a degree of latitude is 111.16 m here (GRS 80, meridian radius at 46.37
+    // degrees: 6 369 000 m).
     const auto north = frame.to_local({kBled.lat_deg + 0.001, kBled.lon_deg}, 500);
     CHECK(north.north_m == Approx(111.16).margin(0.05));
     CHECK(std::abs(north.east_m) < 1e-3);
@@ -47,7 +49,8 @@ TEST_CASE("places go to the local frame and back", "[common][geo][local_frame]")
     }
 }
 
-TEST_CASE("D96/TM by GeographicLib and by PROJ agree to a millimetre", "[common][geo][local_frame]") {
+TEST_CASE("D96/TM by GeographicLib and by PROJ agree to a millimetre",
+          "[common][geo][local_frame]") {
     // EPSG:4765 is D96 itself, so that no datum shift comes between the two.
     const Transform to_projected(Crs::from_text("EPSG:4765"), Crs::from_text("EPSG:3794"));
     std::mt19937 random(6);

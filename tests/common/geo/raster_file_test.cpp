@@ -33,38 +33,48 @@ namespace {
 constexpr int kSide = 64;
 constexpr std::uint8_t kPublic = 7, kSecret = 42;
 
-void write_tiff(const fs::path& file, std::uint8_t value, const std::function<void(GDALDataset&)>& also = {}) {
+void write_tiff(const fs::path& file, std::uint8_t value,
+                const std::function<void(GDALDataset&)>& also = {}) {
     geo::start_gdal();
     fs::create_directories(file.parent_path());
-    const GDALDatasetUniquePtr out(
-        GetGDALDriverManager()->GetDriverByName("GTiff")->Create(file.c_str(), kSide, kSide, 1, GDT_Byte, nullptr));
+    const GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+        file.c_str(), kSide, kSide, 1, GDT_Byte, nullptr));
     REQUIRE(out);
     std::array<double, 6> place{460'000, 1, 0, 101'000, 0, -1};
     out->SetGeoTransform(place.data());
     out->SetSpatialRef(&geo::Crs::from_text("EPSG:3794").ogr());
     REQUIRE(out->GetRasterBand(1)->Fill(value) == CE_None);
-    if (also) also(*out);
+    if (also)
+        also(*out);
 }
 
-void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
+void write(const fs::path& file, const std::string& text) {
+    std::ofstream(file, std::ios::binary) << text;
+}
 
 std::string replaced(std::string text, const std::string& what, const std::string& with) {
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size())) text.replace(at, what.size(), with);
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
+        text.replace(at, what.size(), with);
     return text;
 }
 
 std::string vrt(const std::string& inside) {
-    return "<VRTDataset rasterXSize=\"64\" rasterYSize=\"64\"><GeoTransform>460000, 1, 0, 101000, 0, -1</GeoTransform>" + inside + "</VRTDataset>";
+    return "<VRTDataset rasterXSize=\"64\" rasterYSize=\"64\"><GeoTransform>460000, 1, 0, 101000, "
+           "0, -1</GeoTransform>" +
+           inside + "</VRTDataset>";
 }
 
-std::string band(const std::string& inside) { return vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\">" + inside + "</VRTRasterBand>"); }
+std::string band(const std::string& inside) {
+    return vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\">" + inside + "</VRTRasterBand>");
+}
 
 std::string source(const std::string& name, bool relative = true) {
-    return "<SimpleSource><SourceFilename relativeToVRT=\"" + std::string(relative ? "1" : "0") + "\">" + name +
-           "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>";
+    return "<SimpleSource><SourceFilename relativeToVRT=\"" + std::string(relative ? "1" : "0") +
+           "\">" + name + "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>";
 }
 
-/// What a reader shows of a raster: its first value and those of its overviews, or why there is none.
+/// What a reader shows of a raster: its first value and those of its overviews, or why there is
+/// none.
 std::string shown(const fs::path& file) {
     try {
         const GDALDatasetUniquePtr data = geo::open_raster(file, "read");
@@ -74,11 +84,14 @@ std::string shown(const fs::path& file) {
         for (int i = -1; i < first.GetOverviewCount(); ++i) {
             GDALRasterBand* const level = i < 0 ? &first : first.GetOverview(i);
             std::uint8_t value = 0;
-            if (level == nullptr || level->RasterIO(GF_Read, 0, 0, 1, 1, &value, 1, 1, GDT_Byte, 0, 0, nullptr) != CE_None) return "damaged";
+            if (level == nullptr || level->RasterIO(GF_Read, 0, 0, 1, 1, &value, 1, 1, GDT_Byte, 0,
+                                                    0, nullptr) != CE_None)
+                return "damaged";
             out += (i < 0 ? "" : " ") + std::to_string(value);
         }
         (void)first.GetMaskFlags();
-        if (const OGRSpatialReference* own = data->GetSpatialRef()) (void)geo::to_lat_lon(geo::Crs::from_ogr(*own, file.string()), 460'000, 101'000);
+        if (const OGRSpatialReference* own = data->GetSpatialRef())
+            (void)geo::to_lat_lon(geo::Crs::from_ogr(*own, file.string()), 460'000, 101'000);
         return out;
     } catch (const Error& e) {
         return e.what();
@@ -88,7 +101,8 @@ std::string shown(const fs::path& file) {
 /// A place with a raster to show and, outside of it, one to hide.
 struct Place {
     TemporaryFolder folder;
-    fs::path here = folder.path() / "here", elsewhere = folder.path() / "elsewhere", secret = elsewhere / "secret.tif";
+    fs::path here = folder.path() / "here", elsewhere = folder.path() / "elsewhere",
+             secret = elsewhere / "secret.tif";
     Place() {
         write_tiff(here / "a.tif", kPublic);
         write_tiff(here / "below" / "b.tif", kPublic);
@@ -115,10 +129,13 @@ public:
     ~Listener() { ::close(m_socket); }
     Listener(const Listener&) = delete;
     Listener& operator=(const Listener&) = delete;
-    [[nodiscard]] std::string url() const { return "http://127.0.0.1:" + std::to_string(m_port) + "/a.tif"; }
+    [[nodiscard]] std::string url() const {
+        return "http://127.0.0.1:" + std::to_string(m_port) + "/a.tif";
+    }
     [[nodiscard]] bool was_asked() const {
         const int peer = ::accept(m_socket, nullptr, nullptr);
-        if (peer >= 0) ::close(peer);
+        if (peer >= 0)
+            ::close(peer);
         return peer >= 0;
     }
 
@@ -129,7 +146,8 @@ private:
 
 }  // namespace
 
-TEST_CASE("a virtual raster reads nothing but files beside or below it", "[common][geo][raster][hostile]") {
+TEST_CASE("a virtual raster reads nothing but files beside or below it",
+          "[common][geo][raster][hostile]") {
     const Place place;
     fs::create_symlink(place.secret, place.here / "link.tif");
     fs::create_directory_symlink(place.elsewhere, place.here / "door");
@@ -137,43 +155,83 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it", "[commo
     write(place.here / "one.vrt", band(source("two.vrt")));
     write(place.here / "two.vrt", band(source("one.vrt")));
     ::mkfifo((place.here / "pipe.tif").c_str(), 0600);
-    struct Case { const char* name; std::string text; const char* said; };
-    const std::string good = source("a.tif"), of_a = "<VRTRasterBand dataType=\"Byte\" band=\"1\">" + good + "</VRTRasterBand>";
+    struct Case {
+        const char* name;
+        std::string text;
+        const char* said;
+    };
+    const std::string good = source("a.tif"),
+                      of_a = "<VRTRasterBand dataType=\"Byte\" band=\"1\">" + good +
+                             "</VRTRasterBand>";
     const auto c = GENERATE_REF(values<Case>({
         {"an absolute path", band(source("SECRET", false)), "lies elsewhere"},
         {"an absolute path said to be relative", band(source("SECRET")), "lies elsewhere"},
         {"a path upwards", band(source("../elsewhere/secret.tif")), "lies elsewhere"},
         {"a link to a file", band(source("link.tif")), "lies elsewhere"},
         {"a link to a folder", band(source("door/secret.tif")), "lies elsewhere"},
-        {"relative to where the program runs", band(source("a.tif", false)), "is relative to where the program runs"},
+        {"relative to where the program runs", band(source("a.tif", false)),
+         "is relative to where the program runs"},
         {"a virtual raster that does so", band(source("inner.vrt")), "lies elsewhere"},
         {"one that leads back to itself", band(source("one.vrt")), "deeper than 4"},
         {"a folder", band(source("below")), "is no file"},
         {"a pipe", band(source("pipe.tif")), "is no file"},
         {"no name", band(source("")), "is no file's name"},
         {"a name of GDAL's", band(source("GTIFF_DIR:1:a.tif")), "is no plain file's name"},
-        {"memory", band(source("MEM:::DATAPOINTER=4096,PIXELS=1,LINES=1")), "is no plain file's name"},
+        {"memory", band(source("MEM:::DATAPOINTER=4096,PIXELS=1,LINES=1")),
+         "is no plain file's name"},
         {"an archive", band(source("/vsizip/HERE/a.zip/a.tif", false)), "lies elsewhere"},
-        {"a name as an attribute", band("<SimpleSource SourceFilename=\"SECRET\"><SourceBand>1</SourceBand></SimpleSource>"), "is no file's name"},
-        {"the second of two names", band("<SimpleSource><SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename>"
-                                         "<SourceFilename>SECRET</SourceFilename></SimpleSource>"), "lies elsewhere"},
-        {"another case of letters", band("<simplesource><sourcefilename>SECRET</sourcefilename></simplesource>"), "lies elsewhere"},
-        {"an overview", band(good + "<Overview><SourceFilename>SECRET</SourceFilename><SourceBand>1</SourceBand></Overview>"), "lies elsewhere"},
-        {"a mask", vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\">" + good + "</VRTRasterBand><MaskBand><VRTRasterBand dataType=\"Byte\">" +
-                       source("SECRET", false) + "</VRTRasterBand></MaskBand>"), "lies elsewhere"},
-        {"any file as raw values", vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\" subClass=\"VRTRawRasterBand\"><SourceFilename>SECRET"
-                                       "</SourceFilename><ImageOffset>0</ImageOffset></VRTRasterBand>"), "'subClass'"},
-        {"code", vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\" subClass=\"VRTDerivedRasterBand\"><PixelFunctionType>f</PixelFunctionType>"
-                     "<PixelFunctionLanguage>Python</PixelFunctionLanguage></VRTRasterBand>"), "'subClass'"},
-        {"a warped raster", "<VRTDataset rasterXSize=\"64\" rasterYSize=\"64\" subClass=\"VRTWarpedDataset\"><GDALWarpOptions>"
-                            "<SourceDataset>SECRET</SourceDataset></GDALWarpOptions></VRTDataset>", "'subClass'"},
-        {"options for opening", band("<SimpleSource><SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename><OpenOptions>"
-                                     "<OOI key=\"ROOT_PATH\">/</OOI></OpenOptions></SimpleSource>"), "'OpenOptions'"},
-        {"places in a system with a grid", vrt("<GCPList Projection=\"+proj=longlat +nadgrids=SECRET\"/>"), "'GCPList'"},
-        {"a system with a grid", vrt("<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>"), "nadgrids"},
+        {"a name as an attribute",
+         band("<SimpleSource SourceFilename=\"SECRET\"><SourceBand>1</SourceBand></SimpleSource>"),
+         "is no file's name"},
+        {"the second of two names",
+         band("<SimpleSource><SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename>"
+              "<SourceFilename>SECRET</SourceFilename></SimpleSource>"),
+         "lies elsewhere"},
+        {"another case of letters",
+         band("<simplesource><sourcefilename>SECRET</sourcefilename></simplesource>"),
+         "lies elsewhere"},
+        {"an overview",
+         band(good + "<Overview><SourceFilename>SECRET</SourceFilename><SourceBand>1</SourceBand></"
+                     "Overview>"),
+         "lies elsewhere"},
+        {"a mask",
+         vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\">" + good +
+             "</VRTRasterBand><MaskBand><VRTRasterBand dataType=\"Byte\">" +
+             source("SECRET", false) + "</VRTRasterBand></MaskBand>"),
+         "lies elsewhere"},
+        {"any file as raw values",
+         vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\" "
+             "subClass=\"VRTRawRasterBand\"><SourceFilename>SECRET"
+             "</SourceFilename><ImageOffset>0</ImageOffset></VRTRasterBand>"),
+         "'subClass'"},
+        {"code",
+         vrt("<VRTRasterBand dataType=\"Byte\" band=\"1\" "
+             "subClass=\"VRTDerivedRasterBand\"><PixelFunctionType>f</PixelFunctionType>"
+             "<PixelFunctionLanguage>Python</PixelFunctionLanguage></VRTRasterBand>"),
+         "'subClass'"},
+        {"a warped raster",
+         "<VRTDataset rasterXSize=\"64\" rasterYSize=\"64\" "
+         "subClass=\"VRTWarpedDataset\"><GDALWarpOptions>"
+         "<SourceDataset>SECRET</SourceDataset></GDALWarpOptions></VRTDataset>",
+         "'subClass'"},
+        {"options for opening",
+         band(
+             "<SimpleSource><SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename><OpenOptions>"
+             "<OOI key=\"ROOT_PATH\">/</OOI></OpenOptions></SimpleSource>"),
+         "'OpenOptions'"},
+        {"places in a system with a grid",
+         vrt("<GCPList Projection=\"+proj=longlat +nadgrids=SECRET\"/>"), "'GCPList'"},
+        {"a system with a grid", vrt("<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>"),
+         "nadgrids"},
         {"a system from a file", vrt("<SRS>+init=SECRET:key</SRS>"), "init"},
-        {"metadata that name overviews", vrt("<Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>" + of_a), "overviews"},
-        {"metadata that name places", vrt("<Metadata domain=\"GEOLOCATION\"><MDI key=\"X_DATASET\">SECRET</MDI></Metadata>" + of_a), "its places"},
+        {"metadata that name overviews",
+         vrt("<Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>" +
+             of_a),
+         "overviews"},
+        {"metadata that name places",
+         vrt("<Metadata domain=\"GEOLOCATION\"><MDI key=\"X_DATASET\">SECRET</MDI></Metadata>" +
+             of_a),
+         "its places"},
         {"no XML", "<VRTDataset rasterXSize=\"64\"", "no XML"},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -190,19 +248,28 @@ TEST_CASE("a virtual raster reads nothing but files beside or below it", "[commo
 TEST_CASE("mosaics of files beside and below are read as before", "[common][geo][raster]") {
     const Place place;
     write(place.here / "inner.vrt", band(source("below/b.tif")));
-    struct Case { const char* name; std::string text; };
+    struct Case {
+        const char* name;
+        std::string text;
+    };
     const auto c = GENERATE_REF(values<Case>({
         {"beside", band(source("a.tif"))},
         {"below", band(source("below/b.tif"))},
         {"back and forth", band(source("below/../a.tif"))},
         {"absolute", band(source("HERE/a.tif", false))},
         {"a virtual raster", band(source("inner.vrt"))},
-        {"with a system", vrt("<SRS dataAxisToSRSAxisMapping=\"2,1\">EPSG:3794</SRS><VRTRasterBand dataType=\"Byte\" band=\"1\">"
-                              "<ColorInterp>Gray</ColorInterp>" + source("a.tif") + "</VRTRasterBand>")},
-        {"a source with a scale", band("<ComplexSource resampling=\"bilinear\"><SourceFilename relativeToVRT=\"1\" shared=\"0\">a.tif</SourceFilename>"
-                                       "<SourceBand>1</SourceBand><SourceProperties RasterXSize=\"64\" RasterYSize=\"64\" DataType=\"Byte\" "
-                                       "BlockXSize=\"64\" BlockYSize=\"64\"/><SrcRect xOff=\"0\" yOff=\"0\" xSize=\"64\" ySize=\"64\"/><DstRect xOff=\"0\" "
-                                       "yOff=\"0\" xSize=\"64\" ySize=\"64\"/><NODATA>0</NODATA></ComplexSource>")},
+        {"with a system", vrt("<SRS dataAxisToSRSAxisMapping=\"2,1\">EPSG:3794</SRS><VRTRasterBand "
+                              "dataType=\"Byte\" band=\"1\">"
+                              "<ColorInterp>Gray</ColorInterp>" +
+                              source("a.tif") + "</VRTRasterBand>")},
+        {"a source with a scale",
+         band("<ComplexSource resampling=\"bilinear\"><SourceFilename relativeToVRT=\"1\" "
+              "shared=\"0\">a.tif</SourceFilename>"
+              "<SourceBand>1</SourceBand><SourceProperties RasterXSize=\"64\" RasterYSize=\"64\" "
+              "DataType=\"Byte\" "
+              "BlockXSize=\"64\" BlockYSize=\"64\"/><SrcRect xOff=\"0\" yOff=\"0\" xSize=\"64\" "
+              "ySize=\"64\"/><DstRect xOff=\"0\" "
+              "yOff=\"0\" xSize=\"64\" ySize=\"64\"/><NODATA>0</NODATA></ComplexSource>")},
     }));
     DYNAMIC_SECTION(c.name) {
         write(place.here / "all.vrt", place.filled(c.text));
@@ -221,7 +288,8 @@ TEST_CASE("mosaics of files beside and below are read as before", "[common][geo]
     }
 }
 
-TEST_CASE("what a raster is, its name and its driver tell, not its text", "[common][geo][raster][hostile]") {
+TEST_CASE("what a raster is, its name and its driver tell, not its text",
+          "[common][geo][raster][hostile]") {
     const Place place;
     const OpenWatch watch(place.secret);
     SECTION("a virtual raster by another name") {
@@ -239,9 +307,14 @@ TEST_CASE("what a raster is, its name and its driver tell, not its text", "[comm
         CHECK(shown(place.here / "all.vrt") == "damaged");
     }
     SECTION("formats that lead elsewhere") {
-        struct Case { const char* name; std::string text; };
+        struct Case {
+            const char* name;
+            std::string text;
+        };
         const auto c = GENERATE(values<Case>({
-            {"a web map", "<GDAL_WMS><Service name=\"WMS\"><ServerUrl>http://127.0.0.1:1/</ServerUrl></Service></GDAL_WMS>"},
+            {"a web map",
+             "<GDAL_WMS><Service "
+             "name=\"WMS\"><ServerUrl>http://127.0.0.1:1/</ServerUrl></Service></GDAL_WMS>"},
             {"a coverage", "<WCS_GDAL><ServiceURL>http://127.0.0.1:1/</ServiceURL></WCS_GDAL>"},
             {"a database", std::string("SQLite format 3\0", 16)},
             {"a document", "%PDF-1.7\n"},
@@ -251,23 +324,32 @@ TEST_CASE("what a raster is, its name and its driver tell, not its text", "[comm
         }));
         write(place.here / "x.tif", c.text);
         INFO(c.name);
-        CHECK_THAT(shown(place.here / "x.tif"), contains("no raster that can be read") && contains("allowed: GeoTIFF"));
+        CHECK_THAT(shown(place.here / "x.tif"),
+                   contains("no raster that can be read") && contains("allowed: GeoTIFF"));
     }
     SECTION("names that are no files") {
-        const std::string name = GENERATE(as<std::string>(), "/vsimem/x.tif", "/vsistdin/", "/vsizip/HERE/a.zip/a.tif", "GTIFF_DIR:1:HERE/a.tif",
-                                          "<VRTDataset rasterXSize=\"1\" rasterYSize=\"1\"/>", "MEM:::DATAPOINTER=4096,PIXELS=1,LINES=1", "");
+        const std::string name =
+            GENERATE(as<std::string>(), "/vsimem/x.tif", "/vsistdin/", "/vsizip/HERE/a.zip/a.tif",
+                     "GTIFF_DIR:1:HERE/a.tif", "<VRTDataset rasterXSize=\"1\" rasterYSize=\"1\"/>",
+                     "MEM:::DATAPOINTER=4096,PIXELS=1,LINES=1", "");
         CHECK_THAT(shown(place.filled(name)), contains("no such file"));
         CHECK_THAT(shown(place.here), contains("no file, but a folder"));
     }
     CHECK_FALSE(watch.was_opened());
 }
 
-TEST_CASE("side files are files beside the raster, and name no others", "[common][geo][raster][hostile]") {
+TEST_CASE("side files are files beside the raster, and name no others",
+          "[common][geo][raster][hostile]") {
     const Place place;
     const fs::path raster = place.here / "a.tif";
     const std::string pam = "<PAMDataset>TEXT</PAMDataset>";
-    // The cases outlive the run that made them, and so its place: each is given that of its own run.
-    struct Case { const char* name; std::function<void(const Place&)> make; const char* said; };
+    // The cases outlive the run that made them, and so its place: each is given that of its own
+    // run.
+    struct Case {
+        const char* name;
+        std::function<void(const Place&)> make;
+        const char* said;
+    };
     const auto text = [](const char* file, const std::string& content) {
         return [=](const Place& at) { write(at.here / file, at.filled(content)); };
     };
@@ -277,19 +359,44 @@ TEST_CASE("side files are files beside the raster, and name no others", "[common
     const auto c = GENERATE_COPY(values<Case>({
         {"overviews elsewhere", link("a.tif.ovr"), "a.tif.ovr is no file beside"},
         {"a mask elsewhere", link("a.tif.msk"), "a.tif.msk is no file beside"},
-        {"a world file that is a pipe", [](const Place& at) { ::mkfifo((at.here / "a.tfw").c_str(), 0600); }, "a.tfw is no file beside"},
-        {"a link to nowhere", [](const Place& at) { fs::create_symlink("/nowhere/at/all", at.here / "a.prj"); }, "a.prj is no file beside"},
-        {"a system with a grid", text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")), "nadgrids"},
-        {"a system from a file", text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
-        {"a system of places", text("a.tif.aux.xml", replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")), "init"},
-        {"overviews by name", text("a.tif.aux.xml", replaced(pam, "TEXT", "<Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>")),
+        {"a world file that is a pipe",
+         [](const Place& at) { ::mkfifo((at.here / "a.tfw").c_str(), 0600); },
+         "a.tfw is no file beside"},
+        {"a link to nowhere",
+         [](const Place& at) { fs::create_symlink("/nowhere/at/all", at.here / "a.prj"); },
+         "a.prj is no file beside"},
+        {"a system with a grid",
+         text("a.tif.aux.xml",
+              replaced(pam, "TEXT", "<SRS>+proj=longlat +ellps=GRS80 +nadgrids=SECRET</SRS>")),
+         "nadgrids"},
+        {"a system from a file",
+         text("a.tif.aux.xml", replaced(pam, "TEXT", "<SRS>+init=SECRET:key</SRS>")), "init"},
+        {"a system of places",
+         text("a.tif.aux.xml", replaced(pam, "TEXT", "<GCPList Projection=\"+init=SECRET:key\"/>")),
+         "init"},
+        {"overviews by name",
+         text("a.tif.aux.xml", replaced(pam, "TEXT",
+                                        "<Metadata domain=\"OVERVIEWS\"><MDI "
+                                        "key=\"OVERVIEW_FILE\">SECRET</MDI></Metadata>")),
          "for its overviews"},
-        {"places by name", text("a.tif.aux.xml", replaced(pam, "TEXT", "<Metadata domain=\"GEOLOCATION\"><MDI key=\"X_DATASET\">SECRET</MDI></Metadata>")),
+        {"places by name",
+         text("a.tif.aux.xml", replaced(pam, "TEXT",
+                                        "<Metadata domain=\"GEOLOCATION\"><MDI "
+                                        "key=\"X_DATASET\">SECRET</MDI></Metadata>")),
          "for its places"},
-        {"a grid in a .prj", text("a.prj", "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"z\",6378137,298],EXTENSION[\"PROJ4_GRIDS\",\"SECRET\"]],PRIMEM[\"g\",0],"
-                                           "UNIT[\"degree\",0.0174532925199433]]"), "a.prj names files"},
-        {"overviews by name in a tag", [](const Place& at) { write_tiff(at.here / "a.tif", kPublic, [&](GDALDataset& out) {
-             out.SetMetadataItem("OVERVIEW_FILE", at.secret.c_str(), "OVERVIEWS"); }); }, "for its overviews"},
+        {"a grid in a .prj",
+         text("a.prj",
+              "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"z\",6378137,298],EXTENSION[\"PROJ4_GRIDS\","
+              "\"SECRET\"]],PRIMEM[\"g\",0],"
+              "UNIT[\"degree\",0.0174532925199433]]"),
+         "a.prj names files"},
+        {"overviews by name in a tag",
+         [](const Place& at) {
+             write_tiff(at.here / "a.tif", kPublic, [&](GDALDataset& out) {
+                 out.SetMetadataItem("OVERVIEW_FILE", at.secret.c_str(), "OVERVIEWS");
+             });
+         },
+         "for its overviews"},
     }));
     DYNAMIC_SECTION(c.name) {
         c.make(place);
@@ -304,16 +411,24 @@ TEST_CASE("no raster asks the network", "[common][geo][raster][hostile]") {
     const Listener listener;
     const std::string url = "/vsicurl/" + listener.url();
     // ADDRESS stands for that of the listener of each run: the cases are made in the first.
-    struct Case { const char* name; const char* file; std::string text; };
+    struct Case {
+        const char* name;
+        const char* file;
+        std::string text;
+    };
     const auto c = GENERATE(values<Case>({
         {"a source", "all.vrt", band(source("/vsicurl/ADDRESS", false))},
         {"a source said to be relative", "all.vrt", band(source("/vsicurl/ADDRESS"))},
         {"an address", "all.vrt", band(source("ADDRESS"))},
-        {"overviews", "a.tif.aux.xml", "<PAMDataset><Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">/vsicurl/ADDRESS</MDI></Metadata></PAMDataset>"},
+        {"overviews", "a.tif.aux.xml",
+         "<PAMDataset><Metadata domain=\"OVERVIEWS\"><MDI "
+         "key=\"OVERVIEW_FILE\">/vsicurl/ADDRESS</MDI></Metadata></PAMDataset>"},
     }));
     DYNAMIC_SECTION(c.name) {
         write(place.here / c.file, replaced(c.text, "ADDRESS", listener.url()));
-        CHECK(shown(fs::exists(place.here / "all.vrt") ? place.here / "all.vrt" : place.here / "a.tif").starts_with("read "));
+        CHECK(shown(fs::exists(place.here / "all.vrt") ? place.here / "all.vrt"
+                                                       : place.here / "a.tif")
+                  .starts_with("read "));
         CHECK_FALSE(listener.was_asked());
     }
     SECTION("nor does GDAL when it is asked itself") {
@@ -332,13 +447,24 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
         REQUIRE(to != nullptr);
         const geo::QuietGdal quiet;
         std::array<const char*, 3> exact{"REVERSIBLE=YES", "QUALITY=100", nullptr};  // of JPEG 2000
-        char** const options = std::string_view(driver) == "JP2OpenJPEG" ? const_cast<char**>(exact.data()) : nullptr;
-        REQUIRE(GDALDatasetUniquePtr(to->CreateCopy(file.c_str(), from.get(), FALSE, options, nullptr, nullptr)));
+        char** const options =
+            std::string_view(driver) == "JP2OpenJPEG" ? const_cast<char**>(exact.data()) : nullptr;
+        REQUIRE(GDALDatasetUniquePtr(
+            to->CreateCopy(file.c_str(), from.get(), FALSE, options, nullptr, nullptr)));
     };
     SECTION("with what GDAL writes beside them") {
-        struct Case { const char* driver; const char* file; };
-        const auto c = GENERATE(values<Case>({{"JPEG", "x.jpg"}, {"PNG", "x.png"}, {"JP2OpenJPEG", "x.jp2"}, {"AAIGrid", "x.asc"}, {"EHdr", "x.bil"},
-                                              {"ENVI", "x.dat"}, {"COG", "x.tif"}, {"XYZ", "x.xyz"}}));
+        struct Case {
+            const char* driver;
+            const char* file;
+        };
+        const auto c = GENERATE(values<Case>({{"JPEG", "x.jpg"},
+                                              {"PNG", "x.png"},
+                                              {"JP2OpenJPEG", "x.jp2"},
+                                              {"AAIGrid", "x.asc"},
+                                              {"EHdr", "x.bil"},
+                                              {"ENVI", "x.dat"},
+                                              {"COG", "x.tif"},
+                                              {"XYZ", "x.xyz"}}));
         INFO(c.driver);
         copied(c.driver, place.here / c.file);
         CHECK(shown(place.here / c.file) == "7");
@@ -348,7 +474,8 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
         CHECK(at[0] == 460'000);
     }
     SECTION("with a world file alone") {
-        const auto c = GENERATE(values<std::pair<const char*, const char*>>({{"PNG", "x.png"}, {"JPEG", "x.jpg"}}));
+        const auto c = GENERATE(
+            values<std::pair<const char*, const char*>>({{"PNG", "x.png"}, {"JPEG", "x.jpg"}}));
         copied(c.first, place.here / c.second);
         fs::remove(place.here / (std::string(c.second) + ".aux.xml"));
         write((place.here / c.second).replace_extension(".wld"), "2\n0\n0\n-2\n1000\n2000\n");
@@ -359,7 +486,8 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
     }
     SECTION("a header that names another file shows its own") {
         copied("ENVI", place.here / "x.dat");
-        std::ofstream(place.here / "x.hdr", std::ios::app) << "data file = ../elsewhere/secret.tif\ndem file = " << place.secret.string() << "\n";
+        std::ofstream(place.here / "x.hdr", std::ios::app)
+            << "data file = ../elsewhere/secret.tif\ndem file = " << place.secret.string() << "\n";
         const OpenWatch watch(place.secret);
         CHECK(shown(place.here / "x.dat") == "7");
         CHECK_FALSE(watch.was_opened());
@@ -369,7 +497,8 @@ TEST_CASE("the formats that are allowed are read, with their side files", "[comm
         CHECK(shown(place.here / "a.tif") == "7 9");
         const GDALDatasetUniquePtr data = geo::open_raster(place.here / "a.tif", "read", 0);
         std::uint8_t value = 0;
-        CHECK(data->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 1, 1, &value, 1, 1, GDT_Byte, 0, 0, nullptr) == CE_None);
+        CHECK(data->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 1, 1, &value, 1, 1, GDT_Byte, 0, 0,
+                                               nullptr) == CE_None);
         CHECK(value == 9);
     }
     SECTION("a photograph of a real place") {

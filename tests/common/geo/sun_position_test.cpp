@@ -11,21 +11,43 @@ namespace {
 
 constexpr double kAllowedDeg = 0.05;  // what the header promises
 
-double angle_between_deg(double a, double b) { return std::abs(std::remainder(a - b, 360.0)); }
+double angle_between_deg(double a, double b) {
+    return std::abs(std::remainder(a - b, 360.0));
+}
 
-DateTime utc(int year, int month, int day, double hour) { return {year, month, day, hour, 0}; }
+DateTime utc(int year, int month, int day, double hour) {
+    return {year, month, day, hour, 0};
+}
 
 }  // namespace
 
-// Reference: Reda and Andreas, "Solar Position Algorithm for Solar Radiation Applications", NREL 2003, table A5.1 (zenith 50.11162,
-// azimuth 194.34024; refraction there is for 820 hPa, which takes less than 0.01 degree off). Meeus, "Astronomical Algorithms",
-// example 25.a: declination of the sun on 1992-10-13 at 0h TD is -7.785 degrees; at a pole the altitude is the declination.
+// Reference: Reda and Andreas, "Solar Position Algorithm for Solar Radiation Applications", NREL
+// 2003, table A5.1 (zenith 50.11162, azimuth 194.34024; refraction there is for 820 hPa, which
+// takes less than 0.01 degree off). Meeus, "Astronomical Algorithms", example 25.a: declination of
+// the sun on 1992-10-13 at 0h TD is -7.785 degrees; at a pole the altitude is the declination.
 TEST_CASE("the sun stands where published examples say", "[common][geo][sun]") {
-    struct Case { const char* name; DateTime time; LatLon place; double altitude_deg, azimuth_deg; };
+    struct Case {
+        const char* name;
+        DateTime time;
+        LatLon place;
+        double altitude_deg, azimuth_deg;
+    };
     const auto c = GENERATE(values<Case>({
-        {"the NREL example", {2003, 10, 17, 12 + 30.5 / 60, -7}, {39.742476, -105.1786}, 90 - 50.11162, 194.34024},
-        {"the NREL example, the clock set to UTC", {2003, 10, 17, 19 + 30.5 / 60, 0}, {39.742476, -105.1786}, 90 - 50.11162, 194.34024},
-        {"the NREL example, east of the date line's day", {2003, 10, 18, 4.5 + 0.5 / 60, 9}, {39.742476, -105.1786}, 90 - 50.11162, 194.34024},
+        {"the NREL example",
+         {2003, 10, 17, 12 + 30.5 / 60, -7},
+         {39.742476, -105.1786},
+         90 - 50.11162,
+         194.34024},
+        {"the NREL example, the clock set to UTC",
+         {2003, 10, 17, 19 + 30.5 / 60, 0},
+         {39.742476, -105.1786},
+         90 - 50.11162,
+         194.34024},
+        {"the NREL example, east of the date line's day",
+         {2003, 10, 18, 4.5 + 0.5 / 60, 9},
+         {39.742476, -105.1786},
+         90 - 50.11162,
+         194.34024},
     }));
     DYNAMIC_SECTION(c.name) {
         const SunPosition sun = sun_position(c.time, c.place);
@@ -34,33 +56,51 @@ TEST_CASE("the sun stands where published examples say", "[common][geo][sun]") {
     }
 }
 
-TEST_CASE("the declination of Meeus's example 25.a is the altitude at the pole", "[common][geo][sun]") {
-    // Refraction lifts a sun 7.8 degrees above the south pole's horizon by about 0.11 degree (Bennett: 6.6').
+TEST_CASE("the declination of Meeus's example 25.a is the altitude at the pole",
+          "[common][geo][sun]") {
+    // Refraction lifts a sun 7.8 degrees above the south pole's horizon by about 0.11 degree
+    // (Bennett: 6.6').
     const SunPosition south = sun_position(utc(1992, 10, 13, 0), {-90, 0});
     CHECK(std::abs(south.altitude_deg - (7.785 + 0.112)) < kAllowedDeg);
     const SunPosition north = sun_position(utc(1992, 10, 13, 0), {90, 0});
     CHECK(std::abs(north.altitude_deg + 7.785) < kAllowedDeg + 0.05);
 }
 
-// Reference: the instants of the equinoxes, published by the U.S. Naval Observatory ("Earth's seasons"), UTC to the minute. The
-// declination is 0 then, so at a pole the sun stands on the horizon, lifted by the refraction there: 1735 arc seconds (NOAA).
+// Reference: the instants of the equinoxes, published by the U.S. Naval Observatory ("Earth's
+// seasons"), UTC to the minute. The declination is 0 then, so at a pole the sun stands on the
+// horizon, lifted by the refraction there: 1735 arc seconds (NOAA).
 TEST_CASE("at the equinoxes the sun stands on the horizon of both poles", "[common][geo][sun]") {
-    struct Case { int year, month, day, hour, minute; };
-    const auto c = GENERATE(values<Case>({{2000, 3, 20, 7, 35}, {2000, 9, 22, 17, 28}, {2010, 3, 20, 17, 32}, {2015, 3, 20, 22, 45},
-                                          {2020, 3, 20, 3, 50}, {2020, 9, 22, 13, 31}, {2024, 3, 20, 3, 6}}));
+    struct Case {
+        int year, month, day, hour, minute;
+    };
+    const auto c = GENERATE(values<Case>({{2000, 3, 20, 7, 35},
+                                          {2000, 9, 22, 17, 28},
+                                          {2010, 3, 20, 17, 32},
+                                          {2015, 3, 20, 22, 45},
+                                          {2020, 3, 20, 3, 50},
+                                          {2020, 9, 22, 13, 31},
+                                          {2024, 3, 20, 3, 6}}));
     const DateTime time = utc(c.year, c.month, c.day, c.hour + c.minute / 60.0);
     INFO(c.year << "-" << c.month << "-" << c.day);
-    for (const double lat : {90.0, -90.0}) CHECK(std::abs(sun_position(time, {lat, 0}).altitude_deg - 1735 / 3600.0) < kAllowedDeg);
+    for (const double lat : {90.0, -90.0})
+        CHECK(std::abs(sun_position(time, {lat, 0}).altitude_deg - 1735 / 3600.0) < kAllowedDeg);
 }
 
-TEST_CASE("the equation of time of Meeus's example 28.b puts the sun on a meridian", "[common][geo][sun]") {
-    // 1992-10-13 at 0h TD, which is 59 seconds before 0h UT: 13 min 42.6 s, which is 3.4275 degrees ahead of the mean sun.
+TEST_CASE("the equation of time of Meeus's example 28.b puts the sun on a meridian",
+          "[common][geo][sun]") {
+    // 1992-10-13 at 0h TD, which is 59 seconds before 0h UT: 13 min 42.6 s, which is 3.4275 degrees
+    // ahead of the mean sun.
     const double lon_deg = 180 - 3.4275 + 59 * 15 / 3600.0;
-    CHECK(std::abs(sun_position(utc(1992, 10, 12, 24 - 59 / 3600.0), {50, lon_deg}).azimuth_deg - 180) < kAllowedDeg);
+    CHECK(std::abs(sun_position(utc(1992, 10, 12, 24 - 59 / 3600.0), {50, lon_deg}).azimuth_deg -
+                   180) < kAllowedDeg);
 }
 
 TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[common][geo][sun]") {
-    struct Case { const char* name; int month, day; double lat_deg, noon_altitude_deg; };
+    struct Case {
+        const char* name;
+        int month, day;
+        double lat_deg, noon_altitude_deg;
+    };
     const auto c = GENERATE(values<Case>({
         {"June solstice at 46 north", 6, 21, 46, 90 - 46 + 23.44},
         {"December solstice at 46 north", 12, 21, 46, 90 - 46 - 23.44},
@@ -69,48 +109,65 @@ TEST_CASE("solstices and equinoxes reach the altitudes that geometry gives", "[c
     }));
     DYNAMIC_SECTION(c.name) {
         double highest = -90;
-        for (int minute = 0; minute < 24 * 60; ++minute) highest = std::max(highest, sun_position(utc(2024, c.month, c.day, minute / 60.0), {c.lat_deg, 14.5}).altitude_deg);
+        for (int minute = 0; minute < 24 * 60; ++minute)
+            highest = std::max(
+                highest, sun_position(utc(2024, c.month, c.day, minute / 60.0), {c.lat_deg, 14.5})
+                             .altitude_deg);
         CHECK(std::abs(highest - c.noon_altitude_deg) < 0.2);
     }
 }
 
 TEST_CASE("the sun goes from east over the meridian to west", "[common][geo][sun]") {
-    struct Case { const char* name; double lat_deg, noon_azimuth_deg; };
-    const auto c = GENERATE(values<Case>({{"north of the tropics: over the south", 46, 180}, {"south of them: over the north", -34, 0}}));
+    struct Case {
+        const char* name;
+        double lat_deg, noon_azimuth_deg;
+    };
+    const auto c = GENERATE(values<Case>({{"north of the tropics: over the south", 46, 180},
+                                          {"south of them: over the north", -34, 0}}));
     DYNAMIC_SECTION(c.name) {
         const LatLon place{c.lat_deg, 15};  // mean noon at 11:00 UTC
         CHECK(sun_position(utc(2024, 3, 20, 7), place).azimuth_deg < 180);
         CHECK(sun_position(utc(2024, 3, 20, 15), place).azimuth_deg > 180);
-        CHECK(angle_between_deg(sun_position(utc(2024, 3, 20, 11), place).azimuth_deg, c.noon_azimuth_deg) < 4);
+        CHECK(angle_between_deg(sun_position(utc(2024, 3, 20, 11), place).azimuth_deg,
+                                c.noon_azimuth_deg) < 4);
     }
 }
 
 TEST_CASE("the clock's offset only names the moment", "[common][geo][sun]") {
     const LatLon bled{46.3683, 14.1146};
-    const SunPosition summer_time = sun_position({2026, 6, 21, 17, 2}, bled), zulu = sun_position({2026, 6, 21, 15, 0}, bled);
+    const SunPosition summer_time = sun_position({2026, 6, 21, 17, 2}, bled),
+                      zulu = sun_position({2026, 6, 21, 15, 0}, bled);
     CHECK(summer_time.altitude_deg == Approx(zulu.altitude_deg).margin(1e-6));
     CHECK(summer_time.azimuth_deg == Approx(zulu.azimuth_deg).margin(1e-6));
 }
 
 TEST_CASE("everywhere and at any time the position is a direction", "[common][geo][sun]") {
     std::mt19937 random(11);
-    const auto in = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto in = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     constexpr double kSpecialLat[] = {-90, 0, 23.44, 90};
     for (int i = 0; i < 20'000; ++i) {
-        const DateTime time{1900 + static_cast<int>(random() % 201), 1 + static_cast<int>(random() % 12), 1 + static_cast<int>(random() % 28),
-                            in(0, 24), static_cast<double>(static_cast<int>(random() % 25) - 12)};
+        const DateTime time{1900 + static_cast<int>(random() % 201),
+                            1 + static_cast<int>(random() % 12),
+                            1 + static_cast<int>(random() % 28), in(0, 24),
+                            static_cast<double>(static_cast<int>(random() % 25) - 12)};
         const LatLon place{i % 5 == 0 ? kSpecialLat[random() % 4] : in(-90, 90), in(-180, 180)};
         const SunPosition sun = sun_position(time, place);
-        const bool fine = sun.altitude_deg >= -90.5 && sun.altitude_deg <= 90.5 && sun.azimuth_deg >= 0 && sun.azimuth_deg < 360;
-        if (fine) continue;
-        INFO(time.year << "-" << time.month << "-" << time.day << " " << time.hour << " at " << place.lat_deg << ", " << place.lon_deg << ": "
-                       << sun.altitude_deg << ", " << sun.azimuth_deg);
+        const bool fine = sun.altitude_deg >= -90.5 && sun.altitude_deg <= 90.5 &&
+                          sun.azimuth_deg >= 0 && sun.azimuth_deg < 360;
+        if (fine)
+            continue;
+        INFO(time.year << "-" << time.month << "-" << time.day << " " << time.hour << " at "
+                       << place.lat_deg << ", " << place.lon_deg << ": " << sun.altitude_deg << ", "
+                       << sun.azimuth_deg);
         CHECK(fine);
     }
 }
 
 TEST_CASE("refraction has no jump larger than the promised error", "[common][geo][sun]") {
-    // Along one day the altitude is smooth: a step between the pieces of the refraction formula would show as an uneven pace.
+    // Along one day the altitude is smooth: a step between the pieces of the refraction formula
+    // would show as an uneven pace.
     const LatLon place{46, 14.5};
     double previous = sun_position(utc(2024, 6, 21, 0), place).altitude_deg;
     for (int second = 10; second < 24 * 3600; second += 10) {
@@ -122,8 +179,11 @@ TEST_CASE("refraction has no jump larger than the promised error", "[common][geo
 }
 
 TEST_CASE("solar zones are whole hours around the nearest fifteen degrees", "[common][geo][sun]") {
-    struct Case { double lon_deg, offset_h; };
-    for (const Case c : {Case{14.5, 1}, Case{0, 0}, Case{-0.1, 0}, Case{-105.2, -7}, Case{180, 12}, Case{-180, -12}, Case{7.4, 0}, Case{7.6, 1}}) {
+    struct Case {
+        double lon_deg, offset_h;
+    };
+    for (const Case c : {Case{14.5, 1}, Case{0, 0}, Case{-0.1, 0}, Case{-105.2, -7}, Case{180, 12},
+                         Case{-180, -12}, Case{7.4, 0}, Case{7.6, 1}}) {
         INFO(c.lon_deg);
         CHECK(solar_zone_offset_h(c.lon_deg) == c.offset_h);
     }

@@ -8,7 +8,12 @@ using namespace terravox::geo;
 using terravox::test::contains;
 
 TEST_CASE("clocks stand where the zones' laws put them", "[common][geo][zone]") {
-    struct Case { const char* name; std::string zone; int year, month, day; double hour, offset_h; };
+    struct Case {
+        const char* name;
+        std::string zone;
+        int year, month, day;
+        double hour, offset_h;
+    };
     const auto c = GENERATE(values<Case>({
         {"summer time", "Europe/Ljubljana", 2026, 6, 21, 16, 2},
         {"winter time", "Europe/Ljubljana", 2026, 12, 21, 12, 1},
@@ -28,14 +33,18 @@ TEST_CASE("clocks stand where the zones' laws put them", "[common][geo][zone]") 
         {"after it", "Europe/Ljubljana", 2026, 10, 25, 3, 1},
         {"the end of the day before a change", "Europe/Ljubljana", 2026, 3, 28, 24, 1},
     }));
-    DYNAMIC_SECTION(c.name << ": " << c.zone) { CHECK(zone_offset_h(c.zone, {c.year, c.month, c.day, c.hour, 99}) == c.offset_h); }
+    DYNAMIC_SECTION(c.name << ": " << c.zone) {
+        CHECK(zone_offset_h(c.zone, {c.year, c.month, c.day, c.hour, 99}) == c.offset_h);
+    }
 }
 
 TEST_CASE("zones that nobody knows are refused by name", "[common][geo][zone]") {
-    for (const std::string zone : {"Mars/Olympus_Mons", "europe/ljubljana", "CET-1", "../../etc/passwd", "", "Europe/", "Europe"}) {
+    for (const std::string zone : {"Mars/Olympus_Mons", "europe/ljubljana", "CET-1",
+                                   "../../etc/passwd", "", "Europe/", "Europe"}) {
         INFO("'" << zone << "'");
         CHECK_THROWS_AS(zone_offset_h(zone, {}), UsageError);
-        CHECK_THROWS_WITH(zone_offset_h(zone, {}), contains("'" + zone + "' is not known; allowed: IANA names"));
+        CHECK_THROWS_WITH(zone_offset_h(zone, {}),
+                          contains("'" + zone + "' is not known; allowed: IANA names"));
     }
 }
 
@@ -43,7 +52,15 @@ TEST_CASE("a date is a day of the calendar", "[common][geo][zone]") {
     CHECK(is_date(2026, 6, 21));
     CHECK(is_date(2024, 2, 29));
     CHECK(is_date(2000, 2, 29));
-    for (const auto& [y, m, d] : {std::tuple{2025, 2, 30}, {2025, 2, 29}, {1900, 2, 29}, {2025, 13, 1}, {2025, 0, 1}, {2025, 4, 31}, {2025, 1, 0}, {2025, 1, -3}, {2025, -1, 256 + 3}}) {
+    for (const auto& [y, m, d] : {std::tuple{2025, 2, 30},
+                                  {2025, 2, 29},
+                                  {1900, 2, 29},
+                                  {2025, 13, 1},
+                                  {2025, 0, 1},
+                                  {2025, 4, 31},
+                                  {2025, 1, 0},
+                                  {2025, 1, -3},
+                                  {2025, -1, 256 + 3}}) {
         INFO(y << "-" << m << "-" << d);
         CHECK_FALSE(is_date(y, m, d));
     }

@@ -15,11 +15,13 @@ TEST_CASE("addresses are read", "[common][net][address]") {
         std::uint16_t port;
         const char* back;
     };
-    for (const Case c :
-         {Case{"node7:7878", 0, "node7", 7878, "node7:7878"}, Case{"node7", 7879, "node7", 7879, "node7:7879"}, Case{":0", 0, "", 0, ":0"},
-          Case{":7878", 1, "", 7878, ":7878"}, Case{"192.0.2.7:65535", 1, "192.0.2.7", 65535, "192.0.2.7:65535"},
-          Case{"[2001:db8::1]:80", 1, "2001:db8::1", 80, "[2001:db8::1]:80"}, Case{"[::1]", 5, "::1", 5, "[::1]:5"},
-          Case{"a-b.example.org", 9, "a-b.example.org", 9, "a-b.example.org:9"}}) {
+    for (const Case c : {Case{"node7:7878", 0, "node7", 7878, "node7:7878"},
+                         Case{"node7", 7879, "node7", 7879, "node7:7879"},
+                         Case{":0", 0, "", 0, ":0"}, Case{":7878", 1, "", 7878, ":7878"},
+                         Case{"192.0.2.7:65535", 1, "192.0.2.7", 65535, "192.0.2.7:65535"},
+                         Case{"[2001:db8::1]:80", 1, "2001:db8::1", 80, "[2001:db8::1]:80"},
+                         Case{"[::1]", 5, "::1", 5, "[::1]:5"},
+                         Case{"a-b.example.org", 9, "a-b.example.org", 9, "a-b.example.org:9"}}) {
         INFO(c.text);
         const Address address = Address::parse(c.text, c.default_port);
         CHECK(address.host == c.host);
@@ -34,15 +36,18 @@ TEST_CASE("what is no address is told so", "[common][net][address]") {
         std::uint16_t default_port;
         const char* why;
     };
-    for (const Case c : {Case{"", 7878, "empty"}, Case{"node7", 0, "no port"}, Case{"node7:", 1, "'' is no port"},
-                         Case{"node7:65536", 1, "'65536' is no port"}, Case{"node7:-1", 1, "'-1'"}, Case{"node7:80x", 1, "'80x'"},
-                         Case{"node7: 80", 1, "' 80'"}, Case{"::1", 1, "brackets"}, Case{"::1:80", 1, "brackets"},
-                         Case{"[::1", 1, "no ']'"}, Case{"[::1]80", 1, "after ']'"}, Case{"[node7]:80", 1, "no IPv6"},
-                         Case{"http://node7", 1, "no port"}, Case{"a/b:80", 1, "character"}, Case{"u@node7:80", 1, "character"}}) {
+    for (const Case c :
+         {Case{"", 7878, "empty"}, Case{"node7", 0, "no port"}, Case{"node7:", 1, "'' is no port"},
+          Case{"node7:65536", 1, "'65536' is no port"}, Case{"node7:-1", 1, "'-1'"},
+          Case{"node7:80x", 1, "'80x'"}, Case{"node7: 80", 1, "' 80'"}, Case{"::1", 1, "brackets"},
+          Case{"::1:80", 1, "brackets"}, Case{"[::1", 1, "no ']'"}, Case{"[::1]80", 1, "after ']'"},
+          Case{"[node7]:80", 1, "no IPv6"}, Case{"http://node7", 1, "no port"},
+          Case{"a/b:80", 1, "character"}, Case{"u@node7:80", 1, "character"}}) {
         INFO(c.text);
         CHECK_THROWS_AS(Address::parse(c.text, c.default_port), UsageError);
-        CHECK_THROWS_WITH(Address::parse(c.text, c.default_port),
-                          contains(c.why) && contains("HOST:PORT") && contains("'" + std::string(c.text) + "'"));
+        CHECK_THROWS_WITH(
+            Address::parse(c.text, c.default_port),
+            contains(c.why) && contains("HOST:PORT") && contains("'" + std::string(c.text) + "'"));
     }
 }
 
@@ -51,12 +56,16 @@ TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
         const char* of_grpc;
         const char* name;
     };
-    for (const Case c : {Case{"ipv4:192.0.2.7:51234", "192.0.2.7:51234"}, Case{"ipv6:%5B2001:db8::1%5D:80", "[2001:db8::1]:80"},
-                         Case{"ipv6:[::1]:80", "[::1]:80"}, Case{"ipv6:%5Bfe80::1%252%5D:80", "[fe80::1]:80"}}) {
+    for (const Case c :
+         {Case{"ipv4:192.0.2.7:51234", "192.0.2.7:51234"},
+          Case{"ipv6:%5B2001:db8::1%5D:80", "[2001:db8::1]:80"}, Case{"ipv6:[::1]:80", "[::1]:80"},
+          Case{"ipv6:%5Bfe80::1%252%5D:80", "[fe80::1]:80"}}) {
         INFO(c.of_grpc);
         CHECK(net::readable_peer(c.of_grpc) == c.name);
     }
-    const auto only = [](const char* host) { return net::resolve({.host = host, .port = 51234}, false).front(); };
+    const auto only = [](const char* host) {
+        return net::resolve({.host = host, .port = 51234}, false).front();
+    };
     CHECK(only("192.0.2.7").text() == "192.0.2.7:51234");
     CHECK(only("::ffff:192.0.2.7").text() == "192.0.2.7:51234");
     CHECK(only("2001:db8::1").text() == "[2001:db8::1]:51234");
@@ -70,5 +79,6 @@ TEST_CASE("a peer has one name, whoever tells it", "[common][net][address]") {
 }
 
 TEST_CASE("a name that nobody knows is an error of its own", "[common][net][address]") {
-    CHECK_THROWS_WITH(net::resolve({.host = "no-such-host.invalid", .port = 1}, false), contains("look up no-such-host.invalid"));
+    CHECK_THROWS_WITH(net::resolve({.host = "no-such-host.invalid", .port = 1}, false),
+                      contains("look up no-such-host.invalid"));
 }

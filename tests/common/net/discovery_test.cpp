@@ -30,7 +30,8 @@ namespace {
 class Child {
 public:
     Child(const std::string& command, const std::string& log) : m_pid(fork()) {
-        if (m_pid != 0) return;
+        if (m_pid != 0)
+            return;
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         const std::string whole = "exec >>'" + log + "' 2>&1; exec " + command;
         execl("/bin/sh", "sh", "-c", whole.c_str(), nullptr);
@@ -47,19 +48,27 @@ private:
     pid_t m_pid;
 };
 
-/// A system bus and an Avahi daemon of this process' own. The daemon is alone in a network with nothing but a loopback: neither hears what
-/// is on the real one, nor says anything there. D-Bus looks the bus's address up once in a process, so all tests have the same.
+/// A system bus and an Avahi daemon of this process' own. The daemon is alone in a network with
+/// nothing but a loopback: neither hears what is on the real one, nor says anything there. D-Bus
+/// looks the bus's address up once in a process, so all tests have the same.
 class Network {
 public:
     Network() {
         m_path = m_folder.path().string();
         setenv("DBUS_SYSTEM_BUS_ADDRESS", ("unix:path=" + m_path + "/bus").c_str(), 1);
-        std::ofstream(m_path + "/bus.conf") << "<!DOCTYPE busconfig PUBLIC \"-//freedesktop//DTD D-BUS Bus Configuration 1.0//EN\" "
-                                               "\"http://www.freedesktop.org/standards/dbus/1.0/busconfig.dtd\">\n<busconfig><listen>unix:path="
-                                            << m_path << "/bus</listen><auth>EXTERNAL</auth><policy context=\"default\"><allow user=\"*\"/><allow own=\"*\"/>"
-                                               "<allow send_destination=\"*\"/><allow receive_sender=\"*\"/></policy></busconfig>\n";
-        std::ofstream(m_path + "/avahi.conf") << "[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
-                                                 "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n";
+        std::ofstream(m_path + "/bus.conf")
+            << "<!DOCTYPE busconfig PUBLIC \"-//freedesktop//DTD D-BUS Bus Configuration 1.0//EN\" "
+               "\"http://www.freedesktop.org/standards/dbus/1.0/"
+               "busconfig.dtd\">\n<busconfig><listen>unix:path="
+            << m_path
+            << "/bus</listen><auth>EXTERNAL</auth><policy context=\"default\"><allow "
+               "user=\"*\"/><allow own=\"*\"/>"
+               "<allow send_destination=\"*\"/><allow "
+               "receive_sender=\"*\"/></policy></busconfig>\n";
+        std::ofstream(m_path + "/avahi.conf")
+            << "[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
+               "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation="
+               "no\n";
     }
     static Network& get() {
         static Network network;
@@ -68,19 +77,29 @@ public:
 
     /// Why the daemon cannot be tried on this machine; empty: it can.
     [[nodiscard]] static std::string missing() {
-        if (getuid() != 0) return "wants root, for a network of its own";
+        if (getuid() != 0)
+            return "wants root, for a network of its own";
         for (const char* program : {"dbus-daemon", "avahi-daemon", "unshare", "ip"})
-            if (std::system(("PATH=$PATH:/usr/sbin:/sbin command -v " + std::string(program) + " >/dev/null").c_str()) != 0) return std::string("wants ") + program;
-        if (std::system("unshare -m -n true 2>/dev/null") != 0) return "may not make a network of its own";
+            if (std::system(("PATH=$PATH:/usr/sbin:/sbin command -v " + std::string(program) +
+                             " >/dev/null")
+                                .c_str()) != 0)
+                return std::string("wants ") + program;
+        if (std::system("unshare -m -n true 2>/dev/null") != 0)
+            return "may not make a network of its own";
         return {};
     }
     void start_bus() {
-        m_bus.emplace("dbus-daemon --config-file='" + m_path + "/bus.conf' --nofork --nopidfile", m_path + "/log");
+        m_bus.emplace("dbus-daemon --config-file='" + m_path + "/bus.conf' --nofork --nopidfile",
+                      m_path + "/log");
         REQUIRE(eventually([&] { return access((m_path + "/bus").c_str(), F_OK) == 0; }));
     }
     void start_avahi() {
-        m_avahi.emplace("unshare -m -n sh -c 'PATH=$PATH:/usr/sbin:/sbin; ip link set lo up && mkdir -p /run/avahi-daemon && mount -t tmpfs none /run/avahi-daemon && "
-                        "exec avahi-daemon -f " + m_path + "/avahi.conf --no-drop-root --no-chroot --no-rlimits --no-proc-title'", m_path + "/log");
+        m_avahi.emplace(
+            "unshare -m -n sh -c 'PATH=$PATH:/usr/sbin:/sbin; ip link set lo up && mkdir -p "
+            "/run/avahi-daemon && mount -t tmpfs none /run/avahi-daemon && "
+            "exec avahi-daemon -f " +
+                m_path + "/avahi.conf --no-drop-root --no-chroot --no-rlimits --no-proc-title'",
+            m_path + "/log");
     }
     void stop_avahi() { m_avahi.reset(); }
     void stop() {
@@ -119,7 +138,9 @@ struct Running {
 /// The log of a scope.
 class Log {
 public:
-    Log() : m_sink(std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(1000)), m_before(spdlog::default_logger()) {
+    Log()
+        : m_sink(std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(1000)),
+          m_before(spdlog::default_logger()) {
         spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", m_sink));
         spdlog::set_pattern("%l %v");
     }
@@ -128,12 +149,15 @@ public:
     Log& operator=(const Log&) = delete;
     [[nodiscard]] std::string text() const {
         std::string out;
-        for (const std::string& line : m_sink->last_formatted()) out += line;
+        for (const std::string& line : m_sink->last_formatted())
+            out += line;
         return out;
     }
     [[nodiscard]] std::size_t warnings() const {
         const auto lines = m_sink->last_formatted();
-        return static_cast<std::size_t>(std::count_if(lines.begin(), lines.end(), [](const std::string& line) { return line.starts_with("warning"); }));
+        return static_cast<std::size_t>(
+            std::count_if(lines.begin(), lines.end(),
+                          [](const std::string& line) { return line.starts_with("warning"); }));
     }
 
 private:
@@ -147,8 +171,10 @@ public:
     [[nodiscard]] net::ServiceBrowser::OnEvent listener() {
         return [this](net::ServiceBrowser::Event event, const net::FoundService& service) {
             const std::lock_guard lock(m_mutex);
-            if (event == net::ServiceBrowser::Event::kFound) ++m_found, m_now[service.name] = service;
-            else m_strays += m_now.erase(service.name) == 0;
+            if (event == net::ServiceBrowser::Event::kFound)
+                ++m_found, m_now[service.name] = service;
+            else
+                m_strays += m_now.erase(service.name) == 0;
         };
     }
     [[nodiscard]] std::map<std::string, net::FoundService> now() const {
@@ -171,15 +197,16 @@ private:
     int m_found = 0, m_strays = 0;
 };
 
-#define NEED_A_NETWORK()                                                           \
-    if (const std::string missing = Network::missing(); !missing.empty()) {        \
-        WARN("not tried: " << missing);                                            \
-        return;                                                                    \
+#define NEED_A_NETWORK()                                                    \
+    if (const std::string missing = Network::missing(); !missing.empty()) { \
+        WARN("not tried: " << missing);                                     \
+        return;                                                             \
     }
 
 }  // namespace
 
-TEST_CASE("without a bus an announcement is a warning, and a search an error", "[common][net][discovery]") {
+TEST_CASE("without a bus an announcement is a warning, and a search an error",
+          "[common][net][discovery]") {
     (void)Network::get();
     Log log;
     {
@@ -190,20 +217,26 @@ TEST_CASE("without a bus an announcement is a warning, and a search an error", "
     CHECK(log.warnings() == 1);
     CHECK_THAT(log.text(), test::contains("announce"));
     CHECK_THROWS_AS(net::discover("worker", 1s), net::NoDiscoveryError);
-    CHECK_THROWS_WITH(net::discover("worker", 1s), test::contains("look for a worker on the network") && test::contains("name the addresses"));
+    CHECK_THROWS_WITH(
+        net::discover("worker", 1s),
+        test::contains("look for a worker on the network") && test::contains("name the addresses"));
 }
 
 TEST_CASE("a text that does not fit is refused", "[common][net][discovery]") {
     (void)Network::get();
-    CHECK_THROWS_WITH(net::Announcement("worker", 7878, {{"build", std::string(300, 'x')}}), test::contains("build has 300 bytes; allowed: 200"));
+    CHECK_THROWS_WITH(net::Announcement("worker", 7878, {{"build", std::string(300, 'x')}}),
+                      test::contains("build has 300 bytes; allowed: 200"));
 }
 
-TEST_CASE("what is announced is found, with all that it says, until it ends", "[common][net][discovery]") {
+TEST_CASE("what is announced is found, with all that it says, until it ends",
+          "[common][net][discovery]") {
     NEED_A_NETWORK();
     const Running running;
     Log log;
     Told told;
-    auto announced = std::make_unique<net::Announcement>("worker", 7878, net::ServiceText{{"protocol", "1"}, {"software", "terravox 0.1.0"}, {"build", "a=b"}});
+    auto announced = std::make_unique<net::Announcement>(
+        "worker", 7878,
+        net::ServiceText{{"protocol", "1"}, {"software", "terravox 0.1.0"}, {"build", "a=b"}});
     const net::Announcement coordinator("coordinator", 7879, {});
     REQUIRE(eventually([&] { return !announced->name().empty() && !coordinator.name().empty(); }));
     const net::ServiceBrowser browser("worker", told.listener());
@@ -212,7 +245,10 @@ TEST_CASE("what is announced is found, with all that it says, until it ends", "[
     CHECK(service.name == announced->name());
     CHECK(service.address == "127.0.0.1");
     CHECK(service.port == 7878);
-    CHECK(service.text == net::ServiceText{{"protocol", "1"}, {"software", "terravox 0.1.0"}, {"build", "a=b"}, {"role", "worker"}});
+    CHECK(service.text == net::ServiceText{{"protocol", "1"},
+                                           {"software", "terravox 0.1.0"},
+                                           {"build", "a=b"},
+                                           {"role", "worker"}});
     CHECK(net::discover("worker", test::kHangs) == std::vector{service});
     CHECK(net::discover("coordinator", test::kHangs).size() == 1);
     CHECK(net::discover("observer", test::kHangs).empty());
@@ -227,15 +263,22 @@ TEST_CASE("services of one name get numbers, and each is found", "[common][net][
     NEED_A_NETWORK();
     const Running running;
     std::vector<std::unique_ptr<net::Announcement>> announced;
-    for (int i = 0; i < 3; ++i) announced.push_back(std::make_unique<net::Announcement>("worker", std::uint16_t{7000}, net::ServiceText{{"n", std::to_string(i)}}));
-    REQUIRE(eventually([&] { return std::none_of(announced.begin(), announced.end(), [](const auto& a) { return a->name().empty(); }); }));
+    for (int i = 0; i < 3; ++i)
+        announced.push_back(std::make_unique<net::Announcement>(
+            "worker", std::uint16_t{7000}, net::ServiceText{{"n", std::to_string(i)}}));
+    REQUIRE(eventually([&] {
+        return std::none_of(announced.begin(), announced.end(),
+                            [](const auto& a) { return a->name().empty(); });
+    }));
     std::set<std::string> names, numbers;
-    for (const auto& service : net::discover("worker", test::kHangs)) names.insert(service.name), numbers.insert(service.text.at("n"));
+    for (const auto& service : net::discover("worker", test::kHangs))
+        names.insert(service.name), numbers.insert(service.text.at("n"));
     CHECK(names.size() == 3);
     CHECK(numbers == std::set<std::string>{"0", "1", "2"});
 }
 
-TEST_CASE("a daemon that comes late, or goes and comes back, is made use of", "[common][net][discovery]") {
+TEST_CASE("a daemon that comes late, or goes and comes back, is made use of",
+          "[common][net][discovery]") {
     NEED_A_NETWORK();
     Network& network = Network::get();
     network.start_bus();

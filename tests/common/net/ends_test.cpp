@@ -21,10 +21,13 @@ namespace {
 
 /// A peer that knows the token and keeps to no limit: gRPC's own channel behind the handshake.
 std::shared_ptr<grpc::Channel> channel_of(const net::Address& address) {
-    auto socket = net::connect_to(net::resolve(address, false).front(), std::chrono::steady_clock::now() + kLong);
+    auto socket = net::connect_to(net::resolve(address, false).front(),
+                                  std::chrono::steady_clock::now() + kLong);
     const auto deadline = std::chrono::steady_clock::now() + kLong;
     net::DiallerHandshake handshake(kToken);
-    const auto write = [&](const net::Bytes& bytes) { net::write_all(socket.fd(), bytes.data(), bytes.size(), deadline); };
+    const auto write = [&](const net::Bytes& bytes) {
+        net::write_all(socket.fd(), bytes.data(), bytes.size(), deadline);
+    };
     std::array<std::byte, net::kHello_bytes> hello{};
     std::array<std::byte, net::kAnswer_bytes> answer{};
     write(handshake.hello());
@@ -48,7 +51,8 @@ struct TestTimes {
 /// Reads until the end. @return how many frames came
 std::size_t drain(net::Link& link) {
     std::size_t count = 0;
-    while (link.receive()) ++count;
+    while (link.receive())
+        ++count;
     return count;
 }
 
@@ -62,7 +66,8 @@ TEST_CASE("a link that is closed delivers all that was sent before", "[common][n
     REQUIRE(accepted);
     auto& from = by_dialler ? dialled : accepted;
     auto& to = by_dialler ? accepted : dialled;
-    for (std::uint64_t i = 0; i < 20; ++i) REQUIRE(from->send(done(i, 1 << 20)));
+    for (std::uint64_t i = 0; i < 20; ++i)
+        REQUIRE(from->send(done(i, 1 << 20)));
     auto count = std::async(std::launch::async, [&] { return drain(*to); });
     from->close(kLong);
     CHECK(count.get() == 20);
@@ -75,7 +80,8 @@ TEST_CASE("a link that is closed delivers all that was sent before", "[common][n
     to->close();
 }
 
-TEST_CASE("a frame is read though its sender has closed the link and is gone", "[common][net][ends]") {
+TEST_CASE("a frame is read though its sender has closed the link and is gone",
+          "[common][net][ends]") {
     const bool by_dialler = GENERATE(true, false);
     INFO((by_dialler ? "by the dialler" : "by the listener's end"));
     Farm farm;
@@ -86,7 +92,8 @@ TEST_CASE("a frame is read though its sender has closed the link and is gone", "
     farm::Frame refusal;
     refusal.mutable_refusal()->set_reason("another build");
     // What the other end has to say meanwhile is lost, and harms nothing.
-    for (std::uint64_t i = 0; i < 100; ++i) REQUIRE(to->send(done(i, 100'000)));
+    for (std::uint64_t i = 0; i < 100; ++i)
+        REQUIRE(to->send(done(i, 100'000)));
     REQUIRE(from->send(refusal));
     from->close(kLong);
     from.reset();
@@ -116,7 +123,8 @@ TEST_CASE("a peer that takes nothing does not keep a closing link", "[common][ne
     Farm farm;
     auto [dialled, accepted] = farm.pair();
     REQUIRE(accepted);
-    for (std::uint64_t i = 0; i < 30; ++i) REQUIRE(dialled->send(done(i, 1 << 20)));
+    for (std::uint64_t i = 0; i < 30; ++i)
+        REQUIRE(dialled->send(done(i, 1 << 20)));
     dialled->close(100ms);
     CHECK_FALSE(dialled->receive());
     CHECK(drain(*accepted) < 30);
@@ -133,11 +141,13 @@ TEST_CASE("an abort ends both ends, whatever they wait for", "[common][net][ends
     auto receiving = std::async(std::launch::async, [&] { return drain(*from); });
     auto sending = std::async(std::launch::async, [&] {
         std::uint64_t sent = 0;
-        while (from->send(done(sent, 1 << 20))) ++sent;
+        while (from->send(done(sent, 1 << 20)))
+            ++sent;
         return sent;
     });
     // The queue is full: nobody takes what it holds.
-    while (from->traffic().sent_bytes == 0) std::this_thread::yield();
+    while (from->traffic().sent_bytes == 0)
+        std::this_thread::yield();
     from->abort();
     from->abort();
     CHECK(receiving.get() == 0);
@@ -148,20 +158,23 @@ TEST_CASE("an abort ends both ends, whatever they wait for", "[common][net][ends
     CHECK_FALSE(to->send(ping(1)));
 }
 
-TEST_CASE("send waits while the queue is full, and goes on when there is room", "[common][net][ends]") {
+TEST_CASE("send waits while the queue is full, and goes on when there is room",
+          "[common][net][ends]") {
     Farm farm;
     auto [dialled, accepted] = farm.pair();
     REQUIRE(accepted);
     std::atomic<int> sent{0};
     auto sending = std::async(std::launch::async, [&] {
         for (std::uint64_t i = 0; i < 100; ++i, ++sent)
-            if (!dialled->send(done(i, 1 << 20))) return false;
+            if (!dialled->send(done(i, 1 << 20)))
+                return false;
         dialled->close(kLong);
         return true;
     });
     // 32 MiB queued, 4 MiB read ahead, and what gRPC and the kernel hold: it cannot get through.
     const auto deadline = std::chrono::steady_clock::now() + kLong;
-    while (sent < 33 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    while (sent < 33 && std::chrono::steady_clock::now() < deadline)
+        std::this_thread::yield();
     CHECK(sent < 100);
     CHECK(drain(*accepted) == 100);
     CHECK(sending.get());
@@ -201,17 +214,20 @@ TEST_CASE("a frame that is too large ends the link, and not the process", "[comm
     CHECK(accepted->receive()->ping().stamp() == 7);
 }
 
-TEST_CASE("frames of all sizes around a piece's arrive whole, and in order", "[common][net][ends]") {
+TEST_CASE("frames of all sizes around a piece's arrive whole, and in order",
+          "[common][net][ends]") {
     Farm farm;
     const auto [dialled, accepted] = farm.pair();
     REQUIRE(accepted);
     constexpr std::size_t kPiece_bytes = 64 << 10;
     std::vector<std::size_t> sizes{0, 1};
     for (const std::size_t pieces : {1, 2, 5})
-        for (int more = -40; more <= 40; ++more) sizes.push_back(pieces * kPiece_bytes + static_cast<std::size_t>(more));
+        for (int more = -40; more <= 40; ++more)
+            sizes.push_back(pieces * kPiece_bytes + static_cast<std::size_t>(more));
     auto sending = std::async(std::launch::async, [&link = *dialled, &sizes] {
         for (std::uint64_t i = 0; i < sizes.size(); ++i)
-            if (!link.send(done(i, sizes[i]))) return false;
+            if (!link.send(done(i, sizes[i])))
+                return false;
         return true;
     });
     for (std::uint64_t i = 0; i < sizes.size(); ++i) {
@@ -242,8 +258,11 @@ TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
           Case{"an empty one at the end", {piece("ab", false), piece("", true)}, "nothing in it"},
           Case{"another frame between them", {piece("ab", false), ping(1)}, "cannot be read"},
           Case{"garbage", {piece("\xff\xff", false), piece("\xff", true)}, "cannot be read"},
-          Case{"pieces of a piece", {piece(piece(ping(1).SerializeAsString(), true).SerializeAsString(), true)}, "cannot be read"},
-          Case{"more than a frame may have", std::vector<farm::Frame>(17, piece(std::string(1 << 20, 'x'), false)),
+          Case{"pieces of a piece",
+               {piece(piece(ping(1).SerializeAsString(), true).SerializeAsString(), true)},
+               "cannot be read"},
+          Case{"more than a frame may have",
+               std::vector<farm::Frame>(17, piece(std::string(1 << 20, 'x'), false)),
                "more than 16777216 bytes"}}) {
         INFO(c.name);
         Farm farm;
@@ -252,9 +271,11 @@ TEST_CASE("pieces that are no frame end the link", "[common][net][ends]") {
         auto stream = stub->Join(&context);
         auto accepted = farm.arrivals().next();
         REQUIRE(accepted);
-        auto received = std::async(std::launch::async, [&] { return accepted->receive().has_value(); });
+        auto received =
+            std::async(std::launch::async, [&] { return accepted->receive().has_value(); });
         for (const auto& frame : c.says)
-            if (!stream->Write(frame)) break;
+            if (!stream->Write(frame))
+                break;
         CHECK_FALSE(received.get());
         CHECK_THAT(accepted->why_ended(), contains(c.why));
         context.TryCancel();
@@ -338,10 +359,12 @@ TEST_CASE("a peer that takes nothing ends a link whose queue is full", "[common]
     const auto [dialled, accepted] = farm.pair();
     REQUIRE(accepted);
     std::uint64_t sent = 0;
-    while (sent < 1000 && dialled->send(done(sent, 1 << 20))) ++sent;
+    while (sent < 1000 && dialled->send(done(sent, 1 << 20)))
+        ++sent;
     CHECK(sent >= 32);
     CHECK(sent < 1000);
-    CHECK(dialled->traffic().queued_bytes <= 1 << 20);  // what gRPC has in hand, and has not let go yet
+    CHECK(dialled->traffic().queued_bytes <=
+          1 << 20);  // what gRPC has in hand, and has not let go yet
     CHECK(dialled->why_ended() == "it took nothing for 2 s");
 }
 
@@ -353,7 +376,8 @@ TEST_CASE("a slow peer ends no link, however long a frame takes", "[common][net]
     auto accepted = farm.arrivals().next();
     REQUIRE(accepted);
     wire.slow(3 << 20);
-    // Until the queue has room again 13 MiB must be on their way, one frame nearly: more than twice as long as a stuck peer is given.
+    // Until the queue has room again 13 MiB must be on their way, one frame nearly: more than twice
+    // as long as a stuck peer is given.
     for (std::uint64_t i = 0; i < 4; ++i) {
         INFO("frame " << i << ": " << dialled->why_ended());
         if (i == 3) {
@@ -373,20 +397,24 @@ TEST_CASE("a listener stops while links live", "[common][net][ends]") {
     std::atomic<int> ended{0};
     std::vector<std::unique_ptr<net::Link>> dialled;
     {
-        net::Listener listener({.host = "127.0.0.1", .port = 0}, {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
+        net::Listener listener({.host = "127.0.0.1", .port = 0},
+                               {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
                                [&](std::unique_ptr<net::Link> link) {
                                    drain(*link);
                                    ++ended;
                                });
         for (int i = 0; i < 20; ++i)
             dialled.push_back(net::dial({.host = "127.0.0.1", .port = listener.port()},
-                                        {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong));
-        for (auto& link : dialled) REQUIRE(link->send(ping(1)));
+                                        {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
+                                        kLong));
+        for (auto& link : dialled)
+            REQUIRE(link->send(ping(1)));
         listener.stop();
         CHECK(ended == 20);
         listener.stop();
         CHECK_THROWS_WITH(
-            net::dial({.host = "127.0.0.1", .port = listener.port()}, {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong),
+            net::dial({.host = "127.0.0.1", .port = listener.port()},
+                      {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong),
             contains("Connection refused"));
     }
     for (auto& link : dialled) {
@@ -409,13 +437,15 @@ TEST_CASE("a link outlives its listener, ended", "[common][net][ends]") {
     accepted->abort();
 }
 
-TEST_CASE("what was sent before a close arrives though the listener stops at once", "[common][net][ends]") {
+TEST_CASE("what was sent before a close arrives though the listener stops at once",
+          "[common][net][ends]") {
     for (int i = 0; i < 10; ++i) {
         auto farm = std::make_unique<Farm>();
         auto [dialled, accepted] = farm->pair();
         REQUIRE(accepted);
         auto count = std::async(std::launch::async, [&link = *dialled] { return drain(link); });
-        for (std::uint64_t k = 0; k < 40; ++k) REQUIRE(accepted->send(done(k, 256 << 10)));
+        for (std::uint64_t k = 0; k < 40; ++k)
+            REQUIRE(accepted->send(done(k, 256 << 10)));
         accepted->close(kLong);
         accepted.reset();
         farm.reset();
@@ -426,14 +456,18 @@ TEST_CASE("what was sent before a close arrives though the listener stops at onc
 TEST_CASE("an error of a link's user ends this link alone", "[common][net][ends]") {
     const Said said;
     int links = 0;
-    net::Listener listener({.host = "127.0.0.1", .port = 0}, {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
+    net::Listener listener({.host = "127.0.0.1", .port = 0},
+                           {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
                            [&](std::unique_ptr<net::Link> link) {
-                               if (++links == 1) throw Error("serve this one: no");
-                               if (link->receive()) static_cast<void>(link->send(ping(8)));
+                               if (++links == 1)
+                                   throw Error("serve this one: no");
+                               if (link->receive())
+                                   static_cast<void>(link->send(ping(8)));
                                link->close(kLong);
                            });
     const auto dial = [&] {
-        return net::dial({.host = "127.0.0.1", .port = listener.port()}, {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong);
+        return net::dial({.host = "127.0.0.1", .port = listener.port()},
+                         {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong);
     };
     bool ended = false;
     try {
@@ -462,8 +496,10 @@ TEST_CASE("links come and go", "[common][net][ends]") {
                     auto link = farm.dial();
                     ++met;
                     static_cast<void>(link->send(ping(i)));
-                    if ((i + static_cast<std::uint64_t>(user)) % 3 == 0) link->abort();
-                    if ((i + static_cast<std::uint64_t>(user)) % 3 == 1) link->close(0ms);
+                    if ((i + static_cast<std::uint64_t>(user)) % 3 == 0)
+                        link->abort();
+                    if ((i + static_cast<std::uint64_t>(user)) % 3 == 1)
+                        link->close(0ms);
                 } catch (const net::RefusedError&) {
                     return false;
                 } catch (const Error&) {
@@ -474,7 +510,9 @@ TEST_CASE("links come and go", "[common][net][ends]") {
     for (int i = 0; i < 200; ++i) {
         auto link = farm.arrivals().next();
         REQUIRE(link);
-        if (i % 2 == 0) drain(*link);
+        if (i % 2 == 0)
+            drain(*link);
     }
-    for (auto& user : users) CHECK(user.get());
+    for (auto& user : users)
+        CHECK(user.get());
 }

@@ -16,7 +16,8 @@ namespace terravox::test {
 inline constexpr std::chrono::seconds kLong = kHangs;
 inline constexpr const char* kToken = "a token of the tests";
 
-/// What a listener hands over, for the thread of the test. The calls of on_link return at once: links live on.
+/// What a listener hands over, for the thread of the test. The calls of on_link return at once:
+/// links live on.
 class Arrivals {
 public:
     [[nodiscard]] net::Listener::OnLink taker() {
@@ -29,7 +30,8 @@ public:
     /// @return nothing when none comes
     [[nodiscard]] std::unique_ptr<net::Link> next(std::chrono::milliseconds patience = kLong) {
         std::unique_lock lock(m_mutex);
-        if (!m_came.wait_for(lock, patience, [&] { return !m_links.empty(); })) return nullptr;
+        if (!m_came.wait_for(lock, patience, [&] { return !m_links.empty(); }))
+            return nullptr;
         auto link = std::move(m_links.front());
         m_links.pop_front();
         return link;
@@ -44,10 +46,17 @@ private:
 /// A listener on a free port of this machine, and a way to it.
 class Farm {
 public:
-    explicit Farm(net::Credentials credentials = {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, net::ListenerLimits limits = {})
-        : m_credentials(std::move(credentials)), m_listener({.host = "127.0.0.1", .port = 0}, m_credentials, m_arrivals.taker(), limits) {}
-    [[nodiscard]] net::Address address() const { return {.host = "127.0.0.1", .port = m_listener.port()}; }
-    [[nodiscard]] std::unique_ptr<net::Link> dial() const { return net::dial(address(), m_credentials, kLong); }
+    explicit Farm(
+        net::Credentials credentials = {.token = kToken, .ca = {}, .certificate = {}, .key = {}},
+        net::ListenerLimits limits = {})
+        : m_credentials(std::move(credentials)),
+          m_listener({.host = "127.0.0.1", .port = 0}, m_credentials, m_arrivals.taker(), limits) {}
+    [[nodiscard]] net::Address address() const {
+        return {.host = "127.0.0.1", .port = m_listener.port()};
+    }
+    [[nodiscard]] std::unique_ptr<net::Link> dial() const {
+        return net::dial(address(), m_credentials, kLong);
+    }
     struct Pair {
         std::unique_ptr<net::Link> dialled, accepted;
     };
@@ -57,7 +66,8 @@ public:
         out.accepted = m_arrivals.next();
         return out;
     }
-    /// Whether a peer gets in, and a frame through. On a busy machine it may need more time than a test's limits leave it: then again.
+    /// Whether a peer gets in, and a frame through. On a busy machine it may need more time than a
+    /// test's limits leave it: then again.
     [[nodiscard]] bool works() {
         const auto deadline = std::chrono::steady_clock::now() + kLong;
         while (std::chrono::steady_clock::now() < deadline) {
@@ -65,10 +75,12 @@ public:
                 const auto dialled = dial();
                 farm::Frame frame;
                 frame.mutable_ping()->set_stamp(5);
-                if (!dialled->send(frame)) continue;
+                if (!dialled->send(frame))
+                    continue;
                 // One that was given up may have arrived before.
                 while (const auto accepted = m_arrivals.next())
-                    if (const auto got = accepted->receive()) return got->ping().stamp() == 5;
+                    if (const auto got = accepted->receive())
+                        return got->ping().stamp() == 5;
                 return false;
             } catch (const net::RefusedError&) {
                 return false;

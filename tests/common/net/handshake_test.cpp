@@ -12,15 +12,20 @@ namespace {
 
 constexpr const char* kToken = "a token of the tests";
 
-auto hello_of(const Bytes& bytes) { return std::span<const std::byte, kHello_bytes>(bytes); }
-auto answer_of(const Bytes& bytes) { return std::span<const std::byte, kAnswer_bytes>(bytes); }
+auto hello_of(const Bytes& bytes) {
+    return std::span<const std::byte, kHello_bytes>(bytes);
+}
+auto answer_of(const Bytes& bytes) {
+    return std::span<const std::byte, kAnswer_bytes>(bytes);
+}
 
 struct Ends {
     DiallerHandshake dialler;
     ListenerHandshake listener;
     Bytes proof;
     /// Both hellos have been said.
-    Ends(const char* of_dialler, const char* of_listener) : dialler(of_dialler), listener(of_listener) {
+    Ends(const char* of_dialler, const char* of_listener)
+        : dialler(of_dialler), listener(of_listener) {
         const auto step = listener.take(dialler.hello());
         REQUIRE(step.outcome == Outcome::kMore);
         REQUIRE(step.reply.size() == kHello_bytes);
@@ -36,7 +41,8 @@ TEST_CASE("who knows the token is welcome, on both sides", "[common][net][handsh
     CHECK_NOTHROW(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))));
 }
 
-TEST_CASE("the handshake goes byte by byte, too, and reads nothing beyond its end", "[common][net][handshake]") {
+TEST_CASE("the handshake goes byte by byte, too, and reads nothing beyond its end",
+          "[common][net][handshake]") {
     DiallerHandshake dialler(kToken);
     ListenerHandshake listener(kToken);
     Bytes said;
@@ -46,10 +52,12 @@ TEST_CASE("the handshake goes byte by byte, too, and reads nothing beyond its en
         const auto step = listener.take({&byte, 1});
         REQUIRE(step.outcome == Outcome::kMore);
         REQUIRE(step.reply.empty() == (said.size() < kHello_bytes));
-        if (!step.reply.empty()) said = dialler.prove(hello_of(step.reply));
+        if (!step.reply.empty())
+            said = dialler.prove(hello_of(step.reply));
     }
     REQUIRE(listener.wanted() == kProof_bytes);
-    for (std::size_t i = 0; i + 1 < said.size(); ++i) REQUIRE(listener.take({&said[i], 1}).outcome == Outcome::kMore);
+    for (std::size_t i = 0; i + 1 < said.size(); ++i)
+        REQUIRE(listener.take({&said[i], 1}).outcome == Outcome::kMore);
     CHECK(listener.take({&said.back(), 1}).outcome == Outcome::kProven);
     CHECK(listener.wanted() == 0);
 }
@@ -60,12 +68,15 @@ TEST_CASE("another token shows, whichever end has it", "[common][net][handshake]
         Ends ends(kToken, other);
         CHECK(ends.listener.take(ends.proof).outcome == Outcome::kWrongToken);
         // A listener that does not know the token cannot say welcome.
-        CHECK_THROWS_AS(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))), RefusedError);
-        CHECK_THROWS_WITH(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))), contains("does not know the token"));
+        CHECK_THROWS_AS(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
+                        RefusedError);
+        CHECK_THROWS_WITH(ends.dialler.check(answer_of(ends.listener.answer(Verdict::kWelcome))),
+                          contains("does not know the token"));
     }
 }
 
-TEST_CASE("a proof is worth nothing on another connection, or sent back", "[common][net][handshake]") {
+TEST_CASE("a proof is worth nothing on another connection, or sent back",
+          "[common][net][handshake]") {
     Ends first(kToken, kToken), second(kToken, kToken);
     CHECK(second.listener.take(first.proof).outcome == Outcome::kWrongToken);
     Ends mirrored(kToken, kToken);
@@ -92,8 +103,10 @@ TEST_CASE("a dialler learns why it is refused", "[common][net][handshake]") {
         const char* why;
         bool for_good;
     };
-    for (const Case c : {Case{Verdict::kWrongToken, "wrong token", true}, Case{Verdict::kBusy, "no room", false},
-                         Case{Verdict::kCertificates, "certificates", true}, Case{static_cast<Verdict>(77), "no farm", true}}) {
+    for (const Case c :
+         {Case{Verdict::kWrongToken, "wrong token", true}, Case{Verdict::kBusy, "no room", false},
+          Case{Verdict::kCertificates, "certificates", true},
+          Case{static_cast<Verdict>(77), "no farm", true}}) {
         INFO(c.why);
         Ends ends(kToken, kToken);
         const auto answer = ends.listener.answer(c.verdict);
@@ -126,7 +139,8 @@ TEST_CASE("another version is told on both sides", "[common][net][handshake]") {
 }
 
 TEST_CASE("what is no hello is known by its first byte", "[common][net][handshake]") {
-    for (const char* said : {"GET / HTTP/1.1\r\n\r\n", "\x16\x03\x01", "PRI * HTTP/2.0", "TVX-FARN", "tvx-farm"}) {
+    for (const char* said :
+         {"GET / HTTP/1.1\r\n\r\n", "\x16\x03\x01", "PRI * HTTP/2.0", "TVX-FARN", "tvx-farm"}) {
         INFO(said);
         ListenerHandshake listener(kToken);
         const auto step = listener.take(std::as_bytes(std::span(std::string_view(said))));
@@ -134,5 +148,6 @@ TEST_CASE("what is no hello is known by its first byte", "[common][net][handshak
         CHECK(step.reply.empty());
     }
     DiallerHandshake dialler(kToken);
-    CHECK_THROWS_WITH(dialler.prove(hello_of(Bytes(kHello_bytes, std::byte{'H'}))), contains("no farm of Terravox"));
+    CHECK_THROWS_WITH(dialler.prove(hello_of(Bytes(kHello_bytes, std::byte{'H'}))),
+                      contains("no farm of Terravox"));
 }

@@ -122,5 +122,7 @@ TEST_CASE("pages of other origins are known by what their browsers say", "[commo
         {"no Host, but an origin", {"", "http://attacker.example", "", "", ""}, true},
         {"a word not known", {"localhost:8888", "", "sideways", "cors", "empty"}, true},
     }));
-    DYNAMIC_SECTION(c.name) { CHECK(net::from_another_origin(c.page) == c.foreign); }
+    DYNAMIC_SECTION(c.name) {
+        CHECK(net::from_another_origin(c.page) == c.foreign);
+    }
 }

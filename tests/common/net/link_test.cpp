@@ -38,13 +38,15 @@ TEST_CASE("much data goes both ways at once", "[common][net][link]") {
     constexpr std::size_t kFrame_bytes = 256 << 10;
     const auto send_all = [](net::Link& link) {
         for (std::uint64_t i = 0; i < 1000; ++i)
-            if (!link.send(done(i, kFrame_bytes))) return false;
+            if (!link.send(done(i, kFrame_bytes)))
+                return false;
         return true;
     };
     const auto receive_all = [](net::Link& link) {
         for (std::uint64_t i = 0; i < 1000; ++i) {
             const auto frame = link.receive();
-            if (!frame || frame->done().id() != i || frame->done().result().size() != kFrame_bytes ||
+            if (!frame || frame->done().id() != i ||
+                frame->done().result().size() != kFrame_bytes ||
                 frame->done().result().back() != static_cast<char>('a' + i % 26))
                 return false;
         }

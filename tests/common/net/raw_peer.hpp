@@ -16,12 +16,14 @@ namespace terravox::test {
 class RawPeer {
 public:
     explicit RawPeer(const net::Address& address)
-        : m_socket(net::connect_to(net::resolve(address, false).front(), std::chrono::steady_clock::now() + kLong)) {}
+        : m_socket(net::connect_to(net::resolve(address, false).front(),
+                                   std::chrono::steady_clock::now() + kLong)) {}
     explicit RawPeer(net::Socket socket) : m_socket(std::move(socket)) {}
     /// @return false: the other end has closed
     bool say(std::span<const std::byte> bytes) {
         try {
-            net::write_all(m_socket.fd(), bytes.data(), bytes.size(), std::chrono::steady_clock::now() + kLong);
+            net::write_all(m_socket.fd(), bytes.data(), bytes.size(),
+                           std::chrono::steady_clock::now() + kLong);
             return true;
         } catch (const Error&) {
             return false;
@@ -36,7 +38,8 @@ public:
             try {
                 net::read_exactly(m_socket.fd(), &c, 1, deadline);
             } catch (const Error& e) {
-                return std::string(e.what()).find("in time") == std::string::npos ? out : "(still open)";
+                return std::string(e.what()).find("in time") == std::string::npos ? out
+                                                                                  : "(still open)";
             }
             out += c;
         }

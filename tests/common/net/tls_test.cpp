@@ -25,7 +25,10 @@ namespace fs = std::filesystem;
 namespace {
 
 net::Credentials credentials(const fs::path& folder, const std::string& name) {
-    return {.token = {}, .ca = folder / "ca.pem", .certificate = folder / (name + ".pem"), .key = folder / (name + ".key")};
+    return {.token = {},
+            .ca = folder / "ca.pem",
+            .certificate = folder / (name + ".pem"),
+            .key = folder / (name + ".key")};
 }
 
 std::string read(const fs::path& path) {
@@ -44,7 +47,8 @@ grpc::Status join_with(const net::Address& address, const grpc::SslCredentialsOp
     grpc::ChannelArguments arguments;
     arguments.SetSslTargetNameOverride("terravox-farm");
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    auto stub = farm::Farm::NewStub(grpc::CreateCustomChannel("ipv4:" + address.text(), grpc::SslCredentials(options), arguments));
+    auto stub = farm::Farm::NewStub(grpc::CreateCustomChannel(
+        "ipv4:" + address.text(), grpc::SslCredentials(options), arguments));
     grpc::ClientContext context;
     auto stream = stub->Join(&context);
     farm::Frame none;
@@ -66,7 +70,8 @@ struct Certs {
 TEST_CASE("certificates of one CA make a link", "[common][net][tls]") {
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
-    auto dialled = net::dial({.host = "localhost", .port = farm.address().port}, credentials(certs.ours, "worker"), kLong);
+    auto dialled = net::dial({.host = "localhost", .port = farm.address().port},
+                             credentials(certs.ours, "worker"), kLong);
     auto accepted = farm.arrivals().next();
     REQUIRE(accepted);
     CHECK(dialled->peer() == farm.address().text());
@@ -93,7 +98,9 @@ TEST_CASE("a dialler of another CA is refused, on both sides", "[common][net][tl
     const Said said;
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
-    const auto dial = [&](const net::Credentials& some) { static_cast<void>(net::dial(farm.address(), some, kLong)); };
+    const auto dial = [&](const net::Credentials& some) {
+        static_cast<void>(net::dial(farm.address(), some, kLong));
+    };
     CHECK_THROWS_AS(dial(credentials(certs.theirs, "worker")), net::RefusedError);
     CHECK_THROWS_WITH(dial(credentials(certs.theirs, "worker")),
                       contains("connect to " + farm.address().text()) && contains("certificate"));
@@ -109,26 +116,32 @@ TEST_CASE("a listener refuses who shows no certificate of its CA", "[common][net
     Farm farm(credentials(certs.ours, "coordinator"));
     const std::string ca = read(certs.ours / "ca.pem");
     SECTION("none at all") {
-        const auto status = join_with(farm.address(), {.pem_root_certs = ca, .pem_private_key = {}, .pem_cert_chain = {}});
+        const auto status = join_with(
+            farm.address(), {.pem_root_certs = ca, .pem_private_key = {}, .pem_cert_chain = {}});
         CHECK_FALSE(status.ok());
         CHECK(said.hears("it showed no certificate of this farm"));
     }
     SECTION("one of another CA") {
-        const auto status = join_with(farm.address(), {.pem_root_certs = ca,
-                                                       .pem_private_key = read(certs.theirs / "worker.key"),
-                                                       .pem_cert_chain = read(certs.theirs / "worker.pem")});
+        const auto status =
+            join_with(farm.address(), {.pem_root_certs = ca,
+                                       .pem_private_key = read(certs.theirs / "worker.key"),
+                                       .pem_cert_chain = read(certs.theirs / "worker.pem")});
         CHECK_FALSE(status.ok());
         CHECK(said.hears("it showed no certificate of this farm"));
     }
     SECTION("one that has expired") {
         const auto [certificate, key] = made_by(certs.ours, "terravox-farm", -1);
-        const auto status = join_with(farm.address(), {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
+        const auto status = join_with(
+            farm.address(),
+            {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
         CHECK_FALSE(status.ok());
         CHECK(said.hears("it showed no certificate of this farm"));
     }
     SECTION("one for something else") {
         const auto [certificate, key] = made_by(certs.ours, "mail.example.org", 30);
-        const auto status = join_with(farm.address(), {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
+        const auto status = join_with(
+            farm.address(),
+            {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
         CHECK(status.error_code() == grpc::StatusCode::PERMISSION_DENIED);
         CHECK(said.hears("its certificate does not carry the name terravox-farm"));
     }
@@ -137,7 +150,8 @@ TEST_CASE("a listener refuses who shows no certificate of its CA", "[common][net
     CHECK(accepted);
 }
 
-TEST_CASE("a dialler whose certificate the listener does not take is told so", "[common][net][tls]") {
+TEST_CASE("a dialler whose certificate the listener does not take is told so",
+          "[common][net][tls]") {
     const Said said;
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
@@ -148,7 +162,8 @@ TEST_CASE("a dialler whose certificate the listener does not take is told so", "
     some.ca = both;
     const auto dial = [&] { static_cast<void>(net::dial(farm.address(), some, kLong)); };
     CHECK_THROWS_AS(dial(), Error);
-    CHECK_THROWS_WITH(dial(), contains("it closed the connection when it had seen the certificate"));
+    CHECK_THROWS_WITH(dial(),
+                      contains("it closed the connection when it had seen the certificate"));
     CHECK(said.hears("it showed no certificate of this farm"));
     // One that has expired is not even tried.
     const auto [certificate, key] = made_by(certs.ours, "terravox-farm", -1);
@@ -184,7 +199,8 @@ TEST_CASE("a dialler refuses a listener whose certificate will not do", "[common
         REQUIRE(server);
         const auto dial = [&] {
             static_cast<void>(
-                net::dial({.host = "127.0.0.1", .port = static_cast<std::uint16_t>(port)}, credentials(certs.ours, "worker"), kLong));
+                net::dial({.host = "127.0.0.1", .port = static_cast<std::uint16_t>(port)},
+                          credentials(certs.ours, "worker"), kLong));
         };
         CHECK_THROWS_AS(dial(), net::RefusedError);
         CHECK_THROWS_WITH(dial(), contains(c.why));
@@ -192,7 +208,8 @@ TEST_CASE("a dialler refuses a listener whose certificate will not do", "[common
     }
 }
 
-TEST_CASE("each end knows what the other's certificate lets it be, and takes none without a role", "[common][net][tls]") {
+TEST_CASE("each end knows what the other's certificate lets it be, and takes none without a role",
+          "[common][net][tls]") {
     const Said said;
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
@@ -203,22 +220,28 @@ TEST_CASE("each end knows what the other's certificate lets it be, and takes non
     CHECK(accepted->certified_role() == "worker");
     const auto [certificate, key] = made_by(certs.ours, "terravox-farm", 30);
     const std::string ca = read(certs.ours / "ca.pem");
-    const auto status = join_with(farm.address(), {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
+    const auto status =
+        join_with(farm.address(),
+                  {.pem_root_certs = ca, .pem_private_key = key, .pem_cert_chain = certificate});
     CHECK(status.error_code() == grpc::StatusCode::PERMISSION_DENIED);
     CHECK(said.hears("its certificate names no role"));
     std::ofstream(certs.ours / "old.pem") << certificate;
     std::ofstream(certs.ours / "old.key") << key;
-    CHECK_THROWS_WITH(net::dial(farm.address(), credentials(certs.ours, "old"), kLong), contains("old.pem: it names no role"));
+    CHECK_THROWS_WITH(net::dial(farm.address(), credentials(certs.ours, "old"), kLong),
+                      contains("old.pem: it names no role"));
     Farm plain;
     CHECK(plain.pair().accepted->certified_role().empty());
 }
 
-TEST_CASE("a certificate that is revoked is refused from then on, at both ends", "[common][net][tls]") {
+TEST_CASE("a certificate that is revoked is refused from then on, at both ends",
+          "[common][net][tls]") {
     const Said said;
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
     net::make_certs(certs.ours, {"second"}, 30);
-    const auto dial = [&](const char* name) { return net::dial(farm.address(), credentials(certs.ours, name), kLong); };
+    const auto dial = [&](const char* name) {
+        return net::dial(farm.address(), credentials(certs.ours, name), kLong);
+    };
     CHECK(dial("worker"));
     net::revoke_certs(certs.ours, {"worker"});
     CHECK_THROWS_AS(dial("worker"), net::RefusedError);
@@ -229,7 +252,8 @@ TEST_CASE("a certificate that is revoked is refused from then on, at both ends",
         net::revoke_certs(certs.ours, {"coordinator"});
         CHECK_THROWS_AS(dial("second"), net::RefusedError);
         CHECK_THROWS_WITH(dial("second"), contains("its certificate is revoked"));
-        CHECK_THROWS_WITH(dial("worker"), contains("its certificate is revoked"));  // the list has both
+        CHECK_THROWS_WITH(dial("worker"),
+                          contains("its certificate is revoked"));  // the list has both
     }
     SECTION("a list that cannot be read lets nobody in") {
         std::ofstream(certs.ours / "ca.crl") << "nonsense";
@@ -237,12 +261,14 @@ TEST_CASE("a certificate that is revoked is refused from then on, at both ends",
     }
     SECTION("a list of another CA lets nobody in") {
         net::revoke_certs(certs.theirs, {"worker"});
-        fs::copy_file(certs.theirs / "ca.crl", certs.ours / "ca.crl", fs::copy_options::overwrite_existing);
+        fs::copy_file(certs.theirs / "ca.crl", certs.ours / "ca.crl",
+                      fs::copy_options::overwrite_existing);
         CHECK_THROWS_WITH(dial("second"), contains("has not signed it"));
     }
 }
 
-TEST_CASE("each end of a link that is there sees that the other's certificate is revoked", "[common][net][tls]") {
+TEST_CASE("each end of a link that is there sees that the other's certificate is revoked",
+          "[common][net][tls]") {
     const Said said;
     const Certs certs;
     Farm farm(credentials(certs.ours, "coordinator"));
@@ -262,7 +288,8 @@ TEST_CASE("each end of a link that is there sees that the other's certificate is
     SECTION("a dialler's") {
         net::revoke_certs(certs.ours, {"worker"});
         CHECK(first.accepted->is_revoked());
-        CHECK_FALSE((first.dialled->is_revoked() || second.accepted->is_revoked() || second.dialled->is_revoked()));
+        CHECK_FALSE((first.dialled->is_revoked() || second.accepted->is_revoked() ||
+                     second.dialled->is_revoked()));
         // The list is looked at again each time that it changes.
         net::revoke_certs(certs.ours, {"second"});
         CHECK((first.accepted->is_revoked() && second.accepted->is_revoked()));
@@ -298,7 +325,8 @@ TEST_CASE("a token and certificates do not meet, and both sides say so", "[commo
     SECTION("a dialler with a token") {
         Farm farm(credentials(certs.ours, "coordinator"));
         const auto dial = [&] {
-            static_cast<void>(net::dial(farm.address(), {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong));
+            static_cast<void>(net::dial(
+                farm.address(), {.token = kToken, .ca = {}, .certificate = {}, .key = {}}, kLong));
         };
         CHECK_THROWS_AS(dial(), net::RefusedError);
         CHECK_THROWS_WITH(dial(), contains("it takes certificates, and no token"));
@@ -306,9 +334,12 @@ TEST_CASE("a token and certificates do not meet, and both sides say so", "[commo
     }
     SECTION("a dialler with certificates") {
         Farm farm;
-        const auto dial = [&] { static_cast<void>(net::dial(farm.address(), credentials(certs.ours, "worker"), kLong)); };
+        const auto dial = [&] {
+            static_cast<void>(net::dial(farm.address(), credentials(certs.ours, "worker"), kLong));
+        };
         CHECK_THROWS_AS(dial(), net::RefusedError);
-        CHECK_THROWS_WITH(dial(), contains("connect to " + farm.address().text()) && contains("handshake"));
+        CHECK_THROWS_WITH(dial(),
+                          contains("connect to " + farm.address().text()) && contains("handshake"));
         CHECK(said.hears("it speaks TLS; a token is wanted here"));
     }
 }
@@ -320,7 +351,8 @@ TEST_CASE("nobody listens, or nobody answers: no refusal", "[common][net][tls]")
         Farm farm(credentials(certs.ours, "coordinator"));
         gone = farm.address();
     }
-    const auto fails_for_now = [&](const net::Address& address, std::chrono::milliseconds patience) {
+    const auto fails_for_now = [&](const net::Address& address,
+                                   std::chrono::milliseconds patience) {
         try {
             static_cast<void>(net::dial(address, credentials(certs.ours, "worker"), patience));
         } catch (const net::RefusedError& e) {
@@ -330,12 +362,15 @@ TEST_CASE("nobody listens, or nobody answers: no refusal", "[common][net][tls]")
         }
         return std::string();
     };
-    CHECK_THAT(fails_for_now(gone, kLong), contains("connect to " + gone.text()) && contains("refused"));
+    CHECK_THAT(fails_for_now(gone, kLong),
+               contains("connect to " + gone.text()) && contains("refused"));
     const auto silent = net::listen_at({.host = "127.0.0.1", .port = 0});
     net::Endpoint bound;
     bound.size_bytes = sizeof bound.storage;
-    REQUIRE(::getsockname(silent.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage), &bound.size_bytes) == 0);
-    CHECK_THAT(fails_for_now({.host = "127.0.0.1", .port = bound.port()}, 200ms), contains("connect to "));
+    REQUIRE(::getsockname(silent.front().fd(), reinterpret_cast<sockaddr*>(&bound.storage),
+                          &bound.size_bytes) == 0);
+    CHECK_THAT(fails_for_now({.host = "127.0.0.1", .port = bound.port()}, 200ms),
+               contains("connect to "));
 }
 
 TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
@@ -349,12 +384,15 @@ TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
         const char* why;
     };
     for (const Case& c :
-         {Case{"HTTP", "GET / HTTP/1.1\r\n\r\n", "no peer of a Terravox farm"}, Case{"nothing", "", "it said nothing within 500 ms"},
+         {Case{"HTTP", "GET / HTTP/1.1\r\n\r\n", "no peer of a Terravox farm"},
+          Case{"nothing", "", "it said nothing within 500 ms"},
           Case{"TLS that is begun and no more", begun, "it showed no certificate of this farm"},
-          Case{"garbage behind a good beginning", begun + std::string(5000, '\x7f'), "it showed no certificate"}}) {
+          Case{"garbage behind a good beginning", begun + std::string(5000, '\x7f'),
+               "it showed no certificate"}}) {
         INFO(c.name);
         RawPeer peer(farm.address());
-        if (!c.says.empty()) peer.say(c.says);
+        if (!c.says.empty())
+            peer.say(c.says);
         CHECK(peer.hear_all() != "(still open)");
         CHECK(said.hears(c.why));
     }
@@ -362,7 +400,8 @@ TEST_CASE("strangers at a listener with certificates", "[common][net][tls]") {
         std::vector<std::unique_ptr<RawPeer>> strangers;
         for (int i = 0; i < 600; ++i) {
             strangers.push_back(std::make_unique<RawPeer>(farm.address()));
-            if (i % 2 == 0) strangers.back()->say(begun);
+            if (i % 2 == 0)
+                strangers.back()->say(begun);
         }
         CHECK(said.hears("too many strangers at once"));
     }

@@ -24,7 +24,8 @@ public:
     ~Variable() { ::unsetenv("TERRAVOX_FARM_TOKEN"); }
 };
 
-fs::path write(const fs::path& path, const std::string& text, fs::perms perms = fs::perms::owner_read | fs::perms::owner_write) {
+fs::path write(const fs::path& path, const std::string& text,
+               fs::perms perms = fs::perms::owner_read | fs::perms::owner_write) {
     std::ofstream(path, std::ios::binary) << text;
     fs::permissions(path, perms);
     return path;
@@ -43,7 +44,8 @@ TEST_CASE("new tokens are long, of plain letters, and differ", "[common][net][to
     CHECK(seen.size() == 100);
 }
 
-TEST_CASE("a token comes from the file, else from the environment, else from nowhere", "[common][net][token]") {
+TEST_CASE("a token comes from the file, else from the environment, else from nowhere",
+          "[common][net][token]") {
     const test::TemporaryFolder folder;
     const std::string in_file = "kv7r2mx9q4tz8wpd5hcn", in_environment = "y3bw6fj8nq2xs5gm9tzk";
     const auto file = write(folder.path() / "token", in_file + "\r\n");
@@ -77,7 +79,8 @@ TEST_CASE("a token that will not do is told with its place", "[common][net][toke
          {Case{"group-reads", good, kOwner | perms::group_read, "chmod 600"},
           Case{"others-read", good, kOwner | perms::others_read, "chmod 600"},
           Case{"others-write", good, kOwner | perms::others_write, "chmod 600"},
-          Case{"short", "fifteen letters\n", kOwner, "15 characters; allowed: at least 16"}, Case{"empty", "", kOwner, "0 characters"},
+          Case{"short", "fifteen letters\n", kOwner, "15 characters; allowed: at least 16"},
+          Case{"empty", "", kOwner, "0 characters"},
           Case{"two-lines", "the first line of it\nand the second", kOwner, "one line"},
           Case{"large", std::string(5000, 'x'), kOwner, "longer than 4096"}}) {
         INFO(c.name);

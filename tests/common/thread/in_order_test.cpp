@@ -19,7 +19,8 @@ TEST_CASE("what threads make is used in order, each once, few at a time", "[comm
                 count, threads,
                 [&](std::size_t i) {
                     const int now = ++waiting;
-                    for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) {}
+                    for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) {
+                    }
                     return std::to_string(i);
                 },
                 [&](std::size_t i, const std::string& made) {
@@ -28,7 +29,8 @@ TEST_CASE("what threads make is used in order, each once, few at a time", "[comm
                     --waiting;
                 });
             REQUIRE(used.size() == count);
-            for (std::size_t i = 0; i < count; ++i) CHECK(used[i] == i);
+            for (std::size_t i = 0; i < count; ++i)
+                CHECK(used[i] == i);
             CHECK(most <= 2 * threads);
         }
     }
@@ -36,6 +38,16 @@ TEST_CASE("what threads make is used in order, each once, few at a time", "[comm
 
 TEST_CASE("what making or using throws comes out", "[common][thread]") {
     const auto nothing = [](std::size_t, int) {};
-    CHECK_THROWS_AS(thread::in_order(100, 3, [](std::size_t i) { return i == 50 ? throw std::runtime_error("fifty") : 1; }, nothing), std::runtime_error);
-    CHECK_THROWS_AS(thread::in_order(100, 3, [](std::size_t) { return 1; }, [](std::size_t i, int) { if (i == 50) throw std::runtime_error("fifty"); }), std::runtime_error);
+    CHECK_THROWS_AS(
+        thread::in_order(
+            100, 3, [](std::size_t i) { return i == 50 ? throw std::runtime_error("fifty") : 1; },
+            nothing),
+        std::runtime_error);
+    CHECK_THROWS_AS(thread::in_order(
+                        100, 3, [](std::size_t) { return 1; },
+                        [](std::size_t i, int) {
+                            if (i == 50)
+                                throw std::runtime_error("fifty");
+                        }),
+                    std::runtime_error);
 }

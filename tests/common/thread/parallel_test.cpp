@@ -8,19 +8,26 @@
 
 using namespace terravox::thread;
 
-TEST_CASE("parallel work is done once for each index, with any number of threads", "[common][thread]") {
+TEST_CASE("parallel work is done once for each index, with any number of threads",
+          "[common][thread]") {
     const int threads = GENERATE(0, 1, 2, 7);
     const std::size_t count = GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{1000});
     INFO(threads << " threads, " << count << " indices");
     std::vector<std::atomic<int>> done(count);
     parallel_for(count, threads, [&](std::size_t i) { ++done[i]; });
     int wrong = 0;
-    for (const auto& times : done) wrong += times != 1;
+    for (const auto& times : done)
+        wrong += times != 1;
     CHECK(wrong == 0);
 }
 
 TEST_CASE("what parallel work throws arrives with its type", "[common][thread]") {
-    CHECK_THROWS_AS(parallel_for(100, 2, [](std::size_t i) { if (i == 42) throw std::out_of_range("42"); }), std::out_of_range);
+    CHECK_THROWS_AS(parallel_for(100, 2,
+                                 [](std::size_t i) {
+                                     if (i == 42)
+                                         throw std::out_of_range("42");
+                                 }),
+                    std::out_of_range);
 }
 
 TEST_CASE("a thread count of zero means all cores", "[common][thread]") {

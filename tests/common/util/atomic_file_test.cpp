@@ -21,14 +21,18 @@ std::string text_of(const fs::path& path) {
 }
 
 std::size_t entries_in(const fs::path& folder) {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> bytes_of(std::string_view text) {
+    return std::as_bytes(std::span(text));
+}
 
 }  // namespace
 
-TEST_CASE("a file appears under its name only when it is committed", "[common][util][atomic_file]") {
+TEST_CASE("a file appears under its name only when it is committed",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto target = folder.path() / "picture.png";
     {
@@ -43,7 +47,8 @@ TEST_CASE("a file appears under its name only when it is committed", "[common][u
     CHECK(entries_in(folder.path()) == 1);
 }
 
-TEST_CASE("without a commit nothing stays behind, and an older file keeps its content", "[common][util][atomic_file]") {
+TEST_CASE("without a commit nothing stays behind, and an older file keeps its content",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto target = folder.path() / "picture.png";
     std::ofstream(target) << "older";
@@ -56,7 +61,8 @@ TEST_CASE("without a commit nothing stays behind, and an older file keeps its co
     CHECK(entries_in(folder.path()) == 1);
 }
 
-TEST_CASE("the temporary file keeps folder and extension, and is one of its kind", "[common][util][atomic_file]") {
+TEST_CASE("the temporary file keeps folder and extension, and is one of its kind",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const AtomicFile a(folder.path() / "a.exr"), b(folder.path() / "a.exr");
     CHECK(a.temporary_path().extension() == ".exr");
@@ -74,12 +80,15 @@ TEST_CASE("missing folders are made", "[common][util][atomic_file]") {
     CHECK(text_of(target) == "abc");
 }
 
-TEST_CASE("whole files are written, empty and large, over older ones", "[common][util][atomic_file]") {
+TEST_CASE("whole files are written, empty and large, over older ones",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto target = folder.path() / "box.bin";
-    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{5'000'000}, std::size_t{3}}) {
+    for (const std::size_t size :
+         {std::size_t{0}, std::size_t{1}, std::size_t{5'000'000}, std::size_t{3}}) {
         std::string content(size, 'x');
-        for (std::size_t i = 0; i < size; i += 997) content[i] = static_cast<char>('a' + i % 26);
+        for (std::size_t i = 0; i < size; i += 997)
+            content[i] = static_cast<char>('a' + i % 26);
         write_file_atomically(target, bytes_of(content));
         INFO(size << " bytes");
         CHECK(text_of(target) == content);
@@ -87,19 +96,25 @@ TEST_CASE("whole files are written, empty and large, over older ones", "[common]
     }
 }
 
-TEST_CASE("a place that cannot be written to is named before any work is done", "[common][util][atomic_file]") {
+TEST_CASE("a place that cannot be written to is named before any work is done",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "file") << "a file";
     fs::create_directory(folder.path() / "taken");
     fs::create_symlink("loop", folder.path() / "loop");
-    struct Case { const char* name; fs::path target; std::string said; };  // relative to the folder
+    struct Case {
+        const char* name;
+        fs::path target;
+        std::string said;
+    };  // relative to the folder
     const auto c = GENERATE(values<Case>({
         {"a file as the folder", "file/out.png", "cannot make the folder"},
         {"a file above the folder", "file/deeper/out.png", "cannot make the folder"},
         {"no such place in /proc", "/proc/terravox/out.png", "/proc/terravox"},
         {"the target is a folder", "taken", "this is a folder"},
         {"the target ends with a slash", "new/", "this is a folder"},
-        {"a folder's name longer than file systems take", std::string(300, 'n') + "/out.png", "too long"},
+        {"a folder's name longer than file systems take", std::string(300, 'n') + "/out.png",
+         "too long"},
         {"a file's name longer than file systems take", std::string(300, 'n') + ".png", "too long"},
         {"a link that leads to itself", "loop/out.png", "Too many levels"},
     }));
@@ -107,21 +122,26 @@ TEST_CASE("a place that cannot be written to is named before any work is done", 
         const auto target = folder.path() / c.target;
         const auto entries = entries_in(folder.path());
         CHECK_THROWS_AS(write_file_atomically(target, bytes_of("x")), Error);
-        CHECK_THROWS_WITH(write_file_atomically(target, bytes_of("x")), contains("write " + target.string()) && contains(c.said));
+        CHECK_THROWS_WITH(write_file_atomically(target, bytes_of("x")),
+                          contains("write " + target.string()) && contains(c.said));
         CHECK(entries_in(folder.path()) == entries);
     }
 }
 
-TEST_CASE("an empty name is refused", "[common][util][atomic_file]") { CHECK_THROWS_AS(AtomicFile(""), UsageError); }
+TEST_CASE("an empty name is refused", "[common][util][atomic_file]") {
+    CHECK_THROWS_AS(AtomicFile(""), UsageError);
+}
 
-TEST_CASE("a folder as the target is a mistake of the person, not of the disk", "[common][util][atomic_file]") {
+TEST_CASE("a folder as the target is a mistake of the person, not of the disk",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     CHECK_THROWS_AS(check_writable(folder.path()), UsageError);
     CHECK_NOTHROW(check_writable(folder.path() / "new.png"));
     CHECK(entries_in(folder.path()) == 0);
 }
 
-TEST_CASE("a commit without a written file fails and names the target", "[common][util][atomic_file]") {
+TEST_CASE("a commit without a written file fails and names the target",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     AtomicFile file(folder.path() / "picture.png");
     CHECK_THROWS_AS(file.commit(), Error);
@@ -129,7 +149,8 @@ TEST_CASE("a commit without a written file fails and names the target", "[common
     CHECK_FALSE(fs::exists(file.target()));
 }
 
-TEST_CASE("a name without a folder is written in the current folder", "[common][util][atomic_file]") {
+TEST_CASE("a name without a folder is written in the current folder",
+          "[common][util][atomic_file]") {
     const TemporaryFolder folder;
     const auto before = fs::current_path();
     fs::current_path(folder.path());

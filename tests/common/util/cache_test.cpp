@@ -17,7 +17,8 @@ constexpr std::size_t kValueBytes = 1000;
 
 Numbers::Ptr get(Numbers& cache, int key, std::atomic<int>* made = nullptr) {
     return cache.get(
-        key, [&] { return made ? ++*made : 0, std::make_shared<const int>(key * 10); }, [](const auto&) { return kValueBytes; });
+        key, [&] { return made ? ++*made : 0, std::make_shared<const int>(key * 10); },
+        [](const auto&) { return kValueBytes; });
 }
 
 }  // namespace
@@ -26,7 +27,8 @@ TEST_CASE("a cache makes each value once and counts hits and misses", "[common][
     Numbers cache(100 * kValueBytes);
     std::atomic<int> made = 0;
     for (int round = 0; round < 3; ++round)
-        for (int key = 0; key < 5; ++key) CHECK(*get(cache, key, &made) == key * 10);
+        for (int key = 0; key < 5; ++key)
+            CHECK(*get(cache, key, &made) == key * 10);
     CHECK(made == 5);
     CHECK(cache.stats().hits == 10);
     CHECK(cache.stats().misses == 5);
@@ -48,7 +50,8 @@ TEST_CASE("a cache never holds more than its limit", "[common][util][cache]") {
 TEST_CASE("the least recently used value goes first", "[common][util][cache]") {
     Numbers cache(kValueBytes * 7 / 2);  // three values with their bookkeeping
     std::atomic<int> made = 0;
-    for (const int key : {1, 2, 3, 1, 4}) get(cache, key, &made);
+    for (const int key : {1, 2, 3, 1, 4})
+        get(cache, key, &made);
     CHECK(made == 4);
     get(cache, 1, &made), get(cache, 3, &made), get(cache, 4, &made);
     CHECK(made == 4);
@@ -59,7 +62,8 @@ TEST_CASE("the least recently used value goes first", "[common][util][cache]") {
 TEST_CASE("a value in use outlives its eviction", "[common][util][cache]") {
     Numbers cache(kValueBytes * 3 / 2);
     const auto held = get(cache, 7);
-    for (int key = 100; key < 110; ++key) get(cache, key);
+    for (int key = 100; key < 110; ++key)
+        get(cache, key);
     CHECK(*held == 70);
     CHECK(cache.stats().entries == 1);
 }
@@ -68,14 +72,20 @@ TEST_CASE("nothing is a value too, and it weighs something", "[common][util][cac
     Numbers cache(5000);
     int made = 0;
     for (int i = 0; i < 2; ++i)
-        CHECK(cache.get(1, [&] { return ++made, Numbers::Ptr(); }, [](const auto&) { return std::size_t{0}; }) == nullptr);
+        CHECK(cache.get(
+                  1, [&] { return ++made, Numbers::Ptr(); },
+                  [](const auto&) { return std::size_t{0}; }) == nullptr);
     CHECK(made == 1);
     CHECK(cache.stats().bytes > 0);
 }
 
 TEST_CASE("a failed making is not remembered", "[common][util][cache]") {
     Numbers cache(5000);
-    const auto fails = [&] { return cache.get(1, []() -> Numbers::Ptr { throw std::runtime_error("no"); }, [](const auto&) { return std::size_t{1}; }); };
+    const auto fails = [&] {
+        return cache.get(
+            1, []() -> Numbers::Ptr { throw std::runtime_error("no"); },
+            [](const auto&) { return std::size_t{1}; });
+    };
     CHECK_THROWS_AS(fails(), std::runtime_error);
     CHECK_THROWS_AS(fails(), std::runtime_error);
     CHECK(*get(cache, 1) == 10);
@@ -93,12 +103,14 @@ TEST_CASE("threads that ask for a value being made wait for that making", "[comm
                 3,
                 [&] {
                     // Making ends only when all others wait for it.
-                    while (cache.stats().waits < kThreads - 1) std::this_thread::yield();
+                    while (cache.stats().waits < kThreads - 1)
+                        std::this_thread::yield();
                     return ++made, std::make_shared<const int>(30);
                 },
                 [](const auto&) { return std::size_t{1}; });
         });
-    for (auto& thread : threads) thread.join();
+    for (auto& thread : threads)
+        thread.join();
     CHECK(made == 1);
     CHECK(found == std::vector<int>(kThreads, 30));
 }

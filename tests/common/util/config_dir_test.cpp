@@ -8,7 +8,8 @@
 
 using namespace terravox;
 
-TEST_CASE("the configuration is found beside the sources, or where TERRAVOX_CONFIG says", "[common][util][config_dir]") {
+TEST_CASE("the configuration is found beside the sources, or where TERRAVOX_CONFIG says",
+          "[common][util][config_dir]") {
     const char* before = std::getenv("TERRAVOX_CONFIG");
     const std::string kept = before != nullptr ? before : "";
     const std::filesystem::path shipped = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config";
@@ -22,6 +23,8 @@ TEST_CASE("the configuration is found beside the sources, or where TERRAVOX_CONF
     CHECK_THROWS_AS(util::config_dir(), UsageError);
     CHECK_THROWS_WITH(util::config_dir(), test::contains(empty.path().string()));
 
-    if (before != nullptr) ::setenv("TERRAVOX_CONFIG", kept.c_str(), 1);
-    else ::unsetenv("TERRAVOX_CONFIG");
+    if (before != nullptr)
+        ::setenv("TERRAVOX_CONFIG", kept.c_str(), 1);
+    else
+        ::unsetenv("TERRAVOX_CONFIG");
 }

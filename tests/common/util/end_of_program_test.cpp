@@ -39,20 +39,23 @@ End end_of(const std::function<void()>& work) {
     ::close(ends[1]);
     End out;
     char part[512];
-    for (ssize_t n = 0; (n = ::read(ends[0], part, sizeof part)) > 0;) out.said.append(part, static_cast<std::size_t>(n));
+    for (ssize_t n = 0; (n = ::read(ends[0], part, sizeof part)) > 0;)
+        out.said.append(part, static_cast<std::size_t>(n));
     ::close(ends[0]);
     ::waitpid(child, &out.status, 0);
     return out;
 }
 
 /// std::async and others would hand the exception on; a bare thread has nobody to hand it to.
-template <class Thrown> void throw_in_a_thread(const Thrown& thrown) {
+template <class Thrown>
+void throw_in_a_thread(const Thrown& thrown) {
     std::thread([&] { throw thrown; }).join();
 }
 
 }  // namespace
 
-TEST_CASE("an exception that nobody catches ends the program with one line and exit code 1", "[common][util]") {
+TEST_CASE("an exception that nobody catches ends the program with one line and exit code 1",
+          "[common][util]") {
     struct Case {
         const char* name;
         std::function<void()> work;
@@ -60,14 +63,20 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
     };
     const auto none_left = std::make_error_code(std::errc::resource_unavailable_try_again);
     const auto c = GENERATE_COPY(values<Case>({
-        {"an error of ours", [] { throw_in_a_thread(Error("write x.png: disk full")); }, "terravox: write x.png: disk full\n"},
-        {"words of a stranger", [] { throw_in_a_thread(Error("read 'a\n\x1b]0;b\xc3\xa9'")); }, "terravox: read 'a??]0;b??'\n"},
-        {"no memory", [] { throw_in_a_thread(std::bad_alloc()); }, "terravox: out of memory; lower memory limits or a smaller task may help\n"},
+        {"an error of ours", [] { throw_in_a_thread(Error("write x.png: disk full")); },
+         "terravox: write x.png: disk full\n"},
+        {"words of a stranger", [] { throw_in_a_thread(Error("read 'a\n\x1b]0;b\xc3\xa9'")); },
+         "terravox: read 'a??]0;b??'\n"},
+        {"no memory", [] { throw_in_a_thread(std::bad_alloc()); },
+         "terravox: out of memory; lower memory limits or a smaller task may help\n"},
         {"no thread", [=] { throw_in_a_thread(std::system_error(none_left)); },
-         "terravox: the system gives no more threads or memory; fewer threads or higher limits of the system may help\n"},
-        {"no exception at all", [] { std::vector<std::thread>(1).front() = std::thread([] { ::pause(); }); },
+         "terravox: the system gives no more threads or memory; fewer threads or higher limits of "
+         "the system may help\n"},
+        {"no exception at all",
+         [] { std::vector<std::thread>(1).front() = std::thread([] { ::pause(); }); },
          "terravox: ended by an error inside the program that carries no message\n"},
-        {"not of the standard library", [] { throw_in_a_thread(7); }, "terravox: ended by an error inside the program that carries no message\n"},
+        {"not of the standard library", [] { throw_in_a_thread(7); },
+         "terravox: ended by an error inside the program that carries no message\n"},
     }));
     DYNAMIC_SECTION(c.name) {
         const End end = end_of(c.work);
@@ -88,18 +97,22 @@ TEST_CASE("of errors in several threads at once the first is told, in one line",
                     all.arrive_and_wait();
                     throw std::bad_alloc();
                 });
-            for (std::thread& t : threads) t.join();
+            for (std::thread& t : threads)
+                t.join();
         });
         CHECK(WIFEXITED(end.status));
         CHECK(WEXITSTATUS(end.status) == 1);
-        REQUIRE(end.said == "terravox: out of memory; lower memory limits or a smaller task may help\n");
+        REQUIRE(end.said ==
+                "terravox: out of memory; lower memory limits or a smaller task may help\n");
     }
 }
 
-TEST_CASE("messages of errors name a lack of memory and of threads in plain words", "[common][util]") {
+TEST_CASE("messages of errors name a lack of memory and of threads in plain words",
+          "[common][util]") {
     const auto none_left = std::make_error_code(std::errc::resource_unavailable_try_again);
     CHECK(util::message_of(std::make_exception_ptr(std::bad_alloc())).starts_with("out of memory"));
-    CHECK(util::message_of(std::make_exception_ptr(std::system_error(none_left))).starts_with("the system gives no more threads"));
+    CHECK(util::message_of(std::make_exception_ptr(std::system_error(none_left)))
+              .starts_with("the system gives no more threads"));
     CHECK(util::message_of(std::make_exception_ptr(std::runtime_error("as it is"))) == "as it is");
     CHECK(util::message_of(std::make_exception_ptr(7)) == "an error that carries no message");
 }

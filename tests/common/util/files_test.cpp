@@ -13,11 +13,15 @@ using terravox::util::expand_folders;
 
 TEST_CASE("folders become their files, sorted, by ending in any case", "[common][util][files]") {
     const TemporaryFolder folder;
-    for (const char* name : {"b.laz", "a.LAZ", "c.las", "notes.txt", ".hidden.laz", "other.zip"}) std::ofstream(folder.path() / name) << "x";
+    for (const char* name : {"b.laz", "a.LAZ", "c.las", "notes.txt", ".hidden.laz", "other.zip"})
+        std::ofstream(folder.path() / name) << "x";
     using Paths = std::vector<std::filesystem::path>;
-    CHECK(expand_folders({folder.path()}, {".laz", ".las"}, "LiDAR data") == Paths{folder.path() / "a.LAZ", folder.path() / "b.laz", folder.path() / "c.las"});
-    CHECK(expand_folders({folder.path() / "notes.txt"}, {".laz"}, "LiDAR data") == Paths{folder.path() / "notes.txt"});
-    CHECK(expand_folders({folder.path() / "b.laz", folder.path()}, {".laz"}, "LiDAR data") == Paths{folder.path() / "b.laz", folder.path() / "a.LAZ"});
+    CHECK(expand_folders({folder.path()}, {".laz", ".las"}, "LiDAR data") ==
+          Paths{folder.path() / "a.LAZ", folder.path() / "b.laz", folder.path() / "c.las"});
+    CHECK(expand_folders({folder.path() / "notes.txt"}, {".laz"}, "LiDAR data") ==
+          Paths{folder.path() / "notes.txt"});
+    CHECK(expand_folders({folder.path() / "b.laz", folder.path()}, {".laz"}, "LiDAR data") ==
+          Paths{folder.path() / "b.laz", folder.path() / "a.LAZ"});
     CHECK(expand_folders({}, {".laz"}, "LiDAR data").empty());
 }
 
@@ -32,7 +36,9 @@ TEST_CASE("a file named twice is one file, whatever its names", "[common][util][
     fs::create_symlink(at / "b.laz", at / "inside" / "soft.laz");
     fs::create_directory_symlink(at, at / "inside" / "up");
     fs::create_hard_link(at / "b.laz", at / "inside" / "hard.laz");
-    struct Case { const char *name, *other, *kept; };
+    struct Case {
+        const char *name, *other, *kept;
+    };
     const auto c = GENERATE(values<Case>({
         {"itself", "b.laz", "b.laz"},
         {"a dot in the path", "./b.laz", "./b.laz"},
@@ -43,8 +49,10 @@ TEST_CASE("a file named twice is one file, whatever its names", "[common][util][
     }));
     DYNAMIC_SECTION(c.name) {
         using Paths = std::vector<fs::path>;
-        CHECK(expand_folders({at / "b.laz", at / c.other, at / "twin.laz"}, {".laz"}, "LiDAR data") == Paths{at / c.kept, at / "twin.laz"});
-        CHECK(expand_folders({at / c.other, at / "twin.laz", at / "b.laz"}, {".laz"}, "LiDAR data") == Paths{at / c.kept, at / "twin.laz"});
+        CHECK(expand_folders({at / "b.laz", at / c.other, at / "twin.laz"}, {".laz"},
+                             "LiDAR data") == Paths{at / c.kept, at / "twin.laz"});
+        CHECK(expand_folders({at / c.other, at / "twin.laz", at / "b.laz"}, {".laz"},
+                             "LiDAR data") == Paths{at / c.kept, at / "twin.laz"});
     }
     CHECK(expand_folders({at, at / "inside"}, {".laz"}, "LiDAR data").size() == 2);
 }
@@ -53,8 +61,10 @@ TEST_CASE("a path without data is a mistake that is named", "[common][util][file
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "notes.txt") << "x";
     CHECK_THROWS_AS(expand_folders({folder.path()}, {".laz", ".las"}, "LiDAR data"), UsageError);
-    CHECK_THROWS_WITH(expand_folders({folder.path()}, {".laz", ".las"}, "LiDAR data"),
-                      contains("LiDAR data") && contains(folder.path().string()) && contains(".laz .las"));
+    CHECK_THROWS_WITH(
+        expand_folders({folder.path()}, {".laz", ".las"}, "LiDAR data"),
+        contains("LiDAR data") && contains(folder.path().string()) && contains(".laz .las"));
     CHECK_THROWS_AS(expand_folders({folder.path() / "absent"}, {".laz"}, "LiDAR data"), UsageError);
-    CHECK_THROWS_WITH(expand_folders({folder.path() / "absent"}, {".laz"}, "LiDAR data"), contains("absent: no such file or folder"));
+    CHECK_THROWS_WITH(expand_folders({folder.path() / "absent"}, {".laz"}, "LiDAR data"),
+                      contains("absent: no such file or folder"));
 }

@@ -21,7 +21,8 @@ namespace {
 std::string written_by(const std::function<void()>& body) {
     const terravox::test::TemporaryFolder folder;
     const auto path = folder.path() / "stderr";
-    const int before = ::dup(STDERR_FILENO), file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    const int before = ::dup(STDERR_FILENO),
+              file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     REQUIRE((before >= 0 && file >= 0));
     std::fflush(stderr);
     ::dup2(file, STDERR_FILENO);
@@ -36,7 +37,8 @@ std::string written_by(const std::function<void()>& body) {
 
 }  // namespace
 
-TEST_CASE("a message with words of a stranger is one line, and steers no terminal", "[common][util][log]") {
+TEST_CASE("a message with words of a stranger is one line, and steers no terminal",
+          "[common][util][log]") {
     using terravox::util::LogFormat;
     const auto logger = spdlog::default_logger();
     struct Case {
@@ -44,8 +46,10 @@ TEST_CASE("a message with words of a stranger is one line, and steers no termina
         LogFormat format;
         const char* shown;
     };
-    for (const Case c : {Case{"text", LogFormat::kText, R"(worker \x1b[2Jx\n[error] forged\u009b Köln is lost)"},
-                         Case{"JSON", LogFormat::kJson, R"(worker \\x1b[2Jx\\n[error] forged\\u009b Köln is lost)"}}) {
+    for (const Case c :
+         {Case{"text", LogFormat::kText, R"(worker \x1b[2Jx\n[error] forged\u009b Köln is lost)"},
+          Case{"JSON", LogFormat::kJson,
+               R"(worker \\x1b[2Jx\\n[error] forged\\u009b Köln is lost)"}}) {
         INFO(c.name);
         const std::string written = written_by([&] {
             terravox::util::set_up_log("info", c.format);
@@ -61,9 +65,13 @@ TEST_CASE("a message with words of a stranger is one line, and steers no termina
 
 TEST_CASE("the log takes six levels and names a wrong one", "[common][util][log]") {
     const auto before = spdlog::default_logger();
-    struct Case { const char* name; spdlog::level::level_enum level; };
-    for (const Case c : {Case{"trace", spdlog::level::trace}, Case{"debug", spdlog::level::debug}, Case{"info", spdlog::level::info},
-                         Case{"warn", spdlog::level::warn}, Case{"error", spdlog::level::err}, Case{"off", spdlog::level::off}}) {
+    struct Case {
+        const char* name;
+        spdlog::level::level_enum level;
+    };
+    for (const Case c : {Case{"trace", spdlog::level::trace}, Case{"debug", spdlog::level::debug},
+                         Case{"info", spdlog::level::info}, Case{"warn", spdlog::level::warn},
+                         Case{"error", spdlog::level::err}, Case{"off", spdlog::level::off}}) {
         INFO(c.name);
         terravox::util::set_up_log(c.name);
         CHECK(spdlog::default_logger()->level() == c.level);
@@ -71,7 +79,8 @@ TEST_CASE("the log takes six levels and names a wrong one", "[common][util][log]
     for (const char* wrong : {"", "loud", "INFO", "warning"}) {
         INFO(wrong);
         CHECK_THROWS_AS(terravox::util::set_up_log(wrong), terravox::UsageError);
-        CHECK_THROWS_WITH(terravox::util::set_up_log(wrong), contains("'" + std::string(wrong) + "'") && contains("warn, error, off"));
+        CHECK_THROWS_WITH(terravox::util::set_up_log(wrong),
+                          contains("'" + std::string(wrong) + "'") && contains("warn, error, off"));
     }
     spdlog::set_default_logger(before);
 }

@@ -20,7 +20,8 @@ class Variables {
 public:
     Variables(std::initializer_list<std::pair<const char*, std::string>> values) {
         clear();
-        for (const auto& [name, value] : values) ::setenv(name, value.c_str(), 1);
+        for (const auto& [name, value] : values)
+            ::setenv(name, value.c_str(), 1);
     }
     ~Variables() { clear(); }
     Variables(const Variables&) = delete;
@@ -28,8 +29,8 @@ public:
 
 private:
     static void clear() {
-        for (const char* name :
-             {"TERRAVOX_TOKEN", util::kFarmTokenVariable, util::kServerTokenVariable, "CREDENTIALS_DIRECTORY"})
+        for (const char* name : {"TERRAVOX_TOKEN", util::kFarmTokenVariable,
+                                 util::kServerTokenVariable, "CREDENTIALS_DIRECTORY"})
             ::unsetenv(name);
     }
 };
@@ -100,7 +101,8 @@ TEST_CASE("a voxel server's token fits a header, or is refused without being tol
         CHECK_THROWS_AS(util::find_server_token(file), UsageError);
         CHECK_THROWS_WITH(util::find_server_token(file),
                           contains(file.string()) && contains("allowed: 8 to 512 visible ASCII"));
-        if (c.text.empty()) continue;
+        if (c.text.empty())
+            continue;
         CHECK_THROWS_WITH(util::find_server_token(file), !contains(c.text));
         const Variables of_environment{{util::kServerTokenVariable, c.text}};
         CHECK_THROWS_WITH(util::find_server_token({}), contains("TERRAVOX_SERVER_TOKEN"));
@@ -110,15 +112,19 @@ TEST_CASE("a voxel server's token fits a header, or is refused without being tol
     CHECK_THROWS_WITH(util::find_server_token(shown), contains("chmod 600"));
 }
 
-TEST_CASE("a group may read what systemd hands to a service, and nothing else", "[common][util][secret]") {
+TEST_CASE("a group may read what systemd hands to a service, and nothing else",
+          "[common][util][secret]") {
     const test::TemporaryFolder folder;
     const test::TemporaryFolder elsewhere;
     const auto group_reads = fs::perms::owner_read | fs::perms::group_read;
     const auto credential = write(folder.path() / "token", "of-the-credential", group_reads);
     const auto other = write(elsewhere.path() / "token", "of-another-folder", group_reads);
-    const auto shown = write(folder.path() / "shown", "of-the-credential", group_reads | fs::perms::others_read);
+    const auto shown =
+        write(folder.path() / "shown", "of-the-credential", group_reads | fs::perms::others_read);
     const auto below = folder.path() / ".." / elsewhere.path().filename() / "token";
-    const auto read = [](const fs::path& file) { return util::find_secret(file, util::kFarmTokenVariable).text; };
+    const auto read = [](const fs::path& file) {
+        return util::find_secret(file, util::kFarmTokenVariable).text;
+    };
     CHECK_THROWS_WITH(read(credential), contains("chmod 600"));
     const Variables variables{{"CREDENTIALS_DIRECTORY", folder.path().string()}};
     CHECK(read(credential) == "of-the-credential");

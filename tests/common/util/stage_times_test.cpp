@@ -7,7 +7,8 @@
 using terravox::util::StageTimes;
 using terravox::util::Stopwatch;
 
-TEST_CASE("stages add up and keep the order in which they were first seen", "[common][util][stage_times]") {
+TEST_CASE("stages add up and keep the order in which they were first seen",
+          "[common][util][stage_times]") {
     StageTimes times;
     CHECK(times.stages().empty());
     times.add("load", 0.5);
@@ -23,7 +24,8 @@ TEST_CASE("stages add up and keep the order in which they were first seen", "[co
     CHECK(stages[1].count == 1);
 }
 
-TEST_CASE("a scope adds itself once, when it ends, also by an exception", "[common][util][stage_times]") {
+TEST_CASE("a scope adds itself once, when it ends, also by an exception",
+          "[common][util][stage_times]") {
     StageTimes times;
     {
         const StageTimes::Scope scope(times, "work");
@@ -39,11 +41,13 @@ TEST_CASE("a scope adds itself once, when it ends, also by an exception", "[comm
     CHECK(times.stages()[0].seconds >= 0);
 }
 
-TEST_CASE("a scope's time does not hold that of scopes inside it; a clock's does", "[common][util][stage_times]") {
+TEST_CASE("a scope's time does not hold that of scopes inside it; a clock's does",
+          "[common][util][stage_times]") {
     constexpr double kLong_s = 0.01, kShort_s = 0.005;
     const auto pass = [](double seconds) {
         const Stopwatch watch;
-        while (watch.seconds() < seconds) {}
+        while (watch.seconds() < seconds) {
+        }
     };
     StageTimes times;
     const Stopwatch all;
@@ -61,7 +65,8 @@ TEST_CASE("a scope's time does not hold that of scopes inside it; a clock's does
     const double all_s = all.seconds();
     const auto seconds = [&](const std::string& name) {
         for (const auto& stage : times.stages())
-            if (stage.name == name) return stage.seconds;
+            if (stage.name == name)
+                return stage.seconds;
         return -1.0;
     };
     CHECK(seconds("inner") >= kLong_s);
@@ -77,9 +82,11 @@ TEST_CASE("many threads may add at once", "[common][util][stage_times]") {
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&times, t] {
-            for (int i = 0; i < 1000; ++i) times.add(t % 2 == 0 ? "even" : "odd", 1);
+            for (int i = 0; i < 1000; ++i)
+                times.add(t % 2 == 0 ? "even" : "odd", 1);
         });
-    for (auto& thread : threads) thread.join();
+    for (auto& thread : threads)
+        thread.join();
     const auto stages = times.stages();
     REQUIRE(stages.size() == 2);
     for (const auto& stage : stages) {

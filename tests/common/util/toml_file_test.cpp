@@ -18,12 +18,14 @@ namespace {
 constexpr std::size_t kMost_bytes = std::size_t{1} << 20;
 
 toml::table read(const fs::path& file) {
-    return util::read_toml(file, [](const std::string& what) { throw UsageError("said: " + what); });
+    return util::read_toml(file,
+                           [](const std::string& what) { throw UsageError("said: " + what); });
 }
 
 std::string repeated(const std::string& part, int times) {
     std::string out;
-    for (int i = 0; i < times; ++i) out += part;
+    for (int i = 0; i < times; ++i)
+        out += part;
     return out;
 }
 
@@ -39,11 +41,13 @@ TEST_CASE("a TOML file is read", "[common][util][toml]") {
     CHECK(read(folder.path() / "link.toml").size() == 1);
 }
 
-TEST_CASE("what is no plain file is no TOML file, and nobody waits for it", "[common][util][toml]") {
+TEST_CASE("what is no plain file is no TOML file, and nobody waits for it",
+          "[common][util][toml]") {
     const TemporaryFolder folder;
     const auto pipe = folder.path() / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-    for (const fs::path& file : {folder.path(), fs::path("/"), fs::path("/dev/zero"), fs::path("/dev/null"), pipe}) {
+    for (const fs::path& file :
+         {folder.path(), fs::path("/"), fs::path("/dev/zero"), fs::path("/dev/null"), pipe}) {
         INFO(file.string());
         CHECK_THROWS_AS(read(file), UsageError);
         CHECK_THROWS_WITH(read(file), "said: not a plain file");
@@ -72,21 +76,29 @@ TEST_CASE("a file may be a mebibyte long, and no longer", "[common][util][toml]"
 
 // Deeper nesting than a stack holds; the parser itself stops only values within values.
 TEST_CASE("no nesting of names or values ends the program", "[common][util][toml]") {
-    struct Case { const char* name; std::string text; bool fits; };
+    struct Case {
+        const char* name;
+        std::string text;
+        bool fits;
+    };
     const auto c = GENERATE(values<Case>({
         {"a name of 500,000 parts", "a" + repeated(".a", 500'000) + " = 1", false},
         {"a table of 500,000 parts", "[a" + repeated(".a", 500'000) + "]", false},
         {"parts of digits", "1" + repeated(".1", 500'000) + " = 1", false},
-        {"parts that look like something else", "\"=\"" + repeated(".\"=\"", 250'000) + " = 1", false},
-        {"tables of long names in each other", repeated("{a" + repeated(".a", 40) + " = ", 250), false},
+        {"parts that look like something else", "\"=\"" + repeated(".\"=\"", 250'000) + " = 1",
+         false},
+        {"tables of long names in each other", repeated("{a" + repeated(".a", 40) + " = ", 250),
+         false},
         {"500,000 lists in each other", "a = " + repeated("[", 500'000), false},
         {"the deepest that is allowed", "a" + repeated(".a", 10'000) + " = 1", true},
     }));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         std::ofstream(folder.path() / "a.toml") << c.text;
-        if (c.fits) CHECK(read(folder.path() / "a.toml").size() == 1);
-        else CHECK_THROWS_AS(read(folder.path() / "a.toml"), UsageError);
+        if (c.fits)
+            CHECK(read(folder.path() / "a.toml").size() == 1);
+        else
+            CHECK_THROWS_AS(read(folder.path() / "a.toml"), UsageError);
     }
 }
 

@@ -25,47 +25,64 @@ namespace fs = std::filesystem;
 
 WorldInfo info_of() {
     WorldInfo info;
-    info.title = "archive", info.bounds = {{-5120, -2048, -5120}, {5120, 2048, 5120}}, info.levels = 9, info.voxel_m = 0.5;
+    info.title = "archive", info.bounds = {{-5120, -2048, -5120}, {5120, 2048, 5120}},
+    info.levels = 9, info.voxel_m = 0.5;
     return info;
 }
 
 std::shared_ptr<const Box> box_at(const BoxKey& key) {
     BoxBuilder builder;
-    for (int x = 0; x < 8; ++x) builder.add(x, (key.bx & 31) + x, 3, 5 + x + (key.bz & 7), true);
-    return builder.build(key, [&](int x, int y, int z) { return test::InventedWorld::attr_at(x, y, z + key.by); });
+    for (int x = 0; x < 8; ++x)
+        builder.add(x, (key.bx & 31) + x, 3, 5 + x + (key.bz & 7), true);
+    return builder.build(
+        key, [&](int x, int y, int z) { return test::InventedWorld::attr_at(x, y, z + key.by); });
 }
 
-void add(ArchiveWriter& writer, const BoxKey& key) { writer.add(key, Kind::kBox, compress(*box_at(key))); }
+void add(ArchiveWriter& writer, const BoxKey& key) {
+    writer.add(key, Kind::kBox, compress(*box_at(key)));
+}
 
-void add_text(ArchiveWriter& writer, const BoxKey& key, const std::string& text) { writer.add(key, Kind::kHole, std::as_bytes(std::span(text))); }
+void add_text(ArchiveWriter& writer, const BoxKey& key, const std::string& text) {
+    writer.add(key, Kind::kHole, std::as_bytes(std::span(text)));
+}
 
-std::unique_ptr<World> open(const fs::path& file) { return open_archive(archive::file_source(file)); }
+std::unique_ptr<World> open(const fs::path& file) {
+    return open_archive(archive::file_source(file));
+}
 
 std::string bytes_of(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
-void write_bytes(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
+void write_bytes(const fs::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+}
 
 std::vector<BoxKey> many_keys(std::size_t count) {
     std::mt19937 random(5);
     std::map<BoxKey, int> keys;
-    while (keys.size() < count) keys[{static_cast<int>(random() % 3), static_cast<std::int32_t>(random() % 40) - 20, static_cast<std::int32_t>(random() % 4) - 2, static_cast<std::int32_t>(random() % 40) - 20}] = 1;
+    while (keys.size() < count)
+        keys[{static_cast<int>(random() % 3), static_cast<std::int32_t>(random() % 40) - 20,
+              static_cast<std::int32_t>(random() % 4) - 2,
+              static_cast<std::int32_t>(random() % 40) - 20}] = 1;
     std::vector<BoxKey> out;
-    for (const auto& [key, one] : keys) out.push_back(key);
+    for (const auto& [key, one] : keys)
+        out.push_back(key);
     std::shuffle(out.begin(), out.end(), random);
     return out;
 }
 
 }  // namespace
 
-TEST_CASE("an archive gives back every box that was put in, and air for the others", "[common][voxel][archive]") {
+TEST_CASE("an archive gives back every box that was put in, and air for the others",
+          "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
     const auto keys = many_keys(2500);  // three leaves of the index
     {
         ArchiveWriter writer(file, info_of(), 0);
-        for (const BoxKey& key : keys) add(writer, key);
+        for (const BoxKey& key : keys)
+            add(writer, key);
         CHECK_FALSE(fs::exists(file));
         writer.finish();
     }
@@ -81,7 +98,8 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
     }
     const std::map<BoxKey, int> known = [&] {
         std::map<BoxKey, int> out;
-        for (const BoxKey& key : keys) out[key] = 1;
+        for (const BoxKey& key : keys)
+            out[key] = 1;
         return out;
     }();
     int air = 0;
@@ -98,7 +116,8 @@ TEST_CASE("an archive gives back every box that was put in, and air for the othe
     CHECK(world->column(0, 99, 0).empty());
 }
 
-TEST_CASE("a hole of an archive is told when it is asked for, with its reason", "[common][voxel][archive]") {
+TEST_CASE("a hole of an archive is told when it is asked for, with its reason",
+          "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
     ArchiveWriter writer(file, info_of(), 0);
@@ -106,7 +125,8 @@ TEST_CASE("a hole of an archive is told when it is asked for, with its reason", 
     add(writer, {0, 2, 0, 1});
     writer.finish();
     const auto world = open(file);
-    CHECK_THROWS_WITH(world->box({0, 1, 0, 1}), contains("the disk was wet") && contains("0/1/0/1"));
+    CHECK_THROWS_WITH(world->box({0, 1, 0, 1}),
+                      contains("the disk was wet") && contains("0/1/0/1"));
     CHECK(world->box({0, 2, 0, 1}) != nullptr);
 }
 
@@ -117,13 +137,15 @@ TEST_CASE("an archive of nothing is one", "[common][voxel][archive]") {
     CHECK(open(folder.path() / "a.tvx")->box({0, 0, 0, 0}) == nullptr);
 }
 
-TEST_CASE("what was added before a break is taken over, and the bytes are those of one go", "[common][voxel][archive]") {
+TEST_CASE("what was added before a break is taken over, and the bytes are those of one go",
+          "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path whole = folder.path() / "whole.tvx", broken = folder.path() / "broken.tvx";
     const auto keys = many_keys(40);
     {
         ArchiveWriter writer(whole, info_of(), 0);
-        for (const BoxKey& key : keys) add(writer, key);
+        for (const BoxKey& key : keys)
+            add(writer, key);
         writer.finish();
     }
     std::uint64_t keep = 0;
@@ -131,7 +153,8 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
         ArchiveWriter writer(broken, info_of(), 0);
         for (std::size_t i = 0; i < 25; ++i) {
             add(writer, keys[i]);
-            if (i == 19) keep = writer.flush();
+            if (i == 19)
+                keep = writer.flush();
         }
         writer.flush();
     }
@@ -139,7 +162,8 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
     {
         ArchiveWriter writer(broken, info_of(), keep);
         CHECK(writer.entries().size() == 20);
-        for (std::size_t i = 20; i < keys.size(); ++i) add(writer, keys[i]);
+        for (std::size_t i = 20; i < keys.size(); ++i)
+            add(writer, keys[i]);
         writer.finish();
     }
     CHECK((bytes_of(whole) == bytes_of(broken)));
@@ -154,23 +178,27 @@ TEST_CASE("what was added before a break is taken over, and the bytes are those 
     }
 }
 
-TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes", "[common][voxel][archive]") {
+TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes",
+          "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
     const auto keys = many_keys(12);
     {
         ArchiveWriter writer(file, info_of(), 0);
-        for (const BoxKey& key : keys) add(writer, key);
+        for (const BoxKey& key : keys)
+            add(writer, key);
         writer.finish();
     }
     const std::string whole = bytes_of(file);
-    // Either an Error somewhere, or the very boxes: the facts about the world are text that no checksum holds.
+    // Either an Error somewhere, or the very boxes: the facts about the world are text that no
+    // checksum holds.
     const auto right_or_refused = [&](const std::string& bytes) {
         write_bytes(file, bytes);
         try {
             const auto world = open(file);
             for (const BoxKey& key : keys)
-                if (key.level < world->info().levels && !same_box(world->box(key), box_at(key))) return false;
+                if (key.level < world->info().levels && !same_box(world->box(key), box_at(key)))
+                    return false;
         } catch (const Error&) {
         }
         return true;
@@ -183,7 +211,8 @@ TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes", "[com
         INFO("byte " << at);
         CHECK(right_or_refused(bytes));
     }
-    for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{63}, std::size_t{64}, whole.size() / 2, whole.size() - 1}) {
+    for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{63},
+                                     std::size_t{64}, whole.size() / 2, whole.size() - 1}) {
         INFO("length " << length);
         CHECK(right_or_refused(whole.substr(0, length)));
     }
@@ -191,7 +220,8 @@ TEST_CASE("no archive with a flipped bit or a lost end gives wrong boxes", "[com
     CHECK_NOTHROW(open(file));
 }
 
-TEST_CASE("bytes of an archive that were read stay what they were, whatever becomes of the file", "[common][voxel][archive]") {
+TEST_CASE("bytes of an archive that were read stay what they were, whatever becomes of the file",
+          "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx";
     constexpr std::size_t kBytes = 100'000;
@@ -201,17 +231,26 @@ TEST_CASE("bytes of an archive that were read stay what they were, whatever beco
     std::vector<std::byte> room, other;
     const auto bytes = source->read(0, good.size(), room);
     // The cases outlive the run that made them: each is given the file of its own run.
-    struct Case { const char* name; std::function<void(const fs::path&)> deed; const char* said; };
+    struct Case {
+        const char* name;
+        std::function<void(const fs::path&)> deed;
+        const char* said;
+    };
     const auto c = GENERATE(values<Case>({
         {"cut short in place", [](const fs::path& at) { fs::resize_file(at, 0); }, "cut short"},
-        {"overwritten in place", [](const fs::path& at) { write_bytes(at, std::string(kBytes, 'b')); }, "changed while it was open"},
-        {"made longer", [](const fs::path& at) { fs::resize_file(at, 2 * kBytes); }, "changed while it was open"},
+        {"overwritten in place",
+         [](const fs::path& at) { write_bytes(at, std::string(kBytes, 'b')); },
+         "changed while it was open"},
+        {"made longer", [](const fs::path& at) { fs::resize_file(at, 2 * kBytes); },
+         "changed while it was open"},
     }));
     DYNAMIC_SECTION(c.name) {
         const auto before = fs::last_write_time(file);
         c.deed(file);
-        fs::last_write_time(file, before + std::chrono::seconds(1));  // clocks of file systems may be coarse
-        CHECK(std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{'a'}; }));
+        fs::last_write_time(
+            file, before + std::chrono::seconds(1));  // clocks of file systems may be coarse
+        CHECK(std::all_of(bytes.begin(), bytes.end(),
+                          [](std::byte b) { return b == std::byte{'a'}; }));
         CHECK_THROWS_WITH(source->read(0, 100, other), contains("a.tvx") && contains(c.said));
         CHECK_THROWS_AS(source->read(0, 100, other), ChangedError);
     }
@@ -223,7 +262,10 @@ TEST_CASE("bytes of an archive that were read stay what they were, whatever beco
     }
 }
 
-TEST_CASE("an archive that is overwritten while it is open gives its own boxes or an error, never another's", "[common][voxel][archive]") {
+TEST_CASE(
+    "an archive that is overwritten while it is open gives its own boxes or an error, never "
+    "another's",
+    "[common][voxel][archive]") {
     const test::TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx", other = folder.path() / "b.tvx";
     const BoxKey key{0, 1, 0, 1};
@@ -231,18 +273,28 @@ TEST_CASE("an archive that is overwritten while it is open gives its own boxes o
         ArchiveWriter writer(to, info_of(), 0);
         BoxBuilder builder;
         builder.add(0, 0, 0, 1, true);
-        const auto attr = [&](int, int, int) { return VoxelAttr{material, static_cast<std::uint8_t>(source_class), 0, 0, {}, 0}; };
+        const auto attr = [&](int, int, int) {
+            return VoxelAttr{material, static_cast<std::uint8_t>(source_class), 0, 0, {}, 0};
+        };
         writer.add(key, Kind::kBox, compress(*builder.build(key, attr)));
         writer.finish();
         return bytes_of(to);
     };
     const std::string whole = write(file, Material::kGrass, 0);
-    // Of the same length, so that the index of the first leads to a sound box of the second, which has the same key.
+    // Of the same length, so that the index of the first leads to a sound box of the second, which
+    // has the same key.
     std::string painted;
-    for (int source_class = 0; source_class < 256 && painted.size() != whole.size(); ++source_class) painted = write(other, Material::kWater, source_class);
+    for (int source_class = 0; source_class < 256 && painted.size() != whole.size(); ++source_class)
+        painted = write(other, Material::kWater, source_class);
     REQUIRE(whole.size() == painted.size());
-    struct Case { const char* name; std::string bytes; };
-    const auto c = GENERATE_REF(values<Case>({{"by another archive", painted}, {"by nothing", {}}, {"by the half of it", whole.substr(0, whole.size() / 2)}}));
+    struct Case {
+        const char* name;
+        std::string bytes;
+    };
+    const auto c =
+        GENERATE_REF(values<Case>({{"by another archive", painted},
+                                   {"by nothing", {}},
+                                   {"by the half of it", whole.substr(0, whole.size() / 2)}}));
     DYNAMIC_SECTION(c.name) {
         const auto world = open(file);
         CHECK(world->box(key)->voxel(0, 0, 0)->material == Material::kGrass);
@@ -253,8 +305,16 @@ TEST_CASE("an archive that is overwritten while it is open gives its own boxes o
     }
 }
 
-TEST_CASE("an archive whose bounds do not fit its levels is refused: a picture of its air would never end", "[common][voxel][archive]") {
-    struct Case { const char* name; VoxelBounds bounds; int levels; const char* said; };
+TEST_CASE(
+    "an archive whose bounds do not fit its levels is refused: a picture of its air would never "
+    "end",
+    "[common][voxel][archive]") {
+    struct Case {
+        const char* name;
+        VoxelBounds bounds;
+        int levels;
+        const char* said;
+    };
     constexpr std::int32_t kWide = 1 << 26, kHigh = 1 << 28, kMore = 1 << 27;
     const auto c = GENERATE(values<Case>({
         {"a box of one voxel", {{0, 0, 0}, {1, 1, 1}}, 1, ""},
@@ -262,13 +322,34 @@ TEST_CASE("an archive whose bounds do not fit its levels is refused: a picture o
         {"as wide as its levels", {{0, 0, 0}, {128, 256, 128}}, 2, ""},
         {"levels that it does not need", {{0, 0, 0}, {64, 256, 64}}, 21, ""},
         {"as wide as the index can say", {{-kWide, 0, -kWide}, {kWide, 256, kWide}}, 20, ""},
-        {"wider than its levels", {{0, 0, 0}, {129, 256, 64}}, 2, "levels = 2; bounds of this width need at least 3"},
-        {"much wider than its levels", {{-kWide, 0, -kWide}, {kWide, 256, kWide}}, 17, "need at least 20"},
-        {"as wide as 32 bits can say, one level", {{-(1 << 30), 0, -(1 << 30)}, {1 << 30, 256, 1 << 30}}, 1, "boxes of the coarsest level"},
-        {"as wide as 32 bits can say", {{-(1 << 30), 0, -(1 << 30)}, {1 << 30, 256, 1 << 30}}, 21, "2^20 boxes from the origin"},
-        {"higher than the index can say", {{0, 0, 0}, {1 << 25, kHigh + 1, 64}}, 20, "2^20 boxes from the origin"},
-        {"a tower of boxes", {{0, -kHigh, 0}, {64, kHigh, 64}}, 1, "1 x 2097152 x 1 boxes of the coarsest level"},
-        {"farther out than the index can say", {{kMore, 0, 0}, {kMore + 64, 256, 64}}, 1, "2^20 boxes from the origin"},
+        {"wider than its levels",
+         {{0, 0, 0}, {129, 256, 64}},
+         2,
+         "levels = 2; bounds of this width need at least 3"},
+        {"much wider than its levels",
+         {{-kWide, 0, -kWide}, {kWide, 256, kWide}},
+         17,
+         "need at least 20"},
+        {"as wide as 32 bits can say, one level",
+         {{-(1 << 30), 0, -(1 << 30)}, {1 << 30, 256, 1 << 30}},
+         1,
+         "boxes of the coarsest level"},
+        {"as wide as 32 bits can say",
+         {{-(1 << 30), 0, -(1 << 30)}, {1 << 30, 256, 1 << 30}},
+         21,
+         "2^20 boxes from the origin"},
+        {"higher than the index can say",
+         {{0, 0, 0}, {1 << 25, kHigh + 1, 64}},
+         20,
+         "2^20 boxes from the origin"},
+        {"a tower of boxes",
+         {{0, -kHigh, 0}, {64, kHigh, 64}},
+         1,
+         "1 x 2097152 x 1 boxes of the coarsest level"},
+        {"farther out than the index can say",
+         {{kMore, 0, 0}, {kMore + 64, 256, 64}},
+         1,
+         "2^20 boxes from the origin"},
     }));
     DYNAMIC_SECTION(c.name) {
         const test::TemporaryFolder folder;
@@ -276,13 +357,19 @@ TEST_CASE("an archive whose bounds do not fit its levels is refused: a picture o
         WorldInfo info = info_of();
         info.bounds = c.bounds, info.levels = c.levels;
         ArchiveWriter(file, info, 0).finish();
-        if (*c.said == '\0') CHECK(open(file)->box({0, 0, 0, 0}) == nullptr);
-        else CHECK_THROWS_WITH(open(file), contains("a.tvx") && contains(c.said));
+        if (*c.said == '\0')
+            CHECK(open(file)->box({0, 0, 0, 0}) == nullptr);
+        else
+            CHECK_THROWS_WITH(open(file), contains("a.tvx") && contains(c.said));
     }
 }
 
-TEST_CASE("an index that names boxes outside of the bounds of its archive is refused", "[common][voxel][archive]") {
-    struct Case { const char* name; BoxKey key; };
+TEST_CASE("an index that names boxes outside of the bounds of its archive is refused",
+          "[common][voxel][archive]") {
+    struct Case {
+        const char* name;
+        BoxKey key;
+    };
     const auto c = GENERATE(values<Case>({
         {"too far west", {0, -81, 0, 0}},
         {"too far south", {0, 0, 0, 80}},
@@ -298,13 +385,16 @@ TEST_CASE("an index that names boxes outside of the bounds of its archive is ref
         add(writer, c.key);
         SECTION("alone") {
             writer.finish();
-            CHECK_THROWS_WITH(open(file), contains(to_string(c.key) + ", which lies outside of its bounds"));
+            CHECK_THROWS_WITH(open(file),
+                              contains(to_string(c.key) + ", which lies outside of its bounds"));
         }
         SECTION("behind one that lies inside") {
-            if (archive::before(archive::key_of(c.key), archive::key_of(good))) return;
+            if (archive::before(archive::key_of(c.key), archive::key_of(good)))
+                return;
             add(writer, good);
             writer.finish();
-            CHECK_THROWS_WITH(open(file)->box(good), contains(to_string(c.key) + ", which lies outside of its bounds"));
+            CHECK_THROWS_WITH(open(file)->box(good),
+                              contains(to_string(c.key) + ", which lies outside of its bounds"));
         }
     }
 }
@@ -322,5 +412,7 @@ TEST_CASE("files that are no archives are refused by name", "[common][voxel][arc
     bytes[8] = 9;
     write_bytes(file, bytes);
     CHECK_THROWS_WITH(open(file), contains("version 9"));
-    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "b.tvx", info_of(), 0).add({0, 1 << 20, 0, 0}, Kind::kBox, {}), contains("2^20"));
+    CHECK_THROWS_WITH(ArchiveWriter(folder.path() / "b.tvx", info_of(), 0)
+                          .add({0, 1 << 20, 0, 0}, Kind::kBox, {}),
+                      contains("2^20"));
 }

@@ -25,7 +25,8 @@ std::string first_difference(const Box& box, const Scene& scene) {
                                       : scene.visible(x, y, z) ? std::optional(attr_of(x, y, z))
                                                                : std::optional(VoxelAttr{});
                 if (found != expected || box.solid(x, y, z) != scene.solid(x, y, z))
-                    return "(" + std::to_string(x) + ", " + std::to_string(y) + ", " + std::to_string(z) + ")";
+                    return "(" + std::to_string(x) + ", " + std::to_string(y) + ", " +
+                           std::to_string(z) + ")";
             }
     return "";
 }
@@ -33,11 +34,14 @@ std::string first_difference(const Box& box, const Scene& scene) {
 Scene filled_with(int y0, int y1, int x0 = -1, int x1 = 65, int z0 = -1, int z1 = 65) {
     Scene scene;
     for (int z = z0; z < z1; ++z)
-        for (int x = x0; x < x1; ++x) scene.add(x, z, y0, y1, true);
+        for (int x = x0; x < x1; ++x)
+            scene.add(x, z, y0, y1, true);
     return scene;
 }
 
-std::size_t attrs_in(const Scene& scene) { return scene.build(kKey, attr_of)->attrs().size(); }
+std::size_t attrs_in(const Scene& scene) {
+    return scene.build(kKey, attr_of)->attrs().size();
+}
 
 }  // namespace
 
@@ -52,15 +56,19 @@ TEST_CASE("a box holds what a plain array of voxels holds", "[common][voxel][box
     CHECK(box->key() == kKey);
 }
 
-TEST_CASE("attributes are asked once for each voxel that can be seen, and for no other", "[common][voxel][box]") {
+TEST_CASE("attributes are asked once for each voxel that can be seen, and for no other",
+          "[common][voxel][box]") {
     const Scene scene = random_scene(99);
     std::map<std::tuple<int, int, int>, int> asked;
-    const auto box = scene.build(kKey, [&](int x, int y, int z) { return ++asked[{x, y, z}], attr_of(x, y, z); });
+    const auto box = scene.build(
+        kKey, [&](int x, int y, int z) { return ++asked[{x, y, z}], attr_of(x, y, z); });
     int wrong = 0, visible = 0;
     for (int y = 0; y < kBoxSizeY; ++y)
         for (int z = 0; z < kBoxSizeZ; ++z)
-            for (int x = 0; x < kBoxSizeX; ++x) visible += scene.visible(x, y, z);
-    for (const auto& [at, times] : asked) wrong += times != 1 || !scene.visible(std::get<0>(at), std::get<1>(at), std::get<2>(at));
+            for (int x = 0; x < kBoxSizeX; ++x)
+                visible += scene.visible(x, y, z);
+    for (const auto& [at, times] : asked)
+        wrong += times != 1 || !scene.visible(std::get<0>(at), std::get<1>(at), std::get<2>(at));
     CHECK(wrong == 0);
     CHECK(asked.size() == static_cast<std::size_t>(visible));
     CHECK(box->attrs().size() == static_cast<std::size_t>(visible));
@@ -69,7 +77,8 @@ TEST_CASE("attributes are asked once for each voxel that can be seen, and for no
 TEST_CASE("a box without anything solid is no box", "[common][voxel][box]") {
     CHECK(Scene().build(kKey, attr_of) == nullptr);
     Scene margins_only;
-    for (int i = -1; i < 65; ++i) margins_only.add(i, -1, -1, 257, true), margins_only.add(64, i, -1, 257, true);
+    for (int i = -1; i < 65; ++i)
+        margins_only.add(i, -1, -1, 257, true), margins_only.add(64, i, -1, 257, true);
     margins_only.add(5, 5, -1, 0, true);
     margins_only.add(5, 5, 256, 257, true);
     CHECK(margins_only.build(kKey, attr_of) == nullptr);
@@ -80,14 +89,19 @@ TEST_CASE("a box deep inside rock has only its four roots", "[common][voxel][box
     REQUIRE(box);
     CHECK(box->cells().size() == Box::kRootCount);
     CHECK(box->attrs().empty());
-    for (const TreeCell& root : box->cells()) CHECK((root.mask == ~std::uint64_t{0} && root.detail == 0));
+    for (const TreeCell& root : box->cells())
+        CHECK((root.mask == ~std::uint64_t{0} && root.detail == 0));
     CHECK(box->voxel(0, 0, 0) == VoxelAttr{});
     CHECK(box->voxel(63, 255, 63) == VoxelAttr{});
     CHECK(box->top() == 256);
 }
 
 TEST_CASE("the margin decides which faces at the box's edge can be seen", "[common][voxel][box]") {
-    struct Case { const char* name; Scene scene; std::size_t attrs; };
+    struct Case {
+        const char* name;
+        Scene scene;
+        std::size_t attrs;
+    };
     const auto c = GENERATE(values<Case>({
         {"rock on all sides", filled_with(-1, 257), 0},
         {"air above", filled_with(-1, 256), 64 * 64},
@@ -98,13 +112,16 @@ TEST_CASE("the margin decides which faces at the box's edge can be seen", "[comm
         {"air to the south", filled_with(-1, 257, -1, 65, -1, 64), 256 * 64},
         {"air all around", filled_with(0, 256, 0, 64, 0, 64), 64 * 64 * 256 - 62 * 62 * 254},
     }));
-    DYNAMIC_SECTION(c.name) { CHECK(attrs_in(c.scene) == c.attrs); }
+    DYNAMIC_SECTION(c.name) {
+        CHECK(attrs_in(c.scene) == c.attrs);
+    }
 }
 
 TEST_CASE("rock behind water and leaves keeps its attributes", "[common][voxel][box]") {
     Scene lake = filled_with(-1, 100);
     for (int z = -1; z < 65; ++z)
-        for (int x = -1; x < 65; ++x) lake.add(x, z, 100, 110, false);
+        for (int x = -1; x < 65; ++x)
+            lake.add(x, z, 100, 110, false);
     const auto box = lake.build(kKey, attr_of);
     CHECK(box->attrs().size() == 64 * 64 * 11);
     CHECK(box->voxel(3, 99, 4) == attr_of(3, 99, 4));
@@ -112,10 +129,18 @@ TEST_CASE("rock behind water and leaves keeps its attributes", "[common][voxel][
 }
 
 TEST_CASE("the top of a box is one past its highest voxel", "[common][voxel][box]") {
-    struct Case { const char* name; int x, y, z; };
+    struct Case {
+        const char* name;
+        int x, y, z;
+    };
     const auto c = GENERATE(values<Case>({
-        {"bottom corner", 0, 0, 0}, {"one brick up", 63, 4, 0}, {"below a 16-cell's edge", 17, 15, 40}, {"above it", 17, 16, 40},
-        {"below a root's edge", 30, 63, 63}, {"above it", 30, 64, 63}, {"the very top", 63, 255, 63},
+        {"bottom corner", 0, 0, 0},
+        {"one brick up", 63, 4, 0},
+        {"below a 16-cell's edge", 17, 15, 40},
+        {"above it", 17, 16, 40},
+        {"below a root's edge", 30, 63, 63},
+        {"above it", 30, 64, 63},
+        {"the very top", 63, 255, 63},
     }));
     DYNAMIC_SECTION(c.name) {
         Scene scene;
@@ -127,11 +152,15 @@ TEST_CASE("the top of a box is one past its highest voxel", "[common][voxel][box
 
 TEST_CASE("the order of columns does not change a box's bytes", "[common][voxel][box]") {
     BoxBuilder forward, backward;
-    for (int i = 0; i < 64; ++i) forward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
-    for (int i = 63; i >= 0; --i) backward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
+    for (int i = 0; i < 64; ++i)
+        forward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
+    for (int i = 63; i >= 0; --i)
+        backward.add(i, 63 - i, i, 2 * i + 3, i % 2 == 0);
     const auto a = forward.build(kKey, attr_of), b = backward.build(kKey, attr_of);
     CHECK(std::equal(a->blob().begin(), a->blob().end(), b->blob().begin(), b->blob().end()));
     CHECK(a->checksum() == b->checksum());
 }
 
-TEST_CASE("a box is named level/bx/by/bz", "[common][voxel][box]") { CHECK(to_string(BoxKey{4, -1, 0, 12}) == "4/-1/0/12"); }
+TEST_CASE("a box is named level/bx/by/bz", "[common][voxel][box]") {
+    CHECK(to_string(BoxKey{4, -1, 0, 12}) == "4/-1/0/12");
+}

@@ -23,19 +23,25 @@ using Bytes = std::vector<std::byte>;
 constexpr BoxKey kKey{2, -70'000, -1, 123'456};
 
 // Where the fields of the blob's header lie (docs/formats.md).
-constexpr std::size_t kVersionAt = 8, kLevelAt = 12, kCellCountAt = 28, kAttrCountAt = 32, kChecksumAt = 56, kCellsAt = 64;
+constexpr std::size_t kVersionAt = 8, kLevelAt = 12, kCellCountAt = 28, kAttrCountAt = 32,
+                      kChecksumAt = 56, kCellsAt = 64;
 
 // Small enough that every prefix can be tried.
 Scene small_scene() {
     Scene scene;
     std::mt19937 random(3);
     for (int z = 20; z < 28; ++z)
-        for (int x = 30; x < 40; ++x) scene.add(x, z, 60, 62 + static_cast<int>(random() % 9), random() % 5 != 0);
+        for (int x = 30; x < 40; ++x)
+            scene.add(x, z, 60, 62 + static_cast<int>(random() % 9), random() % 5 != 0);
     return scene;
 }
 
-Bytes copy_of(std::span<const std::byte> bytes) { return {bytes.begin(), bytes.end()}; }
-bool same(std::span<const std::byte> a, std::span<const std::byte> b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+Bytes copy_of(std::span<const std::byte> bytes) {
+    return {bytes.begin(), bytes.end()};
+}
+bool same(std::span<const std::byte> a, std::span<const std::byte> b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
 
 template <class T>
 Bytes with(Bytes blob, std::size_t at, T value) {
@@ -46,7 +52,8 @@ Bytes with(Bytes blob, std::size_t at, T value) {
 // What a hostile or broken writer could send: wrong fields under a right checksum.
 Bytes signed_again(Bytes blob) {
     const auto seed = XXH64(blob.data(), kChecksumAt, 0);
-    return with(blob, kChecksumAt, std::uint64_t{XXH64(blob.data() + kCellsAt, blob.size() - kCellsAt, seed)});
+    return with(blob, kChecksumAt,
+                std::uint64_t{XXH64(blob.data() + kCellsAt, blob.size() - kCellsAt, seed)});
 }
 
 Bytes zstd_frame(const Bytes& content) {
@@ -55,7 +62,8 @@ Bytes zstd_frame(const Bytes& content) {
     return out;
 }
 
-// "refused: <message>" for an Error, "the same box" or "another box"; anything else that is thrown fails the test.
+// "refused: <message>" for an Error, "the same box" or "another box"; anything else that is thrown
+// fails the test.
 template <class Read>
 std::string outcome(const Box& original, const Read& read) {
     try {
@@ -69,10 +77,14 @@ std::string outcome(const Box& original, const Read& read) {
 }  // namespace
 
 TEST_CASE("a box survives compression, byte for byte", "[common][voxel][codec]") {
-    struct Case { const char* name; std::shared_ptr<const Box> box; };
+    struct Case {
+        const char* name;
+        std::shared_ptr<const Box> box;
+    };
     Scene full;
     for (int z = -1; z < 65; ++z)
-        for (int x = -1; x < 65; ++x) full.add(x, z, -1, 257, true);
+        for (int x = -1; x < 65; ++x)
+            full.add(x, z, -1, 257, true);
     const auto c = GENERATE_COPY(values<Case>({
         {"a few voxels", small_scene().build(kKey, attr_of)},
         {"hills and trees", random_scene(4).build(kKey, attr_of)},
@@ -133,7 +145,8 @@ TEST_CASE("a damaged blob is refused, whichever bit has flipped", "[common][voxe
     }
 }
 
-// zstd ignores a few bits of its own frame header, so a flip there may still give the box: but never another one.
+// zstd ignores a few bits of its own frame header, so a flip there may still give the box: but
+// never another one.
 TEST_CASE("a damaged frame is refused or harmless, never another box", "[common][voxel][codec]") {
     const auto box = random_scene(8).build(kKey, attr_of);
     const Bytes frame = compress(*box);
@@ -143,7 +156,8 @@ TEST_CASE("a damaged frame is refused or harmless, never another box", "[common]
     for (int i = 0; i < kTries; ++i) {
         Bytes damaged = frame;
         // Half of the flips go to the first bytes, where the sizes and tables are.
-        const std::size_t at = random() % (i % 2 == 0 ? damaged.size() : std::min<std::size_t>(damaged.size(), 64));
+        const std::size_t at =
+            random() % (i % 2 == 0 ? damaged.size() : std::min<std::size_t>(damaged.size(), 64));
         const auto flip = static_cast<std::byte>(1 + random() % 255);
         damaged[at] ^= flip;
         const auto result = outcome(*box, [&] { return decompress_box(damaged, "test"); });
@@ -154,42 +168,62 @@ TEST_CASE("a damaged frame is refused or harmless, never another box", "[common]
     CHECK(refused > kTries * 9 / 10);
 }
 
-TEST_CASE("a blob that lies under a right checksum is refused by what is wrong", "[common][voxel][codec]") {
+TEST_CASE("a blob that lies under a right checksum is refused by what is wrong",
+          "[common][voxel][codec]") {
     const auto box = small_scene().build(kKey, attr_of);
     const Bytes good = copy_of(box->blob());
-    const auto cells = static_cast<std::uint32_t>(box->cells().size()), attrs = static_cast<std::uint32_t>(box->attrs().size());
+    const auto cells = static_cast<std::uint32_t>(box->cells().size()),
+               attrs = static_cast<std::uint32_t>(box->attrs().size());
     const std::size_t last_cell = kCellsAt + (cells - 1) * sizeof(TreeCell), first_root = kCellsAt;
     constexpr std::size_t kMaskAt = 0, kDetailAt = 8, kFirstAt = 16;
-    struct Case { const char* name; Bytes blob; const char* said; };
+    struct Case {
+        const char* name;
+        Bytes blob;
+        const char* said;
+    };
     const auto c = GENERATE_COPY(values<Case>({
         {"another format", with(good, 0, 'X'), "magic"},
-        {"an older version", with(good, kVersionAt, std::uint32_t{0}), "format version 0; allowed: 1"},
-        {"a newer version", with(good, kVersionAt, std::uint32_t{2}), "format version 2; allowed: 1"},
-        {"a level below zero", with(good, kLevelAt, std::int32_t{-1}), "level -1; allowed: 0 to 20"},
+        {"an older version", with(good, kVersionAt, std::uint32_t{0}),
+         "format version 0; allowed: 1"},
+        {"a newer version", with(good, kVersionAt, std::uint32_t{2}),
+         "format version 2; allowed: 1"},
+        {"a level below zero", with(good, kLevelAt, std::int32_t{-1}),
+         "level -1; allowed: 0 to 20"},
         {"a level too high", with(good, kLevelAt, std::int32_t{21}), "level 21"},
         {"no roots", with(good, kCellCountAt, std::uint32_t{0}), "0 cells"},
         {"more cells than fit", with(good, kCellCountAt, ~std::uint32_t{0}), "4294967295 cells"},
         {"more voxels than fit", with(good, kAttrCountAt, ~std::uint32_t{0}), "4294967295 voxels"},
         {"one cell too many", with(good, kCellCountAt, cells + 1), "promises"},
         {"one voxel too few", with(good, kAttrCountAt, attrs - 1), "promises"},
-        {"three voxels for one cell", with(with(good, kCellCountAt, cells - 1), kAttrCountAt, attrs + 3), "index"},
+        {"three voxels for one cell",
+         with(with(good, kCellCountAt, cells - 1), kAttrCountAt, attrs + 3), "index"},
         {"details in air", with(good, last_cell + kMaskAt, std::uint64_t{0}), "index"},
-        {"a voxel more than stored", with(with(good, last_cell + kMaskAt, ~std::uint64_t{0}), last_cell + kDetailAt, ~std::uint64_t{0}), "index"},
+        {"a voxel more than stored",
+         with(with(good, last_cell + kMaskAt, ~std::uint64_t{0}), last_cell + kDetailAt,
+              ~std::uint64_t{0}),
+         "index"},
         {"a cell that leads outside", with(good, last_cell + kFirstAt, ~std::uint32_t{0}), "index"},
-        {"a root that leads to itself", with(good, first_root + kFirstAt, std::uint32_t{0}), "index"},
+        {"a root that leads to itself", with(good, first_root + kFirstAt, std::uint32_t{0}),
+         "index"},
         {"a root with children that are not there",
-         with(with(good, first_root + kMaskAt, ~std::uint64_t{0}), first_root + kDetailAt, ~std::uint64_t{0}), "index"},
-        {"cells that no root leads to", with(good, first_root + kDetailAt, std::uint64_t{0}), "index"},
+         with(with(good, first_root + kMaskAt, ~std::uint64_t{0}), first_root + kDetailAt,
+              ~std::uint64_t{0}),
+         "index"},
+        {"cells that no root leads to", with(good, first_root + kDetailAt, std::uint64_t{0}),
+         "index"},
     }));
     DYNAMIC_SECTION(c.name) {
         const Bytes blob = signed_again(c.blob);
         CHECK_THROWS_AS(Box::from_blob(blob, "2/1/0/3"), Error);
-        CHECK_THROWS_WITH(Box::from_blob(blob, "2/1/0/3"), contains("read the box 2/1/0/3") && contains(c.said));
-        CHECK_THROWS_WITH(decompress_box(zstd_frame(blob), "2/1/0/3"), contains("read the box 2/1/0/3") && contains(c.said));
+        CHECK_THROWS_WITH(Box::from_blob(blob, "2/1/0/3"),
+                          contains("read the box 2/1/0/3") && contains(c.said));
+        CHECK_THROWS_WITH(decompress_box(zstd_frame(blob), "2/1/0/3"),
+                          contains("read the box 2/1/0/3") && contains(c.said));
     }
 }
 
-TEST_CASE("no random cells under a right checksum can lead a reader outside the box", "[common][voxel][codec]") {
+TEST_CASE("no random cells under a right checksum can lead a reader outside the box",
+          "[common][voxel][codec]") {
     const auto box = small_scene().build(kKey, attr_of);
     std::mt19937_64 random(17);
     int refused = 0;
@@ -204,7 +238,8 @@ TEST_CASE("no random cells under a right checksum can lead a reader outside the 
             std::size_t solid = 0;
             for (int y = 0; y < kBoxSizeY; y += 1)
                 for (int z = 16; z < 32; ++z)
-                    for (int x = 28; x < 44; ++x) solid += read->solid(x, y, z);
+                    for (int x = 28; x < 44; ++x)
+                        solid += read->solid(x, y, z);
             CHECK(solid <= std::size_t{256} * 16 * 16);
             CHECK((read->top() >= 0 && read->top() <= kBoxSizeY));
         } catch (const Error&) {
@@ -214,7 +249,8 @@ TEST_CASE("no random cells under a right checksum can lead a reader outside the 
     CHECK(refused > 0);
 }
 
-TEST_CASE("frames that are no boxes are refused before they cost memory", "[common][voxel][codec]") {
+TEST_CASE("frames that are no boxes are refused before they cost memory",
+          "[common][voxel][codec]") {
     const auto text = [](std::string_view s) { return copy_of(std::as_bytes(std::span(s))); };
     Bytes unknown_size(64);
     {
@@ -227,18 +263,24 @@ TEST_CASE("frames that are no boxes are refused before they cost memory", "[comm
         unknown_size.resize(out.pos);
         ZSTD_freeCCtx(stream);
     }
-    struct Case { const char* name; Bytes frame; const char* said; };
+    struct Case {
+        const char* name;
+        Bytes frame;
+        const char* said;
+    };
     const auto c = GENERATE_COPY(values<Case>({
         {"nothing", {}, "not a zstd frame"},
         {"a web page", text("<html>404 Not Found</html>"), "not a zstd frame"},
         {"a frame of unknown size", unknown_size, "known size"},
         {"nine million zeros", zstd_frame(Bytes(9'000'000)), "claims 9000000 bytes"},
-        {"a claim of 2^63 bytes", text({"\x28\xb5\x2f\xfd\xe0\0\0\0\0\0\0\0\x80", 13}), "claims 9223372036854775808 bytes"},
+        {"a claim of 2^63 bytes", text({"\x28\xb5\x2f\xfd\xe0\0\0\0\0\0\0\0\x80", 13}),
+         "claims 9223372036854775808 bytes"},
         {"an empty frame", zstd_frame({}), "0 bytes; at least 64"},
         {"a frame of zeros", zstd_frame(Bytes(4096)), "magic"},
     }));
     DYNAMIC_SECTION(c.name) {
         CHECK_THROWS_AS(decompress_box(c.frame, "0/0/0/0"), Error);
-        CHECK_THROWS_WITH(decompress_box(c.frame, "0/0/0/0"), contains("read the box 0/0/0/0") && contains(c.said));
+        CHECK_THROWS_WITH(decompress_box(c.frame, "0/0/0/0"),
+                          contains("read the box 0/0/0/0") && contains(c.said));
     }
 }

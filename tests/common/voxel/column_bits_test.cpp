@@ -13,18 +13,22 @@ namespace {
 struct PlainColumn {
     std::array<bool, 258> at{};
     void fill(int y0, int y1) {
-        for (int y = std::max(y0, -1); y < std::min(y1, 257); ++y) at[static_cast<std::size_t>(y + 1)] = true;
+        for (int y = std::max(y0, -1); y < std::min(y1, 257); ++y)
+            at[static_cast<std::size_t>(y + 1)] = true;
     }
     [[nodiscard]] bool get(int y) const { return at[static_cast<std::size_t>(y + 1)]; }
 };
 
 void check_equal(const ColumnBits& bits, const PlainColumn& plain) {
     int wrong = 0;
-    for (int y = -1; y < 257; ++y) wrong += bits.at(y) != plain.get(y);
+    for (int y = -1; y < 257; ++y)
+        wrong += bits.at(y) != plain.get(y);
     for (int y = 0; y < 256; ++y) {
         wrong += (bits.word(y / 64) >> (y % 64) & 1) != static_cast<unsigned>(plain.get(y));
-        wrong += (bits.word_from_above(y / 64) >> (y % 64) & 1) != static_cast<unsigned>(plain.get(y + 1));
-        wrong += (bits.word_from_below(y / 64) >> (y % 64) & 1) != static_cast<unsigned>(plain.get(y - 1));
+        wrong += (bits.word_from_above(y / 64) >> (y % 64) & 1) !=
+                 static_cast<unsigned>(plain.get(y + 1));
+        wrong += (bits.word_from_below(y / 64) >> (y % 64) & 1) !=
+                 static_cast<unsigned>(plain.get(y - 1));
     }
     CHECK(wrong == 0);
 }
@@ -32,7 +36,10 @@ void check_equal(const ColumnBits& bits, const PlainColumn& plain) {
 }  // namespace
 
 TEST_CASE("a filled run of a column sets exactly its voxels", "[common][voxel][column]") {
-    struct Case { const char* name; int y0, y1; };
+    struct Case {
+        const char* name;
+        int y0, y1;
+    };
     const auto c = GENERATE(values<Case>({
         {"nothing", 5, 5},
         {"a run turned round", 9, 3},
@@ -66,7 +73,8 @@ TEST_CASE("random runs add up in a column", "[common][voxel][column]") {
     PlainColumn plain;
     const auto runs = random() % 12;
     for (unsigned i = 0; i < runs; ++i) {
-        const int y0 = static_cast<int>(random() % 280) - 12, y1 = y0 + static_cast<int>(random() % 80);
+        const int y0 = static_cast<int>(random() % 280) - 12,
+                  y1 = y0 + static_cast<int>(random() % 80);
         bits.fill(y0, y1), plain.fill(y0, y1);
     }
     INFO("seed " << seed);

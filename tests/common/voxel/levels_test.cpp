@@ -14,15 +14,24 @@ using enum terravox::voxel::Material;
 
 namespace {
 
-template <class Each> void for_columns(int level, const Each& each) {
+template <class Each>
+void for_columns(int level, const Each& each) {
     for (int x = 0; x < 64 >> level; ++x)
-        for (int z = 0; z < 64 >> level; ++z) each(x, z);
+        for (int z = 0; z < 64 >> level; ++z)
+            each(x, z);
 }
-bool solid(Material m) { return m != kAir; }
-bool leaf(Material m) { return m == kHighVegetation; }
-bool roof(Material m) { return m == kOrangeRoof; }
+bool solid(Material m) {
+    return m != kAir;
+}
+bool leaf(Material m) {
+    return m == kHighVegetation;
+}
+bool roof(Material m) {
+    return m == kOrangeRoof;
+}
 
-template <class Height> MaterialGrid terrain(const Height& height) {
+template <class Height>
+MaterialGrid terrain(const Height& height) {
     MaterialGrid grid;
     for_columns(0, [&](int x, int z) {
         const int top = height(x, z);
@@ -33,9 +42,13 @@ template <class Height> MaterialGrid terrain(const Height& height) {
 
 // How much too high the ground of a level is, in voxels of that level, on average.
 double mean_rise(const Box& fine, int level) {
-    const auto coarse = level_of(std::shared_ptr<const Box>(std::shared_ptr<const Box>(), &fine), level);
+    const auto coarse =
+        level_of(std::shared_ptr<const Box>(std::shared_ptr<const Box>(), &fine), level);
     double sum = 0;
-    for_columns(0, [&](int x, int z) { sum += top_of(*coarse, x >> level, z >> level, solid) - top_of(fine, x, z, solid) / double(1 << level); });
+    for_columns(0, [&](int x, int z) {
+        sum += top_of(*coarse, x >> level, z >> level, solid) -
+               top_of(fine, x, z, solid) / double(1 << level);
+    });
     return sum / 4096;
 }
 
@@ -47,7 +60,8 @@ double covered(const Box& box, int level, bool (*counts)(Material)) {
 
 }  // namespace
 
-TEST_CASE("flat ground rises by at most half a coarse voxel on average over its heights", "[common][voxel][levels]") {
+TEST_CASE("flat ground rises by at most half a coarse voxel on average over its heights",
+          "[common][voxel][levels]") {
     const int level = GENERATE(range(1, 6));
     double sum = 0;
     for (int h = 64; h < 64 + (1 << level); ++h) {
@@ -59,13 +73,22 @@ TEST_CASE("flat ground rises by at most half a coarse voxel on average over its 
     CHECK(sum / (1 << level) <= 0.5);
 }
 
-TEST_CASE("sloping, stepped and rough ground keeps its height on average", "[common][voxel][levels]") {
-    struct Case { const char* name; double slope_x, slope_z; int step, rough; };
+TEST_CASE("sloping, stepped and rough ground keeps its height on average",
+          "[common][voxel][levels]") {
+    struct Case {
+        const char* name;
+        double slope_x, slope_z;
+        int step, rough;
+    };
     const auto c = GENERATE(values<Case>({
-        {"stairs of one", 1, 0, 1, 1}, {"stairs of one, down to the south-east", -0.5, -0.5, 1, 1}, {"stairs of three", 0.6, 0, 3, 1},
+        {"stairs of one", 1, 0, 1, 1},
+        {"stairs of one, down to the south-east", -0.5, -0.5, 1, 1},
+        {"stairs of three", 0.6, 0, 3, 1},
         {"a gentle slope", 0.1, 0.07, 1, 1},
-        {"a steep slope", 1.4, -0.9, 1, 1}, {"rough ground", 0.3, -0.2, 1, 4},
-        {"very rough ground", 0, 0, 1, 9}, {"a cliff's height in a few columns", 2.4, 0, 1, 2},
+        {"a steep slope", 1.4, -0.9, 1, 1},
+        {"rough ground", 0.3, -0.2, 1, 4},
+        {"very rough ground", 0, 0, 1, 9},
+        {"a cliff's height in a few columns", 2.4, 0, 1, 2},
     }));
     const int level = GENERATE(range(1, 6));
     DYNAMIC_SECTION(c.name << ", level " << level) {
@@ -75,7 +98,8 @@ TEST_CASE("sloping, stepped and rough ground keeps its height on average", "[com
             std::mt19937 random(11);
             const auto grid = terrain([&](int x, int z) {
                 const int h = static_cast<int>(std::floor(60 + c.slope_x * x + c.slope_z * z));
-                return (lift << level) / kLifts + h / c.step * c.step + static_cast<int>(random() % static_cast<unsigned>(c.rough));
+                return (lift << level) / kLifts + h / c.step * c.step +
+                       static_cast<int>(random() % static_cast<unsigned>(c.rough));
             });
             sum += mean_rise(*grid.build(), level);
         }
@@ -86,19 +110,32 @@ TEST_CASE("sloping, stepped and rough ground keeps its height on average", "[com
 }
 
 TEST_CASE("a bridge deck one voxel thick stays, with its way beneath", "[common][voxel][levels]") {
-    struct Case { const char* name; int width; bool diagonal; };
-    const auto c = GENERATE(values<Case>({{"wide", 7, false}, {"three wide", 3, false}, {"one wide", 1, false}, {"one wide and diagonal", 1, true}}));
+    struct Case {
+        const char* name;
+        int width;
+        bool diagonal;
+    };
+    const auto c = GENERATE(values<Case>({{"wide", 7, false},
+                                          {"three wide", 3, false},
+                                          {"one wide", 1, false},
+                                          {"one wide and diagonal", 1, true}}));
     const int at = GENERATE(range(0, 4));
     DYNAMIC_SECTION(c.name << " at offset " << at) {
         MaterialGrid grid = terrain([](int, int) { return 20; });
         const int y = 40 + at % 2, z0 = 20 + at / 2;
-        const auto lies_on = [&](int x, int z) { return c.diagonal ? z == (x + z0) % 64 : z >= z0 && z < z0 + c.width; };
-        for_columns(0, [&](int x, int z) { if (lies_on(x, z)) grid.set(x, y, z, kBridge); });
+        const auto lies_on = [&](int x, int z) {
+            return c.diagonal ? z == (x + z0) % 64 : z >= z0 && z < z0 + c.width;
+        };
+        for_columns(0, [&](int x, int z) {
+            if (lies_on(x, z))
+                grid.set(x, y, z, kBridge);
+        });
         for (int level = 1; level <= 2; ++level) {
             const auto box = level_of(grid.build(), level);
             int lost = 0, blocked = 0;
             for_columns(0, [&](int x, int z) {
-                if (!lies_on(x, z)) return;
+                if (!lies_on(x, z))
+                    return;
                 lost += material_at(*box, x >> level, y >> level, z >> level) != kBridge;
                 blocked += material_at(*box, x >> level, (y >> level) - 1, z >> level) != kAir;
             });
@@ -117,7 +154,8 @@ TEST_CASE("a gable roof is still a roof two levels up", "[common][voxel][levels]
     const auto roof_y = [&](int x) { return y0 + 8 + std::min(x - x0, x0 + 18 - x); };
     for (int x = x0; x < x0 + 19; ++x) {  // walls under a roof without a loft
         for (int z = z0; z < z0 + 24; ++z) {
-            if (x == x0 || x == x0 + 18 || z == z0 || z == z0 + 23) grid.fill({x, x + 1}, {y0, roof_y(x)}, {z, z + 1}, kWall);
+            if (x == x0 || x == x0 + 18 || z == z0 || z == z0 + 23)
+                grid.fill({x, x + 1}, {y0, roof_y(x)}, {z, z + 1}, kWall);
             grid.set(x, roof_y(x), z, kOrangeRoof);
         }
     }
@@ -136,7 +174,8 @@ TEST_CASE("a gable roof is still a roof two levels up", "[common][voxel][levels]
     }
 }
 
-TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level", "[common][voxel][levels]") {
+TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
+          "[common][voxel][levels]") {
     // Houses of 9 x 6 at all angles, solid as surveys make them; averaged over many towns.
     std::array<double, 5> cover{};
     constexpr int kTowns = 24;
@@ -145,17 +184,24 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
         MaterialGrid grid = terrain([](int, int) { return 20; });
         for (int i = 0; i < 16; ++i) {
             const double a = static_cast<double>(random() % 314) / 100;
-            const double cx = 8 + 16 * (i % 4) + static_cast<double>(random() % 40) / 10, cz = 8 + 16 * (i / 4) + static_cast<double>(random() % 40) / 10;
+            const double cx = 8 + 16 * (i % 4) + static_cast<double>(random() % 40) / 10,
+                         cz = 8 + 16 * (i / 4) + static_cast<double>(random() % 40) / 10;
             for_columns(0, [&](int x, int z) {
-                const double u = (x - cx) * std::cos(a) + (z - cz) * std::sin(a), v = (z - cz) * std::cos(a) - (x - cx) * std::sin(a);
-                if (std::abs(u) <= 4.5 && std::abs(v) <= 3) grid.fill({x, x + 1}, {20, 27}, {z, z + 1}, kWall), grid.set(x, 27, z, kOrangeRoof);
+                const double u = (x - cx) * std::cos(a) + (z - cz) * std::sin(a),
+                             v = (z - cz) * std::cos(a) - (x - cx) * std::sin(a);
+                if (std::abs(u) <= 4.5 && std::abs(v) <= 3)
+                    grid.fill({x, x + 1}, {20, 27}, {z, z + 1}, kWall),
+                        grid.set(x, 27, z, kOrangeRoof);
             });
         }
         const auto fine = grid.build();
-        for (int level = 0; level < 5; ++level) cover[static_cast<std::size_t>(level)] += covered(*level_of(fine, level), level, roof) / kTowns;
+        for (int level = 0; level < 5; ++level)
+            cover[static_cast<std::size_t>(level)] +=
+                covered(*level_of(fine, level), level, roof) / kTowns;
     }
     CAPTURE(cover[0], cover[1], cover[2], cover[3], cover[4]);
-    // Where all shells are kept a house gains up to a voxel of width; from level 3 on it keeps its area, and what was gained fades.
+    // Where all shells are kept a house gains up to a voxel of width; from level 3 on it keeps its
+    // area, and what was gained fades.
     CHECK(cover[1] < 1.5 * cover[0]);
     CHECK(cover[2] < 2.4 * cover[0]);
     CHECK(cover[3] < 1.7 * cover[0]);
@@ -163,29 +209,39 @@ TEST_CASE("a town keeps its lanes: houses do not go on growing, level by level",
     CHECK(cover[4] > 0.7 * cover[0]);
 }
 
-TEST_CASE("a lake stays flat, whole and water, whatever its height and depth", "[common][voxel][levels]") {
+TEST_CASE("a lake stays flat, whole and water, whatever its height and depth",
+          "[common][voxel][levels]") {
     const int surface = GENERATE(range(96, 112)), depth = GENERATE(1, 2, 3, 8);
     INFO("surface " << surface << ", depth " << depth);
-    const auto far_in = [](int x, int z) { return std::max(std::abs(x - 32), std::abs(z - 32)); };  // 0 in the middle
-    MaterialGrid grid = terrain([&](int x, int z) { return far_in(x, z) < 29 ? surface - depth : surface + (far_in(x, z) > 30); });
+    const auto far_in = [](int x, int z) {
+        return std::max(std::abs(x - 32), std::abs(z - 32));
+    };  // 0 in the middle
+    MaterialGrid grid = terrain([&](int x, int z) {
+        return far_in(x, z) < 29 ? surface - depth : surface + (far_in(x, z) > 30);
+    });
     for_columns(0, [&](int x, int z) {
-        if (far_in(x, z) < 29) grid.fill({x, x + 1}, {surface - depth, surface}, {z, z + 1}, kWater), grid.set(x, surface - depth - 1, z, kSand);
+        if (far_in(x, z) < 29)
+            grid.fill({x, x + 1}, {surface - depth, surface}, {z, z + 1}, kWater),
+                grid.set(x, surface - depth - 1, z, kSand);
     });
     for (int level = 1; level <= 4; ++level) {
         const auto box = level_of(grid.build(), level);
-        const int expected = (surface + (1 << level) - 1) >> level, margin = 32 - (24 >> level << level);
+        const int expected = (surface + (1 << level) - 1) >> level,
+                  margin = 32 - (24 >> level << level);
         int holes = 0, steps = 0, dry = 0;
         for (int x = margin; x < 64 - margin; ++x)
             for (int z = margin; z < 64 - margin; ++z) {
                 const int top = top_of(*box, x >> level, z >> level, solid);
-                holes += top < expected, steps += top > expected;
+                holes += top<expected, steps += top> expected;
                 dry += top > 0 && material_at(*box, x >> level, top - 1, z >> level) != kWater;
             }
         INFO("level " << level);
         CHECK(holes == 0);
         CHECK(steps == 0);
         CHECK(dry == 0);
-        if (level == 1 && depth == 8) CHECK(top_of(*box, 16, 16, [](Material m) { return !see_through(m); }) <= expected - 4);  // one sees down to the bed
+        if (level == 1 && depth == 8)
+            CHECK(top_of(*box, 16, 16, [](Material m) { return !see_through(m); }) <=
+                  expected - 4);  // one sees down to the bed
     }
 }
 
@@ -194,10 +250,16 @@ TEST_CASE("a shore keeps its place on average and has no gap", "[common][voxel][
     INFO("seed " << seed);
     std::mt19937 random(seed);
     const int surface = 40 + static_cast<int>(seed % 2);
-    const double a = static_cast<double>(random() % 628) / 100, shift = static_cast<double>(random() % 100) / 10;
-    const auto wet = [&](int x, int z) { return (x - 32) * std::cos(a) + (z - 32) * std::sin(a) < shift + 3 * std::sin(z * 0.3); };
+    const double a = static_cast<double>(random() % 628) / 100,
+                 shift = static_cast<double>(random() % 100) / 10;
+    const auto wet = [&](int x, int z) {
+        return (x - 32) * std::cos(a) + (z - 32) * std::sin(a) < shift + 3 * std::sin(z * 0.3);
+    };
     MaterialGrid grid = terrain([&](int x, int z) { return wet(x, z) ? surface - 4 : surface; });
-    for_columns(0, [&](int x, int z) { if (wet(x, z)) grid.fill({x, x + 1}, {surface - 4, surface}, {z, z + 1}, kWater); });
+    for_columns(0, [&](int x, int z) {
+        if (wet(x, z))
+            grid.fill({x, x + 1}, {surface - 4, surface}, {z, z + 1}, kWater);
+    });
     const auto fine = grid.build();
     double wet_columns = 0;
     for_columns(0, [&](int x, int z) { wet_columns += wet(x, z) / 4096.0; });
@@ -217,20 +279,31 @@ TEST_CASE("a shore keeps its place on average and has no gap", "[common][voxel][
 }
 
 TEST_CASE("a forest keeps its cover and its gaps", "[common][voxel][levels]") {
-    struct Case { const char* name; int trees; double radius; int density_percent; };
+    struct Case {
+        const char* name;
+        int trees;
+        double radius;
+        int density_percent;
+    };
     const auto c = GENERATE(values<Case>({
-        {"dense crowns", 40, 5, 45}, {"thin crowns", 40, 5, 15}, {"scattered trees", 12, 4, 35}, {"bushes", 60, 2, 40}, {"lone leaves", 400, 0.6, 100},
+        {"dense crowns", 40, 5, 45},
+        {"thin crowns", 40, 5, 15},
+        {"scattered trees", 12, 4, 35},
+        {"bushes", 60, 2, 40},
+        {"lone leaves", 400, 0.6, 100},
     }));
     const auto seed = GENERATE(range(1u, 4u));
     DYNAMIC_SECTION(c.name << ", seed " << seed) {
         std::mt19937 random(seed);
         MaterialGrid grid = terrain([](int, int) { return 20; });
         for (int i = 0; i < c.trees; ++i) {
-            const int tx = static_cast<int>(random() % 64), tz = static_cast<int>(random() % 64), ty = 30 + static_cast<int>(random() % 8);
+            const int tx = static_cast<int>(random() % 64), tz = static_cast<int>(random() % 64),
+                      ty = 30 + static_cast<int>(random() % 8);
             for_columns(0, [&](int x, int z) {
                 for (int y = 22; y < 50; ++y) {
                     const double d = std::hypot(x - tx, y - ty, z - tz);
-                    if (d <= c.radius && random() % 100 < static_cast<unsigned>(c.density_percent)) grid.set(x, y, z, kHighVegetation);
+                    if (d <= c.radius && random() % 100 < static_cast<unsigned>(c.density_percent))
+                        grid.set(x, y, z, kHighVegetation);
                 }
             });
         }
@@ -238,12 +311,14 @@ TEST_CASE("a forest keeps its cover and its gaps", "[common][voxel][levels]") {
         const double cover = covered(*fine, 0, leaf);
         for (int level = 1; level <= 2; ++level) {
             INFO("level " << level << ", cover of the fine forest " << cover);
-            CHECK(covered(*level_of(fine, level), level, leaf) == Approx(cover).margin(level == 1 ? 0.08 : 0.14));
+            CHECK(covered(*level_of(fine, level), level, leaf) ==
+                  Approx(cover).margin(level == 1 ? 0.08 : 0.14));
         }
     }
 }
 
-TEST_CASE("one of four lone voxels survives, so that they cover what they covered", "[common][voxel][levels]") {
+TEST_CASE("one of four lone voxels survives, so that they cover what they covered",
+          "[common][voxel][levels]") {
     const auto material = GENERATE(kHighVegetation, kWire, kObject, kUnknown);
     INFO(material_name(material));
     int survivors = 0;
@@ -251,7 +326,8 @@ TEST_CASE("one of four lone voxels survives, so that they cover what they covere
         MaterialGrid grid;
         grid.set(20 + i % 2, 30 + i / 4, 40 + i / 2 % 2, material);
         const auto box = level_of(grid.build(), 1);
-        if (!box) continue;
+        if (!box)
+            continue;
         ++survivors;
         CHECK(material_at(*box, 10, 15, 20) == material);
     }
@@ -265,29 +341,98 @@ TEST_CASE("wires fade: half their length goes with each level", "[common][voxel]
         MaterialGrid grid;
         grid.fill({0, 64}, {100, 101}, {i, i + 1}, kWire);
         const auto box = level_of(grid.build(), level);
-        if (box) for_columns(level, [&](int x, int z) { length += (1 << level) * (top_of(*box, x, z, solid) > 0); });
+        if (box)
+            for_columns(level, [&](int x, int z) {
+                length += (1 << level) * (top_of(*box, x, z, solid) > 0);
+            });
     }
     INFO("level " << level);
     CHECK(length == 64 * 64 >> level);
 }
 
 TEST_CASE("a coarse voxel looks like what is seen of it", "[common][voxel][levels]") {
-    struct Case { const char* name; std::vector<std::pair<int, Material>> children; Material expected; };  // child = dx + 2 dz + 4 dy
+    struct Case {
+        const char* name;
+        std::vector<std::pair<int, Material>> children;
+        Material expected;
+    };  // child = dx + 2 dz + 4 dy
     const auto c = GENERATE(values<Case>({
         {"grass on soil", {{0, kSoil}, {1, kSoil}, {2, kSoil}, {3, kSoil}, {4, kGrass}}, kSoil},
-        {"more grass on soil", {{0, kSoil}, {1, kSoil}, {2, kSoil}, {3, kSoil}, {4, kGrass}, {7, kGrass}}, kGrass},
-        {"a roof on walls", {{0, kWall}, {1, kWall}, {2, kWall}, {3, kWall}, {4, kRoof}, {5, kRoof}, {6, kRoof}, {7, kRoof}}, kRoof},
-        {"a wall beside the ground", {{0, kWall}, {4, kWall}, {2, kWall}, {6, kWall}, {1, kGrass}, {3, kGrass}}, kWall},
+        {"more grass on soil",
+         {{0, kSoil}, {1, kSoil}, {2, kSoil}, {3, kSoil}, {4, kGrass}, {7, kGrass}},
+         kGrass},
+        {"a roof on walls",
+         {{0, kWall},
+          {1, kWall},
+          {2, kWall},
+          {3, kWall},
+          {4, kRoof},
+          {5, kRoof},
+          {6, kRoof},
+          {7, kRoof}},
+         kRoof},
+        {"a wall beside the ground",
+         {{0, kWall}, {4, kWall}, {2, kWall}, {6, kWall}, {1, kGrass}, {3, kGrass}},
+         kWall},
         {"a lone wall on little ground", {{0, kGrass}, {1, kGrass}, {4, kWall}}, kWall},
-        {"leaves on the ground", {{0, kGrass}, {1, kGrass}, {2, kGrass}, {3, kGrass}, {4, kLowVegetation}, {5, kLowVegetation}}, kGrass},
-        {"leaves over a corner of ground", {{0, kGrass}, {4, kLowVegetation}, {5, kLowVegetation}}, kLowVegetation},
-        {"shallow water on its bed", {{0, kSand}, {1, kSand}, {2, kSand}, {3, kSand}, {4, kWater}, {5, kWater}, {6, kWater}, {7, kWater}}, kWater},
-        {"water on three columns", {{0, kSand}, {1, kSand}, {2, kSand}, {3, kSand}, {4, kSand}, {5, kWater}, {6, kWater}, {7, kWater}}, kWater},
-        {"leaves over water", {{0, kWater}, {1, kWater}, {2, kWater}, {3, kWater}, {4, kHighVegetation}, {5, kHighVegetation}}, kWater},
-        {"a pier in water", {{0, kWall}, {1, kWater}, {2, kWater}, {3, kWater}, {4, kWall}, {5, kWater}, {6, kWater}, {7, kWater}}, kWall},
-        {"a buoy beside the key column", {{0, kWater}, {1, kWater}, {2, kWater}, {3, kWater}, {5, kObject}}, kWater},
-        {"half a shore, key column wet", {{0, kWater}, {1, kGrass}, {2, kWater}, {3, kGrass}}, kWater},
-        {"half a shore, key column dry", {{0, kGrass}, {1, kWater}, {2, kGrass}, {3, kWater}}, kGrass},
+        {"leaves on the ground",
+         {{0, kGrass},
+          {1, kGrass},
+          {2, kGrass},
+          {3, kGrass},
+          {4, kLowVegetation},
+          {5, kLowVegetation}},
+         kGrass},
+        {"leaves over a corner of ground",
+         {{0, kGrass}, {4, kLowVegetation}, {5, kLowVegetation}},
+         kLowVegetation},
+        {"shallow water on its bed",
+         {{0, kSand},
+          {1, kSand},
+          {2, kSand},
+          {3, kSand},
+          {4, kWater},
+          {5, kWater},
+          {6, kWater},
+          {7, kWater}},
+         kWater},
+        {"water on three columns",
+         {{0, kSand},
+          {1, kSand},
+          {2, kSand},
+          {3, kSand},
+          {4, kSand},
+          {5, kWater},
+          {6, kWater},
+          {7, kWater}},
+         kWater},
+        {"leaves over water",
+         {{0, kWater},
+          {1, kWater},
+          {2, kWater},
+          {3, kWater},
+          {4, kHighVegetation},
+          {5, kHighVegetation}},
+         kWater},
+        {"a pier in water",
+         {{0, kWall},
+          {1, kWater},
+          {2, kWater},
+          {3, kWater},
+          {4, kWall},
+          {5, kWater},
+          {6, kWater},
+          {7, kWater}},
+         kWall},
+        {"a buoy beside the key column",
+         {{0, kWater}, {1, kWater}, {2, kWater}, {3, kWater}, {5, kObject}},
+         kWater},
+        {"half a shore, key column wet",
+         {{0, kWater}, {1, kGrass}, {2, kWater}, {3, kGrass}},
+         kWater},
+        {"half a shore, key column dry",
+         {{0, kGrass}, {1, kWater}, {2, kGrass}, {3, kWater}},
+         kGrass},
         {"an overhanging rock", {{5, kRock}}, kRock},
         {"a stone of the ground", {{1, kRock}}, kAir},
         {"a puddle", {{0, kWater}, {1, kWater}, {2, kWater}}, kAir},
@@ -295,7 +440,9 @@ TEST_CASE("a coarse voxel looks like what is seen of it", "[common][voxel][level
     DYNAMIC_SECTION(c.name) {
         MaterialGrid grid;
         grid.set(40, 200, 40, kWall);  // so that there is a box
-        for (const auto& [child, material] : c.children) grid.set(6 + child % 2, 10 + child / 4, 8 + child / 2 % 2, material);
-        CHECK(material_name(material_at(*level_of(grid.build(), 1), 3, 5, 4)) == material_name(c.expected));
+        for (const auto& [child, material] : c.children)
+            grid.set(6 + child % 2, 10 + child / 4, 8 + child / 2 % 2, material);
+        CHECK(material_name(material_at(*level_of(grid.build(), 1), 3, 5, 4)) ==
+              material_name(c.expected));
     }
 }

@@ -15,10 +15,12 @@ using terravox::test::TemporaryFolder;
 
 namespace {
 
-const std::filesystem::path kShipped = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml";
+const std::filesystem::path kShipped =
+    std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml";
 
 // The shipped file with one piece of text replaced.
-std::filesystem::path altered(const TemporaryFolder& folder, const std::string& from, const std::string& to) {
+std::filesystem::path altered(const TemporaryFolder& folder, const std::string& from,
+                              const std::string& to) {
     std::ifstream in(kShipped);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const auto at = text.find(from);
@@ -43,12 +45,15 @@ TEST_CASE("every material has a name that leads back to it", "[common][voxel][ma
     CHECK_FALSE(material_from_name(""));
 }
 
-TEST_CASE("light passes air, water, leaves, wires, glass and ice, nothing else", "[common][voxel][material]") {
+TEST_CASE("light passes air, water, leaves, wires, glass and ice, nothing else",
+          "[common][voxel][material]") {
     int passing = 0;
-    for (int i = 0; i < kMaterialCount; ++i) passing += see_through(static_cast<Material>(i));
+    for (int i = 0; i < kMaterialCount; ++i)
+        passing += see_through(static_cast<Material>(i));
     CHECK(passing == 8);
-    for (const Material m : {Material::kAir, Material::kWater, Material::kLowVegetation, Material::kMediumVegetation,
-                             Material::kHighVegetation, Material::kWire, Material::kGlass, Material::kIce})
+    for (const Material m :
+         {Material::kAir, Material::kWater, Material::kLowVegetation, Material::kMediumVegetation,
+          Material::kHighVegetation, Material::kWire, Material::kGlass, Material::kIce})
         CHECK(see_through(m));
 }
 
@@ -65,11 +70,19 @@ TEST_CASE("the shipped materials load, each with its colour", "[common][voxel][m
     CHECK_NOTHROW((void)palette.of(static_cast<Material>(255)));
 }
 
-TEST_CASE("a wrong materials file is refused by file, field and value", "[common][voxel][material]") {
-    struct Case { const char* name; std::string from, to; std::vector<std::string> said; };
+TEST_CASE("a wrong materials file is refused by file, field and value",
+          "[common][voxel][material]") {
+    struct Case {
+        const char* name;
+        std::string from, to;
+        std::vector<std::string> said;
+    };
     const auto c = GENERATE(values<Case>({
         {"a material is missing", "snow =", "snowy =", {"[snow]", "colour is missing", "#rrggbb"}},
-        {"a colour is missing", "grass = { colour", "grass = { color", {"[grass]", "colour is missing"}},
+        {"a colour is missing",
+         "grass = { colour",
+         "grass = { color",
+         {"[grass]", "colour is missing"}},
         {"a colour is a number", "\"#7f9a4c\"", "8362572", {"[grass]", "colour"}},
         {"a colour is too short", "#7f9a4c", "#7f9", {"[grass]", "'#7f9'", "#rrggbb"}},
         {"a colour has no hash", "#7f9a4c", "77f9a4c", {"[grass]", "'77f9a4c'"}},
@@ -78,8 +91,14 @@ TEST_CASE("a wrong materials file is refused by file, field and value", "[common
         {"a variation is negative", "0.12 }", "-0.1 }", {"variation = -0.1", "0 to 1"}},
         {"a variation is no number", "0.12 }", "nan }", {"variation", "0 to 1"}},
         {"a variation is text", "0.12 }", "\"much\" }", {"variation", "0 to 1"}},
-        {"a material that nobody knows", "trunk =", "magma = { colour = \"#ff0000\" }\ntrunk =", {"[magma]", "is no material"}},
-        {"a field that nobody knows", "0.12 }", "0.12, shine = 1 }", {"shine is no field", "colour, variation"}},
+        {"a material that nobody knows",
+         "trunk =",
+         "magma = { colour = \"#ff0000\" }\ntrunk =",
+         {"[magma]", "is no material"}},
+        {"a field that nobody knows",
+         "0.12 }",
+         "0.12, shine = 1 }",
+         {"shine is no field", "colour, variation"}},
         {"it is not TOML", "grass =", "grass = = ", {"line"}},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -87,7 +106,8 @@ TEST_CASE("a wrong materials file is refused by file, field and value", "[common
         const auto file = altered(folder, c.from, c.to);
         CHECK_THROWS_AS(load_palette(file), Error);
         CHECK_THROWS_WITH(load_palette(file), contains(file.string()));
-        for (const auto& part : c.said) CHECK_THROWS_WITH(load_palette(file), contains(part));
+        for (const auto& part : c.said)
+            CHECK_THROWS_WITH(load_palette(file), contains(part));
     }
 }
 

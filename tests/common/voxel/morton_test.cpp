@@ -33,7 +33,11 @@ constexpr std::int32_t kLowest = -(1 << 20), kHighest = (1 << 20) - 1;
 }  // namespace
 
 TEST_CASE("a Morton code interleaves x, y, z from the lowest bit on", "[common][voxel][morton]") {
-    struct Case { const char* name; std::int32_t x, y, z; std::uint64_t code; };
+    struct Case {
+        const char* name;
+        std::int32_t x, y, z;
+        std::uint64_t code;
+    };
     const auto c = GENERATE(values<Case>({
         {"origin", 0, 0, 0, 0},
         {"x is the lowest bit", 1, 0, 0, 1},
@@ -55,19 +59,24 @@ TEST_CASE("a Morton code interleaves x, y, z from the lowest bit on", "[common][
 TEST_CASE("corners of the range go to a Morton code and back", "[common][voxel][morton]") {
     for (const std::int32_t x : {kLowest, -1, 0, 1, kHighest})
         for (const std::int32_t y : {kLowest, -1, 0, 1, kHighest})
-            for (const std::int32_t z : {kLowest, -1, 0, 1, kHighest}) check_all_ways(x, y, z);
+            for (const std::int32_t z : {kLowest, -1, 0, 1, kHighest})
+                check_all_ways(x, y, z);
 }
 
-TEST_CASE("random coordinates go to a Morton code and back, with and without BMI2", "[common][voxel][morton]") {
+TEST_CASE("random coordinates go to a Morton code and back, with and without BMI2",
+          "[common][voxel][morton]") {
     std::mt19937 random(20240621);
     std::uniform_int_distribution<std::int32_t> any(kLowest, kHighest);
-    for (int i = 0; i < 2000; ++i) check_all_ways(any(random), any(random), any(random));
+    for (int i = 0; i < 2000; ++i)
+        check_all_ways(any(random), any(random), any(random));
 }
 
-TEST_CASE("coordinates beyond the range are taken modulo 2^21, the same either way", "[common][voxel][morton]") {
+TEST_CASE("coordinates beyond the range are taken modulo 2^21, the same either way",
+          "[common][voxel][morton]") {
     std::mt19937 random(7);
     for (int i = 0; i < 2000; ++i) {
-        const auto x = static_cast<std::int32_t>(random()), y = static_cast<std::int32_t>(random()), z = static_cast<std::int32_t>(random());
+        const auto x = static_cast<std::int32_t>(random()), y = static_cast<std::int32_t>(random()),
+                   z = static_cast<std::int32_t>(random());
         INFO("(" << x << ", " << y << ", " << z << ")");
         CHECK(morton_encode(x, y, z) == by_definition(x, y, z));
         CHECK(morton_encode_portable(x, y, z) == by_definition(x, y, z));
@@ -81,6 +90,7 @@ TEST_CASE("an aligned cube of 2^n boxes is one run of Morton codes", "[common][v
     int outside = 0;
     for (std::int32_t z = z0; z < z0 + side; ++z)
         for (std::int32_t y = y0; y < y0 + side; ++y)
-            for (std::int32_t x = x0; x < x0 + side; ++x) outside += morton_encode(x, y, z) - first >= count;
+            for (std::int32_t x = x0; x < x0 + side; ++x)
+                outside += morton_encode(x, y, z) - first >= count;
     CHECK(outside == 0);
 }

@@ -23,7 +23,8 @@ TEST_CASE("a world has levels until it fits into one box across", "[common][voxe
     CHECK(levels_for({{-(1 << 30), 0, 0}, {1 << 30, 1, 1}}) <= kMaxLevel);
 }
 
-TEST_CASE("coarse boxes of a pyramid are made of their eight children", "[common][voxel][pyramid]") {
+TEST_CASE("coarse boxes of a pyramid are made of their eight children",
+          "[common][voxel][pyramid]") {
     InventedWorld world(kBounds);
     for (int level = 1; level < world.info().levels; ++level) {
         const BoxRange range = boxes_over(kBounds, level);
@@ -31,7 +32,10 @@ TEST_CASE("coarse boxes of a pyramid are made of their eight children", "[common
             for (std::int32_t by = range.min.by; by < range.max.by; ++by)
                 for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) {
                     std::array<std::shared_ptr<const Box>, 8> children;
-                    for (int i = 0; i < 8; ++i) children[static_cast<std::size_t>(i)] = world.box({level - 1, 2 * bx + (i & 1), 2 * by + (i >> 2), 2 * bz + (i >> 1 & 1)});
+                    for (int i = 0; i < 8; ++i)
+                        children[static_cast<std::size_t>(i)] =
+                            world.box({level - 1, 2 * bx + (i & 1), 2 * by + (i >> 2),
+                                       2 * bz + (i >> 1 & 1)});
                     const BoxKey key{level, bx, by, bz};
                     INFO(to_string(key));
                     CHECK(same_box(world.box(key), downsample(key, children)));
@@ -39,16 +43,19 @@ TEST_CASE("coarse boxes of a pyramid are made of their eight children", "[common
     }
 }
 
-TEST_CASE("a column is made once for all its boxes, and whatever the limit the boxes are the same", "[common][voxel][pyramid]") {
+TEST_CASE("a column is made once for all its boxes, and whatever the limit the boxes are the same",
+          "[common][voxel][pyramid]") {
     InventedWorld roomy(kBounds), narrow(kBounds, 1);
     const BoxRange range = boxes_over(kBounds, 0);
     std::vector<BoxKey> keys;
     for (std::int32_t by = range.min.by; by < range.max.by; ++by)
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
-            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) keys.push_back({0, bx, by, bz});
+            for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
+                keys.push_back({0, bx, by, bz});
     thread::parallel_for(keys.size(), 4, [&](std::size_t i) { (void)roomy.box(keys[i]); });
     CHECK(roomy.made == (range.max.bx - range.min.bx) * (range.max.bz - range.min.bz));
-    for (const BoxKey& key : keys) CHECK(same_box(roomy.box(key), narrow.box(key)));
+    for (const BoxKey& key : keys)
+        CHECK(same_box(roomy.box(key), narrow.box(key)));
     CHECK(narrow.made == static_cast<int>(keys.size()));
 }
 
@@ -64,12 +71,17 @@ TEST_CASE("a pyramid tells where nothing stands, however wide it is", "[common][
 
     protected:
         [[nodiscard]] FineColumn make_column(std::int32_t, std::int32_t) override { return {}; }
-        [[nodiscard]] bool may_hold_column(int level, std::int32_t bx, std::int32_t bz) const override { return bx == 1000 >> level && bz == -1000 >> level; }
+        [[nodiscard]] bool may_hold_column(int level, std::int32_t bx,
+                                           std::int32_t bz) const override {
+            return bx == 1000 >> level && bz == -1000 >> level;
+        }
 
     private:
         WorldInfo m_info;
     } world;
-    const auto may_hold = [&](std::int32_t x0, std::int32_t z0, std::int32_t x1, std::int32_t z1) { return world.may_hold({{0, x0, 0, z0}, {0, x1, 1, z1}}); };
+    const auto may_hold = [&](std::int32_t x0, std::int32_t z0, std::int32_t x1, std::int32_t z1) {
+        return world.may_hold({{0, x0, 0, z0}, {0, x1, 1, z1}});
+    };
     CHECK(may_hold(1000, -1000, 1001, -999));
     CHECK_FALSE(may_hold(1001, -1000, 1002, -999));
     CHECK_FALSE(may_hold(1000, -999, 1001, -998));
@@ -80,7 +92,8 @@ TEST_CASE("a pyramid tells where nothing stands, however wide it is", "[common][
     CHECK_FALSE(InventedWorld(kBounds).may_hold({{0, 100, -1, 1}, {0, 105, 2, 6}}));
 }
 
-TEST_CASE("outside its bounds a pyramid is air, and other levels are refused", "[common][voxel][pyramid]") {
+TEST_CASE("outside its bounds a pyramid is air, and other levels are refused",
+          "[common][voxel][pyramid]") {
     InventedWorld world(kBounds);
     CHECK(world.box({0, 100, 0, 3}) == nullptr);
     CHECK(world.column(0, 100, 3).empty());
@@ -90,7 +103,8 @@ TEST_CASE("outside its bounds a pyramid is air, and other levels are refused", "
     CHECK_THROWS_AS(world.box({-1, 0, 0, 0}), UsageError);
 }
 
-TEST_CASE("what cannot be made is an error on every level above it, and is tried again", "[common][voxel][pyramid]") {
+TEST_CASE("what cannot be made is an error on every level above it, and is tried again",
+          "[common][voxel][pyramid]") {
     InventedWorld world(kBounds);
     world.fails_at_bx = 1;
     CHECK_THROWS_AS(world.box({0, 1, 0, 3}), Error);

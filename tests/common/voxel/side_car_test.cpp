@@ -15,7 +15,8 @@ namespace {
 
 SideCar example() {
     WorldInfo info;
-    info.title = "Town", info.crs = "EPSG:3794", info.crs_wkt = "PROJCRS[]", info.voxel_m = 0.5, info.crs_units_per_voxel = 0.5;
+    info.title = "Town", info.crs = "EPSG:3794", info.crs_wkt = "PROJCRS[]", info.voxel_m = 0.5,
+    info.crs_units_per_voxel = 0.5;
     info.licence = "CC BY", info.attribution = "those who flew", info.centre = geo::LatLon{46, 14};
     SideCar car = side_car_of(info, 2, {512, -16, -1024});
     car.blocks = {{"minecraft:bricks", Material::kRoof}, {"minecraft:stone", Material::kRock}};
@@ -33,7 +34,8 @@ std::string written(const SideCar& car) {
 
 }  // namespace
 
-TEST_CASE("a side-car says again what was written, voxels of its level", "[common][voxel][side_car]") {
+TEST_CASE("a side-car says again what was written, voxels of its level",
+          "[common][voxel][side_car]") {
     const SideCar in = side_car_from_json(written(example()), "car.json");
     CHECK(in.title == "Town");
     CHECK(in.voxel_m == 2);
@@ -49,14 +51,17 @@ TEST_CASE("a side-car says again what was written, voxels of its level", "[commo
 }
 
 TEST_CASE("a wrong side-car is refused by file and value", "[common][voxel][side_car]") {
-    struct Case { const char *name, *from, *to, *said; };
+    struct Case {
+        const char *name, *from, *to, *said;
+    };
     const auto c = GENERATE(values<Case>({
         {"another version", "\"version\": 1", "\"version\": 7", "version 7; allowed: 1"},
         {"no material", "\"roof\"", "\"cheese\"", "stands for 'cheese'"},
         {"an offset beyond", "512", "9876543210", "offset 9876543210"},
         {"an offset that is no number", "512", "\"far\"", "car.json"},
         {"voxels of nothing", "\"voxel_m\": 2.0", "\"voxel_m\": 0", "voxel_m = 0"},
-        {"voxels of less", "\"crs_units_per_voxel\": 2.0", "\"crs_units_per_voxel\": -1", "crs_units_per_voxel"},
+        {"voxels of less", "\"crs_units_per_voxel\": 2.0", "\"crs_units_per_voxel\": -1",
+         "crs_units_per_voxel"},
         {"not JSON", "{", "", "car.json"},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -21,10 +21,15 @@ public:
     explicit File(const std::string& text) : m_path(m_folder.path() / "film.toml") {
         std::ofstream(m_path) << text;
         std::filesystem::create_directory(m_folder.path() / "views");
-        std::ofstream(m_folder.path() / "views/v.toml") << "[[view]]\nname = \"Start\"\n[view.camera]\nspace = \"latlon\"\nposition = [46, 14, 500]\ntarget = [46.01, 14, 400]\n"
-                                                           "[[view]]\nname = \"End\"\n[view.camera]\nspace = \"latlon\"\nposition = [46.02, 14.04, 700]\ntarget = [46.01, 14, 400]\n";
+        std::ofstream(m_folder.path() / "views/v.toml")
+            << "[[view]]\nname = \"Start\"\n[view.camera]\nspace = \"latlon\"\nposition = [46, 14, "
+               "500]\ntarget = [46.01, 14, 400]\n"
+               "[[view]]\nname = \"End\"\n[view.camera]\nspace = \"latlon\"\nposition = [46.02, "
+               "14.04, 700]\ntarget = [46.01, 14, 400]\n";
     }
-    [[nodiscard]] Animation read() const { return Animation::read(m_path, m_folder.path() / "views"); }
+    [[nodiscard]] Animation read() const {
+        return Animation::read(m_path, m_folder.path() / "views");
+    }
     [[nodiscard]] std::string path() const { return m_path.string(); }
 
 private:
@@ -34,7 +39,8 @@ private:
 
 }  // namespace
 
-TEST_CASE("keys move numbers and places smoothly and switch words; what no key names stays", "[raytracer][animate]") {
+TEST_CASE("keys move numbers and places smoothly and switch words; what no key names stays",
+          "[raytracer][animate]") {
     const File file(R"(
 fps = 10
 [output]
@@ -75,28 +81,35 @@ colour = "material"
     CHECK(film.at(30, base).camera.fov_deg == 20);
     CHECK(film.at(15, base).camera.fov_deg == Approx(30));
     CHECK(film.at(17, base).camera.target == Triple{100, 0, 0});
-    CHECK(film.at(5, base).quality.samples == 9);   // before its first key
+    CHECK(film.at(5, base).quality.samples == 9);  // before its first key
     CHECK(film.at(29, base).quality.samples == 9);
     CHECK(film.at(30, base).quality.samples == 2);
     CHECK(film.at(29, base).quality.colour == "true");
     CHECK(film.at(30, base).quality.colour == "material");
     for (int i = 0; i < film.frames(); ++i) {
         const Scene scene = film.at(i, base);
-        CHECK((scene.camera.zoom == 3 && !scene.quality.shadows && scene.output.size_px == std::array{100, 50}));
+        CHECK((scene.camera.zoom == 3 && !scene.quality.shadows &&
+               scene.output.size_px == std::array{100, 50}));
         CHECK(to_toml(film.at(i, base)) == to_toml(scene));  // a pure function
-        if (i == 0) continue;
+        if (i == 0)
+            continue;
         // No jump, and no sudden bend.
         for (std::size_t a = 0; a < 3; ++a) {
             const auto at = [&](int frame) { return (*film.at(frame, base).camera.position)[a]; };
             INFO("frame " << i << ", axis " << a);
             CHECK(std::abs(at(i) - at(i - 1)) < 8);
-            if (i > 1) CHECK(std::abs(at(i) - 2 * at(i - 1) + at(i - 2)) < 1.5);
+            if (i > 1)
+                CHECK(std::abs(at(i) - 2 * at(i - 1) + at(i - 2)) < 1.5);
         }
     }
 }
 
 TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
-    const Animation film = File("fps = 2\n[[key]]\ntime_s = 0\ncamera.look = \"start\"\n[[key]]\ntime_s = 4\n[key.camera]\nlook = \"End\"\ntarget = [46.02, 14.0, 450]\n").read();
+    const Animation film =
+        File(
+            "fps = 2\n[[key]]\ntime_s = 0\ncamera.look = \"start\"\n[[key]]\ntime_s = "
+            "4\n[key.camera]\nlook = \"End\"\ntarget = [46.02, 14.0, 450]\n")
+            .read();
     const Scene first = film.at(0, {}), last = film.at(8, {});
     CHECK(first.camera.space == "latlon");
     CHECK(first.camera.position == Triple{46, 14, 500});
@@ -106,12 +119,15 @@ TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
     CHECK(first.camera.look.empty());
 }
 
-TEST_CASE("a turntable goes around its target at one distance and height, clockwise, and closes", "[raytracer][animate]") {
+TEST_CASE("a turntable goes around its target at one distance and height, clockwise, and closes",
+          "[raytracer][animate]") {
     const std::string space = GENERATE("crs", "voxel", "latlon");
     Scene base;
     base.camera.space = space;
     base.camera.target = space == "latlon" ? Triple{46.36, 14.09, 480} : Triple{1000, 2000, 300};
-    base.camera.position = space == "latlon" ? Triple{46.37, 14.09, 700} : space == "crs" ? Triple{1000, 2500, 450} : Triple{1000, 2000, -200};  // in the north
+    base.camera.position = space == "latlon" ? Triple{46.37, 14.09, 700}
+                           : space == "crs"  ? Triple{1000, 2500, 450}
+                                             : Triple{1000, 2000, -200};  // in the north
     const Animation film = File("fps = 10\n[turntable]\nseconds = 4\n").read();
     REQUIRE(film.frames() == 40);
     // East and north of the target, metres.
@@ -121,7 +137,8 @@ TEST_CASE("a turntable goes around its target at one distance and height, clockw
             const auto local = geo::LocalFrame({t[0], t[1]}, 0).to_local({p[0], p[1]}, 0);
             return std::array{local.east_m, local.north_m};
         }
-        return space == "crs" ? std::array{p[0] - t[0], p[1] - t[1]} : std::array{p[0] - t[0], -(p[2] - t[2])};
+        return space == "crs" ? std::array{p[0] - t[0], p[1] - t[1]}
+                              : std::array{p[0] - t[0], -(p[2] - t[2])};
     };
     const auto start = around(base);
     const double radius = std::hypot(start[0], start[1]);
@@ -139,7 +156,8 @@ TEST_CASE("a turntable goes around its target at one distance and height, clockw
     SECTION("around another point the target goes along") {
         const Triple centre = space == "latlon" ? Triple{46.365, 14.091, 0} : Triple{900, 2100, 0};
         std::string text = "fps = 10\n[turntable]\nturns = -0.5\nseconds = 4\ntarget = [";
-        for (const double v : centre) text += std::to_string(v) + ", ";
+        for (const double v : centre)
+            text += std::to_string(v) + ", ";
         const Animation other = File(text + "]\n").read();
         REQUIRE(other.frames() == 41);
         const Scene half = other.at(40, base);
@@ -157,7 +175,8 @@ TEST_CASE("a turntable goes around its target at one distance and height, clockw
 TEST_CASE("a day goes from one clock hour to another", "[raytracer][animate]") {
     const Animation film = File("fps = 4\nseconds = 5\n[day]\nfrom = 5\nto = 21\n").read();
     REQUIRE(film.frames() == 21);
-    for (int i = 0; i <= 20; ++i) CHECK(film.at(i, {}).sun.time_h == Approx(5 + 0.8 * i));
+    for (int i = 0; i <= 20; ++i)
+        CHECK(film.at(i, {}).sun.time_h == Approx(5 + 0.8 * i));
     CHECK(film.at(20, {}).sun.time_h <= 21);
     Scene fixed;
     fixed.sun.altitude_deg = 30, fixed.sun.azimuth_deg = 100;
@@ -167,7 +186,8 @@ TEST_CASE("a day goes from one clock hour to another", "[raytracer][animate]") {
 }
 
 TEST_CASE("movement may begin and end at rest", "[raytracer][animate]") {
-    const std::string keys = "fps = 100\n[[key]]\ntime_s = 0\nsun.time_h = 5\n[[key]]\ntime_s = 1\nsun.time_h = 15\n";
+    const std::string keys =
+        "fps = 100\n[[key]]\ntime_s = 0\nsun.time_h = 5\n[[key]]\ntime_s = 1\nsun.time_h = 15\n";
     const Animation plain = File(keys).read(), gentle = File("ease = true\n" + keys).read();
     CHECK(plain.at(1, {}).sun.time_h == Approx(5.1));
     CHECK(gentle.at(1, {}).sun.time_h < 5.01);
@@ -175,37 +195,51 @@ TEST_CASE("movement may begin and end at rest", "[raytracer][animate]") {
     CHECK(gentle.at(99, {}).sun.time_h > 14.99);
 }
 
-TEST_CASE("an animation that cannot be is refused in one line that names file, key and field", "[raytracer][animate]") {
-    struct Case { const char* name; std::string text, said; };
+TEST_CASE("an animation that cannot be is refused in one line that names file, key and field",
+          "[raytracer][animate]") {
+    struct Case {
+        const char* name;
+        std::string text, said;
+    };
     const std::string key = "[[key]]\ntime_s = 0\n";
     const auto c = GENERATE_COPY(values<Case>({
         {"nothing", "", "nothing moves; give [[key]], [turntable] or [day]"},
         {"no frames in a second", "fps = 0\n" + key, "fps = 0; allowed: 0.01 to 1000"},
         {"fps in words", "fps = \"film\"\n" + key, "fps = a value of another kind"},
         {"fps that is no number", "fps = nan\n" + key, "fps = nan"},
-        {"a key without a time", "[[key]]\nsun.time_h = 3", "key 1: no time; allowed: one of time_s, frame"},
+        {"a key without a time", "[[key]]\nsun.time_h = 3",
+         "key 1: no time; allowed: one of time_s, frame"},
         {"a key with two", "[[key]]\ntime_s = 1\nframe = 2", "key 1: time_s and frame"},
         {"half a frame", "[[key]]\nframe = 2.5", "key 1: frame = 2.5; allowed: whole numbers"},
         {"a time before", "[[key]]\ntime_s = -1", "key 1: time_s = -1"},
-        {"keys out of order", "[[key]]\ntime_s = 2\n" + key, "key 2: its time, 0 s, is not after that of the key before, 2 s"},
+        {"keys out of order", "[[key]]\ntime_s = 2\n" + key,
+         "key 2: its time, 0 s, is not after that of the key before, 2 s"},
         {"keys at one time", key + key, "key 2: its time"},
         {"an unknown field", key + "[key.camera]\nfov = 3", "key 1: unknown field 'camera.fov'"},
-        {"a field out of range", key + "sun.time_h = 99", "key 1: sun.time_h = 99; allowed: 0 to 24"},
+        {"a field out of range", key + "sun.time_h = 99",
+         "key 1: sun.time_h = 99; allowed: 0 to 24"},
         {"an unknown view", key + "camera.look = \"Atlantis\"", "names no view"},
         {"a size that changes", key + "output.size = \"3x3\"", "key 1: output.size stays the same"},
         {"a world that changes", key + "world.voxel_m = 3", "key 1: world.voxel_m stays the same"},
-        {"spaces that change", key + "camera.space = \"crs\"\n[[key]]\ntime_s = 1\ncamera.space = \"voxel\"", "camera.space changes between keys"},
+        {"spaces that change",
+         key + "camera.space = \"crs\"\n[[key]]\ntime_s = 1\ncamera.space = \"voxel\"",
+         "camera.space changes between keys"},
         {"key as a value", "key = 3", "key = a value of another kind; allowed: [[key]]"},
         {"key as a table", "[key]\ntime_s = 1", "key = a value of another kind; allowed: [[key]]"},
         {"another section", key + "[lens]\nx = 1", "unknown field 'lens.x'"},
         {"a field of no scene", "title = \"x\"\n" + key, "unknown field 'title'"},
-        {"a turntable without a length", "[turntable]\nturns = 2", "[turntable] has no length; give seconds"},
-        {"a turntable with another field", "[turntable]\nspeed = 2\nseconds = 2", "unknown field 'turntable.speed'"},
-        {"a turntable around half a point", "[turntable]\ntarget = [1, 2]\nseconds = 2", "turntable: camera.target = 2 numbers"},
+        {"a turntable without a length", "[turntable]\nturns = 2",
+         "[turntable] has no length; give seconds"},
+        {"a turntable with another field", "[turntable]\nspeed = 2\nseconds = 2",
+         "unknown field 'turntable.speed'"},
+        {"a turntable around half a point", "[turntable]\ntarget = [1, 2]\nseconds = 2",
+         "turntable: camera.target = 2 numbers"},
         {"half a day", "[day]\nfrom = 3\nseconds = 2", "day.to is missing"},
         {"a long day", "[day]\nfrom = 3\nto = 25\nseconds = 2", "day.to = 25; allowed: 0 to 24"},
-        {"two times of day", key + "sun.time_h = 3\n[day]\nfrom = 1\nto = 2\nseconds = 1", "key 1: sun.time_h, and [day]"},
-        {"shorter than its keys", "seconds = 1\n[[key]]\ntime_s = 2", "seconds = 1; allowed: 2 and more"},
+        {"two times of day", key + "sun.time_h = 3\n[day]\nfrom = 1\nto = 2\nseconds = 1",
+         "key 1: sun.time_h, and [day]"},
+        {"shorter than its keys", "seconds = 1\n[[key]]\ntime_s = 2",
+         "seconds = 1; allowed: 2 and more"},
         {"longer than life", "seconds = 1e7\n" + key, "allowed: up to 1000000 frames"},
         {"another version", "version = 7\n" + key, "version = another one; allowed: 1"},
         {"no TOML", "[[key", "line 1"},
@@ -220,11 +254,13 @@ TEST_CASE("an animation that cannot be is refused in one line that names file, k
         }
         CHECK_THAT(said, contains(c.said));
         CHECK(said.find('\n') == std::string::npos);
-        if (std::string(c.name) != "an unknown view") CHECK_THAT(said, contains(file.path()));
+        if (std::string(c.name) != "an unknown view")
+            CHECK_THAT(said, contains(file.path()));
     }
 }
 
-TEST_CASE("a turntable around a point of its own needs a camera that stands somewhere", "[raytracer][animate]") {
+TEST_CASE("a turntable around a point of its own needs a camera that stands somewhere",
+          "[raytracer][animate]") {
     const Animation film = File("[turntable]\nseconds = 1\ntarget = [1, 2, 3]\n").read();
     CHECK_THROWS_AS(film.at(0, {}), UsageError);
     Scene map;

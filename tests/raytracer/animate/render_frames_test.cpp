@@ -26,10 +26,12 @@ std::string text_of(const fs::path& file) {
     return out.str();
 }
 
-/// An animation of five frames and something that renders it: it writes the time of day into a file.
+/// An animation of five frames and something that renders it: it writes the time of day into a
+/// file.
 struct Film {
     Film() {
-        std::ofstream(folder.path() / "film.toml") << "fps = 4\n[day]\nfrom = 4\nto = 8\nseconds = 1\n";
+        std::ofstream(folder.path() / "film.toml")
+            << "fps = 4\n[day]\nfrom = 4\nto = 8\nseconds = 1\n";
         animation = Animation::read(folder.path() / "film.toml");
         options.pattern = (folder.path() / "out/%03d.png").string();
         options.quiet = true;
@@ -37,14 +39,18 @@ struct Film {
     }
     ExitCode run() {
         made.clear();
-        return render_frames(animation, base, options, [&](const Scene& scene, const fs::path& picture) {
-            made.push_back(picture.filename().string());
-            if (picture.filename() == fail_at) throw Error("the light went out");
-            std::ofstream(picture) << scene.sun.time_h;
-            return picture.filename() == holes_at ? ExitCode::kHoles : ExitCode::kDone;
-        });
+        return render_frames(
+            animation, base, options, [&](const Scene& scene, const fs::path& picture) {
+                made.push_back(picture.filename().string());
+                if (picture.filename() == fail_at)
+                    throw Error("the light went out");
+                std::ofstream(picture) << scene.sun.time_h;
+                return picture.filename() == holes_at ? ExitCode::kHoles : ExitCode::kDone;
+            });
     }
-    [[nodiscard]] fs::path frame(const std::string& name) const { return folder.path() / "out" / name; }
+    [[nodiscard]] fs::path frame(const std::string& name) const {
+        return folder.path() / "out" / name;
+    }
 
     TemporaryFolder folder;
     Animation animation;
@@ -78,8 +84,12 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
         CHECK(film.made == Names{"002.png", "003.png"});
     }
     SECTION("all of another scene, other inputs, another animation are") {
-        SECTION("scene") { film.base.camera.zoom = 2; }
-        SECTION("inputs") { film.options.inputs = "elsewhere"; }
+        SECTION("scene") {
+            film.base.camera.zoom = 2;
+        }
+        SECTION("inputs") {
+            film.options.inputs = "elsewhere";
+        }
         (void)film.run();
         CHECK(film.made == kAll);
         (void)film.run();
@@ -91,7 +101,9 @@ TEST_CASE("frames are made in order, and none twice", "[raytracer][animate]") {
         CHECK(film.made.empty());
     }
     SECTION("only frames whose scene has changed are made anew") {
-        std::ofstream(film.folder.path() / "film.toml") << "fps = 4\n[[key]]\ntime_s = 0.5\nsun.time_h = 6\n[[key]]\ntime_s = 1\nsun.time_h = 8\n";
+        std::ofstream(film.folder.path() / "film.toml")
+            << "fps = 4\n[[key]]\ntime_s = 0.5\nsun.time_h = 6\n[[key]]\ntime_s = 1\nsun.time_h = "
+               "8\n";
         film.animation = Animation::read(film.folder.path() / "film.toml");
         (void)film.run();
         CHECK(film.made == Names{"000.png", "001.png"});
@@ -105,8 +117,12 @@ TEST_CASE("a run that was cut off goes on where it ended", "[raytracer][animate]
     CHECK(film.made.size() == 4);
     film.fail_at.clear();
     SECTION("simply") {}
-    SECTION("with a list that was cut off in the middle of a line") { std::ofstream(FrameNames(film.options.pattern).ledger(), std::ios::app) << "\n3 00ab"; }
-    SECTION("with a picture of unknown origin") { std::ofstream(film.frame("003.png")) << "?"; }
+    SECTION("with a list that was cut off in the middle of a line") {
+        std::ofstream(FrameNames(film.options.pattern).ledger(), std::ios::app) << "\n3 00ab";
+    }
+    SECTION("with a picture of unknown origin") {
+        std::ofstream(film.frame("003.png")) << "?";
+    }
     CHECK(film.run() == ExitCode::kDone);
     CHECK(film.made == Names{"003.png", "004.png"});
     CHECK(film.run() == ExitCode::kDone);
@@ -140,16 +156,39 @@ TEST_CASE("some of the frames only", "[raytracer][animate]") {
 TEST_CASE("frames that cannot be are refused before anything is made", "[raytracer][animate]") {
     Film film;
     std::string said;
-    SECTION("begins after the end") { film.options.first = 5, said = "first = 5; allowed: 0 to 4"; }
-    SECTION("begins before the start") { film.options.first = -1, said = "first = -1"; }
-    SECTION("ends after the end") { film.options.last = 5, said = "last = 5; allowed: 0 to 4"; }
-    SECTION("ends before it begins") { film.options.first = 3, film.options.last = 2, said = "last = 2; allowed: 3 to 4"; }
-    SECTION("every none") { film.options.every = 0, said = "every = 0"; }
-    SECTION("no number in the name") { film.options.pattern = "frame.png", said = "-o frame.png; allowed: one %d"; }
-    SECTION("a video of a part") { film.options.first = 1, film.options.video = "a.mp4", said = "a video is made of all frames"; }
-    SECTION("a video of another kind") { film.options.video = "a.gif", said = "allowed: .mp4, .mkv, .mov"; }
-    SECTION("a video of float pictures") { film.options.pattern = (film.folder.path() / "%d.exr").string(), film.options.video = "a.mp4", said = "frames in .png or .jpg"; }
-    SECTION("a video without a program") { film.options.video = (film.folder.path() / "a.mp4").string(), film.options.ffmpeg = "no-such-program", said = "no-such-program is not installed"; }
+    SECTION("begins after the end") {
+        film.options.first = 5, said = "first = 5; allowed: 0 to 4";
+    }
+    SECTION("begins before the start") {
+        film.options.first = -1, said = "first = -1";
+    }
+    SECTION("ends after the end") {
+        film.options.last = 5, said = "last = 5; allowed: 0 to 4";
+    }
+    SECTION("ends before it begins") {
+        film.options.first = 3, film.options.last = 2, said = "last = 2; allowed: 3 to 4";
+    }
+    SECTION("every none") {
+        film.options.every = 0, said = "every = 0";
+    }
+    SECTION("no number in the name") {
+        film.options.pattern = "frame.png", said = "-o frame.png; allowed: one %d";
+    }
+    SECTION("a video of a part") {
+        film.options.first = 1, film.options.video = "a.mp4",
+        said = "a video is made of all frames";
+    }
+    SECTION("a video of another kind") {
+        film.options.video = "a.gif", said = "allowed: .mp4, .mkv, .mov";
+    }
+    SECTION("a video of float pictures") {
+        film.options.pattern = (film.folder.path() / "%d.exr").string(),
+        film.options.video = "a.mp4", said = "frames in .png or .jpg";
+    }
+    SECTION("a video without a program") {
+        film.options.video = (film.folder.path() / "a.mp4").string(),
+        film.options.ffmpeg = "no-such-program", said = "no-such-program is not installed";
+    }
     CHECK_THROWS_AS(film.run(), UsageError);
     CHECK_THROWS_WITH(film.run(), contains(said));
     CHECK(film.made.empty());
@@ -161,7 +200,9 @@ TEST_CASE("names of frames have one number", "[raytracer][animate]") {
     CHECK(FrameNames("%d.png").of(7) == "7.png");
     CHECK(FrameNames("a/b%09dc.jpg").of(0) == "a/b000000000c.jpg");
     CHECK(FrameNames("a/%04d.png").ledger() == "a/.frames.png.done");
-    const std::string bad = GENERATE("", "a.png", "%s.png", "%04x.png", "%00d.png", "%4d.png", "%04d%04d.png", "%%04d.png", "%.png", "%0", "%", "%d/a.png", "%-4d.png", "%012d.png");
+    const std::string bad =
+        GENERATE("", "a.png", "%s.png", "%04x.png", "%00d.png", "%4d.png", "%04d%04d.png",
+                 "%%04d.png", "%.png", "%0", "%", "%d/a.png", "%-4d.png", "%012d.png");
     INFO(bad);
     CHECK_THROWS_AS(FrameNames(bad), UsageError);
 }
@@ -173,12 +214,15 @@ TEST_CASE("what is done survives in a list, whatever else stands in it", "[raytr
     FrameLedger(file).add(1, 0x0123456789abcdef);
     FrameLedger(file).add(2, 5);
     FrameLedger(file).add(2, 6);
-    std::ofstream(file, std::ios::app) << "7 0000000000000007x\n8 \n9\n\xff\xfe\n10 00000000\n99999999999999999999 0000000000000001\n11 -000000000000001\n12 0000000000000000";
+    std::ofstream(file, std::ios::app)
+        << "7 0000000000000007x\n8 \n9\n\xff\xfe\n10 00000000\n99999999999999999999 "
+           "0000000000000001\n11 -000000000000001\n12 0000000000000000";
     const FrameLedger again(file);
     CHECK(again.is_done(1, 0x0123456789abcdef));
     CHECK(again.is_done(2, 6));
     CHECK_FALSE(again.is_done(2, 5));
-    for (const int frame : {7, 8, 9, 10, 11}) CHECK_FALSE(again.is_done(frame, 7));
+    for (const int frame : {7, 8, 9, 10, 11})
+        CHECK_FALSE(again.is_done(frame, 7));
     CHECK_THROWS_WITH(FrameLedger(folder.path()), contains("is no list of frames"));
 }
 
@@ -193,7 +237,8 @@ TEST_CASE("several processes note their frames in one list", "[raytracer][animat
         if (child == 0) {
             try {
                 FrameLedger own(file);
-                for (int i = 0; i < kFrames; ++i) own.add(i * kProcesses + process, static_cast<std::uint64_t>(process));
+                for (int i = 0; i < kFrames; ++i)
+                    own.add(i * kProcesses + process, static_cast<std::uint64_t>(process));
             } catch (const Error&) {
                 ::_exit(1);
             }
@@ -208,11 +253,13 @@ TEST_CASE("several processes note their frames in one list", "[raytracer][animat
     }
     const FrameLedger all(file);
     int noted = 0;
-    for (int frame = 0; frame < kProcesses * kFrames; ++frame) noted += all.is_done(frame, static_cast<std::uint64_t>(frame % kProcesses)) ? 1 : 0;
+    for (int frame = 0; frame < kProcesses * kFrames; ++frame)
+        noted += all.is_done(frame, static_cast<std::uint64_t>(frame % kProcesses)) ? 1 : 0;
     CHECK(noted == kProcesses * kFrames);
     CHECK(fs::file_size(file) == [&] {
         std::size_t bytes = 0;
-        for (int frame = 0; frame < kProcesses * kFrames; ++frame) bytes += std::to_string(frame).size() + 19;
+        for (int frame = 0; frame < kProcesses * kFrames; ++frame)
+            bytes += std::to_string(frame).size() + 19;
         return bytes;
     }());
 }
@@ -222,22 +269,30 @@ TEST_CASE("a full disk is told, and the frame counts as not done", "[raytracer][
     const fs::path file = folder.path() / "list";
     FrameLedger full(file);
     fs::create_symlink("/dev/full", file);
-    CHECK_THROWS_WITH(full.add(3, 4), contains("note that frame 3 is done: " + file.string() + " cannot be written"));
+    CHECK_THROWS_WITH(full.add(3, 4), contains("note that frame 3 is done: " + file.string() +
+                                               " cannot be written"));
     CHECK_FALSE(full.is_done(3, 4));
 }
 
-TEST_CASE("of what killed runs have left beside frames, that of living ones stays", "[raytracer][animate]") {
+TEST_CASE("of what killed runs have left beside frames, that of living ones stays",
+          "[raytracer][animate]") {
     Film film;
     // AtomicFile's names hold the process that writes them; no process has the largest number.
-    const fs::path dead = film.frame(".002.part-2147483647-0.png"), alive = film.frame(".002.part-" + std::to_string(::getpid()) + "-0.png"), other = film.frame(".002.part-mine.png");
-    for (const fs::path& file : {dead, alive, other}) std::ofstream(file) << "x";
+    const fs::path dead = film.frame(".002.part-2147483647-0.png"),
+                   alive = film.frame(".002.part-" + std::to_string(::getpid()) + "-0.png"),
+                   other = film.frame(".002.part-mine.png");
+    for (const fs::path& file : {dead, alive, other})
+        std::ofstream(file) << "x";
     CHECK(film.run() == ExitCode::kDone);
     CHECK(!fs::exists(dead));
     CHECK(fs::exists(alive));
     CHECK(fs::exists(other));
 }
 
-TEST_CASE("frames are made anew when their own materials change, and wrong ones are refused before the first", "[raytracer][animate]") {
+TEST_CASE(
+    "frames are made anew when their own materials change, and wrong ones are refused before the "
+    "first",
+    "[raytracer][animate]") {
     Film film;
     const fs::path materials = film.folder.path() / "mine.toml";
     film.base.quality.materials = materials.string();
@@ -264,7 +319,8 @@ TEST_CASE("a video is made through the program, whole or not at all", "[raytrace
     install("for last; do :; done\necho \"$@\" > \"$last\"\n");
     CHECK(film.run() == ExitCode::kDone);
     const std::string called = text_of(video);
-    CHECK_THAT(called, contains("-framerate 4 ") && contains("out/%03d.png") && contains("-frames:v 5"));
+    CHECK_THAT(called,
+               contains("-framerate 4 ") && contains("out/%03d.png") && contains("-frames:v 5"));
     install("for last; do :; done\necho broken > \"$last\"\nexit 3\n");
     CHECK_THROWS_WITH(film.run(), contains("failed with status 3") && contains("v.mp4"));
     CHECK(text_of(video) == called);

@@ -31,7 +31,8 @@ Hashes hashes(Checkpoint& checkpoint) {
 
 Hashes hashes(const std::vector<TileResult>& tiles) {
     Hashes out;
-    for (const TileResult& tile : tiles) out.push_back(hash_of_pixels(tile));
+    for (const TileResult& tile : tiles)
+        out.push_back(hash_of_pixels(tile));
     return out;
 }
 
@@ -40,12 +41,15 @@ std::string bytes_of(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-void write(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
+void write(const fs::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+}
 
 /// A checkpoint with these tiles, closed.
 void make(const fs::path& file, const std::vector<TileResult>& tiles, bool with_layers = false) {
     Checkpoint checkpoint(file, small_key(with_layers), kRefuse);
-    for (const TileResult& tile : tiles) checkpoint.add(tile);
+    for (const TileResult& tile : tiles)
+        checkpoint.add(tile);
     checkpoint.close();
 }
 
@@ -60,7 +64,8 @@ std::string message(const std::function<void()>& what) {
 
 }  // namespace
 
-TEST_CASE("tiles come back from a checkpoint in the order of the picture", "[raytracer][checkpoint]") {
+TEST_CASE("tiles come back from a checkpoint in the order of the picture",
+          "[raytracer][checkpoint]") {
     const bool with_layers = GENERATE(false, true);
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.exr.tiles";
@@ -77,21 +82,25 @@ TEST_CASE("tiles come back from a checkpoint in the order of the picture", "[ray
     Checkpoint checkpoint(file, small_key(with_layers), kGoOn);
     CHECK(checkpoint.count() == 5);
     int there = 0;
-    for (const TileResult& tile : tiles) there += checkpoint.has(tile.tile) ? 1 : 0;
+    for (const TileResult& tile : tiles)
+        there += checkpoint.has(tile.tile) ? 1 : 0;
     CHECK(there == 5);
-    for (std::size_t i = 5; i < 9; ++i) checkpoint.add_encoded(encode_tile(spiral[i]));
+    for (std::size_t i = 5; i < 9; ++i)
+        checkpoint.add_encoded(encode_tile(spiral[i]));
     CHECK(hashes(checkpoint) == hashes(tiles));
     checkpoint.finish();
     CHECK_FALSE(fs::exists(file));
 }
 
-TEST_CASE("the last of several results of a tile counts, and none once it is forgotten", "[raytracer][checkpoint]") {
+TEST_CASE("the last of several results of a tile counts, and none once it is forgotten",
+          "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles(), others = small_tiles(false, 99);
     {
         Checkpoint checkpoint(file, small_key(), kGoOn);
-        for (const std::size_t i : {3U, 4U, 5U}) checkpoint.add(tiles[i]);
+        for (const std::size_t i : {3U, 4U, 5U})
+            checkpoint.add(tiles[i]);
         checkpoint.add(others[4]);
         checkpoint.forget(tiles[5].tile);
         checkpoint.forget(tiles[8].tile);
@@ -144,34 +153,40 @@ TEST_CASE("damage of the world's data is kept, each line once", "[raytracer][che
     }
     Checkpoint checkpoint(file, small_key(), kGoOn);
     checkpoint.note_damage({"c.laz: of\nanother world"});
-    CHECK(checkpoint.damage() == std::vector<std::string>{"a.laz: cut short", "b.laz: damaged", "c.laz: of another world"});
+    CHECK(checkpoint.damage() == std::vector<std::string>{"a.laz: cut short", "b.laz: damaged",
+                                                          "c.laz: of another world"});
 }
 
-TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was whole", "[raytracer][checkpoint]") {
+TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was whole",
+          "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles();
     std::vector<std::size_t> ends;
     {
         Checkpoint checkpoint(file, small_key(), kGoOn);
-        for (std::size_t i = 0; i < 3; ++i) ends.push_back(fs::file_size(file)), checkpoint.add(tiles[i]);
+        for (std::size_t i = 0; i < 3; ++i)
+            ends.push_back(fs::file_size(file)), checkpoint.add(tiles[i]);
         ends.push_back(fs::file_size(file));
     }
     const std::string bytes = bytes_of(file);
     REQUIRE(ends.back() == bytes.size());
     std::mt19937 random(6);
     std::vector<std::size_t> sizes = ends;
-    for (int i = 0; i < 40; ++i) sizes.push_back(ends[0] + random() % (bytes.size() - ends[0]));
+    for (int i = 0; i < 40; ++i)
+        sizes.push_back(ends[0] + random() % (bytes.size() - ends[0]));
     for (const std::size_t size : sizes) {
         INFO(size << " bytes");
         write(file, bytes.substr(0, size));
         {
             Checkpoint checkpoint(file, small_key(), kGoOn);
-            const auto whole = static_cast<std::size_t>(std::count_if(ends.begin() + 1, ends.end(), [size](std::size_t end) { return end <= size; }));
+            const auto whole = static_cast<std::size_t>(std::count_if(
+                ends.begin() + 1, ends.end(), [size](std::size_t end) { return end <= size; }));
             REQUIRE(checkpoint.count() == whole);
             CHECK(fs::file_size(file) == ends[whole]);
             for (const TileResult& tile : tiles)
-                if (!checkpoint.has(tile.tile)) checkpoint.add(tile);
+                if (!checkpoint.has(tile.tile))
+                    checkpoint.add(tile);
             checkpoint.close();
         }
         Checkpoint again(file, small_key(), kGoOn);
@@ -179,7 +194,8 @@ TEST_CASE("a checkpoint that was cut short anywhere goes on with all that was wh
     }
 }
 
-TEST_CASE("a checkpoint that is damaged anywhere loses what was hit, and can be completed", "[raytracer][checkpoint]") {
+TEST_CASE("a checkpoint that is damaged anywhere loses what was hit, and can be completed",
+          "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles();
@@ -197,13 +213,15 @@ TEST_CASE("a checkpoint that is damaged anywhere loses what was hit, and can be 
             Checkpoint checkpoint(file, small_key(), kGoOn);
             REQUIRE(checkpoint.count() == 3);
             for (const TileResult& tile : tiles)
-                if (!checkpoint.has(tile.tile)) checkpoint.add(tile);
+                if (!checkpoint.has(tile.tile))
+                    checkpoint.add(tile);
         }
         Checkpoint again(file, small_key(), kGoOn);
         REQUIRE(hashes(again) == hashes(tiles));
     }
     write(file, bytes.substr(0, 20));
-    CHECK_THAT(message([&] { Checkpoint(file, small_key(), kGoOn); }), contains("no checkpoint of a picture"));
+    CHECK_THAT(message([&] { Checkpoint(file, small_key(), kGoOn); }),
+               contains("no checkpoint of a picture"));
     write(file, "a text of mine, which is not to be overwritten");
     CHECK_THROWS_AS(Checkpoint(file, small_key(), kGoOn), Error);
     CHECK(bytes_of(file) == "a text of mine, which is not to be overwritten");
@@ -230,11 +248,14 @@ TEST_CASE("another picture's checkpoint is refused, and left as it is", "[raytra
     other.camera.fov_deg = 55;
     const auto info = landscape()->info();
     CHECK_THAT(message([&] { Checkpoint(file, key_of(other, info, {"test"}), kGoOn); }),
-               contains("go on with the checkpoint") && contains("it is of another picture: camera.fov_deg = 40.0 there, 55.0 here"));
-    CHECK_THAT(message([&] { Checkpoint(file, key_of(small_picture(), info, {"else"}), kGoOn); }), contains("input 1 = test there, else here"));
+               contains("go on with the checkpoint") &&
+                   contains("it is of another picture: camera.fov_deg = 40.0 there, 55.0 here"));
+    CHECK_THAT(message([&] { Checkpoint(file, key_of(small_picture(), info, {"else"}), kGoOn); }),
+               contains("input 1 = test there, else here"));
     PictureKey other_build = small_key();
     other_build.build = "0123";
-    CHECK_THAT(message([&] { Checkpoint(file, other_build, kGoOn); }), contains("this is terravox") && contains("build 0123"));
+    CHECK_THAT(message([&] { Checkpoint(file, other_build, kGoOn); }),
+               contains("this is terravox") && contains("build 0123"));
     CHECK_THROWS_AS(Checkpoint(file, small_key(), kRefuse), UsageError);
     CHECK(bytes_of(file) == bytes);
     // Names need not be text.
@@ -258,13 +279,15 @@ TEST_CASE("what is no whole first tile of the picture is not taken", "[raytracer
         return message([&] { checkpoint.add(tile_of_chance(tile, false, 1)); });
     };
     CHECK(taken([](RenderTile&) {}) == "nothing");
-    CHECK_THAT(taken([](RenderTile& t) { t.step = 2; }), contains("no whole tile of a single pass"));
+    CHECK_THAT(taken([](RenderTile& t) { t.step = 2; }),
+               contains("no whole tile of a single pass"));
     CHECK_THAT(taken([](RenderTile& t) { t.refines = true; }), contains("no whole tile"));
     CHECK_THAT(taken([](RenderTile& t) { t.first_sample = 2; }), contains("no whole tile"));
     CHECK_THAT(taken([](RenderTile& t) { t.y1 -= 8; }), contains("no whole tile"));
     CHECK_THAT(taken([](RenderTile& t) { t.x0 += 1, t.x1 += 1; }), contains("no whole tile"));
     CHECK_THAT(taken([](RenderTile& t) { t.x0 += 160, t.x1 += 160; }), contains("no whole tile"));
-    CHECK_THAT(message([&] { checkpoint.add(small_tiles(true)[0]); }), contains("has layers; the picture has none"));
+    CHECK_THAT(message([&] { checkpoint.add(small_tiles(true)[0]); }),
+               contains("has layers; the picture has none"));
     CHECK(checkpoint.count() == 1);
     checkpoint.close();
     CHECK_THAT(message([&] { checkpoint.add(small_tiles()[0]); }), contains("after the end"));
@@ -276,23 +299,28 @@ TEST_CASE("one coordinator at a time writes to a checkpoint", "[raytracer][check
     {
         Checkpoint first(file, small_key(), kGoOn);
         first.add(small_tiles()[0]);
-        CHECK_THAT(message([&] { Checkpoint(file, small_key(), kGoOn); }), contains("a.tiles: another coordinator is writing to it"));
+        CHECK_THAT(message([&] { Checkpoint(file, small_key(), kGoOn); }),
+                   contains("a.tiles: another coordinator is writing to it"));
         first.add(small_tiles()[1]);
     }
     CHECK(Checkpoint(file, small_key(), kGoOn).count() == 2);
 }
 
-TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to", "[raytracer][checkpoint]") {
+TEST_CASE("a checkpoint in which there is nothing does not stay, unless it is to",
+          "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "deeper" / "a.tiles";
-    { const Checkpoint checkpoint(file, small_key(), kGoOn); }
+    {
+        const Checkpoint checkpoint(file, small_key(), kGoOn);
+    }
     CHECK_FALSE(fs::exists(file));
     make(file, {});
     CHECK(fs::exists(file));
     CHECK(Checkpoint(file, small_key(), kGoOn).count() == 0);
 }
 
-TEST_CASE("a disk that is full is told, and all that was added before is there", "[raytracer][checkpoint]") {
+TEST_CASE("a disk that is full is told, and all that was added before is there",
+          "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles();
@@ -310,7 +338,8 @@ TEST_CASE("a disk that is full is told, and all that was added before is there",
         ::setrlimit(RLIMIT_FSIZE, &limit);
         const std::string said = message([&] {
             Checkpoint checkpoint(file, small_key(), kGoOn);
-            for (; added < 9; ++added) checkpoint.add(tiles[added]);
+            for (; added < 9; ++added)
+                checkpoint.add(tiles[added]);
         });
         ::setrlimit(RLIMIT_FSIZE, &before);
         CHECK_THAT(said, contains("write the checkpoint " + file.string() + ": File too large"));
@@ -320,11 +349,13 @@ TEST_CASE("a disk that is full is told, and all that was added before is there",
         }
         CHECK(added == (room == three ? 3 : 2));
         Checkpoint checkpoint(file, small_key(), kGoOn);
-        CHECK(hashes(checkpoint) == hashes({tiles.begin(), tiles.begin() + static_cast<std::ptrdiff_t>(added)}));
+        CHECK(hashes(checkpoint) ==
+              hashes({tiles.begin(), tiles.begin() + static_cast<std::ptrdiff_t>(added)}));
     }
 }
 
-TEST_CASE("a coordinator that is killed at any time loses no tile that it had added", "[raytracer][checkpoint]") {
+TEST_CASE("a coordinator that is killed at any time loses no tile that it had added",
+          "[raytracer][checkpoint]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.tiles";
     const auto tiles = small_tiles();
@@ -343,15 +374,18 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
             for (int round = 0;; ++round)
                 for (const TileResult& tile : tiles) {
                     char go = 0;
-                    if (::read(may_go[0], &go, 1) != 1) ::_exit(1);
+                    if (::read(may_go[0], &go, 1) != 1)
+                        ::_exit(1);
                     checkpoint.add(tile);
                     const char done = 1;
-                    if (::write(told[1], &done, 1) != 1) ::_exit(1);
+                    if (::write(told[1], &done, 1) != 1)
+                        ::_exit(1);
                 }
         }
         ::close(told[1]);
         ::close(may_go[0]);
-        // Not a tile is begun before it may be: how far the child gets does not depend on which process has the processor.
+        // Not a tile is begun before it may be: how far the child gets does not depend on which
+        // process has the processor.
         const char go = 1;
         char done = 0;
         for (std::size_t i = 0; i < until; ++i) {
@@ -372,7 +406,9 @@ TEST_CASE("a coordinator that is killed at any time loses no tile that it had ad
     }
 }
 
-TEST_CASE("checkpoints are named after their pictures, and are for pictures that can be gone on with", "[raytracer][checkpoint]") {
+TEST_CASE(
+    "checkpoints are named after their pictures, and are for pictures that can be gone on with",
+    "[raytracer][checkpoint]") {
     CHECK(checkpoint_path("a/out.exr") == "a/out.exr.tiles");
     CHECK(checkpoint_path("a/out.exr", Part{2, 5}) == "a/out.exr.part-2-of-5.tiles");
     Scene scene = small_picture();
@@ -380,5 +416,6 @@ TEST_CASE("checkpoints are named after their pictures, and are for pictures that
     scene.quality.time_s = 5;
     CHECK_THROWS_AS(check_can_checkpoint(scene), UsageError);
     scene.quality.time_s = 0, scene.quality.coarse_step = 8;
-    CHECK_THAT(message([&] { check_can_checkpoint(scene); }), contains("coarse_step = 8; allowed: 1"));
+    CHECK_THAT(message([&] { check_can_checkpoint(scene); }),
+               contains("coarse_step = 8; allowed: 1"));
 }

@@ -25,27 +25,38 @@ void make_survey(const fs::path& folder) {
     write(folder / "empty.laz", "");
 }
 
-std::string name_of(const fs::path& input) { return name_inputs({input.string()}, {}, {}).front(); }
+std::string name_of(const fs::path& input) {
+    return name_inputs({input.string()}, {}, {}).front();
+}
 
 }  // namespace
 
-TEST_CASE("inputs are named by what is in them, not by where they lie", "[raytracer][checkpoint][inputs]") {
+TEST_CASE("inputs are named by what is in them, not by where they lie",
+          "[raytracer][checkpoint][inputs]") {
     const TemporaryFolder here, there;
     make_survey(here.path() / "survey"), make_survey(there.path() / "survey");
     const std::string name = name_of(here.path() / "survey");
     CHECK_THAT(name, contains("survey: 3 files, 100001 bytes, "));
     CHECK(name_of(there.path() / "survey") == name);
     CHECK(name_of((there.path() / "survey").string() + "/") == name);
-    fs::last_write_time(there.path() / "survey" / "a.laz", fs::file_time_type::clock::now() - std::chrono::hours(9));
-    write(there.path() / "survey" / ".hidden" / "x", "x"), write(there.path() / "survey" / "session.lock", "x"), write(there.path() / "survey" / "store.gpkg-wal", "x");
+    fs::last_write_time(there.path() / "survey" / "a.laz",
+                        fs::file_time_type::clock::now() - std::chrono::hours(9));
+    write(there.path() / "survey" / ".hidden" / "x", "x"),
+        write(there.path() / "survey" / "session.lock", "x"),
+        write(there.path() / "survey" / "store.gpkg-wal", "x");
     CHECK(name_of(there.path() / "survey") == name);
 }
 
 TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inputs]") {
-    struct Case { const char* name; std::function<void(const fs::path&)> change; };
+    struct Case {
+        const char* name;
+        std::function<void(const fs::path&)> change;
+    };
     const std::vector<Case> cases = {
-        {"first byte", [](const fs::path& f) { write(f / "a.laz", "x" + std::string(99'999, 'a')); }},
-        {"last byte", [](const fs::path& f) { write(f / "a.laz", std::string(99'999, 'a') + "x"); }},
+        {"first byte",
+         [](const fs::path& f) { write(f / "a.laz", "x" + std::string(99'999, 'a')); }},
+        {"last byte",
+         [](const fs::path& f) { write(f / "a.laz", std::string(99'999, 'a') + "x"); }},
         {"longer", [](const fs::path& f) { write(f / "a.laz", std::string(100'001, 'a')); }},
         {"another name", [](const fs::path& f) { fs::rename(f / "a.laz", f / "c.laz"); }},
         {"elsewhere", [](const fs::path& f) { fs::rename(f / "deeper" / "b.laz", f / "b.laz"); }},
@@ -65,7 +76,8 @@ TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inpu
 TEST_CASE("all that shapes a picture is named, in order", "[raytracer][checkpoint][inputs]") {
     const TemporaryFolder folder;
     write(folder.path() / "photo.tif", "photo");
-    const auto names = name_inputs({"generated:7", "http://127.0.0.1:8080"}, {folder.path() / "photo.tif"}, {});
+    const auto names =
+        name_inputs({"generated:7", "http://127.0.0.1:8080"}, {folder.path() / "photo.tif"}, {});
     REQUIRE(names.size() == 4);
     CHECK(names[0] == "generated:7");
     CHECK(names[1] == "http://127.0.0.1:8080");

@@ -15,14 +15,18 @@ inline Scene small_picture(bool with_layers = false) {
 }
 
 /// 3 x 3 tiles of 16 pixels.
-inline PictureKey small_key(bool with_layers = false) { return key_of(small_picture(with_layers), landscape()->info(), {"test"}); }
+inline PictureKey small_key(bool with_layers = false) {
+    return key_of(small_picture(with_layers), landscape()->info(), {"test"});
+}
 
 /// Tiles of chance, without holes, in the order asked for.
-inline std::vector<TileResult> small_tiles(bool with_layers = false, unsigned seed = 1, const std::string& order = "rows") {
+inline std::vector<TileResult> small_tiles(bool with_layers = false, unsigned seed = 1,
+                                           const std::string& order = "rows") {
     std::vector<TileResult> out;
     const auto passes = plan_tiles(45, 33, 1, 16, order);
     for (const RenderTile& tile : passes.front()) {
-        out.push_back(tile_of_chance(tile, with_layers, seed + static_cast<unsigned>(tile.x0 * 100 + tile.y0)));
+        out.push_back(tile_of_chance(tile, with_layers,
+                                     seed + static_cast<unsigned>(tile.x0 * 100 + tile.y0)));
         out.back().holes.clear();
     }
     return out;

@@ -13,7 +13,9 @@ using namespace terravox;
 using namespace terravox::cluster;
 
 TEST_CASE("a program's status and words come back whole", "[cluster][child]") {
-    const Finished done = run_to_end({"bash", "-c", "head -c 300000 /dev/zero | tr '\\0' x; echo wrong >&2; echo more >&2; exit 3"});
+    const Finished done = run_to_end(
+        {"bash", "-c",
+         "head -c 300000 /dev/zero | tr '\\0' x; echo wrong >&2; echo more >&2; exit 3"});
     CHECK(done.status == 3);
     CHECK(done.out == std::string(300000, 'x'));
     CHECK(done.err == "wrong\nmore\n");
@@ -24,7 +26,8 @@ TEST_CASE("a program's status and words come back whole", "[cluster][child]") {
     CHECK_THROWS_AS(run_to_end({"/nonexistent/program"}), Error);
 }
 
-TEST_CASE("a child is stopped, by force where need be, and does not outlive its owner", "[cluster][child]") {
+TEST_CASE("a child is stopped, by force where need be, and does not outlive its owner",
+          "[cluster][child]") {
     Child obeys({"sleep", "600"});
     CHECK_FALSE(obeys.wait(std::chrono::milliseconds(1)).has_value());
     CHECK(obeys.stop() == 128 + SIGTERM);
@@ -33,8 +36,10 @@ TEST_CASE("a child is stopped, by force where need be, and does not outlive its 
     // Once the marker is there it is deaf.
     const terravox::test::TemporaryFolder folder;
     const auto marker = folder.path() / "deaf";
-    Child deaf({"bash", "-c", "trap '' TERM; > \"$1\"; while :; do sleep 0.05; done", "bash", marker.string()});
-    for (int tries = 0; tries < 600 && !std::filesystem::exists(marker); ++tries) REQUIRE_FALSE(deaf.wait(std::chrono::milliseconds(100)).has_value());
+    Child deaf({"bash", "-c", "trap '' TERM; > \"$1\"; while :; do sleep 0.05; done", "bash",
+                marker.string()});
+    for (int tries = 0; tries < 600 && !std::filesystem::exists(marker); ++tries)
+        REQUIRE_FALSE(deaf.wait(std::chrono::milliseconds(100)).has_value());
     CHECK(deaf.stop(std::chrono::milliseconds(100)) == 128 + SIGKILL);
     Child ends({"bash", "-c", "exit 2"});
     CHECK(ends.wait(std::chrono::seconds(30)) == 2);
@@ -45,7 +50,7 @@ TEST_CASE("a child is stopped, by force where need be, and does not outlive its 
 }
 
 TEST_CASE("signals are noted only while somebody looks", "[cluster][child]") {
-    struct sigaction before {};
+    struct sigaction before{};
     ::sigaction(SIGTERM, nullptr, &before);
     {
         const StopSignals signals;
@@ -54,7 +59,7 @@ TEST_CASE("signals are noted only while somebody looks", "[cluster][child]") {
         CHECK(StopSignals::came());
         CHECK(StopSignals::wait_ms(600'000));  // at once
     }
-    struct sigaction now {};
+    struct sigaction now{};
     ::sigaction(SIGTERM, nullptr, &now);
     CHECK(now.sa_handler == before.sa_handler);
     const StopSignals again;

@@ -18,8 +18,10 @@ std::vector<int> numbers_of(const std::string& array) {
     std::istringstream in(array);
     for (std::string piece; std::getline(in, piece, ',');) {
         const auto dash = piece.find('-');
-        const int first = std::stoi(piece), last = dash == std::string::npos ? first : std::stoi(piece.substr(dash + 1));
-        for (int i = first; i <= last; ++i) out.push_back(i);
+        const int first = std::stoi(piece),
+                  last = dash == std::string::npos ? first : std::stoi(piece.substr(dash + 1));
+        for (int i = first; i <= last; ++i)
+            out.push_back(i);
     }
     return out;
 }
@@ -29,7 +31,9 @@ std::vector<int> numbers_of(const std::string& array) {
 TEST_CASE("a range is one number or two", "[cluster][tasks]") {
     CHECK(parse_range("--frames", "4-9", {0, 9}) == Range{4, 9});
     CHECK(parse_range("--frames", "0", {0, 9}) == Range{0, 0});
-    const auto wrong = GENERATE(values<std::string>({"", "-", "4-", "-4", "9-4", "4-10", "x", "4-9x", "4 9", "99999999999", "4-99999999999", "1.5", "0x3", "4--9", "+4"}));
+    const auto wrong =
+        GENERATE(values<std::string>({"", "-", "4-", "-4", "9-4", "4-10", "x", "4-9x", "4 9",
+                                      "99999999999", "4-99999999999", "1.5", "0x3", "4--9", "+4"}));
     DYNAMIC_SECTION("not '" << wrong << "'") {
         CHECK_THROWS_AS(parse_range("--frames", wrong, {0, 9}), UsageError);
         CHECK_THROWS_WITH(parse_range("--frames", wrong, {0, 9}), contains("from 0 to 9"));
@@ -40,7 +44,8 @@ TEST_CASE("each frame belongs to one task", "[cluster][tasks]") {
     const auto per_task = GENERATE(1, 2, 3, 7, 10, 11, 1000);
     const TaskPlan plan{{5, 14}, per_task};
     CHECK(plan.tasks() == (10 + per_task - 1) / per_task);
-    for (int frame = 5; frame <= 14; ++frame) CHECK(plan.task_of(frame) == (frame - 5) / per_task);
+    for (int frame = 5; frame <= 14; ++frame)
+        CHECK(plan.task_of(frame) == (frame - 5) / per_task);
     CHECK(plan.task_of(14) == plan.tasks() - 1);
 }
 
@@ -60,7 +65,8 @@ TEST_CASE("numbers of an array are written shortly and mean the same", "[cluster
     std::mt19937 random(seed);
     std::vector<int> numbers;
     for (int i = 0; i < 3000; ++i)
-        if (random() % 3 != 0) numbers.push_back(i);
+        if (random() % 3 != 0)
+            numbers.push_back(i);
     CHECK(numbers_of(array_text(numbers)) == numbers);
 }
 
@@ -70,13 +76,15 @@ TEST_CASE("arrays stay below the limit, and every task is in one of them", "[clu
     std::mt19937 random(static_cast<unsigned>(most));
     std::vector<int> tasks, found;
     for (int i = 0; i < 3000; ++i)
-        if (random() % 5 != 0) tasks.push_back(i);
+        if (random() % 5 != 0)
+            tasks.push_back(i);
     for (const ArrayPiece& piece : array_pieces(tasks, most)) {
         REQUIRE_FALSE(piece.indices.empty());
         CHECK(piece.indices.front() >= 0);
         CHECK(piece.indices.back() < most);
         CHECK(piece.offset % most == 0);  // the same task has the same number in a later call
-        for (const int index : piece.indices) found.push_back(piece.offset + index);
+        for (const int index : piece.indices)
+            found.push_back(piece.offset + index);
     }
     CHECK(found == tasks);
     CHECK(array_pieces({}, most).empty());

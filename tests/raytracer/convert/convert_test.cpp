@@ -46,20 +46,25 @@ Written write(voxel::World& world, const Part& part, const fs::path& file, int t
     return {job.voxels(), job.holes().size()};
 }
 
-std::unique_ptr<voxel::World> open(const fs::path& file) { return voxel::open_archive(voxel::archive::file_source(file)); }
+std::unique_ptr<voxel::World> open(const fs::path& file) {
+    return voxel::open_archive(voxel::archive::file_source(file));
+}
 
-template <class Each> void each_box(const voxel::WorldInfo& info, const Each& each) {
+template <class Each>
+void each_box(const voxel::WorldInfo& info, const Each& each) {
     for (int level = 0; level < info.levels; ++level) {
         const voxel::BoxRange range = voxel::boxes_over(info.bounds, level);
         for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
             for (std::int32_t by = range.min.by; by < range.max.by; ++by)
-                for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz) each(BoxKey{level, bx, by, bz});
+                for (std::int32_t bz = range.min.bz; bz < range.max.bz; ++bz)
+                    each(BoxKey{level, bx, by, bz});
     }
 }
 
 }  // namespace
 
-TEST_CASE("an archive of a world has the world's boxes on every level", "[raytracer][convert][archive]") {
+TEST_CASE("an archive of a world has the world's boxes on every level",
+          "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     InventedWorld world(kBounds);
     const Written written = write(world, part_of(world.info(), {}), folder.path() / "a.tvx");
@@ -75,14 +80,17 @@ TEST_CASE("an archive of a world has the world's boxes on every level", "[raytra
     });
     std::uint64_t solid = 0;
     for (std::int32_t x = kBounds.min[0]; x < kBounds.max[0]; ++x)
-        for (std::int32_t z = kBounds.min[2]; z < kBounds.max[2]; ++z) solid += static_cast<std::uint64_t>(InventedWorld::top_of(x, z) - kBounds.min[1]);
+        for (std::int32_t z = kBounds.min[2]; z < kBounds.max[2]; ++z)
+            solid += static_cast<std::uint64_t>(InventedWorld::top_of(x, z) - kBounds.min[1]);
     CHECK(written.voxels == solid);
     CHECK_FALSE(fs::exists(folder.path() / "a.tvx.journal"));
 }
 
-TEST_CASE("the bytes of an archive depend neither on threads nor on breaks", "[raytracer][convert][archive]") {
+TEST_CASE("the bytes of an archive depend neither on threads nor on breaks",
+          "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
-    const fs::path one = folder.path() / "one.tvx", many = folder.path() / "many.tvx", broken = folder.path() / "broken.tvx";
+    const fs::path one = folder.path() / "one.tvx", many = folder.path() / "many.tvx",
+                   broken = folder.path() / "broken.tvx";
     InventedWorld world(kBounds);
     const Part part = part_of(world.info(), {});
     const Written whole = write(world, part, one, 1);
@@ -102,7 +110,8 @@ TEST_CASE("the bytes of an archive depend neither on threads nor on breaks", "[r
     CHECK(breaking.made - before < world.made / 2);  // what was written was not made again
 }
 
-TEST_CASE("what the journal says and the part does not have is begun anew", "[raytracer][convert][archive]") {
+TEST_CASE("what the journal says and the part does not have is begun anew",
+          "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tvx", good = folder.path() / "good.tvx";
     InventedWorld world(kBounds);
@@ -114,7 +123,8 @@ TEST_CASE("what the journal says and the part does not have is begun anew", "[ra
     CHECK(written.voxels > 1000);
 }
 
-TEST_CASE("a box that cannot be had is a hole of the archive and of all above it", "[raytracer][convert][archive]") {
+TEST_CASE("a box that cannot be had is a hole of the archive and of all above it",
+          "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     InventedWorld world(kBounds);
     world.fails_at_bx = 2;
@@ -126,7 +136,8 @@ TEST_CASE("a box that cannot be had is a hole of the archive and of all above it
     CHECK(archive->box({0, 1, 0, 3}) != nullptr);
 }
 
-TEST_CASE("an archive of a part and a level holds that alone, as level 0", "[raytracer][convert][archive]") {
+TEST_CASE("an archive of a part and a level holds that alone, as level 0",
+          "[raytracer][convert][archive]") {
     const TemporaryFolder folder;
     InventedWorld world(kBounds);
     const Part part = part_of(world.info(), {1, {0, -600, 300, -400}, {0, 40}});
@@ -135,7 +146,8 @@ TEST_CASE("an archive of a part and a level holds that alone, as level 0", "[ray
     CHECK(archive->info().voxel_m == 2);
     CHECK(archive->info().crs_units_per_voxel == 2);
     CHECK(archive->info().bounds == part.bounds);
-    CHECK((part.bounds.min[0] == 0 && part.bounds.max[0] == 150 && part.bounds.min[2] == 200 && part.bounds.max[2] == 300 && part.bounds.max[1] == 20));
+    CHECK((part.bounds.min[0] == 0 && part.bounds.max[0] == 150 && part.bounds.min[2] == 200 &&
+           part.bounds.max[2] == 300 && part.bounds.max[1] == 20));
     const voxel::BoxRange range = voxel::boxes_over(archive->info().bounds, 0);
     std::uint64_t solid = 0;
     for (std::int32_t bx = range.min.bx; bx < range.max.bx; ++bx)
@@ -147,10 +159,14 @@ TEST_CASE("an archive of a part and a level holds that alone, as level 0", "[ray
             for (int x = 0; x < 64; ++x)
                 for (int z = 0; z < 64; ++z)
                     for (int y = 0; y < 256; ++y) {
-                        const auto expected = part.holds(bx * 64 + x, y, bz * 64 + z) ? from->voxel(x, y, z) : std::nullopt;
+                        const auto expected = part.holds(bx * 64 + x, y, bz * 64 + z)
+                                                  ? from->voxel(x, y, z)
+                                                  : std::nullopt;
                         same = same && to->solid(x, y, z) == expected.has_value();
                         solid += expected ? 1 : 0;
-                        const bool seen = y == 255 || !part.holds(bx * 64 + x, y + 1, bz * 64 + z) || !from->solid(x, y + 1, z);
+                        const bool seen = y == 255 ||
+                                          !part.holds(bx * 64 + x, y + 1, bz * 64 + z) ||
+                                          !from->solid(x, y + 1, z);
                         same = same && (!expected || !seen || to->voxel(x, y, z) == expected);
                     }
             CHECK(same);
@@ -159,26 +175,34 @@ TEST_CASE("an archive of a part and a level holds that alone, as level 0", "[ray
     CHECK(archive->box({0, -1, 0, 3}) == nullptr);
     // Above, only what lies in the part.
     std::array<std::shared_ptr<const voxel::Box>, 8> children;
-    for (int i = 0; i < 8; ++i) children[static_cast<std::size_t>(i)] = archive->box({0, i & 1, i >> 2, 4 + (i >> 1 & 1)});
+    for (int i = 0; i < 8; ++i)
+        children[static_cast<std::size_t>(i)] = archive->box({0, i & 1, i >> 2, 4 + (i >> 1 & 1)});
     CHECK(same_box(archive->box({1, 0, 0, 2}), voxel::downsample({1, 0, 0, 2}, children)));
 }
 
-TEST_CASE("a part is what lies in area, heights and level, and nothing else is allowed", "[raytracer][convert][part]") {
+TEST_CASE("a part is what lies in area, heights and level, and nothing else is allowed",
+          "[raytracer][convert][part]") {
     voxel::WorldInfo placed;
-    placed.bounds = {{1000, 0, -5000}, {2000, 300, -4000}}, placed.crs = "EPSG:3794", placed.crs_units_per_voxel = 0.5, placed.voxel_m = 0.5, placed.levels = 4;
+    placed.bounds = {{1000, 0, -5000}, {2000, 300, -4000}}, placed.crs = "EPSG:3794",
+    placed.crs_units_per_voxel = 0.5, placed.voxel_m = 0.5, placed.levels = 4;
     CHECK(part_of(placed, {}).bounds == placed.bounds);
-    CHECK(part_of(placed, {0, {600, 2100, 700, 2200}, {}}).bounds == voxel::VoxelBounds{{1200, 0, -4400}, {1400, 300, -4200}});
-    CHECK(part_of(placed, {0, {}, {10, 20.1}}).bounds == voxel::VoxelBounds{{1000, 20, -5000}, {2000, 41, -4000}});
-    CHECK(part_of(placed, {2, {}, {}}).bounds == voxel::VoxelBounds{{250, 0, -1250}, {500, 75, -1000}});
+    CHECK(part_of(placed, {0, {600, 2100, 700, 2200}, {}}).bounds ==
+          voxel::VoxelBounds{{1200, 0, -4400}, {1400, 300, -4200}});
+    CHECK(part_of(placed, {0, {}, {10, 20.1}}).bounds ==
+          voxel::VoxelBounds{{1000, 20, -5000}, {2000, 41, -4000}});
+    CHECK(part_of(placed, {2, {}, {}}).bounds ==
+          voxel::VoxelBounds{{250, 0, -1250}, {500, 75, -1000}});
     CHECK_THROWS_WITH(part_of(placed, {4, {}, {}}), contains("level 4; allowed: 0 to 3"));
     CHECK_THROWS_WITH(part_of(placed, {0, {700, 2100, 600, 2200}, {}}), contains("--area"));
     CHECK_THROWS_WITH(part_of(placed, {0, {}, {20, 10}}), contains("--heights"));
     CHECK_THROWS_WITH(part_of(placed, {0, {0, 0, 10, 10}, {}}), contains("nothing of the world"));
 
     voxel::WorldInfo endless;
-    endless.bounds = {{-(1 << 24), 0, -(1 << 24)}, {1 << 24, 300, 1 << 24}}, endless.framed = {{-256, 0, -256}, {256, 300, 256}}, endless.levels = 19;
+    endless.bounds = {{-(1 << 24), 0, -(1 << 24)}, {1 << 24, 300, 1 << 24}},
+    endless.framed = {{-256, 0, -256}, {256, 300, 256}}, endless.levels = 19;
     CHECK(part_of(endless, {}).bounds == endless.framed);
-    CHECK(part_of(endless, {0, {1000, 2000, 1100, 2200}, {}}).bounds == voxel::VoxelBounds{{1000, 0, 2000}, {1100, 300, 2200}});
+    CHECK(part_of(endless, {0, {1000, 2000, 1100, 2200}, {}}).bounds ==
+          voxel::VoxelBounds{{1000, 0, 2000}, {1100, 300, 2200}});
 }
 
 TEST_CASE("a format is chosen by name or ending", "[raytracer][convert][format]") {
@@ -196,7 +220,8 @@ TEST_CASE("two conversions to one place do not spoil each other", "[raytracer][c
     CHECK_THROWS_WITH(Journal(folder.path() / "j", "b"), contains("another conversion"));
 }
 
-TEST_CASE("a journal is gone on with when it is the same conversion's, whatever its end", "[raytracer][convert][journal]") {
+TEST_CASE("a journal is gone on with when it is the same conversion's, whatever its end",
+          "[raytracer][convert][journal]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "j";
     {

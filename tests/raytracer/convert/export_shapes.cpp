@@ -1,7 +1,8 @@
-// Writes an invented lump of voxels in all shapes, with the numbers that readers of other makers must find in them: for tests/bench/export.
+// Writes an invented lump of voxels in all shapes, with the numbers that readers of other makers
+// must find in them: for tests/bench/export.
 //   export_shapes FOLDER [EDGE LAZ...]
-// With survey files: the same of the middle of their world, EDGE voxels wide and deep, without the truth; an orthophoto is looked for in ortho/ beside
-// the first.
+// With survey files: the same of the middle of their world, EDGE voxels wide and deep, without the
+// truth; an orthophoto is looked for in ortho/ beside the first.
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -31,30 +32,42 @@ json counts_of(const test::PaintedWorld& world) {
         for (int z = b.min[2]; z < b.max[2]; ++z)
             for (int x = b.min[0]; x < b.max[0]; ++x) {
                 const auto own = world.at(x, y, z);
-                if (own == voxel::Material::kAir) continue;
+                if (own == voxel::Material::kAir)
+                    continue;
                 ++solid, seen += !world.hidden(x, y, z);
-                for (const auto beside : {world.at(x - 1, y, z), world.at(x + 1, y, z), world.at(x, y - 1, z), world.at(x, y + 1, z), world.at(x, y, z - 1),
-                                          world.at(x, y, z + 1)})
-                    faces += beside == voxel::Material::kAir || (voxel::see_through(beside) && beside != own);
+                for (const auto beside :
+                     {world.at(x - 1, y, z), world.at(x + 1, y, z), world.at(x, y - 1, z),
+                      world.at(x, y + 1, z), world.at(x, y, z - 1), world.at(x, y, z + 1)})
+                    faces += beside == voxel::Material::kAir ||
+                             (voxel::see_through(beside) && beside != own);
             }
     return {{"solid", solid}, {"seen", seen}, {"faces", faces}};
 }
 
-template <class Write> json export_one(voxel::World& world, const voxel::VoxelBounds& bounds, const std::filesystem::path& file, const Write& write) {
+template <class Write>
+json export_one(voxel::World& world, const voxel::VoxelBounds& bounds,
+                const std::filesystem::path& file, const Write& write) {
     const auto palette = voxel::load_palette(util::config_dir() / "materials.toml");
     Meter meter(file.filename().string(), 1, true);
     Job job(world, {0, bounds}, file, palette, meter);
     const auto start = std::chrono::steady_clock::now();
     write(job);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     json files = json::array();
-    for (const auto& f : job.files()) files.push_back(f.filename().string());
-    return {{"voxels", job.voxels()}, {"files", files}, {"bytes", std::filesystem::file_size(job.files().front())}, {"seconds", seconds},
+    for (const auto& f : job.files())
+        files.push_back(f.filename().string());
+    return {{"voxels", job.voxels()},
+            {"files", files},
+            {"bytes", std::filesystem::file_size(job.files().front())},
+            {"seconds", seconds},
             {"holes", job.holes().size()}};
 }
 
-json export_all(voxel::World& world, const voxel::VoxelBounds& bounds, const std::filesystem::path& folder, const std::string& name) {
-    const auto mesh = [&](const std::string& ending, MeshFormat format, const MeshOptions& options, Colours colours) {
+json export_all(voxel::World& world, const voxel::VoxelBounds& bounds,
+                const std::filesystem::path& folder, const std::string& name) {
+    const auto mesh = [&](const std::string& ending, MeshFormat format, const MeshOptions& options,
+                          Colours colours) {
         return export_one(world, bounds, folder / (name + ending), [&](Job& job) {
             job.colours = colours;
             write_mesh(job, format, options);
@@ -63,8 +76,10 @@ json export_all(voxel::World& world, const voxel::VoxelBounds& bounds, const std
     MeshOptions single, coarse;
     single.merge = false, coarse.colour_steps = 16;
     json out;
-    out["vox"] = export_one(world, bounds, folder / (name + ".vox"), [](Job& job) { write_vox(job); });
-    out["vdb"] = export_one(world, bounds, folder / (name + ".vdb"), [](Job& job) { write_vdb(job); });
+    out["vox"] =
+        export_one(world, bounds, folder / (name + ".vox"), [](Job& job) { write_vox(job); });
+    out["vdb"] =
+        export_one(world, bounds, folder / (name + ".vdb"), [](Job& job) { write_vdb(job); });
     out["glb"] = mesh(".glb", MeshFormat::kGlb, {}, Colours::kTrue);
     out["ply"] = mesh(".ply", MeshFormat::kPly, {}, Colours::kTrue);
     out["steps_glb"] = mesh("_steps.glb", MeshFormat::kGlb, coarse, Colours::kTrue);
@@ -75,7 +90,8 @@ json export_all(voxel::World& world, const voxel::VoxelBounds& bounds, const std
 }
 
 void run(int argc, char** argv) {
-    if (argc < 2 || argc == 3) throw UsageError("export_shapes FOLDER [EDGE LAZ...]");
+    if (argc < 2 || argc == 3)
+        throw UsageError("export_shapes FOLDER [EDGE LAZ...]");
     const std::filesystem::path folder = argv[1];
     json out = json::object();
     if (argc == 2) {
@@ -86,21 +102,27 @@ void run(int argc, char** argv) {
             out[name]["truth"] = counts_of(*world);
         }
         test::PaintedWorld ball({-40, 60, -40}, {40, 140, 40}, 0);
-        ball.fill_with([](int x, int y, int z) { return x * x + (y - 100) * (y - 100) + z * z < 35 * 35 ? voxel::Material::kMasonry : voxel::Material::kAir; });
+        ball.fill_with([](int x, int y, int z) {
+            return x * x + (y - 100) * (y - 100) + z * z < 35 * 35 ? voxel::Material::kMasonry
+                                                                   : voxel::Material::kAir;
+        });
         out["ball"] = export_all(ball, ball.info().bounds, folder, "ball");
         out["ball"]["truth"] = counts_of(ball);
     } else {
         voxelize::LidarWorldOptions options;
-        for (int i = 3; i < argc; ++i) options.files.emplace_back(argv[i]);
+        for (int i = 3; i < argc; ++i)
+            options.files.emplace_back(argv[i]);
         options.orthophotos = {std::filesystem::path(argv[3]).parent_path() / "ortho"};
-        if (!std::filesystem::exists(options.orthophotos[0])) options.orthophotos.clear();
+        if (!std::filesystem::exists(options.orthophotos[0]))
+            options.orthophotos.clear();
         util::StageTimes times;
         const auto world = voxelize::open_lidar_world(options, times);
         auto bounds = world->info().bounds;
         const int half = std::stoi(argv[2]) / 2;
         for (const std::size_t a : {0u, 2u}) {
             const int middle = (bounds.min[a] + bounds.max[a]) / 2;
-            bounds.min[a] = std::max(bounds.min[a], middle - half), bounds.max[a] = std::min(bounds.max[a], middle + half);
+            bounds.min[a] = std::max(bounds.min[a], middle - half),
+            bounds.max[a] = std::min(bounds.max[a], middle + half);
         }
         out["survey"] = export_all(*world, bounds, folder, "survey");
     }

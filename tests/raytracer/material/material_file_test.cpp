@@ -14,23 +14,31 @@ using voxel::Material;
 
 namespace {
 
-const std::filesystem::path kShipped = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml";
+const std::filesystem::path kShipped =
+    std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml";
 
 std::filesystem::path written(const TemporaryFolder& folder, const std::string& text) {
     std::ofstream(folder.path() / "materials.toml") << text;
     return folder.path() / "materials.toml";
 }
-const Look& look(const MaterialFile& file, Material material) { return file.looks[static_cast<std::size_t>(material)]; }
+const Look& look(const MaterialFile& file, Material material) {
+    return file.looks[static_cast<std::size_t>(material)];
+}
 
 }  // namespace
 
-TEST_CASE("the shipped materials are whole, and each has a texture but unknown and those that are clear, lit or of one colour", "[raytracer][material]") {
+TEST_CASE(
+    "the shipped materials are whole, and each has a texture but unknown and those that are clear, "
+    "lit or of one colour",
+    "[raytracer][material]") {
     const MaterialFile file = read_materials(kShipped);
     CHECK(file.missing.empty());
     for (int i = 1; i < voxel::kMaterialCount; ++i) {
         const auto material = static_cast<Material>(i);
         INFO(voxel::material_name(material));
-        const bool bare = material == Material::kUnknown || material == Material::kGlass || material == Material::kIce || material == Material::kLamp || material == Material::kPlain;
+        const bool bare = material == Material::kUnknown || material == Material::kGlass ||
+                          material == Material::kIce || material == Material::kLamp ||
+                          material == Material::kPlain;
         CHECK((look(file, material).texture > 0) != bare);
     }
     const Look& water = look(file, Material::kWater);
@@ -38,7 +46,9 @@ TEST_CASE("the shipped materials are whole, and each has a texture but unknown a
     CHECK(water.index == 1.333f);
     CHECK(water.absorption_per_m.r > water.absorption_per_m.g);
     CHECK(water.glow.b > water.glow.r);
-    for (const Material m : {Material::kLowVegetation, Material::kMediumVegetation, Material::kHighVegetation}) CHECK(look(file, m).kind == Kind::kLeaves);
+    for (const Material m :
+         {Material::kLowVegetation, Material::kMediumVegetation, Material::kHighVegetation})
+        CHECK(look(file, m).kind == Kind::kLeaves);
     CHECK(look(file, Material::kWall).emission.r > look(file, Material::kWall).emission.b);
 }
 
@@ -84,7 +94,8 @@ reflects = true
 TEST_CASE("a material that the file lacks has the colour of unknown", "[raytracer][material]") {
     const TemporaryFolder folder;
     SECTION("which the file has") {
-        const MaterialFile file = read_materials(written(folder, "rock = { colour = \"#ffffff\" }\nunknown = { colour = \"#0000ff\" }\n"));
+        const MaterialFile file = read_materials(written(
+            folder, "rock = { colour = \"#ffffff\" }\nunknown = { colour = \"#0000ff\" }\n"));
         CHECK(file.missing.size() == 29);
         CHECK(look(file, Material::kSnow).colour.b == 1);
         CHECK(look(file, Material::kRock).colour.r == 1);
@@ -98,26 +109,59 @@ TEST_CASE("a material that the file lacks has the colour of unknown", "[raytrace
     }
 }
 
-TEST_CASE("a wrong field of a material is refused by file, material, field, value and range", "[raytracer][material]") {
-    struct Case { const char* name; std::string text; std::vector<std::string> said; };
+TEST_CASE("a wrong field of a material is refused by file, material, field, value and range",
+          "[raytracer][material]") {
+    struct Case {
+        const char* name;
+        std::string text;
+        std::vector<std::string> said;
+    };
     const auto c = GENERATE(values<Case>({
         {"no colour", "rock = { variation = 0.1 }", {"[rock]", "colour = missing", "#rrggbb"}},
         {"a colour too short", "rock = { colour = \"#fff\" }", {"[rock]", "'#fff'", "#rrggbb"}},
         {"a colour is a number", "rock = { colour = 7 }", {"colour = 7"}},
-        {"a variation too large", "rock = { colour = \"#ffffff\", variation = 1.5 }", {"variation = 1.5", "0 to 1"}},
-        {"a variation of text", "rock = { colour = \"#ffffff\", variation = \"much\" }", {"variation = 'much'", "0 to 1"}},
-        {"a roughness of nan", "rock = { colour = \"#ffffff\", roughness = nan }", {"roughness", "0 to 1"}},
-        {"an index below 1", "rock = { colour = \"#ffffff\", index = 0.9 }", {"index = 0.9", "1 to 4"}},
-        {"an infinite emission", "rock = { colour = \"#ffffff\", emission = [inf, 0, 0] }", {"emission = inf", "0 to 1000"}},
-        {"an absorption of two numbers", "rock = { colour = \"#ffffff\", absorption = [1, 2] }", {"absorption = 2 numbers", "[r, g, b]"}},
-        {"an absorption of text", "rock = { colour = \"#ffffff\", absorption = [1, 2, \"x\"] }", {"absorption = 'x'"}},
-        {"a negative absorption", "rock = { colour = \"#ffffff\", absorption = [1, 2, -1] }", {"absorption = -1", "0 to 1000"}},
-        {"a glow that is one number", "rock = { colour = \"#ffffff\", glow = 0.5 }", {"glow = 0.5", "[r, g, b]"}},
-        {"a kind that nobody knows", "rock = { colour = \"#ffffff\", kind = \"gas\" }", {"kind = 'gas'", "solid, leaves, water, glass"}},
-        {"a texture that nobody knows", "rock = { colour = \"#ffffff\", texture = \"marble\" }", {"texture = 'marble'", "none, grass"}},
-        {"reflects is a number", "rock = { colour = \"#ffffff\", reflects = 1 }", {"reflects = 1", "true or false"}},
-        {"a field that nobody knows", "rock = { colour = \"#ffffff\", shine = 1 }", {"[rock] shine is no field", "colour, variation, texture"}},
-        {"a material that nobody knows", "magma = { colour = \"#ffffff\" }", {"[magma] is no material"}},
+        {"a variation too large",
+         "rock = { colour = \"#ffffff\", variation = 1.5 }",
+         {"variation = 1.5", "0 to 1"}},
+        {"a variation of text",
+         "rock = { colour = \"#ffffff\", variation = \"much\" }",
+         {"variation = 'much'", "0 to 1"}},
+        {"a roughness of nan",
+         "rock = { colour = \"#ffffff\", roughness = nan }",
+         {"roughness", "0 to 1"}},
+        {"an index below 1",
+         "rock = { colour = \"#ffffff\", index = 0.9 }",
+         {"index = 0.9", "1 to 4"}},
+        {"an infinite emission",
+         "rock = { colour = \"#ffffff\", emission = [inf, 0, 0] }",
+         {"emission = inf", "0 to 1000"}},
+        {"an absorption of two numbers",
+         "rock = { colour = \"#ffffff\", absorption = [1, 2] }",
+         {"absorption = 2 numbers", "[r, g, b]"}},
+        {"an absorption of text",
+         "rock = { colour = \"#ffffff\", absorption = [1, 2, \"x\"] }",
+         {"absorption = 'x'"}},
+        {"a negative absorption",
+         "rock = { colour = \"#ffffff\", absorption = [1, 2, -1] }",
+         {"absorption = -1", "0 to 1000"}},
+        {"a glow that is one number",
+         "rock = { colour = \"#ffffff\", glow = 0.5 }",
+         {"glow = 0.5", "[r, g, b]"}},
+        {"a kind that nobody knows",
+         "rock = { colour = \"#ffffff\", kind = \"gas\" }",
+         {"kind = 'gas'", "solid, leaves, water, glass"}},
+        {"a texture that nobody knows",
+         "rock = { colour = \"#ffffff\", texture = \"marble\" }",
+         {"texture = 'marble'", "none, grass"}},
+        {"reflects is a number",
+         "rock = { colour = \"#ffffff\", reflects = 1 }",
+         {"reflects = 1", "true or false"}},
+        {"a field that nobody knows",
+         "rock = { colour = \"#ffffff\", shine = 1 }",
+         {"[rock] shine is no field", "colour, variation, texture"}},
+        {"a material that nobody knows",
+         "magma = { colour = \"#ffffff\" }",
+         {"[magma] is no material"}},
         {"air", "air = { colour = \"#ffffff\" }", {"[air] is no material"}},
         {"a material that is a number", "rock = 5", {"[rock] is no table"}},
         {"it is not TOML", "rock = = 5", {"line"}},
@@ -127,7 +171,8 @@ TEST_CASE("a wrong field of a material is refused by file, material, field, valu
         const auto file = written(folder, c.text + "\n");
         CHECK_THROWS_AS(read_materials(file), Error);
         CHECK_THROWS_WITH(read_materials(file), contains(file.string()));
-        for (const auto& part : c.said) CHECK_THROWS_WITH(read_materials(file), contains(part));
+        for (const auto& part : c.said)
+            CHECK_THROWS_WITH(read_materials(file), contains(part));
     }
 }
 

@@ -12,18 +12,22 @@ using voxel::Material;
 namespace {
 
 const MaterialTable& table() {
-    static const MaterialTable made(std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml");
+    static const MaterialTable made(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
+                                    "config/materials.toml");
     return made;
 }
 
 FacePoint random_point(std::mt19937_64& random) {
     const auto below = [&](std::uint64_t n) { return static_cast<int>(random() % n); };
     FacePoint at;
-    const auto coordinate = [&] { return static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> below(16); };
+    const auto coordinate = [&] {
+        return static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> below(16);
+    };
     at.voxel = {coordinate(), coordinate(), coordinate()};
     at.level = below(3) == 0 ? below(21) : 0;
     at.face = static_cast<Face>(below(6));
-    at.u = static_cast<double>(random() >> 11) * 0x1.0p-53, at.v = static_cast<double>(random() >> 11) * 0x1.0p-53;
+    at.u = static_cast<double>(random() >> 11) * 0x1.0p-53,
+    at.v = static_cast<double>(random() >> 11) * 0x1.0p-53;
     at.footprint = below(4) == 0 ? 0 : std::ldexp(at.u + 0.5, below(20) - 10);
     at.around = static_cast<std::uint8_t>(random());
     at.voxel_m = std::ldexp(0.01 + at.v, below(12) - 4);
@@ -31,10 +35,14 @@ FacePoint random_point(std::mt19937_64& random) {
     return at;
 }
 
-bool within(float v, float low, float high) { return v >= low && v <= high; }
+bool within(float v, float low, float high) {
+    return v >= low && v <= high;
+}
 
 // The mean of what is drawn on walls, over random places, to pixels of `footprint` voxels.
-struct WallMean { double share = 0, gloss = 0, emission = 0, red = 0; };
+struct WallMean {
+    double share = 0, gloss = 0, emission = 0, red = 0;
+};
 WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
     std::mt19937_64 random(17);
     WallMean sum;
@@ -44,7 +52,8 @@ WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
         at.voxel = {at.voxel.x % 50'000, at.voxel.y % 50'000, at.voxel.z % 50'000};
         at.footprint = footprint, at.level = level, at.voxel_m = voxel_m, at.night = true;
         const Texel t = table().texel(Material::kWall, at);
-        sum.share += static_cast<double>(t.own_share), sum.gloss += static_cast<double>(t.gloss), sum.emission += static_cast<double>(t.emission);
+        sum.share += static_cast<double>(t.own_share), sum.gloss += static_cast<double>(t.gloss),
+            sum.emission += static_cast<double>(t.emission);
         sum.red += static_cast<double>(t.own.r * t.own_share);
     }
     return {sum.share / count, sum.gloss / count, sum.emission / count, sum.red / count};
@@ -52,22 +61,29 @@ WallMean wall_mean(double voxel_m, double footprint, int level, int count) {
 
 }  // namespace
 
-TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same again", "[raytracer][material]") {
+TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same again",
+          "[raytracer][material]") {
     std::mt19937_64 random(5);
     for (int i = 0; i < 200'000; ++i) {
         const auto material = static_cast<Material>(i % 30);  // some beyond the last
         const FacePoint at = random_point(random);
         const Texel t = table().texel(material, at), again = table().texel(material, at);
         bool good = within(t.tilt[0], -0.2f, 0.2f) && within(t.tilt[1], -0.2f, 0.2f);
-        for (const float ratio : {t.ratio.r, t.ratio.g, t.ratio.b}) good = good && within(ratio, 0.02f, 4);
-        for (const float own : {t.own.r, t.own.g, t.own.b}) good = good && within(own, 0, 4);
-        for (const float share : {t.own_share, t.opacity, t.emission, t.gloss}) good = good && within(share, 0, 1);
-        const bool same = t.ratio.r == again.ratio.r && t.own.g == again.own.g && t.own_share == again.own_share && t.opacity == again.opacity &&
+        for (const float ratio : {t.ratio.r, t.ratio.g, t.ratio.b})
+            good = good && within(ratio, 0.02f, 4);
+        for (const float own : {t.own.r, t.own.g, t.own.b})
+            good = good && within(own, 0, 4);
+        for (const float share : {t.own_share, t.opacity, t.emission, t.gloss})
+            good = good && within(share, 0, 1);
+        const bool same = t.ratio.r == again.ratio.r && t.own.g == again.own.g &&
+                          t.own_share == again.own_share && t.opacity == again.opacity &&
                           t.emission == again.emission && t.tilt == again.tilt;
         if (!good || !same) {
-            INFO(voxel::material_name(material) << " voxel " << at.voxel.x << ' ' << at.voxel.y << ' ' << at.voxel.z << " level " << at.level
-                                                << " face " << static_cast<int>(at.face) << " u " << at.u
-                                                << " v " << at.v << " footprint " << at.footprint << " around " << int{at.around} << " voxel_m " << at.voxel_m);
+            INFO(voxel::material_name(material)
+                 << " voxel " << at.voxel.x << ' ' << at.voxel.y << ' ' << at.voxel.z << " level "
+                 << at.level << " face " << static_cast<int>(at.face) << " u " << at.u << " v "
+                 << at.v << " footprint " << at.footprint << " around " << int{at.around}
+                 << " voxel_m " << at.voxel_m);
             CHECK(good);
             CHECK(same);
             return;
@@ -75,7 +91,8 @@ TEST_CASE("whatever is asked, a texel's fields are in their ranges and the same 
     }
 }
 
-TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one colour", "[raytracer][material]") {
+TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one colour",
+          "[raytracer][material]") {
     FacePoint at;
     at.face = Face::kTop;
     at.voxel = {40, 3, -17};
@@ -96,7 +113,8 @@ TEST_CASE("up close texels are blocks of a sixteenth of a face, from afar one co
     }
 }
 
-TEST_CASE("faces of coarser levels show the mean, and their leaves are denser", "[raytracer][material]") {
+TEST_CASE("faces of coarser levels show the mean, and their leaves are denser",
+          "[raytracer][material]") {
     FacePoint at;
     at.face = Face::kNorth;
     at.u = 0.3, at.v = 0.8;
@@ -107,7 +125,8 @@ TEST_CASE("faces of coarser levels show the mean, and their leaves are denser", 
         CHECK(std::abs(table().texel(Material::kRock, at).ratio.g - 1) < 1e-3f);
         const Texel leaves = table().texel(Material::kHighVegetation, at);
         CHECK(leaves.opacity >= last);
-        if (level == 1) CHECK(leaves.opacity == Approx(1 - 0.32 * 0.32).margin(0.02));
+        if (level == 1)
+            CHECK(leaves.opacity == Approx(1 - 0.32 * 0.32).margin(0.02));
         last = leaves.opacity;
     }
     CHECK(last == 1);
@@ -131,11 +150,20 @@ TEST_CASE("the side of grass is grass above and soil below", "[raytracer][materi
 
 TEST_CASE("the rows of a roof run across its slope", "[raytracer][material]") {
     // bits of what stands around the voxel above: three on the side where the roof rises
-    struct Case { const char* name; std::uint8_t around; bool rises_south_or_north; };
-    const auto c = GENERATE(values<Case>({{"north", 0b00000111, true}, {"south", 0b11100000, true}, {"west", 0b00101001, false}, {"east", 0b10010100, false},
-                                          {"south and a corner", 0b11100100, true}, {"east alone", 0b00010000, false}}));
+    struct Case {
+        const char* name;
+        std::uint8_t around;
+        bool rises_south_or_north;
+    };
+    const auto c = GENERATE(values<Case>({{"north", 0b00000111, true},
+                                          {"south", 0b11100000, true},
+                                          {"west", 0b00101001, false},
+                                          {"east", 0b10010100, false},
+                                          {"south and a corner", 0b11100100, true},
+                                          {"east alone", 0b00010000, false}}));
     DYNAMIC_SECTION(c.name) {
-        // The brightness of lines along z and along x: the shadow under each row makes those of rows differ more.
+        // The brightness of lines along z and along x: the shadow under each row makes those of
+        // rows differ more.
         std::array<double, 16> of_x{}, of_z{};
         FacePoint at;
         at.face = Face::kTop;
@@ -144,9 +172,12 @@ TEST_CASE("the rows of a roof run across its slope", "[raytracer][material]") {
             at.voxel = {i / 256, 9, i / 256 * 3};
             at.v = (i % 16 + 0.5) / 16, at.u = (i / 16 % 16 + 0.5) / 16;
             const double b = static_cast<double>(table().texel(Material::kRoof, at).ratio.r);
-            of_x[static_cast<std::size_t>(i % 16)] += b, of_z[static_cast<std::size_t>(i / 16 % 16)] += b;
+            of_x[static_cast<std::size_t>(i % 16)] += b,
+                of_z[static_cast<std::size_t>(i / 16 % 16)] += b;
         }
-        const auto spread = [](const std::array<double, 16>& v) { return *std::max_element(v.begin(), v.end()) - *std::min_element(v.begin(), v.end()); };
+        const auto spread = [](const std::array<double, 16>& v) {
+            return *std::max_element(v.begin(), v.end()) - *std::min_element(v.begin(), v.end());
+        };
         CHECK((spread(of_z) > 1.5 * spread(of_x)) == c.rises_south_or_north);
         CHECK((spread(of_x) > 1.5 * spread(of_z)) == !c.rises_south_or_north);
     }
@@ -174,13 +205,15 @@ TEST_CASE("strata run through all rock of a height", "[raytracer][material]") {
     CHECK(both / std::sqrt(here2 * there2) > 0.8);
 }
 
-TEST_CASE("walls have windows every three metres whatever a voxel's size", "[raytracer][material]") {
+TEST_CASE("walls have windows every three metres whatever a voxel's size",
+          "[raytracer][material]") {
     for (const double voxel_m : {0.25, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0}) {
         INFO("voxel_m " << voxel_m);
         FacePoint at;
         at.face = Face::kEast;
         at.voxel_m = voxel_m;
-        // Along 600 m of wall, in the row of voxels of each of ten floors that has most: how often what is drawn begins.
+        // Along 600 m of wall, in the row of voxels of each of ten floors that has most: how often
+        // what is drawn begins.
         const auto rows = static_cast<std::int32_t>(std::max(1.0, std::floor(3 / voxel_m + 0.5)));
         int begins = 0;
         for (std::int32_t floor = 0; floor < 10; ++floor) {
@@ -204,10 +237,12 @@ TEST_CASE("walls have windows every three metres whatever a voxel's size", "[ray
     }
 }
 
-TEST_CASE("from afar a wall keeps the mean of its windows, their light and their gloss", "[raytracer][material]") {
+TEST_CASE("from afar a wall keeps the mean of its windows, their light and their gloss",
+          "[raytracer][material]") {
     for (const double voxel_m : {0.5, 1.0, 2.0}) {
         INFO("voxel_m " << voxel_m);
-        const WallMean near = wall_mean(voxel_m, 0, 0, 200'000), far = wall_mean(voxel_m, 1000, 0, 10), coarse = wall_mean(voxel_m, 0, 2, 10);
+        const WallMean near = wall_mean(voxel_m, 0, 0, 200'000),
+                       far = wall_mean(voxel_m, 1000, 0, 10), coarse = wall_mean(voxel_m, 0, 2, 10);
         CHECK(far.share == Approx(near.share).epsilon(0.04));
         CHECK(far.gloss == Approx(near.gloss).epsilon(0.05));
         CHECK(far.red == Approx(near.red).epsilon(0.05));
@@ -240,20 +275,24 @@ TEST_CASE("water leans smoothly, the same at every size of voxel", "[raytracer][
     const auto tilt = [](double x_m, double z_m, double voxel_m, int level, double footprint_m) {
         FacePoint at;
         const double x = x_m / std::ldexp(voxel_m, level), z = z_m / std::ldexp(voxel_m, level);
-        at.voxel = {static_cast<std::int32_t>(std::floor(x)), 470, static_cast<std::int32_t>(std::floor(z))};
+        at.voxel = {static_cast<std::int32_t>(std::floor(x)), 470,
+                    static_cast<std::int32_t>(std::floor(z))};
         at.v = x - std::floor(x), at.u = z - std::floor(z);
         at.level = level, at.voxel_m = voxel_m, at.footprint = footprint_m / voxel_m;
         return table().texel(Material::kWater, at).tilt;
     };
     double most = 0, sum = 0;
     for (int i = 0; i < 20'000; ++i) {
-        const double x = 462'000 + static_cast<double>(random() % 100'000) / 100, z = -101'000 - static_cast<double>(random() % 100'000) / 100;
-        const auto here = tilt(x, z, 1, 0, 0), east = tilt(x + 0.01, z, 1, 0, 0), coarse = tilt(x, z, 0.25, 3, 0);
+        const double x = 462'000 + static_cast<double>(random() % 100'000) / 100,
+                     z = -101'000 - static_cast<double>(random() % 100'000) / 100;
+        const auto here = tilt(x, z, 1, 0, 0), east = tilt(x + 0.01, z, 1, 0, 0),
+                   coarse = tilt(x, z, 0.25, 3, 0);
         INFO(x << ' ' << z);
         REQUIRE(std::abs(here[0] - east[0]) < 0.003f);
         REQUIRE(std::abs(here[1] - east[1]) < 0.003f);
         REQUIRE(std::abs(here[0] - coarse[0]) < 1e-5f);
-        most = std::max({most, std::abs(static_cast<double>(here[0])), std::abs(static_cast<double>(here[1]))});
+        most = std::max(
+            {most, std::abs(static_cast<double>(here[0])), std::abs(static_cast<double>(here[1]))});
         sum += static_cast<double>(here[0]);
         CHECK(tilt(x, z, 1, 0, 100)[0] == 0);
     }

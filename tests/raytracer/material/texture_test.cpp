@@ -11,16 +11,22 @@ using namespace terravox::material;
 
 namespace {
 
-struct Face3 { const char* name; Drawing Texture::*face; };
-constexpr std::array kFaces = {Face3{"top", &Texture::top}, Face3{"side", &Texture::side}, Face3{"bottom", &Texture::bottom}};
+struct Face3 {
+    const char* name;
+    Drawing Texture::* face;
+};
+constexpr std::array kFaces = {Face3{"top", &Texture::top}, Face3{"side", &Texture::side},
+                               Face3{"bottom", &Texture::bottom}};
 
 // check(name, painted face, pool) for every drawing of every texture.
-void for_all(const std::function<void(const std::string&, const PaintedFace&, const TexturePool&)>& check) {
+void for_all(
+    const std::function<void(const std::string&, const PaintedFace&, const TexturePool&)>& check) {
     for (const Texture& texture : textures())
         for (const auto& [name, face] : kFaces) {
             TexturePool pool;
             const PaintedFace painted = pool.add(texture.*face);
-            if (painted.variants > 0) check(std::string(texture.name) + " " + name, painted, pool);
+            if (painted.variants > 0)
+                check(std::string(texture.name) + " " + name, painted, pool);
         }
 }
 
@@ -34,41 +40,53 @@ Sums sums(const TexturePool& pool, const PaintedFace& face, std::uint32_t varian
     for (int t = 0; t < size; ++t)
         for (int s = 0; s < size; ++s) {
             const Dot dot = pool.dot(face, variant, mip, s, t);
-            const double share = 1.0 / (size * size), own = static_cast<double>(dot.opacity * dot.share) * share;
+            const double share = 1.0 / (size * size),
+                         own = static_cast<double>(dot.opacity * dot.share) * share;
             const double rest = static_cast<double>(dot.opacity) * share - own;
-            const float c[3] = {dot.ratio.r, dot.ratio.g, dot.ratio.b}, o[3] = {dot.own.r, dot.own.g, dot.own.b};
-            for (int i = 0; i < 3; ++i) out.ratio[i] += static_cast<double>(c[i]) * rest, out.own[i] += static_cast<double>(o[i]) * own;
-            out.ratio_weight += rest, out.own_weight += own, out.opacity += static_cast<double>(dot.opacity) * share;
+            const float c[3] = {dot.ratio.r, dot.ratio.g, dot.ratio.b},
+                        o[3] = {dot.own.r, dot.own.g, dot.own.b};
+            for (int i = 0; i < 3; ++i)
+                out.ratio[i] += static_cast<double>(c[i]) * rest,
+                    out.own[i] += static_cast<double>(o[i]) * own;
+            out.ratio_weight += rest, out.own_weight += own,
+                out.opacity += static_cast<double>(dot.opacity) * share;
         }
     return out;
 }
 
-float brightness(const Dot& dot) { return (dot.ratio.r + dot.ratio.g + dot.ratio.b) / 3; }
+float brightness(const Dot& dot) {
+    return (dot.ratio.r + dot.ratio.g + dot.ratio.b) / 3;
+}
 
 }  // namespace
 
 TEST_CASE("every texture has a name that leads back to it", "[raytracer][material]") {
     int number = 0;
-    for (const Texture& texture : textures()) CHECK(texture_number(texture.name) == number++);
+    for (const Texture& texture : textures())
+        CHECK(texture_number(texture.name) == number++);
     CHECK(texture_number("none") == 0);
     CHECK(texture_number("marble") == -1);
     CHECK(texture_number("") == -1);
 }
 
-TEST_CASE("the mean ratio of every variant and mip is 1, so that distance changes no colour", "[raytracer][material]") {
+TEST_CASE("the mean ratio of every variant and mip is 1, so that distance changes no colour",
+          "[raytracer][material]") {
     for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
         for (std::uint32_t v = 0; v < face.variants; ++v)
             for (int mip = 0; mip < kMips; ++mip) {
                 INFO(name << ", variant " << v << ", mip " << mip);
                 const Sums here = sums(pool, face, v, mip);
-                for (const double channel : here.ratio) CHECK(std::abs(channel / here.ratio_weight - 1) < 1e-3);
+                for (const double channel : here.ratio)
+                    CHECK(std::abs(channel / here.ratio_weight - 1) < 1e-3);
                 if (here.own_weight > 0)
-                    for (const double channel : here.own) CHECK(std::abs(channel / here.own_weight - 1) < 1e-3);
+                    for (const double channel : here.own)
+                        CHECK(std::abs(channel / here.own_weight - 1) < 1e-3);
             }
     });
 }
 
-TEST_CASE("mips show as much light, own colour and holes as the texels do", "[raytracer][material]") {
+TEST_CASE("mips show as much light, own colour and holes as the texels do",
+          "[raytracer][material]") {
     for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
         for (std::uint32_t v = 0; v < face.variants; ++v) {
             const Sums fine = sums(pool, face, v, 0);
@@ -93,24 +111,31 @@ TEST_CASE("nothing is drawn darker or brighter than can be stored", "[raytracer]
                 for (int s = 0; s < kTexels; ++s) {
                     INFO(name << ", variant " << v << " at " << s << ", " << t);
                     const Dot dot = pool.dot(face, v, 0, s, t);
-                    for (const float c : {dot.ratio.r, dot.ratio.g, dot.ratio.b}) CHECK((c > 0.05f && c < 3.5f));
+                    for (const float c : {dot.ratio.r, dot.ratio.g, dot.ratio.b})
+                        CHECK((c > 0.05f && c < 3.5f));
                 }
     });
 }
 
-TEST_CASE("a texture goes on across its edges: no step there that is not inside, too", "[raytracer][material]") {
-    // Layers and man-made rows begin anew at an edge on purpose: there it is the joint, which is inside as well.
+TEST_CASE("a texture goes on across its edges: no step there that is not inside, too",
+          "[raytracer][material]") {
+    // Layers and man-made rows begin anew at an edge on purpose: there it is the joint, which is
+    // inside as well.
     for_all([](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
         for (std::uint32_t v = 0; v < face.variants; ++v) {
             double edge = 0, most_inside = 0;
             for (int s = 0; s < kTexels; ++s) {
                 double step = 0;
                 for (int t = 0; t < kTexels; ++t) {
-                    const Dot a = pool.dot(face, v, 0, s, t), b = pool.dot(face, v, 0, (s + 1) % kTexels, t);
-                    step += std::abs(static_cast<double>(brightness(a) * (1 - a.share) - brightness(b) * (1 - b.share)));
+                    const Dot a = pool.dot(face, v, 0, s, t),
+                              b = pool.dot(face, v, 0, (s + 1) % kTexels, t);
+                    step += std::abs(static_cast<double>(brightness(a) * (1 - a.share) -
+                                                         brightness(b) * (1 - b.share)));
                 }
-                if (s == kTexels - 1) edge = step;
-                else most_inside = std::max(most_inside, step);
+                if (s == kTexels - 1)
+                    edge = step;
+                else
+                    most_inside = std::max(most_inside, step);
             }
             INFO(name << ", variant " << v);
             CHECK(edge <= 1.5 * most_inside + 0.1);
@@ -123,7 +148,9 @@ TEST_CASE("variants differ", "[raytracer][material]") {
         for (std::uint32_t v = 1; v < face.variants; ++v) {
             int differ = 0;
             for (int t = 0; t < kTexels; ++t)
-                for (int s = 0; s < kTexels; ++s) differ += brightness(pool.dot(face, v, 0, s, t)) != brightness(pool.dot(face, v - 1, 0, s, t));
+                for (int s = 0; s < kTexels; ++s)
+                    differ += brightness(pool.dot(face, v, 0, s, t)) !=
+                              brightness(pool.dot(face, v - 1, 0, s, t));
             INFO(name << ", variant " << v);
             CHECK(differ > 20);
         }
@@ -131,12 +158,16 @@ TEST_CASE("variants differ", "[raytracer][material]") {
 }
 
 TEST_CASE("leaves have holes, a quarter to a third of each face", "[raytracer][material]") {
-    const std::map<std::string, std::pair<double, double>> kOpen = {
-        {"tufts top", {0.25, 0.35}}, {"tufts side", {0.25, 0.35}}, {"bush side", {0.25, 0.35}}, {"foliage side", {0.25, 0.35}}, {"hedge side", {0.20, 0.30}}};
+    const std::map<std::string, std::pair<double, double>> kOpen = {{"tufts top", {0.25, 0.35}},
+                                                                    {"tufts side", {0.25, 0.35}},
+                                                                    {"bush side", {0.25, 0.35}},
+                                                                    {"foliage side", {0.25, 0.35}},
+                                                                    {"hedge side", {0.20, 0.30}}};
     std::size_t found = 0;
     for_all([&](const std::string& name, const PaintedFace& face, const TexturePool& pool) {
         const auto open = kOpen.find(name);
-        if (open == kOpen.end()) return;
+        if (open == kOpen.end())
+            return;
         ++found;
         CHECK(face.has_holes);
         for (std::uint32_t v = 0; v < face.variants; ++v) {
@@ -158,19 +189,27 @@ TEST_CASE("textures are drawn with the same bits every time", "[raytracer][mater
                 for (int t = 0; t < kTexels; ++t)
                     for (int s = 0; s < kTexels; ++s) {
                         const Dot dot = pool.dot(face, v, 0, s, t);
-                        for (const float c : {dot.ratio.r, dot.ratio.g, dot.ratio.b, dot.own.r, dot.own.g, dot.own.b, dot.opacity, dot.share})
+                        for (const float c : {dot.ratio.r, dot.ratio.g, dot.ratio.b, dot.own.r,
+                                              dot.own.g, dot.own.b, dot.opacity, dot.share})
                             sum = (sum ^ std::bit_cast<std::uint32_t>(c)) * 0x100000001b3;
                     }
         });
-        if (run == 0) first = sum;
-        else CHECK(sum == first);
+        if (run == 0)
+            first = sum;
+        else
+            CHECK(sum == first);
     }
 }
 
 TEST_CASE("the pair of mips follows what a pixel covers", "[raytracer][material]") {
-    struct Case { float texels; int fine; float coarse; };
-    for (const auto& c : {Case{0, 0, 0}, Case{1, 0, 0}, Case{1.5f, 0, 0.5f}, Case{2, 1, 0}, Case{6, 2, 0.5f},
-                          Case{16, 4, 0}, Case{1e9f, 4, 0}, Case{INFINITY, 4, 0}, Case{NAN, 0, 0}}) {
+    struct Case {
+        float texels;
+        int fine;
+        float coarse;
+    };
+    for (const auto& c :
+         {Case{0, 0, 0}, Case{1, 0, 0}, Case{1.5f, 0, 0.5f}, Case{2, 1, 0}, Case{6, 2, 0.5f},
+          Case{16, 4, 0}, Case{1e9f, 4, 0}, Case{INFINITY, 4, 0}, Case{NAN, 0, 0}}) {
         INFO(c.texels);
         const MipPair found = MipPair::of(c.texels);
         CHECK(found.fine == c.fine);

@@ -39,7 +39,8 @@ Film noisy(bool with_layers) {
         const float light = (x < kSize / 2 ? 0.2f : 3.0f) * noise(random);
         all.samples.push_back({{light, light, light}, 0.75f, 12});
         LayerSample l;
-        l.albedo = x < kSize / 2 ? Colour{0.1f, 0.1f, 0.1f} : Colour{0.9f, 0.9f, 0.9f}, l.normal = {0, 1, 0};
+        l.albedo = x < kSize / 2 ? Colour{0.1f, 0.1f, 0.1f} : Colour{0.9f, 0.9f, 0.9f},
+        l.normal = {0, 1, 0};
         all.layers.push_back(l);
     });
     film.add(all);
@@ -50,14 +51,17 @@ Film noisy(bool with_layers) {
 std::array<double, 2> field(const Film& film, int x0, int x1) {
     double sum = 0, squares = 0, n = 0;
     for (int y = 4; y < kSize - 4; ++y)
-        for (int x = x0; x < x1; ++x) sum += film.at(x, y).colour.g, squares += std::pow(film.at(x, y).colour.g, 2), ++n;
+        for (int x = x0; x < x1; ++x)
+            sum += film.at(x, y).colour.g, squares += std::pow(film.at(x, y).colour.g, 2), ++n;
     return {sum / n, std::sqrt(std::max(0.0, squares / n - std::pow(sum / n, 2))) / (sum / n)};
 }
 
 }  // namespace
 
-TEST_CASE("denoising takes noise out, keeps edges and brightness, and nothing but colours changes", "[raytracer][output][denoise]") {
-    if (!oidn_is_here()) return;
+TEST_CASE("denoising takes noise out, keeps edges and brightness, and nothing but colours changes",
+          "[raytracer][output][denoise]") {
+    if (!oidn_is_here())
+        return;
     const Film before = noisy(true);
     Film film = before, again = before;
     denoise(film, 2);
@@ -74,18 +78,23 @@ TEST_CASE("denoising takes noise out, keeps edges and brightness, and nothing bu
     CHECK(film.at(3, 3).depth_m == 12);
     int differ = 0;
     for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x) differ += film.at(x, y).colour.g == again.at(x, y).colour.g ? 0 : 1;
+        for (int x = 0; x < kSize; ++x)
+            differ += film.at(x, y).colour.g == again.at(x, y).colour.g ? 0 : 1;
     CHECK(differ == 0);
 }
 
 TEST_CASE("light without bound does not spread", "[raytracer][output][denoise]") {
-    if (!oidn_is_here()) return;
+    if (!oidn_is_here())
+        return;
     Film film = noisy(true);
     film.set_colour(20, 20, {std::numeric_limits<float>::infinity(), std::nanf(""), 1});
     denoise(film, 1);
     int bad = 0;
     for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x) bad += std::isfinite(film.at(x, y).colour.r) && std::isfinite(film.at(x, y).colour.g) ? 0 : 1;
+        for (int x = 0; x < kSize; ++x)
+            bad += std::isfinite(film.at(x, y).colour.r) && std::isfinite(film.at(x, y).colour.g)
+                       ? 0
+                       : 1;
     CHECK(bad == 0);
 }
 
@@ -94,18 +103,23 @@ TEST_CASE("a film without layers is not denoised", "[raytracer][output][denoise]
     CHECK_THROWS_WITH(denoise(film, 1), contains("no layers"));
 }
 
-TEST_CASE("a library that is not there is said so, with how to get it", "[raytracer][output][denoise]") {
+TEST_CASE("a library that is not there is said so, with how to get it",
+          "[raytracer][output][denoise]") {
     // Once loaded a library stays: ask a fresh process.
     const auto said_by_child = [](const char* value) {
         std::fflush(nullptr);
         std::string said(2000, '\0');
-        FILE* pipe = ::popen(("TERRAVOX_OIDN='" + std::string(value) + "' '" + "/proc/" + std::to_string(::getpid()) + "/exe' '[.oidn]' 2>&1").c_str(), "r");
+        FILE* pipe = ::popen(("TERRAVOX_OIDN='" + std::string(value) + "' '" + "/proc/" +
+                              std::to_string(::getpid()) + "/exe' '[.oidn]' 2>&1")
+                                 .c_str(),
+                             "r");
         REQUIRE(pipe != nullptr);
         said.resize(std::fread(said.data(), 1, said.size(), pipe));
         ::pclose(pipe);
         return said;
     };
-    CHECK_THAT(said_by_child("/nowhere"), contains("usage error: denoise the picture: TERRAVOX_OIDN = '/nowhere'"));
+    CHECK_THAT(said_by_child("/nowhere"),
+               contains("usage error: denoise the picture: TERRAVOX_OIDN = '/nowhere'"));
     const test::TemporaryFolder empty;
     CHECK_THAT(said_by_child(empty.path().c_str()), contains("no libOpenImageDenoise.so there"));
 }

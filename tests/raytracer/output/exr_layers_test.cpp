@@ -16,10 +16,15 @@ constexpr int kWidth = 61, kHeight = 37;
 
 PictureInfo some_info() {
     PictureInfo info;
-    info.metadata = {{"Software", "terravox test"}, {"terravox:scene", "[camera]\nfov_deg = 40\n# Škofja Loka\n"}, {"terravox:crs_wkt", "PROJCS[\"D96/TM\"]"}};
+    info.metadata = {{"Software", "terravox test"},
+                     {"terravox:scene", "[camera]\nfov_deg = 40\n# Škofja Loka\n"},
+                     {"terravox:crs_wkt", "PROJCS[\"D96/TM\"]"}};
     info.world_to_camera.emplace(), info.world_to_ndc.emplace();
-    for (std::size_t i = 0; i < 16; ++i) (*info.world_to_camera)[i] = static_cast<float>(i) * 0.5f, (*info.world_to_ndc)[i] = static_cast<float>(i) - 8;
-    info.square_names = {"462_101", "463_101", "462_100", "463_100"};  // of five: the last is unknown
+    for (std::size_t i = 0; i < 16; ++i)
+        (*info.world_to_camera)[i] = static_cast<float>(i) * 0.5f,
+        (*info.world_to_ndc)[i] = static_cast<float>(i) - 8;
+    info.square_names = {"462_101", "463_101", "462_100",
+                         "463_100"};  // of five: the last is unknown
     return info;
 }
 
@@ -35,22 +40,34 @@ TEST_CASE("an EXR with all layers gives back each of them", "[raytracer][output]
     const ExrHeader header(file);
     CHECK(entries_in(folder.path()) == 1);
 
-    const auto near_half = [](float stored, float given) { return std::abs(stored - std::clamp(given, -65504.0f, 65504.0f)) <= std::abs(given) / 2048 + 1e-7f;
-        };
+    const auto near_half = [](float stored, float given) {
+        return std::abs(stored - std::clamp(given, -65504.0f, 65504.0f)) <=
+               std::abs(given) / 2048 + 1e-7f;
+    };
     std::map<std::string, int> wrong;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             const PixelSample& p = film.at(x, y);
             const LayerSample& l = film.layers_at(x, y);
-            const auto exact = [&](const char* name, float given) { wrong[name] += same_bits(back.at(x, y, name), given) ? 0 : 1; };
-            const auto about = [&](const char* name, float given) { wrong[name] += near_half(back.at(x, y, name), given) ? 0 : 1; };
-            exact("R", p.colour.r), exact("G", p.colour.g), exact("B", p.colour.b), exact("A", p.alpha), exact("Z", p.depth_m);
-            exact("position.X", l.position[0]), exact("position.Y", l.position[1]), exact("position.Z", l.position[2]);
+            const auto exact = [&](const char* name, float given) {
+                wrong[name] += same_bits(back.at(x, y, name), given) ? 0 : 1;
+            };
+            const auto about = [&](const char* name, float given) {
+                wrong[name] += near_half(back.at(x, y, name), given) ? 0 : 1;
+            };
+            exact("R", p.colour.r), exact("G", p.colour.g), exact("B", p.colour.b),
+                exact("A", p.alpha), exact("Z", p.depth_m);
+            exact("position.X", l.position[0]), exact("position.Y", l.position[1]),
+                exact("position.Z", l.position[2]);
             exact("material.ID", static_cast<float>(l.material));
-            about("albedo.R", l.albedo.r), about("albedo.G", l.albedo.g), about("albedo.B", l.albedo.b);
-            about("direct.R", l.direct.r), about("direct.G", l.direct.g), about("direct.B", l.direct.b);
-            about("indirect.R", l.indirect.r), about("indirect.G", l.indirect.g), about("indirect.B", l.indirect.b);
-            about("normal.X", l.normal[0]), about("normal.Y", l.normal[1]), about("normal.Z", l.normal[2]);
+            about("albedo.R", l.albedo.r), about("albedo.G", l.albedo.g),
+                about("albedo.B", l.albedo.b);
+            about("direct.R", l.direct.r), about("direct.G", l.direct.g),
+                about("direct.B", l.direct.b);
+            about("indirect.R", l.indirect.r), about("indirect.G", l.indirect.g),
+                about("indirect.B", l.indirect.b);
+            about("normal.X", l.normal[0]), about("normal.Y", l.normal[1]),
+                about("normal.Z", l.normal[2]);
             about("sun.V", l.sun), about("water.V", l.water);
         }
     for (const auto& [name, count] : wrong) {
@@ -66,7 +83,8 @@ TEST_CASE("an EXR with all layers gives back each of them", "[raytracer][output]
     CHECK(back.spec.alpha_channel == back.channel("A"));
 }
 
-TEST_CASE("matrices and texts stand in the header under the names that other programs look for", "[raytracer][output][layers]") {
+TEST_CASE("matrices and texts stand in the header under the names that other programs look for",
+          "[raytracer][output][layers]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
     Film film(8, 8);
@@ -82,8 +100,10 @@ TEST_CASE("matrices and texts stand in the header under the names that other pro
     CHECK_FALSE(header.tiled);
 }
 
-TEST_CASE("a reader of Cryptomatte cuts out each material and each square with its share", "[raytracer][output][layers][cryptomatte]") {
-    // Straight from the specification: find the mattes by their metadata, take the ids from the manifest, add up the shares of the ranks.
+TEST_CASE("a reader of Cryptomatte cuts out each material and each square with its share",
+          "[raytracer][output][layers][cryptomatte]") {
+    // Straight from the specification: find the mattes by their metadata, take the ids from the
+    // manifest, add up the shares of the ranks.
     const TemporaryFolder folder;
     const auto file = folder.path() / "all.exr";
     Film film(kWidth, kHeight, true);
@@ -94,7 +114,8 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
     const ExrHeader header(file);
     int types = 0;
     for (const auto& [key, attribute] : header.attributes) {
-        if (!key.starts_with("cryptomatte/") || !key.ends_with("/name")) continue;
+        if (!key.starts_with("cryptomatte/") || !key.ends_with("/name"))
+            continue;
         ++types;
         const std::string type = attribute.value, root = key.substr(0, key.rfind('/'));
         INFO(type);
@@ -102,31 +123,42 @@ TEST_CASE("a reader of Cryptomatte cuts out each material and each square with i
         CHECK(header.attributes.at(root + "/hash").value == "MurmurHash3_32");
         CHECK(header.attributes.at(root + "/conversion").value == "uint32_to_float32");
         const auto manifest = nlohmann::json::parse(header.attributes.at(root + "/manifest").value);
-        CHECK(manifest.size() == (type == "CryptoSquare" ? 5 : voxel::kMaterialCount));  // of materials "unknown" is one
+        CHECK(
+            manifest.size() ==
+            (type == "CryptoSquare" ? 5 : voxel::kMaterialCount));  // of materials "unknown" is one
         std::map<std::uint32_t, std::string> names;
-        for (const auto& [name, id] : manifest.items()) names[static_cast<std::uint32_t>(std::stoul(id.get<std::string>(), nullptr, 16))] = name;
+        for (const auto& [name, id] : manifest.items())
+            names[static_cast<std::uint32_t>(std::stoul(id.get<std::string>(), nullptr, 16))] =
+                name;
         std::vector<int> channels;
         for (int layer = 0; layer < 3; ++layer)
-            for (const char* part : {".r", ".g", ".b", ".a"}) channels.push_back(back.channel(type + "0" + std::to_string(layer) + part));
+            for (const char* part : {".r", ".g", ".b", ".a"})
+                channels.push_back(back.channel(type + "0" + std::to_string(layer) + part));
         int wrong = 0;
         for (int y = 0; y < kHeight; ++y)
             for (int x = 0; x < kWidth; ++x) {
                 std::map<std::string, float> read, given;
                 float last = 2;
                 for (std::size_t rank = 0; rank < 6; ++rank) {
-                    const float id = back.at(x, y, channels[2 * rank]), share = back.at(x, y, channels[2 * rank + 1]);
+                    const float id = back.at(x, y, channels[2 * rank]),
+                                share = back.at(x, y, channels[2 * rank + 1]);
                     wrong += share <= last ? 0 : 1;
                     last = share;
-                    if (share > 0) read[names.count(std::bit_cast<std::uint32_t>(id)) != 0 ? names[std::bit_cast<std::uint32_t>(id)]
-                        : "not in the manifest"] += share;
+                    if (share > 0)
+                        read[names.count(std::bit_cast<std::uint32_t>(id)) != 0
+                                 ? names[std::bit_cast<std::uint32_t>(id)]
+                                 : "not in the manifest"] += share;
                 }
                 const LayerSample& l = film.layers_at(x, y);
                 const Matte& matte = type == "CryptoSquare" ? l.squares : l.materials;
                 for (std::size_t i = 0; i < Matte::kMost; ++i) {
-                    if (!(matte.share[i] > 0)) continue;
+                    if (!(matte.share[i] > 0))
+                        continue;
                     const auto object = matte.object[i];
-                    given[type != "CryptoSquare" ? std::string(voxel::material_name(static_cast<voxel::Material>(object))) : object < info.square_names.size()
-                        ? info.square_names[object] : "unknown"] += matte.share[i];
+                    given[type != "CryptoSquare" ? std::string(voxel::material_name(
+                                                       static_cast<voxel::Material>(object)))
+                          : object < info.square_names.size() ? info.square_names[object]
+                                                              : "unknown"] += matte.share[i];
                 }
                 wrong += read == given ? 0 : 1;
             }

@@ -28,7 +28,8 @@ using Dataset = std::unique_ptr<void, Close>;
 Dataset open(const std::filesystem::path& file) {
     geo::start_gdal();
     Dataset out(GDALOpen(file.string().c_str(), GA_ReadOnly));
-    if (!out) throw std::runtime_error("GDAL does not read " + file.string());
+    if (!out)
+        throw std::runtime_error("GDAL does not read " + file.string());
     return out;
 }
 
@@ -43,7 +44,9 @@ std::string wkt_of(const char* name) {
 
 PictureInfo bled_info() {
     PictureInfo info;
-    info.metadata = {{"Software", "terravox test"}, {"Copyright", "ARSO, CC BY 4.0: Geoportal, Škofja Loka"}, {"terravox:holes", "3"}};
+    info.metadata = {{"Software", "terravox test"},
+                     {"Copyright", "ARSO, CC BY 4.0: Geoportal, Škofja Loka"},
+                     {"terravox:holes", "3"}};
     info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, wkt_of("EPSG:3794")};
     return info;
 }
@@ -58,16 +61,20 @@ Film half_of(int width, int height) {
     return film;
 }
 
-template <class T> std::vector<T> band(GDALDatasetH d, int number, GDALDataType type) {
-    std::vector<T> out(static_cast<std::size_t>(GDALGetRasterXSize(d)) * static_cast<std::size_t>(GDALGetRasterYSize(d)));
-    REQUIRE(GDALRasterIO(GDALGetRasterBand(d, number), GF_Read, 0, 0, GDALGetRasterXSize(d), GDALGetRasterYSize(d), out.data(), GDALGetRasterXSize(d),
-        GDALGetRasterYSize(d), type, 0, 0) == CE_None);
+template <class T>
+std::vector<T> band(GDALDatasetH d, int number, GDALDataType type) {
+    std::vector<T> out(static_cast<std::size_t>(GDALGetRasterXSize(d)) *
+                       static_cast<std::size_t>(GDALGetRasterYSize(d)));
+    REQUIRE(GDALRasterIO(GDALGetRasterBand(d, number), GF_Read, 0, 0, GDALGetRasterXSize(d),
+                         GDALGetRasterYSize(d), out.data(), GDALGetRasterXSize(d),
+                         GDALGetRasterYSize(d), type, 0, 0) == CE_None);
     return out;
 }
 
 }  // namespace
 
-TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where the world ends", "[raytracer][output][geotiff]") {
+TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where the world ends",
+          "[raytracer][output][geotiff]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tif";
     constexpr int kWidth = 1300, kHeight = 700;
@@ -83,7 +90,9 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     REQUIRE(GDALGetRasterCount(d.get()) == 4);
     std::array<double, 6> t{};
     REQUIRE(GDALGetGeoTransform(d.get(), t.data()) == CE_None);
-    const auto corner = [&](double x, double y) { return std::array<double, 2>{t[0] + x * t[1] + y * t[2], t[3] + x * t[4] + y * t[5]}; };
+    const auto corner = [&](double x, double y) {
+        return std::array<double, 2>{t[0] + x * t[1] + y * t[2], t[3] + x * t[4] + y * t[5]};
+    };
     CHECK(corner(0, 0) == std::array<double, 2>{430'000, 137'000});
     CHECK(corner(kWidth, kHeight) == std::array<double, 2>{430'650, 136'650});
     const char* code = OSRGetAuthorityCode(GDALGetSpatialRef(d.get()), nullptr);
@@ -94,25 +103,36 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     GDALGetBlockSize(GDALGetRasterBand(d.get(), 1), &block_width, &block_height);
     CHECK(block_width == 512);
     CHECK(block_height == 512);
-    const auto structure = [&](const char* name) { const char* v = GDALGetMetadataItem(d.get(), name, "IMAGE_STRUCTURE");
-        return std::string(v != nullptr ? v : ""); };
+    const auto structure = [&](const char* name) {
+        const char* v = GDALGetMetadataItem(d.get(), name, "IMAGE_STRUCTURE");
+        return std::string(v != nullptr ? v : "");
+    };
     CHECK(structure("COMPRESSION") == "DEFLATE");
-    if (GDALGetDriverByName("COG") != nullptr) CHECK(structure("LAYOUT") == "COG");
-    const auto item = [&](const char* name) { const char* v = GDALGetMetadataItem(d.get(), name, nullptr); return std::string(v != nullptr ? v : ""); };
+    if (GDALGetDriverByName("COG") != nullptr)
+        CHECK(structure("LAYOUT") == "COG");
+    const auto item = [&](const char* name) {
+        const char* v = GDALGetMetadataItem(d.get(), name, nullptr);
+        return std::string(v != nullptr ? v : "");
+    };
     CHECK(item("TIFFTAG_COPYRIGHT") == info.metadata[1].second);
     CHECK(item("TIFFTAG_SOFTWARE") == "terravox test");
     CHECK(item("terravox_holes") == "3");
     CHECK(item("AREA_OR_POINT") == "Area");
 
     CHECK(GDALGetRasterColorInterpretation(GDALGetRasterBand(d.get(), 4)) == GCI_AlphaBand);
-    const auto red = band<std::uint8_t>(d.get(), 1, GDT_Byte), blue = band<std::uint8_t>(d.get(), 3, GDT_Byte),
-        alpha = band<std::uint8_t>(d.get(), 4, GDT_Byte);
+    const auto red = band<std::uint8_t>(d.get(), 1, GDT_Byte),
+               blue = band<std::uint8_t>(d.get(), 3, GDT_Byte),
+               alpha = band<std::uint8_t>(d.get(), 4, GDT_Byte);
     int wrong = 0;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             const auto i = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
-            const auto bytes = dithered_bytes(develop(film.at(x, y).colour, info.exposure_ev, info.tone), x, y);
-            wrong += red[i] == bytes[0] && blue[i] == bytes[2] && alpha[i] == (2 * x < kWidth ? 255 : 0) ? 0 : 1;
+            const auto bytes =
+                dithered_bytes(develop(film.at(x, y).colour, info.exposure_ev, info.tone), x, y);
+            wrong +=
+                red[i] == bytes[0] && blue[i] == bytes[2] && alpha[i] == (2 * x < kWidth ? 255 : 0)
+                    ? 0
+                    : 1;
         }
     CHECK(wrong == 0);
 }
@@ -126,13 +146,19 @@ TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][ou
     write_image(film, file, info);
     const Dataset d = open(file);
     REQUIRE(GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32);
-    const auto green = band<float>(d.get(), 2, GDT_Float32), alpha = band<float>(d.get(), 4, GDT_Float32);
+    const auto green = band<float>(d.get(), 2, GDT_Float32),
+               alpha = band<float>(d.get(), 4, GDT_Float32);
     int wrong = 0;
-    for (std::size_t i = 0; i < green.size(); ++i) wrong += same_bits(green[i], film.samples()[i].colour.g) && alpha[i] == film.samples()[i].alpha ? 0 : 1;
+    for (std::size_t i = 0; i < green.size(); ++i)
+        wrong +=
+            same_bits(green[i], film.samples()[i].colour.g) && alpha[i] == film.samples()[i].alpha
+                ? 0
+                : 1;
     CHECK(wrong == 0);
 }
 
-TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file stays whole", "[raytracer][output][geotiff]") {
+TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file stays whole",
+          "[raytracer][output][geotiff]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "bled.tif";
     std::ofstream(file) << "older";
@@ -142,11 +168,14 @@ TEST_CASE("what cannot become a GeoTIFF is said in one line, and an older file s
     const auto whole = static_cast<rlim_t>(std::filesystem::file_size(folder.path() / "whole.tif"));
     std::filesystem::remove(folder.path() / "whole.tif");
     // GDAL writes the last 64 KiB when it closes the file, and does not say when that fails.
-    const auto room = GENERATE_COPY(values<std::optional<rlim_t>>({std::nullopt, rlim_t{20'000}, whole / 2, whole - 1000, whole - 1}));
-    if (!room) info.geo->crs_wkt = "PROJCS[\"no such thing";
+    const auto room = GENERATE_COPY(values<std::optional<rlim_t>>(
+        {std::nullopt, rlim_t{20'000}, whole / 2, whole - 1000, whole - 1}));
+    if (!room)
+        info.geo->crs_wkt = "PROJCS[\"no such thing";
     std::string said;
     std::optional<FullDisk> disk;
-    if (room) disk.emplace(*room);
+    if (room)
+        disk.emplace(*room);
     try {
         write_image(film, file, info);
     } catch (const Error& e) {

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A picture with nothing known but these.
-void write_plain(const Film& film, const std::filesystem::path& file, double exposure_ev, const std::string& tone, const ImageMetadata& metadata) {
+void write_plain(const Film& film, const std::filesystem::path& file, double exposure_ev,
+                 const std::string& tone, const ImageMetadata& metadata) {
     PictureInfo info;
     info.exposure_ev = exposure_ev, info.tone = tone, info.metadata = metadata;
     write_image(film, file, info);
@@ -31,14 +32,19 @@ Film film_of(int width, int height) {
     TileResult all;
     all.tile.x1 = width, all.tile.y1 = height;
     for (int i = 0; i < width * height; ++i)
-        all.samples.push_back({{value(random), value(random) * 1e-5f, value(random) * 1e4f}, i % 5 / 4.0f, i % 7 == 0 ? std::numeric_limits<float>::infinity()
-            : value(random) * 1000});
+        all.samples.push_back(
+            {{value(random), value(random) * 1e-5f, value(random) * 1e4f},
+             i % 5 / 4.0f,
+             i % 7 == 0 ? std::numeric_limits<float>::infinity() : value(random) * 1000});
     Film film(width, height);
     film.add(all);
     return film;
 }
 
-const ImageMetadata kMetadata = {{"Software", "terravox test"}, {"terravox:holes", "3"}, {"terravox:camera", "1.5 2.5 3.5"}, {"Copyright", "ARSO, CC BY 4.0"}};
+const ImageMetadata kMetadata = {{"Software", "terravox test"},
+                                 {"terravox:holes", "3"},
+                                 {"terravox:camera", "1.5 2.5 3.5"},
+                                 {"Copyright", "ARSO, CC BY 4.0"}};
 
 }  // namespace
 
@@ -48,7 +54,8 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
     const Film film = film_of(kWidth, kHeight);
-    write_plain(film, file, 3, "photographic", kMetadata);  // exposure and tone are for 8-bit pictures
+    write_plain(film, file, 3, "photographic",
+                kMetadata);  // exposure and tone are for 8-bit pictures
     const Picture back = read_picture(file);
     const bool exr = back.spec.nchannels == 5;
     CHECK(exr == (ending == ".exr" || ending == ".EXR"));
@@ -59,18 +66,24 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             const PixelSample& p = film.at(x, y);
-            wrong += same_bits(back.at(x, y, back.channel("R")), p.colour.r) && same_bits(back.at(x, y, back.channel("G")), p.colour.g) &&
-                same_bits(back.at(x, y, back.channel("B")), p.colour.b) ? 0 : 1;
+            wrong += same_bits(back.at(x, y, back.channel("R")), p.colour.r) &&
+                             same_bits(back.at(x, y, back.channel("G")), p.colour.g) &&
+                             same_bits(back.at(x, y, back.channel("B")), p.colour.b)
+                         ? 0
+                         : 1;
             wrong += same_bits(back.at(x, y, back.channel("A")), p.alpha) ? 0 : 1;
-            if (exr) wrong += same_bits(back.at(x, y, back.channel("Z")), p.depth_m) ? 0 : 1;
+            if (exr)
+                wrong += same_bits(back.at(x, y, back.channel("Z")), p.depth_m) ? 0 : 1;
         }
     CHECK(wrong == 0);
-    if (exr) CHECK(back.spec.z_channel == back.channel("Z"));
+    if (exr)
+        CHECK(back.spec.z_channel == back.channel("Z"));
     CHECK(back.spec.format == OIIO::TypeDesc::FLOAT);
     CHECK(entries_in(folder.path()) == 1);
 }
 
-TEST_CASE("PNG holds the developed colours, dithered to the byte below or above", "[raytracer][output]") {
+TEST_CASE("PNG holds the developed colours, dithered to the byte below or above",
+          "[raytracer][output]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "picture.png";
     const std::string tone = GENERATE("photographic", "filmic", "agx", "linear");
@@ -84,7 +97,11 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
             const Colour c = develop(film.at(x, y).colour, exposure, tone);
-            for (int k = 0; k < 3; ++k) worst = std::max(worst, std::abs(static_cast<double>(back.at(x, y, k)) - (k == 0 ? c.r : k == 1 ? c.g : c.b)));
+            for (int k = 0; k < 3; ++k)
+                worst = std::max(
+                    worst, std::abs(static_cast<double>(back.at(x, y, k)) - (k == 0   ? c.r
+                                                                             : k == 1 ? c.g
+                                                                                      : c.b)));
         }
     CHECK(worst <= 1.0 / 255 + 1e-6);
 }
@@ -98,17 +115,20 @@ TEST_CASE("what a person should know is stored in the picture", "[raytracer][out
     const Picture back = read_picture(file);
     CHECK(back.spec.get_string_attribute("Software") == "terravox test");
     CHECK(back.spec.get_string_attribute("Copyright") == "ARSO, CC BY 4.0");
-    if (ending == ".tif") return;  // TIFF has a tag for the two above; names of one's own have none
+    if (ending == ".tif")
+        return;  // TIFF has a tag for the two above; names of one's own have none
     CHECK(back.spec.get_string_attribute("terravox:holes") == "3");
     CHECK(back.spec.get_string_attribute("terravox:camera") == "1.5 2.5 3.5");
 }
 
 TEST_CASE("an ending that names no format is refused before any work", "[raytracer][output]") {
     const TemporaryFolder folder;
-    const std::string name = GENERATE("picture", "picture.", "picture.bmp", "picture.png.gz", ".png", "picture.exr ");
+    const std::string name =
+        GENERATE("picture", "picture.", "picture.bmp", "picture.png.gz", ".png", "picture.exr ");
     INFO("'" << name << "'");
     CHECK_THROWS_AS(check_image_target(folder.path() / name), UsageError);
-    CHECK_THROWS_WITH(check_image_target(folder.path() / name), contains("allowed: .png .jpg (8-bit), .exr .tif (float)"));
+    CHECK_THROWS_WITH(check_image_target(folder.path() / name),
+                      contains("allowed: .png .jpg (8-bit), .exr .tif (float)"));
     CHECK(entries_in(folder.path()) == 0);
 }
 
@@ -116,17 +136,22 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "file") << "in the way";
     fs::create_directory(folder.path() / "picture.png");
-    struct Case { const char *name, *target; };
-    const auto c = GENERATE(values<Case>({{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
+    struct Case {
+        const char *name, *target;
+    };
+    const auto c = GENERATE(values<Case>(
+        {{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
     DYNAMIC_SECTION(c.name) {
         CHECK_THROWS_AS(check_image_target(folder.path() / c.target), Error);
-        CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0, "photographic", {}), Error);
+        CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0, "photographic", {}),
+                        Error);
         CHECK(entries_in(folder.path()) == 2);
     }
 }
 
 TEST_CASE("an older picture stays whole when a new one cannot be finished", "[raytracer][output]") {
-    // The disk is full: a limit on the size of files, whose writes fail with EFBIG. (JPEG: tests/e2e, in a process of its own.)
+    // The disk is full: a limit on the size of files, whose writes fail with EFBIG. (JPEG:
+    // tests/e2e, in a process of its own.)
     const std::string ending = GENERATE(".exr", ".png", ".tif");
     INFO(ending);
     const TemporaryFolder folder;
@@ -169,7 +194,8 @@ TEST_CASE("a plain TIFF is 8-bit where that is asked for", "[raytracer][output]"
     CHECK(back.pixels == read_picture(png).pixels);
 }
 
-TEST_CASE("a coarse sample stands for its block until finer ones replace it", "[raytracer][output][film]") {
+TEST_CASE("a coarse sample stands for its block until finer ones replace it",
+          "[raytracer][output][film]") {
     Film film(5, 3);
     TileResult coarse;
     coarse.tile.x1 = 5, coarse.tile.y1 = 3, coarse.tile.step = 4;
@@ -180,7 +206,9 @@ TEST_CASE("a coarse sample stands for its block until finer ones replace it", "[
     CHECK(film.at(4, 2).colour.r == 2);
     TileResult finer;
     finer.tile.x1 = 5, finer.tile.y1 = 3, finer.tile.step = 2, finer.tile.refines = true;
-    finer.tile.each_pixel([&](int x, int y) { finer.samples.push_back({{static_cast<float>(10 + x + 10 * y), 0, 0}, 1, 1}); });
+    finer.tile.each_pixel([&](int x, int y) {
+        finer.samples.push_back({{static_cast<float>(10 + x + 10 * y), 0, 0}, 1, 1});
+    });
     film.add(finer);
     CHECK(film.at(0, 0).colour.r == 1);
     CHECK(film.at(1, 1).colour.r == 1);

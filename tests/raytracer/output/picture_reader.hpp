@@ -20,29 +20,42 @@ namespace terravox::test {
 struct Picture {
     OIIO::ImageSpec spec;
     std::vector<float> pixels;
-    [[nodiscard]] float at(int x, int y, int c) const { return pixels[(static_cast<std::size_t>(y) * static_cast<std::size_t>(spec.width) +
-        static_cast<std::size_t>(x)) * static_cast<std::size_t>(spec.nchannels) + static_cast<std::size_t>(c)]; }
+    [[nodiscard]] float at(int x, int y, int c) const {
+        return pixels[(static_cast<std::size_t>(y) * static_cast<std::size_t>(spec.width) +
+                       static_cast<std::size_t>(x)) *
+                          static_cast<std::size_t>(spec.nchannels) +
+                      static_cast<std::size_t>(c)];
+    }
     [[nodiscard]] int channel(const std::string& name) const {
         const auto found = std::find(spec.channelnames.begin(), spec.channelnames.end(), name);
-        if (found == spec.channelnames.end()) throw std::runtime_error("no channel " + name);
+        if (found == spec.channelnames.end())
+            throw std::runtime_error("no channel " + name);
         return static_cast<int>(found - spec.channelnames.begin());
     }
-    [[nodiscard]] float at(int x, int y, const std::string& name) const { return at(x, y, channel(name)); }
+    [[nodiscard]] float at(int x, int y, const std::string& name) const {
+        return at(x, y, channel(name));
+    }
 };
 
 inline Picture read_picture(const std::filesystem::path& file) {
     const auto in = OIIO::ImageInput::open(file.string());
-    if (!in) throw std::runtime_error("open " + file.string() + ": " + OIIO::geterror());
+    if (!in)
+        throw std::runtime_error("open " + file.string() + ": " + OIIO::geterror());
     Picture out{in->spec(), {}};
-    out.pixels.resize(static_cast<std::size_t>(out.spec.image_pixels()) * static_cast<std::size_t>(out.spec.nchannels));
-    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.pixels.data())) throw std::runtime_error(in->geterror());
+    out.pixels.resize(static_cast<std::size_t>(out.spec.image_pixels()) *
+                      static_cast<std::size_t>(out.spec.nchannels));
+    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.pixels.data()))
+        throw std::runtime_error(in->geterror());
     return out;
 }
 
-inline bool same_bits(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+inline bool same_bits(float a, float b) {
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 inline std::size_t entries_in(const std::filesystem::path& folder) {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder),
+                                                  std::filesystem::directory_iterator()));
 }
 
 /// The header of an EXR file, read without any library. Ref: "OpenEXR file layout".
@@ -56,7 +69,8 @@ struct ExrHeader {
 
     explicit ExrHeader(const std::filesystem::path& file) {
         std::ifstream in(file, std::ios::binary);
-        if (number(in) != 20000630) throw std::runtime_error("no EXR: " + file.string());
+        if (number(in) != 20000630)
+            throw std::runtime_error("no EXR: " + file.string());
         tiled = (number(in) & 0x200) != 0;
         for (std::string name = text(in); !name.empty(); name = text(in)) {
             Attribute a{text(in), {}};
@@ -76,7 +90,8 @@ struct ExrHeader {
     }
     [[nodiscard]] std::array<float, 16> matrix(const std::string& name) const {
         const Attribute& a = attributes.at(name);
-        if (a.type != "m44f" || a.value.size() != 64) throw std::runtime_error(name + " is a " + a.type);
+        if (a.type != "m44f" || a.value.size() != 64)
+            throw std::runtime_error(name + " is a " + a.type);
         std::array<float, 16> out;
         std::memcpy(out.data(), a.value.data(), 64);
         return out;
@@ -95,7 +110,8 @@ private:
     }
 };
 
-/// A rectangle of a picture that exists in no other place: what stands at (x, y) is a function of x and y.
+/// A rectangle of a picture that exists in no other place: what stands at (x, y) is a function of x
+/// and y.
 inline TileResult invented_tile(int x0, int y0, int x1, int y1, bool with_layers) {
     TileResult out;
     out.tile.x0 = x0, out.tile.y0 = y0, out.tile.x1 = x1, out.tile.y1 = y1;
@@ -103,18 +119,27 @@ inline TileResult invented_tile(int x0, int y0, int x1, int y1, bool with_layers
         for (int x = x0; x < x1; ++x) {
             std::minstd_rand random(static_cast<unsigned>(y * 65536 + x + 1));
             random.discard(2);
-            const auto value = [&](float most) { return most * static_cast<float>(random() % 65536) / 65536.0f; };
+            const auto value = [&](float most) {
+                return most * static_cast<float>(random() % 65536) / 65536.0f;
+            };
             PixelSample& p = out.samples.emplace_back();
             p.colour = {value(4), value(4e-5f), value(4e4f)};
-            p.alpha = value(1), p.depth_m = random() % 7 == 0 ? std::numeric_limits<float>::infinity() : value(4000);
-            if (!with_layers) continue;
+            p.alpha = value(1),
+            p.depth_m = random() % 7 == 0 ? std::numeric_limits<float>::infinity() : value(4000);
+            if (!with_layers)
+                continue;
             LayerSample& l = out.layers.emplace_back();
-            l.albedo = {value(1), value(1), value(1)}, l.direct = {value(3), value(3), value(1e6f)}, l.indirect = {value(3), value(3), value(3)};
-            l.normal = {value(2) - 1, value(2) - 1, value(2) - 1}, l.position = {value(1e6f), value(3000), -value(1e6f)};
-            l.sun = value(1), l.water = value(1), l.material = static_cast<voxel::Material>(random() % voxel::kMaterialCount);
-            for (int n = static_cast<int>(random() % 5); n > 0; --n) l.materials.add(static_cast<std::uint32_t>(random() % voxel::kMaterialCount),
-                value(0.2f) + 0.001f);
-            for (int n = static_cast<int>(random() % 4); n > 0; --n) l.squares.add(static_cast<std::uint32_t>(random() % 5), 0.25f);
+            l.albedo = {value(1), value(1), value(1)}, l.direct = {value(3), value(3), value(1e6f)},
+            l.indirect = {value(3), value(3), value(3)};
+            l.normal = {value(2) - 1, value(2) - 1, value(2) - 1},
+            l.position = {value(1e6f), value(3000), -value(1e6f)};
+            l.sun = value(1), l.water = value(1),
+            l.material = static_cast<voxel::Material>(random() % voxel::kMaterialCount);
+            for (int n = static_cast<int>(random() % 5); n > 0; --n)
+                l.materials.add(static_cast<std::uint32_t>(random() % voxel::kMaterialCount),
+                                value(0.2f) + 0.001f);
+            for (int n = static_cast<int>(random() % 4); n > 0; --n)
+                l.squares.add(static_cast<std::uint32_t>(random() % 5), 0.25f);
         }
     return out;
 }

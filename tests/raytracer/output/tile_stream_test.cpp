@@ -47,16 +47,23 @@ std::uint64_t own_memory() {
     std::string word;
     std::uint64_t kib = 0;
     while (in >> word)
-        if (word == "RssAnon:") in >> kib;
+        if (word == "RssAnon:")
+            in >> kib;
     return kib * 1024;
 }
 
 }  // namespace
 
-TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its tiles", "[raytracer][output][stream]") {
-    struct Case { const char* name; StreamShape shape; };
-    const auto c = GENERATE(values<Case>({{"small odd tiles", {203, 101, 33, false}}, {"all layers", {150, 90, 32, true}},
-        {"parts of tiles", {1700, 1300, 1024, false}}, {"one tile", {40, 30, 64, true}}}));
+TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its tiles",
+          "[raytracer][output][stream]") {
+    struct Case {
+        const char* name;
+        StreamShape shape;
+    };
+    const auto c = GENERATE(values<Case>({{"small odd tiles", {203, 101, 33, false}},
+                                          {"all layers", {150, 90, 32, true}},
+                                          {"parts of tiles", {1700, 1300, 1024, false}},
+                                          {"one tile", {40, 30, 64, true}}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto whole = folder.path() / "whole.exr", streamed = folder.path() / "streamed.exr";
@@ -65,7 +72,8 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
         TileStream stream(streamed, s, some_info());
         for (const RenderTile& tile : shuffled_tiles(s, 3)) {
             const TileResult result = invented(tile, s.with_layers);
-            for (TileSink* sink : {static_cast<TileSink*>(&film), static_cast<TileSink*>(&stream)}) sink->add(result);
+            for (TileSink* sink : {static_cast<TileSink*>(&film), static_cast<TileSink*>(&stream)})
+                sink->add(result);
         }
         CHECK_FALSE(fs::exists(streamed));
         stream.finish(1234);
@@ -82,46 +90,70 @@ TEST_CASE("a streamed EXR holds what a film's would, whatever the order of its t
     }
 }
 
-TEST_CASE("a streamed TIFF is a BigTIFF with the film's pixels, and lies on Earth where it has a place", "[raytracer][output][stream][geotiff]") {
-    struct Case { const char* name; bool geo; PictureInfo::TiffSamples samples; bool floats; };
+TEST_CASE(
+    "a streamed TIFF is a BigTIFF with the film's pixels, and lies on Earth where it has a place",
+    "[raytracer][output][stream][geotiff]") {
+    struct Case {
+        const char* name;
+        bool geo;
+        PictureInfo::TiffSamples samples;
+        bool floats;
+    };
     using enum PictureInfo::TiffSamples;
-    const auto c = GENERATE(values<Case>({{"plain", false, kAuto, true}, {"plain bytes", false, kByte, false}, {"on Earth", true, kAuto, false},
-        {"on Earth, floats", true, kFloat, true}}));
+    const auto c = GENERATE(values<Case>({{"plain", false, kAuto, true},
+                                          {"plain bytes", false, kByte, false},
+                                          {"on Earth", true, kAuto, false},
+                                          {"on Earth, floats", true, kFloat, true}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = folder.path() / "streamed.tif";
         const StreamShape s{500, 300, 48, false};
         PictureInfo info = some_info();
         info.tiff_samples = c.samples;
-        if (c.geo) info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5}, geo::Crs::from_text("EPSG:3794").wkt()};
+        if (c.geo)
+            info.geo = GeoPlacement{{430'000, 0.5, 0, 137'000, 0, -0.5},
+                                    geo::Crs::from_text("EPSG:3794").wkt()};
         TileStream stream(file, s, info);
-        for (const RenderTile& tile : shuffled_tiles(s, 4)) stream.add(invented(tile, false));
+        for (const RenderTile& tile : shuffled_tiles(s, 4))
+            stream.add(invented(tile, false));
         stream.finish(7);
         CHECK(entries_in(folder.path()) == 1);
         std::ifstream in(file, std::ios::binary);
         std::array<char, 4> magic{};
         in.read(magic.data(), 4);
         CHECK(magic == std::array<char, 4>{'I', 'I', 43, 0});
-        const std::unique_ptr<void, void (*)(GDALDatasetH)> d(GDALOpen(file.string().c_str(), GA_ReadOnly), [](GDALDatasetH h) { (void)GDALClose(h); });
+        const std::unique_ptr<void, void (*)(GDALDatasetH)> d(
+            GDALOpen(file.string().c_str(), GA_ReadOnly),
+            [](GDALDatasetH h) { (void)GDALClose(h); });
         REQUIRE(d != nullptr);
         std::array<double, 6> transform{};
         CHECK((GDALGetGeoTransform(d.get(), transform.data()) == CE_None) == c.geo);
-        if (c.geo) CHECK(transform[3] == 137'000);
+        if (c.geo)
+            CHECK(transform[3] == 137'000);
         CHECK((GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32) == c.floats);
         CHECK(std::string(GDALGetMetadataItem(d.get(), "terravox_holes", nullptr)) == "7");
-        std::vector<float> pixels(static_cast<std::size_t>(s.width_px) * static_cast<std::size_t>(s.height_px) * 4);
-        REQUIRE(GDALDatasetRasterIOEx(d.get(), GF_Read, 0, 0, s.width_px, s.height_px, pixels.data(), s.width_px, s.height_px, GDT_Float32, 4, nullptr, 16,
-            16 * s.width_px, 4, nullptr) == CE_None);
+        std::vector<float> pixels(static_cast<std::size_t>(s.width_px) *
+                                  static_cast<std::size_t>(s.height_px) * 4);
+        REQUIRE(GDALDatasetRasterIOEx(d.get(), GF_Read, 0, 0, s.width_px, s.height_px,
+                                      pixels.data(), s.width_px, s.height_px, GDT_Float32, 4,
+                                      nullptr, 16, 16 * s.width_px, 4, nullptr) == CE_None);
         const TileResult all = invented_tile(0, 0, s.width_px, s.height_px, false);
         const Developer developed(info.exposure_ev, info.tone);
         int wrong = 0;
         for (int y = 0; y < s.height_px; ++y)
             for (int x = 0; x < s.width_px; ++x) {
-                const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width_px) + static_cast<std::size_t>(x);
+                const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width_px) +
+                               static_cast<std::size_t>(x);
                 const PixelSample& p = all.samples[i];
                 const auto bytes = dithered_bytes(developed(p.colour), x, y);
-                wrong += same_bits(pixels[4 * i + 1], c.floats ? p.colour.g : static_cast<float>(bytes[1])) ? 0 : 1;
-                wrong += same_bits(pixels[4 * i + 3], c.floats ? p.alpha : std::floor(p.alpha * 255 + 0.5f)) ? 0 : 1;
+                wrong += same_bits(pixels[4 * i + 1],
+                                   c.floats ? p.colour.g : static_cast<float>(bytes[1]))
+                             ? 0
+                             : 1;
+                wrong += same_bits(pixels[4 * i + 3],
+                                   c.floats ? p.alpha : std::floor(p.alpha * 255 + 0.5f))
+                             ? 0
+                             : 1;
             }
         CHECK(wrong == 0);
     }
@@ -141,14 +173,16 @@ TEST_CASE("memory stays flat while a picture streams", "[raytracer][output][stre
         result.tile = tile;
         stream.add(result);
         most = std::max(most, own_memory());
-        if (first == 0) first = most;
+        if (first == 0)
+            first = most;
     }
     stream.finish(0);
     CHECK(std::max(most, own_memory()) - first < std::uint64_t{64} << 20);
     geo::limit_gdal_cache(geo::kGdalCache_bytes);
 }
 
-TEST_CASE("what is wrong with a stream is said, and nothing is left behind", "[raytracer][output][stream]") {
+TEST_CASE("what is wrong with a stream is said, and nothing is left behind",
+          "[raytracer][output][stream]") {
     const TemporaryFolder folder;
     const StreamShape s{100, 60, 32, false};
     const auto file = folder.path() / "streamed.exr";
@@ -171,8 +205,10 @@ TEST_CASE("what is wrong with a stream is said, and nothing is left behind", "[r
     CHECK(entries_in(folder.path()) == 0);
     const std::string small = GENERATE("picture.png", "picture.jpg", "picture.PNG");
     CHECK_THROWS_AS(check_can_stream(folder.path() / small, s), UsageError);
-    CHECK_THROWS_WITH(check_can_stream(folder.path() / small, s), contains(".exr .tif") && contains("100x60"));
-    CHECK_THROWS_WITH(TileStream(folder.path() / "a.tif", {100, 60, 33, false}, {}), contains("multiples of 16"));
+    CHECK_THROWS_WITH(check_can_stream(folder.path() / small, s),
+                      contains(".exr .tif") && contains("100x60"));
+    CHECK_THROWS_WITH(TileStream(folder.path() / "a.tif", {100, 60, 33, false}, {}),
+                      contains("multiples of 16"));
     CHECK(entries_in(folder.path()) == 0);
 }
 
@@ -185,9 +221,21 @@ TEST_CASE("a picture streams when its film would not fit", "[raytracer][output][
 }
 
 TEST_CASE("tiles of the file fill the tiles of the plan", "[raytracer][output][stream]") {
-    struct Case { int tile_px, multiple_of, expected; };
-    for (const Case c : {Case{64, 1, 64}, {64, 16, 64}, {33, 1, 33}, {33, 16, 0}, {1, 1, 1}, {4096, 16, 512}, {1024, 1, 512}, {1021, 1, 1021}, {1021, 16, 0},
-        {720, 16, 240}, {48, 16, 48}, {16, 16, 16}}) {
+    struct Case {
+        int tile_px, multiple_of, expected;
+    };
+    for (const Case c : {Case{64, 1, 64},
+                         {64, 16, 64},
+                         {33, 1, 33},
+                         {33, 16, 0},
+                         {1, 1, 1},
+                         {4096, 16, 512},
+                         {1024, 1, 512},
+                         {1021, 1, 1021},
+                         {1021, 16, 0},
+                         {720, 16, 240},
+                         {48, 16, 48},
+                         {16, 16, 16}}) {
         INFO(c.tile_px << " by " << c.multiple_of);
         CHECK(file_tile_px(c.tile_px, c.multiple_of) == c.expected);
     }

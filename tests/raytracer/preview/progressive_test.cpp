@@ -26,11 +26,14 @@ Progressive::Begin green(BlockManager& blocks) {
     return [&blocks](const View& view) { return std::make_shared<GreenProcessor>(view, blocks); };
 }
 Progressive::Begin threads(BlockManager& blocks, int count) {
-    return [&blocks, count](const View& view) { return std::make_shared<ThreadProcessor>(view, blocks, count); };
+    return [&blocks, count](const View& view) {
+        return std::make_shared<ThreadProcessor>(view, blocks, count);
+    };
 }
 
 void finish(Progressive& picture) {
-    while (picture.busy()) picture.work(Progressive::Clock::now() + 50ms);
+    while (picture.busy())
+        picture.work(Progressive::Clock::now() + 50ms);
 }
 
 // The mean of samples that came one by one is not the same to the last bit.
@@ -38,7 +41,9 @@ void check_like(const Film& is, const Film& wanted) {
     for (int y = 0; y < wanted.height_px(); ++y)
         for (int x = 0; x < wanted.width_px(); ++x) {
             const Colour a = is.at(x, y).colour, b = wanted.at(x, y).colour;
-            if (std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) > 1e-4f * (1 + b.r + b.g + b.b)) FAIL("pixel " << x << ", " << y << ": " << a.r << " for " << b.r);
+            if (std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) >
+                1e-4f * (1 + b.r + b.g + b.b))
+                FAIL("pixel " << x << ", " << y << ": " << a.r << " for " << b.r);
         }
 }
 
@@ -49,7 +54,8 @@ TEST_CASE("slices come to the picture that is rendered at once", "[preview]") {
     Scene scene = small_scene();
     scene.quality.samples = samples;
     Job job(scene);
-    Progressive picture(job.blocks, GENERATE(true, false) ? green(job.blocks) : threads(job.blocks, 2));
+    Progressive picture(job.blocks,
+                        GENERATE(true, false) ? green(job.blocks) : threads(job.blocks, 2));
     picture.start(scene, step);
     CHECK(picture.busy());
     CHECK_FALSE(picture.whole());
@@ -57,7 +63,8 @@ TEST_CASE("slices come to the picture that is rendered at once", "[preview]") {
     CHECK(picture.whole());
     CHECK(picture.status().samples == static_cast<std::uint32_t>(samples));
     CHECK(picture.status().first_s > 0);
-    for (int y = 0; y < picture.film()->height_px(); ++y) REQUIRE(picture.film()->at(3, y).samples == static_cast<std::uint32_t>(samples));
+    for (int y = 0; y < picture.film()->height_px(); ++y)
+        REQUIRE(picture.film()->at(3, y).samples == static_cast<std::uint32_t>(samples));
     check_like(*picture.film(), test::render(job, 2));
 }
 
@@ -70,17 +77,24 @@ TEST_CASE("a screen that is shown what has changed, tile by tile, shows the film
     picture.start(scene, GENERATE(1, 4, 16));
     ScreenPicture screen, wanted;
     screen.resize(130, 71), wanted.resize(130, 71);
-    const auto show_to = [&](ScreenPicture& to, const RenderTile& tile) { show(*picture.film(), *picture.view(), scene.output, Layer::kBeauty, tile, to); };
+    const auto show_to = [&](ScreenPicture& to, const RenderTile& tile) {
+        show(*picture.film(), *picture.view(), scene.output, Layer::kBeauty, tile, to);
+    };
     const auto show_changes = [&] {
-        for (const RenderTile& tile : picture.take_changes()) show_to(screen, tile);
+        for (const RenderTile& tile : picture.take_changes())
+            show_to(screen, tile);
     };
     RenderTile all;
     all.x1 = 130, all.y1 = 71;
-    while (!picture.whole()) picture.work(Progressive::Clock::now() + 1ms), show_changes();
+    while (!picture.whole())
+        picture.work(Progressive::Clock::now() + 1ms), show_changes();
     std::size_t not_shown = 0;  // of the screen's first grey
-    for (std::size_t i = 0; i < screen.rgb.size(); i += 3) not_shown += screen.rgb[i] == 40 && screen.rgb[i + 1] == 40 && screen.rgb[i + 2] == 40 ? 1 : 0;
+    for (std::size_t i = 0; i < screen.rgb.size(); i += 3)
+        not_shown +=
+            screen.rgb[i] == 40 && screen.rgb[i + 1] == 40 && screen.rgb[i + 2] == 40 ? 1 : 0;
     CHECK(not_shown < 50);
-    while (picture.busy()) picture.work(Progressive::Clock::now() + 1ms), show_changes();
+    while (picture.busy())
+        picture.work(Progressive::Clock::now() + 1ms), show_changes();
     show_to(wanted, all);
     CHECK(screen.rgb == wanted.rgb);
 }
@@ -102,7 +116,8 @@ TEST_CASE("a new picture takes the place of one that is under way, again and aga
     check_like(*picture.film(), test::render(alone, 2));
 }
 
-TEST_CASE("a scene that cannot be leaves no picture under way, and the next one can be", "[preview]") {
+TEST_CASE("a scene that cannot be leaves no picture under way, and the next one can be",
+          "[preview]") {
     Scene scene = small_scene();
     Job job(scene);
     Progressive picture(job.blocks, green(job.blocks));
@@ -120,7 +135,8 @@ TEST_CASE("a scene that cannot be leaves no picture under way, and the next one 
     CHECK(picture.whole());
 }
 
-TEST_CASE("boxes that could not be had are asked for again, more and more seldom, until they come", "[preview][world]") {
+TEST_CASE("boxes that could not be had are asked for again, more and more seldom, until they come",
+          "[preview][world]") {
     using Clock = HoleWatch::Clock;
     const auto world = test::landscape();
     const voxel::BoxKey broken{0, 0, 0, 0};
@@ -130,15 +146,20 @@ TEST_CASE("boxes that could not be had are asked for again, more and more seldom
     const std::set<voxel::BoxKey> holes{broken};
     HoleWatch watch(blocks);
     const Clock::time_point start;
-    const auto look = [&](int second) { return watch.look(holes, start, start + std::chrono::seconds(second)); };
+    const auto look = [&](int second) {
+        return watch.look(holes, start, start + std::chrono::seconds(second));
+    };
     CHECK_FALSE(watch.look({}, start, start + 100s));
     const auto asked = world->asked();
     CHECK_FALSE(look(9));
     CHECK(world->asked() == asked);
     CHECK_FALSE(look(11));
-    // Listeners to a box are called in the order in which they asked for it: the watch has its answer once this one has.
+    // Listeners to a box are called in the order in which they asked for it: the watch has its
+    // answer once this one has.
     struct After final : BlockListener {
-        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return came = true; }
+        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
+            return came = true;
+        }
         std::atomic<bool> came{false};
     };
     After after;
@@ -161,16 +182,31 @@ TEST_CASE("members of a pool may come and go while a picture refines", "[preview
     std::shared_ptr<ProcessorPool> pool;
     Progressive picture(job.blocks, [&](const View& view) {
         pool = std::make_shared<ProcessorPool>(PoolSettings{});
-        (void)pool->add({"here", "green", 1, true, true, std::make_shared<GreenProcessor>(view, job.blocks), {}});
+        (void)pool->add({"here",
+                         "green",
+                         1,
+                         true,
+                         true,
+                         std::make_shared<GreenProcessor>(view, job.blocks),
+                         {}});
         return std::shared_ptr<TileProcessor>(pool);
     });
     picture.start(scene, 8);
     ProcessorPool::MemberId member = 0;
     for (int i = 0; picture.busy(); ++i) {
         picture.work(Progressive::Clock::now() + 2ms);
-        if (!picture.busy()) break;
-        if (i % 4 == 0) member = pool->add({"there", "threads", 2, true, false, std::make_shared<ThreadProcessor>(*picture.view(), job.blocks, 2), {}});
-        if (i % 4 == 2) pool->remove(member, "not needed");
+        if (!picture.busy())
+            break;
+        if (i % 4 == 0)
+            member = pool->add({"there",
+                                "threads",
+                                2,
+                                true,
+                                false,
+                                std::make_shared<ThreadProcessor>(*picture.view(), job.blocks, 2),
+                                {}});
+        if (i % 4 == 2)
+            pool->remove(member, "not needed");
     }
     pool.reset();
     check_like(*picture.film(), test::render(job, 2));
@@ -180,15 +216,19 @@ TEST_CASE("layers show what they say", "[preview]") {
     Scene scene = small_scene();
     Job job(scene);
     ScreenPicture screen;
-    const Layer layer = GENERATE(from_range(std::vector<Layer>{Layer::kBeauty, Layer::kDirect, Layer::kDepth, Layer::kNormal, Layer::kAlbedo, Layer::kMaterial, Layer::kSunlight, Layer::kOcclusion,
-                                                               Layer::kLevels, Layer::kSteps, Layer::kCache}));
-    const auto facts = std::find_if(kLayers.begin(), kLayers.end(), [&](const LayerFacts& l) { return l.layer == layer; });
+    const Layer layer = GENERATE(from_range(
+        std::vector<Layer>{Layer::kBeauty, Layer::kDirect, Layer::kDepth, Layer::kNormal,
+                           Layer::kAlbedo, Layer::kMaterial, Layer::kSunlight, Layer::kOcclusion,
+                           Layer::kLevels, Layer::kSteps, Layer::kCache}));
+    const auto facts = std::find_if(kLayers.begin(), kLayers.end(),
+                                    [&](const LayerFacts& l) { return l.layer == layer; });
     REQUIRE(facts != kLayers.end());
     INFO(facts->name);
     // The boxes must be there before somebody looks into them without waiting.
     const Film plain = test::render(job, 1);
     Progressive picture(job.blocks, [&](const View& view) -> std::shared_ptr<TileProcessor> {
-        if (is_probe(layer)) return std::make_shared<ProbeProcessor>(view, job.blocks, layer);
+        if (is_probe(layer))
+            return std::make_shared<ProbeProcessor>(view, job.blocks, layer);
         return std::make_shared<GreenProcessor>(view, job.blocks);
     });
     picture.start(scene_for(layer, scene), 8);
@@ -198,18 +238,23 @@ TEST_CASE("layers show what they say", "[preview]") {
     all.x1 = 97, all.y1 = 53;
     show(*picture.film(), *picture.view(), scene.output, layer, all, screen);
     std::set<int> colours;
-    for (std::size_t i = 0; i < screen.rgb.size(); i += 3) colours.insert(screen.rgb[i] << 16 | screen.rgb[i + 1] << 8 | screen.rgb[i + 2]);
+    for (std::size_t i = 0; i < screen.rgb.size(); i += 3)
+        colours.insert(screen.rgb[i] << 16 | screen.rgb[i + 1] << 8 | screen.rgb[i + 2]);
     CHECK(colours.size() > 2);
-    if (layer == Layer::kBeauty) return;
-    // Where the picture has the world, something of the layer is seen; where it has not, the layer's background.
+    if (layer == Layer::kBeauty)
+        return;
+    // Where the picture has the world, something of the layer is seen; where it has not, the
+    // layer's background.
     std::size_t world_alike = 0, pixels = 0;
     std::array<std::uint8_t, 3> background{};
     bool has_background = false;
     for (int y = 0; y < 53; ++y)
         for (int x = 0; x < 97; ++x) {
             const std::uint8_t* c = &screen.rgb[static_cast<std::size_t>(y * 97 + x) * 3];
-            if (plain.at(x, y).alpha == 0 && !has_background) std::copy(c, c + 3, background.begin()), has_background = true;
-            if (plain.at(x, y).alpha < 1) continue;
+            if (plain.at(x, y).alpha == 0 && !has_background)
+                std::copy(c, c + 3, background.begin()), has_background = true;
+            if (plain.at(x, y).alpha < 1)
+                continue;
             ++pixels;
             world_alike += has_background && std::equal(c, c + 3, background.begin()) ? 1 : 0;
         }
@@ -250,7 +295,8 @@ TEST_CASE("a picked voxel is the one that the ray meets", "[preview]") {
     const auto answer_to = [&](const Ray& ray) {
         picker.ask(Picker::Use::kRead, view, ray);
         std::optional<Picker::Answer> answer;
-        while (!(answer = picker.take())) std::this_thread::sleep_for(1ms);
+        while (!(answer = picker.take()))
+            std::this_thread::sleep_for(1ms);
         return answer->picked;
     };
     const auto roof = answer_to(plumb_line(job.blocks.world_info(), 30.5, 30.5));
@@ -262,14 +308,16 @@ TEST_CASE("a picked voxel is the one that the ray meets", "[preview]") {
     const auto facts = facts_of(*roof, job.blocks.world_info());
     const auto value = [&](const std::string& name) {
         for (const PickedFact& f : facts)
-            if (f.name == name) return f.value;
+            if (f.name == name)
+                return f.value;
         return std::string("(none)");
     };
     CHECK(value("voxel") == "30, 22, 30");
     CHECK(value("height") == "23.00 m");
     CHECK(value("material") == "orange_roof");
     // The last question counts.
-    for (int i = 0; i < 50; ++i) picker.ask(Picker::Use::kRead, view, plumb_line(job.blocks.world_info(), 30.5, 30.5));
+    for (int i = 0; i < 50; ++i)
+        picker.ask(Picker::Use::kRead, view, plumb_line(job.blocks.world_info(), 30.5, 30.5));
     const auto sky = answer_to({{0, 100, 0}, {0, 1, 0}});
     CHECK_FALSE(sky);
 }

@@ -42,7 +42,8 @@ TEST_CASE("fields as text set the same scene again", "[preview][scene]") {
 }
 
 TEST_CASE("the command line names what is not as usual, quoted for a shell", "[preview]") {
-    const std::string line = render_command_line(changed(), {"a world.laz", "--ortho", "p.tif"}, "out.png");
+    const std::string line =
+        render_command_line(changed(), {"a world.laz", "--ortho", "p.tif"}, "out.png");
     CHECK(line.starts_with("terravox render 'a world.laz' --ortho p.tif "));
     CHECK_THAT(line, contains(" --camera-position=-1.5,80.25,1000000 "));
     CHECK_THAT(line, contains(" --sun-altitude-deg=-12.5 "));
@@ -52,7 +53,8 @@ TEST_CASE("the command line names what is not as usual, quoted for a shell", "[p
     CHECK(line.ends_with(" -o out.png"));
 }
 
-TEST_CASE("undo goes back step by step, redo forward; a new change forgets what was undone", "[preview]") {
+TEST_CASE("undo goes back step by step, redo forward; a new change forgets what was undone",
+          "[preview]") {
     SceneHistory history{Scene{}};
     const auto at = [](double time_h) {
         Scene out;
@@ -61,7 +63,8 @@ TEST_CASE("undo goes back step by step, redo forward; a new change forgets what 
     };
     history.note(Scene{});  // nothing has changed
     CHECK_FALSE(history.can_undo());
-    for (const double t : {1.0, 2.0, 3.0}) history.note(at(t));
+    for (const double t : {1.0, 2.0, 3.0})
+        history.note(at(t));
     CHECK(history.undo().sun.time_h == 2);
     CHECK(history.undo().sun.time_h == 1);
     CHECK(history.redo().sun.time_h == 2);
@@ -71,9 +74,11 @@ TEST_CASE("undo goes back step by step, redo forward; a new change forgets what 
     CHECK(history.undo().sun.time_h == 1);
     CHECK(history.undo() == Scene{});
     CHECK(history.undo() == Scene{});
-    for (std::size_t i = 0; i < 2 * SceneHistory::kMost; ++i) history.note(at(static_cast<double>(i % 24) + 0.5));
+    for (std::size_t i = 0; i < 2 * SceneHistory::kMost; ++i)
+        history.note(at(static_cast<double>(i % 24) + 0.5));
     std::size_t steps = 0;
-    while (history.can_undo()) (void)history.undo(), ++steps;
+    while (history.can_undo())
+        (void)history.undo(), ++steps;
     CHECK(steps == SceneHistory::kMost - 1);
 }
 
@@ -102,12 +107,15 @@ TEST_CASE("a camera path is an animation that goes through its keys", "[preview]
     CHECK(shared.quality.samples == 7);
     for (const CameraPath::Key& key : path.keys()) {
         const Scene scene = film.at(static_cast<int>(key.time_s * 25 + 0.5), shared);
-        for (std::size_t i = 0; i < 3; ++i) CHECK((*scene.camera.position)[i] == Approx((*key.scene.camera.position)[i]).margin(0.05));
+        for (std::size_t i = 0; i < 3; ++i)
+            CHECK((*scene.camera.position)[i] ==
+                  Approx((*key.scene.camera.position)[i]).margin(0.05));
         CHECK(scene.sun.time_h == Approx(key.scene.sun.time_h).margin(0.01));
     }
 }
 
-TEST_CASE("a key frame can be moved between those beside it, and none is lost", "[preview][animate]") {
+TEST_CASE("a key frame can be moved between those beside it, and none is lost",
+          "[preview][animate]") {
     CameraPath path;
     for (const double t : {0.0, 1.0, 1.5}) {
         const std::size_t place = path.put(t, Scene{});
@@ -115,7 +123,8 @@ TEST_CASE("a key frame can be moved between those beside it, and none is lost", 
     }
     const auto at = [&](const std::vector<double>& wanted) {
         REQUIRE(path.keys().size() == wanted.size());
-        for (std::size_t i = 0; i < wanted.size(); ++i) CHECK(path.keys()[i].time_s == Approx(wanted[i]).margin(1e-9));
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            CHECK(path.keys()[i].time_s == Approx(wanted[i]).margin(1e-9));
     };
     path.move(1, 0.25);
     at({0, 0.25, 1.5});

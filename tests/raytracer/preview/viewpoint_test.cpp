@@ -19,8 +19,10 @@ voxel::WorldInfo world(const std::string& crs = "") {
 
 }  // namespace
 
-TEST_CASE("circling keeps the target and the distance; turning the head keeps the place", "[preview]") {
-    const double right = GENERATE(0.0, 30.0, -170.0, 720.0), up = GENERATE(0.0, 20.0, -400.0, 400.0);
+TEST_CASE("circling keeps the target and the distance; turning the head keeps the place",
+          "[preview]") {
+    const double right = GENERATE(0.0, 30.0, -170.0, 720.0),
+                 up = GENERATE(0.0, 20.0, -400.0, 400.0);
     const Viewpoint start{{10, 60, 10}, {40, 5, -20}};
     Viewpoint v = start;
     v.orbit(right, up);
@@ -99,7 +101,8 @@ TEST_CASE("a point is shown where a ray through its pixel meets it", "[preview]"
     REQUIRE(at);
     CHECK((*at)[0] == Approx(77.25).margin(0.01));
     CHECK((*at)[1] == Approx(141.5).margin(0.01));
-    if (projection == "perspective") CHECK_FALSE(pixel_of(camera, ray.origin - ray.direction * 10, 320, 200));
+    if (projection == "perspective")
+        CHECK_FALSE(pixel_of(camera, ray.origin - ray.direction * 10, 320, 200));
 }
 
 TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[preview]") {
@@ -110,14 +113,15 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
         std::array<int, 2> shape;
         Pane pane;
     };
-    const auto& c = GENERATE(values<Case>({{"as wide as can be", {1280, 720}, 0, {1920, 1080}, {0, 0, 1280, 720}},
-                                           {"beside the panel", {1280, 720}, 320, {1920, 1080}, {320, 90, 960, 540}},
-                                           {"upright", {1000, 600}, 200, {300, 600}, {450, 0, 300, 600}},
-                                           {"all that is left", {1000, 600}, 200, {0, 0}, {200, 0, 800, 600}},
-                                           {"a panel as wide as the window", {300, 600}, 400, {16, 9}, {299, 299, 1, 1}},
-                                           {"a very flat picture", {1000, 601}, 0, {65536, 1}, {0, 300, 1000, 1}},
-                                           {"a window of one pixel", {1, 1}, 400, {16, 9}, {0, 0, 1, 1}},
-                                           {"no window", {0, 0}, 0, {16, 9}, {0, 0, 1, 1}}}));
+    const auto& c = GENERATE(
+        values<Case>({{"as wide as can be", {1280, 720}, 0, {1920, 1080}, {0, 0, 1280, 720}},
+                      {"beside the panel", {1280, 720}, 320, {1920, 1080}, {320, 90, 960, 540}},
+                      {"upright", {1000, 600}, 200, {300, 600}, {450, 0, 300, 600}},
+                      {"all that is left", {1000, 600}, 200, {0, 0}, {200, 0, 800, 600}},
+                      {"a panel as wide as the window", {300, 600}, 400, {16, 9}, {299, 299, 1, 1}},
+                      {"a very flat picture", {1000, 601}, 0, {65536, 1}, {0, 300, 1000, 1}},
+                      {"a window of one pixel", {1, 1}, 400, {16, 9}, {0, 0, 1, 1}},
+                      {"no window", {0, 0}, 0, {16, 9}, {0, 0, 1, 1}}}));
     INFO(c.name);
     const Pane pane = pane_in(c.window, c.panel, c.shape);
     CHECK(pane.x == c.pane.x);
@@ -131,7 +135,8 @@ TEST_CASE("the picture has its pane in the middle of what the panel leaves", "[p
 TEST_CASE("no two materials are shown in colours that look the same", "[preview]") {
     for (int a = 1; a < voxel::kMaterialCount; ++a)
         for (int b = 1; b < a; ++b) {
-            const voxel::Rgb8 p = colour_of_material(static_cast<voxel::Material>(a)), q = colour_of_material(static_cast<voxel::Material>(b));
+            const voxel::Rgb8 p = colour_of_material(static_cast<voxel::Material>(a)),
+                              q = colour_of_material(static_cast<voxel::Material>(b));
             INFO(a << " and " << b);
             CHECK(std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) > 24);
         }

@@ -28,21 +28,28 @@ struct Variant {
 };
 
 const Variant kVariants[] = {
-    {"two threads", 2, 16, 8, "spiral", 256 * kMiB},    {"four threads, large tiles", 4, 64, 8, "rows", 256 * kMiB},
-    {"one tile", 2, 1000, 8, "spiral", 256 * kMiB},     {"a single pass", 2, 16, 1, "vertical", 256 * kMiB},
-    {"many passes", 3, 7, 64, "spiral", 256 * kMiB},    {"one byte of memory", 2, 16, 8, "rows", 1},
-    {"1 MiB of memory", 1, 64, 1, "spiral", kMiB},      {"as at first", 1, 16, 8, "spiral", 256 * kMiB},
-    {"along a Hilbert curve", 3, 5, 8, "hilbert", 256 * kMiB}, {"split columns", 2, 9, 4, "vertical-split", 256 * kMiB},
+    {"two threads", 2, 16, 8, "spiral", 256 * kMiB},
+    {"four threads, large tiles", 4, 64, 8, "rows", 256 * kMiB},
+    {"one tile", 2, 1000, 8, "spiral", 256 * kMiB},
+    {"a single pass", 2, 16, 1, "vertical", 256 * kMiB},
+    {"many passes", 3, 7, 64, "spiral", 256 * kMiB},
+    {"one byte of memory", 2, 16, 8, "rows", 1},
+    {"1 MiB of memory", 1, 64, 1, "spiral", kMiB},
+    {"as at first", 1, 16, 8, "spiral", 256 * kMiB},
+    {"along a Hilbert curve", 3, 5, 8, "hilbert", 256 * kMiB},
+    {"split columns", 2, 9, 4, "vertical-split", 256 * kMiB},
 };
 
 Scene with(Scene scene, const Variant& v) {
-    scene.quality.tile = {v.tile_px}, scene.quality.coarse_step = v.coarse_step, scene.quality.tile_order = v.order;
+    scene.quality.tile = {v.tile_px}, scene.quality.coarse_step = v.coarse_step,
+    scene.quality.tile_order = v.order;
     return scene;
 }
 
 }  // namespace
 
-TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and memory", "[raytracer][render][deterministic]") {
+TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and memory",
+          "[raytracer][render][deterministic]") {
     const auto reference = [] {
         Job job(small_scene());
         return bytes_of(render(job, 1));
@@ -51,13 +58,17 @@ TEST_CASE("a picture is bit-identical for any threads, tiles, order, passes and 
         DYNAMIC_SECTION(v.name) {
             Job job(with(small_scene(), v), v.memory_bytes);
             CHECK((bytes_of(render(job, v.threads)) == reference));
-            constexpr std::size_t kFewBoxes = 400'000;  // those in use stay, even where nothing fits
+            constexpr std::size_t kFewBoxes =
+                400'000;  // those in use stay, even where nothing fits
             CHECK(job.blocks.stats().peak_bytes <= std::max(v.memory_bytes, kFewBoxes));
         }
     }
 }
 
-TEST_CASE("pictures of all kinds of rays are bit-identical for any threads, tiles, order, passes and memory", "[raytracer][render][deterministic][light]") {
+TEST_CASE(
+    "pictures of all kinds of rays are bit-identical for any threads, tiles, order, passes and "
+    "memory",
+    "[raytracer][render][deterministic][light]") {
     struct Kind {
         const char* name;
         void (*set)(Scene&);
@@ -65,7 +76,11 @@ TEST_CASE("pictures of all kinds of rays are bit-identical for any threads, tile
     const Kind kinds[] = {
         {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 5, s.sun.size = 10; }},
         {"paths", [](Scene& s) { s.quality.integrator = "path", s.quality.samples = 3; }},
-        {"paths until the noise is low", [](Scene& s) { s.quality.integrator = "path", s.quality.samples = 24, s.quality.noise = 0.1, s.quality.min_samples = 4; }},
+        {"paths until the noise is low",
+         [](Scene& s) {
+             s.quality.integrator = "path", s.quality.samples = 24, s.quality.noise = 0.1,
+             s.quality.min_samples = 4;
+         }},
         {"layers", [](Scene& s) { s.output.layers = "all"; }},
     };
     for (const Kind& kind : kinds) {
@@ -84,9 +99,11 @@ TEST_CASE("pictures of all kinds of rays are bit-identical for any threads, tile
     }
 }
 
-TEST_CASE("a picture over several levels is bit-identical for any threads, tiles and memory", "[raytracer][render][deterministic][levels]") {
+TEST_CASE("a picture over several levels is bit-identical for any threads, tiles and memory",
+          "[raytracer][render][deterministic][levels]") {
     const double detail = GENERATE(4.0, 20.0);
-    const double sun_azimuth_deg = GENERATE(240.0, 0.0);  // in the north: rays with a component of exactly zero
+    const double sun_azimuth_deg =
+        GENERATE(240.0, 0.0);  // in the north: rays with a component of exactly zero
     Scene scene = small_scene();
     scene.quality.detail = detail;
     scene.sun.azimuth_deg = sun_azimuth_deg, scene.sun.altitude_deg = 20;
@@ -101,7 +118,8 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
         ThreadProcessor processor(view, blocks, v.threads);
         (void)render_film({view, processor, true, nullptr}, film);
         std::size_t levels = 0;
-        for (const auto& level : blocks.stats().levels) levels += level.loaded > 0 ? 1 : 0;
+        for (const auto& level : blocks.stats().levels)
+            levels += level.loaded > 0 ? 1 : 0;
         CHECK(levels >= 1);
         return bytes_of(film);
     };
@@ -112,13 +130,15 @@ TEST_CASE("a picture over several levels is bit-identical for any threads, tiles
     }
 }
 
-TEST_CASE("fetching boxes ahead does not change the picture", "[raytracer][render][deterministic]") {
+TEST_CASE("fetching boxes ahead does not change the picture",
+          "[raytracer][render][deterministic]") {
     Job plain(small_scene()), ahead(small_scene());
     foresee_boxes(ahead.view, ahead.blocks);
     CHECK((bytes_of(render(plain, 2)) == bytes_of(render(ahead, 2))));
 }
 
-TEST_CASE("the picture shows the world: sky above, land below, and light everywhere", "[raytracer][render]") {
+TEST_CASE("the picture shows the world: sky above, land below, and light everywhere",
+          "[raytracer][render]") {
     Scene scene = small_scene();
     scene.camera.down_deg = 10;
     Job job(scene);
@@ -131,8 +151,10 @@ TEST_CASE("the picture shows the world: sky above, land below, and light everywh
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const PixelSample& p = film.at(x, y);
-            if (!(std::isfinite(p.colour.r) && p.colour.r >= 0 && std::isfinite(p.colour.g) && p.colour.g >= 0 && std::isfinite(p.colour.b) && p.colour.b >= 0))
-                FAIL_CHECK("pixel " << x << ", " << y << ": " << p.colour.r << " " << p.colour.g << " " << p.colour.b);
+            if (!(std::isfinite(p.colour.r) && p.colour.r >= 0 && std::isfinite(p.colour.g) &&
+                  p.colour.g >= 0 && std::isfinite(p.colour.b) && p.colour.b >= 0))
+                FAIL_CHECK("pixel " << x << ", " << y << ": " << p.colour.r << " " << p.colour.g
+                                    << " " << p.colour.b);
         }
 }
 
@@ -150,30 +172,36 @@ TEST_CASE("a hole is seen in the picture", "[raytracer][render]") {
         CHECK(statistics.counts.holes == std::set<voxel::BoxKey>{{0, 0, 0, 0}});
     }
     const auto metadata = picture_info(holed.view, holed.world->info(), statistics, false).metadata;
-    CHECK(std::count(metadata.begin(), metadata.end(), std::pair<std::string, std::string>("terravox:holes", "1")) == 1);
+    CHECK(std::count(metadata.begin(), metadata.end(),
+                     std::pair<std::string, std::string>("terravox:holes", "1")) == 1);
 }
 
 TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][render]") {
     auto world = landscape();
     for (int bx = -2; bx < 2; ++bx)
-        for (int bz = -2; bz < 2; ++bz) world->make_hole({0, bx, -1, bz});  // all below the ground
+        for (int bz = -2; bz < 2; ++bz)
+            world->make_hole({0, bx, -1, bz});  // all below the ground
     Scene scene = small_scene();
     scene.camera.space = "voxel";
     scene.camera.position = {0.5, 50, 0.5}, scene.camera.target = {10, 90, 10};
     Job job(scene, 256 * kMiB, std::move(world));
     foresee_boxes(job.view, job.blocks);
-    while (job.blocks.hole_count() == 0) std::this_thread::yield();
+    while (job.blocks.hole_count() == 0)
+        std::this_thread::yield();
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     ThreadProcessor processor(job.view, job.blocks, 2);
     CHECK(render_film({job.view, processor, true, nullptr}, film).holes.empty());
 }
 
-TEST_CASE("a camera in rock is refused with the way out, unless it is asked for", "[raytracer][render]") {
+TEST_CASE("a camera in rock is refused with the way out, unless it is asked for",
+          "[raytracer][render]") {
     Scene scene = small_scene();
     scene.camera.space = "voxel";
     scene.camera.position = {60.5, 3.5, 60.5}, scene.camera.target = {0, 0, 0};
     CHECK_THROWS_AS(Job(scene), UsageError);
-    CHECK_THROWS_WITH(Job(scene), terravox::test::contains("voxel (60, 3, 60) is solid") && terravox::test::contains("m higher, or --camera-inside-rock yes"));
+    CHECK_THROWS_WITH(Job(scene),
+                      terravox::test::contains("voxel (60, 3, 60) is solid") &&
+                          terravox::test::contains("m higher, or --camera-inside-rock yes"));
     scene.camera.inside_rock = true;
     CHECK_NOTHROW(Job(scene));
     scene.camera.inside_rock = false, scene.camera.position = {1e10, 0, 0};
@@ -183,11 +211,14 @@ TEST_CASE("a camera in rock is refused with the way out, unless it is asked for"
 TEST_CASE("a level that the world does not have is refused", "[raytracer][render]") {
     Scene scene = small_scene();
     scene.quality.level = 1;
-    CHECK_THROWS_WITH(Job(scene), terravox::test::contains("quality.level = 1; this world has 0 to 0"));
+    CHECK_THROWS_WITH(Job(scene),
+                      terravox::test::contains("quality.level = 1; this world has 0 to 0"));
 }
 
-TEST_CASE("Delft is bit-identical for any threads and memory", "[raytracer][render][deterministic][data]") {
-    const std::filesystem::path files = std::filesystem::path(TERRAVOX_SHARED_DATA) / "tudelft-3dfier-ahn3" / "ahn3";
+TEST_CASE("Delft is bit-identical for any threads and memory",
+          "[raytracer][render][deterministic][data]") {
+    const std::filesystem::path files =
+        std::filesystem::path(TERRAVOX_SHARED_DATA) / "tudelft-3dfier-ahn3" / "ahn3";
     if (!std::filesystem::exists(files)) {
         WARN("skipped: " << files.string() << " is not there");
         return;

@@ -12,24 +12,30 @@ using voxel::VoxelBounds;
 
 namespace {
 
-/// Where a point lands in the picture, px right and down, from the camera's own rays; z: distance along its axis.
+/// Where a point lands in the picture, px right and down, from the camera's own rays; z: distance
+/// along its axis.
 struct Pixel {
     double x, y, depth;
 };
 Pixel pixel_of(const Camera& camera, Vec3 point, int width, int height) {
-    // The picture's axes out of three rays: the middle one, and the rates of change to the right and down.
+    // The picture's axes out of three rays: the middle one, and the rates of change to the right
+    // and down.
     const auto flat = [&](double px, double py) {
         const Vec3 d = camera.ray(px, py).direction;
         return d * (1 / dot(d, camera.forward()));
     };
-    const Vec3 middle = flat(width / 2.0, height / 2.0), right = flat(width, height / 2.0) - middle, down = flat(width / 2.0, height) - middle;
+    const Vec3 middle = flat(width / 2.0, height / 2.0), right = flat(width, height / 2.0) - middle,
+               down = flat(width / 2.0, height) - middle;
     const Vec3 to = point - camera.position();
     const double depth = dot(to, camera.forward());
-    return {width / 2.0 * (1 + dot(to, right) / depth / dot(right, right)), height / 2.0 * (1 + dot(to, down) / depth / dot(down, down)), depth};
+    return {width / 2.0 * (1 + dot(to, right) / depth / dot(right, right)),
+            height / 2.0 * (1 + dot(to, down) / depth / dot(down, down)), depth};
 }
 
 Vec3 corner(const VoxelBounds& b, int i) {
-    return {static_cast<double>((i & 1) != 0 ? b.max[0] : b.min[0]), static_cast<double>((i & 2) != 0 ? b.max[1] : b.min[1]), static_cast<double>((i & 4) != 0 ? b.max[2] : b.min[2])};
+    return {static_cast<double>((i & 1) != 0 ? b.max[0] : b.min[0]),
+            static_cast<double>((i & 2) != 0 ? b.max[1] : b.min[1]),
+            static_cast<double>((i & 4) != 0 ? b.max[2] : b.min[2])};
 }
 
 voxel::WorldInfo delft() {
@@ -40,18 +46,25 @@ voxel::WorldInfo delft() {
     return world;
 }
 
-constexpr VoxelBounds kSubjects[] = {{{0, 0, 0}, {1, 1, 1}}, {{-300, -10, 40}, {1200, 250, 800}}, {{461'900, 480, -101'100}, {462'100, 900, -100'900}}, {{0, 0, 0}, {2000, 3, 7}}};
+constexpr VoxelBounds kSubjects[] = {{{0, 0, 0}, {1, 1, 1}},
+                                     {{-300, -10, 40}, {1200, 250, 800}},
+                                     {{461'900, 480, -101'100}, {462'100, 900, -100'900}},
+                                     {{0, 0, 0}, {2000, 3, 7}}};
 
 }  // namespace
 
-TEST_CASE("the framing camera sees all eight corners of the world, within its margin, and wastes no room", "[raytracer][camera]") {
+TEST_CASE(
+    "the framing camera sees all eight corners of the world, within its margin, and wastes no room",
+    "[raytracer][camera]") {
     const std::size_t subject = GENERATE(0u, 1u, 2u, 3u);
     const double down = GENERATE(-30.0, 0.0, 35.0, 60.0, 89.0, 90.0);
     const double fov = GENERATE(1.0, 40.0, 120.0, 160.0);
-    const auto size = GENERATE(values<std::array<int, 2>>({{1280, 720}, {300, 900}, {1, 1}, {4000, 10}}));
+    const auto size =
+        GENERATE(values<std::array<int, 2>>({{1280, 720}, {300, 900}, {1, 1}, {4000, 10}}));
     const double margin = GENERATE(0.0, 0.04, 0.45);
     Scene scene;
-    scene.camera.down_deg = down, scene.camera.fov_deg = fov, scene.camera.margin = margin, scene.output.size_px = size;
+    scene.camera.down_deg = down, scene.camera.fov_deg = fov, scene.camera.margin = margin,
+    scene.output.size_px = size;
     const VoxelBounds& b = kSubjects[subject];
     for (const double azimuth : {0.0, 33.0, 90.0, 225.0, -360.0}) {
         scene.camera.azimuth_deg = azimuth;
@@ -60,10 +73,13 @@ TEST_CASE("the framing camera sees all eight corners of the world, within its ma
         for (int i = 0; i < 8; ++i) {
             const Pixel p = pixel_of(camera, corner(b, i), size[0], size[1]);
             low_x = std::min(low_x, p.x / size[0]), high_x = std::max(high_x, p.x / size[0]);
-            low_y = std::min(low_y, p.y / size[1]), high_y = std::max(high_y, p.y / size[1]), nearest = std::min(nearest, p.depth);
+            low_y = std::min(low_y, p.y / size[1]), high_y = std::max(high_y, p.y / size[1]),
+            nearest = std::min(nearest, p.depth);
         }
-        INFO("subject " << subject << ", azimuth " << azimuth << ", down " << down << ", fov " << fov << ", " << size[0] << "x" << size[1] << ", margin " << margin << ": x " << low_x
-                        << " to " << high_x << ", y " << low_y << " to " << high_y << ", nearest " << nearest);
+        INFO("subject " << subject << ", azimuth " << azimuth << ", down " << down << ", fov "
+                        << fov << ", " << size[0] << "x" << size[1] << ", margin " << margin
+                        << ": x " << low_x << " to " << high_x << ", y " << low_y << " to "
+                        << high_y << ", nearest " << nearest);
         constexpr double kSlack = 1e-6;
         CHECK(nearest > 0);
         CHECK(low_x >= margin - kSlack);
@@ -71,14 +87,23 @@ TEST_CASE("the framing camera sees all eight corners of the world, within its ma
         CHECK(low_y >= margin - kSlack);
         CHECK(high_y <= 1 - margin + kSlack);
         // One pair of sides touches, unless the camera would stand in the world.
-        const bool touches = high_x - low_x > 1 - 2 * margin - 1e-4 || high_y - low_y > 1 - 2 * margin - 1e-4;
+        const bool touches =
+            high_x - low_x > 1 - 2 * margin - 1e-4 || high_y - low_y > 1 - 2 * margin - 1e-4;
         CHECK((touches || nearest < 1.0001));
     }
 }
 
-TEST_CASE("the framing camera stands where its azimuth says and looks across", "[raytracer][camera]") {
-    struct Case { const char* name; double azimuth; Vec3 from; };
-    const auto c = GENERATE(values<Case>({{"north", 0, {0, 0, -1}}, {"east", 90, {1, 0, 0}}, {"south", 180, {0, 0, 1}}, {"west", 270, {-1, 0, 0}}}));
+TEST_CASE("the framing camera stands where its azimuth says and looks across",
+          "[raytracer][camera]") {
+    struct Case {
+        const char* name;
+        double azimuth;
+        Vec3 from;
+    };
+    const auto c = GENERATE(values<Case>({{"north", 0, {0, 0, -1}},
+                                          {"east", 90, {1, 0, 0}},
+                                          {"south", 180, {0, 0, 1}},
+                                          {"west", 270, {-1, 0, 0}}}));
     DYNAMIC_SECTION(c.name) {
         Scene scene;
         scene.camera.azimuth_deg = c.azimuth, scene.camera.down_deg = 0;
@@ -106,13 +131,16 @@ TEST_CASE("zoom brings the camera nearer along its line of sight", "[raytracer][
     const Vec3 middle{50, 10, 50};
     const auto distance = [&](double zoom) {
         scene.camera.zoom = zoom;
-        return dot(middle - make_camera(scene, {}, b).position(), make_camera(scene, {}, b).forward());
+        return dot(middle - make_camera(scene, {}, b).position(),
+                   make_camera(scene, {}, b).forward());
     };
     CHECK(distance(2) == Approx(distance(1) / 2));
     CHECK(distance(0.5) == Approx(distance(1) * 2));
 }
 
-TEST_CASE("a camera is the same whether its place is given in CRS, latitude and longitude, or voxels", "[raytracer][camera]") {
+TEST_CASE(
+    "a camera is the same whether its place is given in CRS, latitude and longitude, or voxels",
+    "[raytracer][camera]") {
     const voxel::WorldInfo world = delft();
     const std::array<double, 3> position{84'500.25, 447'350.5, 60}, target{84'600, 447'400, 1.5};
     Scene scene;
@@ -124,7 +152,8 @@ TEST_CASE("a camera is the same whether its place is given in CRS, latitude and 
 
     scene.camera.space = "voxel";
     const auto voxels = [](Vec3 v) { return std::array<double, 3>{v.x, v.y, v.z}; };
-    scene.camera.position = voxels(to_voxels(position, "crs", world)), scene.camera.target = voxels(to_voxels(target, "crs", world));
+    scene.camera.position = voxels(to_voxels(position, "crs", world)),
+    scene.camera.target = voxels(to_voxels(target, "crs", world));
     const Camera by_voxel = make_camera(scene, world, {});
     CHECK(length(by_voxel.position() - by_crs.position()) == 0);
     CHECK(length(by_voxel.forward() - by_crs.forward()) == 0);
@@ -161,12 +190,14 @@ TEST_CASE("a camera that cannot be placed is refused, naming the field", "[raytr
         scene.camera.position = {1, 2, 3}, scene.camera.target = {4, 5, 6};
         scene.camera.space = GENERATE("crs", "latlon");
         CHECK_THROWS_AS(make_camera(scene, nowhere, b), UsageError);
-        CHECK_THROWS_WITH(make_camera(scene, nowhere, b), contains("no place on Earth") && contains("allowed: voxel"));
+        CHECK_THROWS_WITH(make_camera(scene, nowhere, b),
+                          contains("no place on Earth") && contains("allowed: voxel"));
         scene.camera.space = "voxel";
         CHECK_NOTHROW(make_camera(scene, nowhere, b));
     }
     SECTION("a latitude beyond the pole") {
-        scene.camera.position = {91, 4, 3}, scene.camera.target = {52, 4, 6}, scene.camera.space = "latlon";
+        scene.camera.position = {91, 4, 3}, scene.camera.target = {52, 4, 6},
+        scene.camera.space = "latlon";
         CHECK_THROWS_AS(make_camera(scene, delft(), b), Error);
     }
 }
@@ -174,7 +205,8 @@ TEST_CASE("a camera that cannot be placed is refused, naming the field", "[raytr
 TEST_CASE("rays have unit length, and pixels are square", "[raytracer][camera]") {
     const Camera camera({3, 4, 5}, {10, -2, 8}, 60, 640, 360);
     for (const double x : {0.0, 320.0, 639.9})
-        for (const double y : {0.0, 180.0, 359.9}) CHECK(length(camera.ray(x, y).direction) == Approx(1).epsilon(1e-14));
+        for (const double y : {0.0, 180.0, 359.9})
+            CHECK(length(camera.ray(x, y).direction) == Approx(1).epsilon(1e-14));
     const double half = std::tan(30 * std::numbers::pi / 180);
     const auto slope = [&](double x, double y) {
         const Vec3 d = camera.ray(x, y).direction;

@@ -21,18 +21,24 @@ std::map<std::string, std::string> values_of(const Scene& scene) {
     std::map<std::string, std::string> out;
     const auto text = [](const auto& v) {
         using T = std::decay_t<decltype(v)>;
-        if constexpr (std::is_same_v<T, std::string>) return v;
-        else if constexpr (std::is_same_v<T, TileSize>) return v.text();
-        else if constexpr (std::is_arithmetic_v<T>) return std::to_string(v) + "/" + std::to_string(static_cast<double>(v) * 1e6);
+        if constexpr (std::is_same_v<T, std::string>)
+            return v;
+        else if constexpr (std::is_same_v<T, TileSize>)
+            return v.text();
+        else if constexpr (std::is_arithmetic_v<T>)
+            return std::to_string(v) + "/" + std::to_string(static_cast<double>(v) * 1e6);
         else {
             std::string list;
-            for (const auto x : v) list += std::to_string(x) + ",";
+            for (const auto x : v)
+                list += std::to_string(x) + ",";
             return list;
         }
     };
     visit_fields(scene, [&](std::string_view path, const auto& field, const FieldRule&) {
-        if constexpr (requires { field.has_value(); }) out[std::string(path)] = field ? text(*field) : "unset";
-        else out[std::string(path)] = text(field);
+        if constexpr (requires { field.has_value(); })
+            out[std::string(path)] = field ? text(*field) : "unset";
+        else
+            out[std::string(path)] = text(field);
     });
     return out;
 }
@@ -40,22 +46,35 @@ std::map<std::string, std::string> values_of(const Scene& scene) {
 /// A value other than the default, as on the command line, for every field.
 std::string other_value(std::string_view path, const FieldRule& rule, const auto& field) {
     using T = std::decay_t<decltype(field)>;
-    if constexpr (std::is_same_v<T, bool>) return field ? "no" : "yes";
+    if constexpr (std::is_same_v<T, bool>)
+        return field ? "no" : "yes";
     else if constexpr (std::is_same_v<T, std::string>) {
         for (const auto word : rule.words)
-            if (word != field && !word.empty()) return std::string(word);
+            if (word != field && !word.empty())
+                return std::string(word);
         return path == "sun.date" ? "1999-12-31" : "some \"text\" č \\ '1'";
-    } else if constexpr (std::is_same_v<T, TileSize>) return "12.5%";
-    else if constexpr (std::is_same_v<T, std::array<int, 2>>) return "321x123";
-    else if constexpr (std::is_same_v<T, std::optional<std::array<double, 3>>>) return rule.min == 0 ? "0.125,1e3,2" : "461999.125,-101000.1,1e3";
-    else if constexpr (std::is_same_v<T, int>) return path == "quality.coarse_step" ? "4" : std::to_string(static_cast<int>(rule.min) + (field == static_cast<int>(rule.min) + 5 ? 6 : 5));
-    else if constexpr (std::is_same_v<T, std::optional<int>>) return std::to_string(static_cast<int>(rule.min) + 5);
-    else return rule.max < 1.7 ? "0.1" : rule.min > 1.7 ? std::to_string(rule.min + 5) : "1.7";
+    } else if constexpr (std::is_same_v<T, TileSize>)
+        return "12.5%";
+    else if constexpr (std::is_same_v<T, std::array<int, 2>>)
+        return "321x123";
+    else if constexpr (std::is_same_v<T, std::optional<std::array<double, 3>>>)
+        return rule.min == 0 ? "0.125,1e3,2" : "461999.125,-101000.1,1e3";
+    else if constexpr (std::is_same_v<T, int>)
+        return path == "quality.coarse_step"
+                   ? "4"
+                   : std::to_string(static_cast<int>(rule.min) +
+                                    (field == static_cast<int>(rule.min) + 5 ? 6 : 5));
+    else if constexpr (std::is_same_v<T, std::optional<int>>)
+        return std::to_string(static_cast<int>(rule.min) + 5);
+    else
+        return rule.max < 1.7 ? "0.1" : rule.min > 1.7 ? std::to_string(rule.min + 5) : "1.7";
 }
 
 class SceneFile {
 public:
-    explicit SceneFile(const std::string& text) : m_path(m_folder.path() / "test.toml") { std::ofstream(m_path) << text; }
+    explicit SceneFile(const std::string& text) : m_path(m_folder.path() / "test.toml") {
+        std::ofstream(m_path) << text;
+    }
     [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
     [[nodiscard]] Scene read() const {
         Scene scene;
@@ -77,7 +96,8 @@ TEST_CASE("the default scene survives writing and reading", "[raytracer][scene]"
     CHECK(values_of(SceneFile("version = 1\n").read()) == values_of(scene));
 }
 
-TEST_CASE("every field can be set by its flag, and survives writing and reading", "[raytracer][scene]") {
+TEST_CASE("every field can be set by its flag, and survives writing and reading",
+          "[raytracer][scene]") {
     Scene all;
     std::size_t fields = 0;
     const auto flags = scene_flags();
@@ -92,7 +112,8 @@ TEST_CASE("every field can be set by its flag, and survives writing and reading"
         const auto changed = values_of(one);
         CHECK(changed.at(std::string(path)) != values_of(defaults).at(std::string(path)));
         CHECK(values_of(SceneFile(to_toml(one)).read()) == changed);
-        const auto flag = std::find_if(flags.begin(), flags.end(), [&](const SceneFlag& f) { return f.path == path; });
+        const auto flag = std::find_if(flags.begin(), flags.end(),
+                                       [&](const SceneFlag& f) { return f.path == path; });
         REQUIRE(flag != flags.end());
         CHECK_THAT(flag->names, contains("--"));
         CHECK(flag->names.find_first_of("._") == std::string::npos);
@@ -107,7 +128,8 @@ TEST_CASE("no two fields share a flag", "[raytracer][scene]") {
     for (const SceneFlag& flag : scene_flags())
         for (std::size_t at = 0; at != std::string::npos;) {
             const auto comma = flag.names.find(',', at);
-            const auto name = flag.names.substr(at, comma == std::string::npos ? comma : comma - at);
+            const auto name =
+                flag.names.substr(at, comma == std::string::npos ? comma : comma - at);
             INFO(name);
             CHECK(seen.insert(name).second);
             at = comma == std::string::npos ? comma : comma + 1;
@@ -116,7 +138,8 @@ TEST_CASE("no two fields share a flag", "[raytracer][scene]") {
 
 TEST_CASE("numbers survive to the last bit", "[raytracer][scene]") {
     Scene scene;
-    scene.camera.position = {461'999.123456789012, -1.0 / 3, 5e-324}, scene.camera.target = {1e22, -0.1, 2864};
+    scene.camera.position = {461'999.123456789012, -1.0 / 3, 5e-324},
+    scene.camera.target = {1e22, -0.1, 2864};
     scene.camera.fov_deg = 33.333333333333336;
     const Scene back = SceneFile(to_toml(scene)).read();
     CHECK(back.camera.position == scene.camera.position);
@@ -142,39 +165,57 @@ TEST_CASE("sizes are text or lists in a file", "[raytracer][scene]") {
     CHECK(SceneFile("[camera]\nfov_deg = 50").read().camera.fov_deg == 50);
 }
 
-TEST_CASE("a scene file that cannot be is refused, naming file, field, value and what is allowed", "[raytracer][scene]") {
-    struct Case { const char* name; std::string text, said; };
+TEST_CASE("a scene file that cannot be is refused, naming file, field, value and what is allowed",
+          "[raytracer][scene]") {
+    struct Case {
+        const char* name;
+        std::string text, said;
+    };
     const auto c = GENERATE(values<Case>({
         {"unknown field", "[camera]\nfov = 40", "unknown field 'camera.fov'"},
         {"unknown section", "[lens]\nfov_deg = 40", "unknown field 'lens.fov_deg'"},
         {"unknown section without a field", "[foo]", "unknown section 'foo'"},
         {"unknown empty section is a field elsewhere", "fov_deg = 40", "unknown field 'fov_deg'"},
         {"a section that is a value", "camera = 40", "unknown field 'camera'"},
-        {"a section given as a list of tables", "[[camera]]\nfov_deg = 40", "unknown field 'camera'"},
-        {"text for a number", "[camera]\nfov_deg = \"wide\"", "camera.fov_deg = a value of another kind; allowed: a number"},
-        {"a list for a number", "[camera]\nfov_deg = [40]", "camera.fov_deg = a value of another kind"},
-        {"a number for text", "[camera]\nspace = 3", "camera.space = a value of another kind; allowed: text"},
-        {"a number for yes or no", "[quality]\nshadows = 1", "quality.shadows = a value of another kind; allowed: true, false"},
+        {"a section given as a list of tables", "[[camera]]\nfov_deg = 40",
+         "unknown field 'camera'"},
+        {"text for a number", "[camera]\nfov_deg = \"wide\"",
+         "camera.fov_deg = a value of another kind; allowed: a number"},
+        {"a list for a number", "[camera]\nfov_deg = [40]",
+         "camera.fov_deg = a value of another kind"},
+        {"a number for text", "[camera]\nspace = 3",
+         "camera.space = a value of another kind; allowed: text"},
+        {"a number for yes or no", "[quality]\nshadows = 1",
+         "quality.shadows = a value of another kind; allowed: true, false"},
         {"text for yes or no", "[quality]\nshadows = \"no\"", "quality.shadows"},
         {"too low", "[camera]\nfov_deg = 0.5", "camera.fov_deg = 0.5; allowed: 1 to 360"},
         {"too high", "[camera]\nfov_deg = 361", "camera.fov_deg = 361; allowed: 1 to 360"},
         {"not a number", "[camera]\nfov_deg = nan", "camera.fov_deg = nan"},
         {"infinite", "[camera]\nfov_deg = inf", "camera.fov_deg = inf"},
-        {"a broken whole number", "[quality]\nsamples = 2.5", "quality.samples = 2.5; allowed: whole numbers from 1 to 65536"},
+        {"a broken whole number", "[quality]\nsamples = 2.5",
+         "quality.samples = 2.5; allowed: whole numbers from 1 to 65536"},
         {"zero samples", "[quality]\nsamples = 0", "quality.samples = 0; allowed: 1 to 65536"},
         {"a huge whole number", "[quality]\nsamples = 1e300", "quality.samples"},
-        {"another word", "[quality]\ncolour = \"red\"", "quality.colour = 'red'; allowed: material, true, mix"},
-        {"another order", "[quality]\ntile_order = \"zigzag\"", "allowed: spiral, vertical, vertical-split, hilbert, rows"},
-        {"a tile of no size", "[quality]\ntile = 0", "quality.tile = '0'; allowed: 1 to 4096 pixels, or 0.1% to 100%"},
+        {"another word", "[quality]\ncolour = \"red\"",
+         "quality.colour = 'red'; allowed: material, true, mix"},
+        {"another order", "[quality]\ntile_order = \"zigzag\"",
+         "allowed: spiral, vertical, vertical-split, hilbert, rows"},
+        {"a tile of no size", "[quality]\ntile = 0",
+         "quality.tile = '0'; allowed: 1 to 4096 pixels, or 0.1% to 100%"},
         {"a tile that is too large", "[quality]\ntile = \"100.1%\"", "quality.tile = '100.1%'"},
-        {"a tile with a broken number", "[quality]\ntile = 64.5", "quality.tile = a value of another kind"},
-        {"no patience", "[processing]\nbox_patience_s = 0", "processing.box_patience_s = 0; allowed: 1 to 86400"},
-        {"two coordinates", "[camera]\nposition = [1, 2]", "camera.position = 2 numbers; allowed: three finite numbers"},
+        {"a tile with a broken number", "[quality]\ntile = 64.5",
+         "quality.tile = a value of another kind"},
+        {"no patience", "[processing]\nbox_patience_s = 0",
+         "processing.box_patience_s = 0; allowed: 1 to 86400"},
+        {"two coordinates", "[camera]\nposition = [1, 2]",
+         "camera.position = 2 numbers; allowed: three finite numbers"},
         {"four coordinates", "[camera]\nposition = [1, 2, 3, 4]", "camera.position = 4 numbers"},
-        {"a coordinate that is text", "[camera]\nposition = [1, \"2\", 3]", "camera.position = a list with other things than numbers"},
+        {"a coordinate that is text", "[camera]\nposition = [1, \"2\", 3]",
+         "camera.position = a list with other things than numbers"},
         {"an infinite coordinate", "[camera]\nposition = [1, inf, 3]", "camera.position"},
         {"a position that is text", "[camera]\nposition = \"1,2,3\"", "camera.position"},
-        {"half a size", "[output]\nsize = \"640\"", "output.size = 1 numbers; allowed: WIDTHxHEIGHT"},
+        {"half a size", "[output]\nsize = \"640\"",
+         "output.size = 1 numbers; allowed: WIDTHxHEIGHT"},
         {"no height", "[output]\nsize = [640, 0]", "output.size = 0"},
         {"a size with a fraction", "[output]\nsize = [640.5, 480]", "output.size = 640.5"},
         {"a size in words", "[output]\nsize = \"widexhigh\"", "output.size"},
@@ -198,7 +239,8 @@ TEST_CASE("a scene file that cannot be is refused, naming file, field, value and
 }
 
 TEST_CASE("a version that is no whole number is no version", "[raytracer][scene]") {
-    const std::string text = GENERATE("version = \"1\"", "version = \"2\"", "version = 1.5", "version = [1]", "[version]\nmajor = 2");
+    const std::string text = GENERATE("version = \"1\"", "version = \"2\"", "version = 1.5",
+                                      "version = [1]", "[version]\nmajor = 2");
     INFO(text);
     CHECK_THROWS_WITH(SceneFile(text).read(), contains("version"));
 }
@@ -207,21 +249,47 @@ TEST_CASE("a scene file that is not there is named", "[raytracer][scene]") {
     const TemporaryFolder folder;
     Scene scene;
     CHECK_THROWS_AS(read_scene(folder.path() / "none.toml", scene), UsageError);
-    CHECK_THROWS_WITH(read_scene(folder.path() / "none.toml", scene), contains("none.toml") && contains("no such file"));
+    CHECK_THROWS_WITH(read_scene(folder.path() / "none.toml", scene),
+                      contains("none.toml") && contains("no such file"));
     CHECK_THROWS_AS(read_scene(folder.path(), scene), UsageError);
 }
 
-TEST_CASE("a value on the command line that cannot be is refused, naming field, value and what is allowed", "[raytracer][scene]") {
-    struct Case { const char *path, *text, *said; };
+TEST_CASE(
+    "a value on the command line that cannot be is refused, naming field, value and what is "
+    "allowed",
+    "[raytracer][scene]") {
+    struct Case {
+        const char *path, *text, *said;
+    };
     const auto c = GENERATE(values<Case>({
-        {"camera.fov_deg", "", "allowed: a number"}, {"camera.fov_deg", "40deg", "'40deg'"}, {"camera.fov_deg", " 40", "' 40'"}, {"camera.fov_deg", "0x20", "'0x20'"},
-        {"camera.fov_deg", "nan", "camera.fov_deg = nan"}, {"camera.fov_deg", "1e999", "'1e999'"}, {"camera.fov_deg", "360.001", "allowed: 1 to 360"},
-        {"quality.tile", "", "0.1% to 100%"}, {"quality.tile", "5 %", "'5 %'"}, {"quality.tile", "4097", "1 to 4096"},
-        {"quality.samples", "4.5", "whole numbers"}, {"quality.samples", "-1", "allowed: 1 to 65536"}, {"quality.shadows", "maybe", "allowed: yes, no"}, {"quality.shadows", "", "allowed: yes, no"},
-        {"output.size", "640", "WIDTHxHEIGHT"}, {"output.size", "640x480x3", "3 numbers"}, {"output.size", "640X480", "'640X480'"}, {"output.size", "640x", "'640x'"},
-        {"output.size", "0x0", "allowed: whole numbers from 1 to 65536"}, {"output.size", "70000x10", "70000"}, {"camera.position", "1,2", "three"},
-        {"camera.position", "1,2,x", "'x'"}, {"camera.position", "1 2 3", "'1 2 3'"}, {"camera.position", "1,,3", "''"}, {"quality.colour", "Mix", "allowed: material, true, mix"},
-        {"world.vertical_unit", "feet", "allowed: m, ft, us-ft"}, {"no.such", "1", "no such field"}, {"", "1", "no such field"},
+        {"camera.fov_deg", "", "allowed: a number"},
+        {"camera.fov_deg", "40deg", "'40deg'"},
+        {"camera.fov_deg", " 40", "' 40'"},
+        {"camera.fov_deg", "0x20", "'0x20'"},
+        {"camera.fov_deg", "nan", "camera.fov_deg = nan"},
+        {"camera.fov_deg", "1e999", "'1e999'"},
+        {"camera.fov_deg", "360.001", "allowed: 1 to 360"},
+        {"quality.tile", "", "0.1% to 100%"},
+        {"quality.tile", "5 %", "'5 %'"},
+        {"quality.tile", "4097", "1 to 4096"},
+        {"quality.samples", "4.5", "whole numbers"},
+        {"quality.samples", "-1", "allowed: 1 to 65536"},
+        {"quality.shadows", "maybe", "allowed: yes, no"},
+        {"quality.shadows", "", "allowed: yes, no"},
+        {"output.size", "640", "WIDTHxHEIGHT"},
+        {"output.size", "640x480x3", "3 numbers"},
+        {"output.size", "640X480", "'640X480'"},
+        {"output.size", "640x", "'640x'"},
+        {"output.size", "0x0", "allowed: whole numbers from 1 to 65536"},
+        {"output.size", "70000x10", "70000"},
+        {"camera.position", "1,2", "three"},
+        {"camera.position", "1,2,x", "'x'"},
+        {"camera.position", "1 2 3", "'1 2 3'"},
+        {"camera.position", "1,,3", "''"},
+        {"quality.colour", "Mix", "allowed: material, true, mix"},
+        {"world.vertical_unit", "feet", "allowed: m, ft, us-ft"},
+        {"no.such", "1", "no such field"},
+        {"", "1", "no such field"},
     }));
     DYNAMIC_SECTION(c.path << " = '" << c.text << "'") {
         Scene scene;

@@ -8,10 +8,22 @@
 using namespace terravox;
 
 TEST_CASE("the size of a tile is pixels or a share of the picture's width", "[raytracer][scene]") {
-    struct Case { const char* text; int width_px, px; };
+    struct Case {
+        const char* text;
+        int width_px, px;
+    };
     const auto c = GENERATE(values<Case>({
-        {"64", 1280, 64}, {"1", 1, 1}, {"4096", 10, 4096}, {"5%", 1280, 64}, {"100%", 1280, 1280}, {"0.1%", 1280, 1}, {"0.1%", 10, 1}, {"50%", 3, 2},
-        {"33.3%", 100, 33}, {"1e1%", 200, 20}, {"100%", 65536, 4096},
+        {"64", 1280, 64},
+        {"1", 1, 1},
+        {"4096", 10, 4096},
+        {"5%", 1280, 64},
+        {"100%", 1280, 1280},
+        {"0.1%", 1280, 1},
+        {"0.1%", 10, 1},
+        {"50%", 3, 2},
+        {"33.3%", 100, 33},
+        {"1e1%", 200, 20},
+        {"100%", 65536, 4096},
     }));
     DYNAMIC_SECTION(c.text << " of " << c.width_px) {
         const auto size = TileSize::parse(c.text);
@@ -21,21 +33,25 @@ TEST_CASE("the size of a tile is pixels or a share of the picture's width", "[ra
 }
 
 TEST_CASE("what is no size of a tile is none", "[raytracer][scene]") {
-    const std::string text = GENERATE("", "%", "0", "-1", "4097", "64px", " 64", "64 ", "6.4", "0%", "0.09%", "100.1%", "-5%", "nan%", "inf%", "1e999%",
-                                      "5%%", "5 %", "0x10", "99999999999999");
+    const std::string text =
+        GENERATE("", "%", "0", "-1", "4097", "64px", " 64", "64 ", "6.4", "0%", "0.09%", "100.1%",
+                 "-5%", "nan%", "inf%", "1e999%", "5%%", "5 %", "0x10", "99999999999999");
     INFO("'" << text << "'");
     CHECK_FALSE(TileSize::parse(text));
 }
 
-TEST_CASE("every size of a tile survives being written, and fits its picture", "[raytracer][scene]") {
+TEST_CASE("every size of a tile survives being written, and fits its picture",
+          "[raytracer][scene]") {
     std::mt19937 random(5);
     for (int run = 0; run < 2000; ++run) {
         TileSize size{1 + static_cast<int>(random() % 4096), 0};
-        if (run % 2 == 0) size = {64, 0.1 + 99.9 * (static_cast<double>(random()) / 4294967295.0)};
+        if (run % 2 == 0)
+            size = {64, 0.1 + 99.9 * (static_cast<double>(random()) / 4294967295.0)};
         INFO(size.text());
         CHECK(TileSize::parse(size.text()) == size);
         const int width = 1 + static_cast<int>(random() % 65536), px = size.in_picture(width);
         CHECK((px >= 1 && px <= 4096));
-        if (size.percent != 0 && px > 1 && px < 4096) CHECK(std::abs(px - width * size.percent / 100) <= 0.5 + 1e-6);
+        if (size.percent != 0 && px > 1 && px < 4096)
+            CHECK(std::abs(px - width * size.percent / 100) <= 0.5 + 1e-6);
     }
 }

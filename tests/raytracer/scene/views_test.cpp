@@ -18,7 +18,8 @@ namespace {
 
 const std::filesystem::path kConfig = std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config";
 
-std::filesystem::path write(const TemporaryFolder& folder, const std::string& name, const std::string& text) {
+std::filesystem::path write(const TemporaryFolder& folder, const std::string& name,
+                            const std::string& text) {
     std::ofstream(folder.path() / name) << text;
     return folder.path() / name;
 }
@@ -41,7 +42,8 @@ name = "Low Bridge"
 
 }  // namespace
 
-TEST_CASE("names are compared without case, and with any blank between words", "[raytracer][views]") {
+TEST_CASE("names are compared without case, and with any blank between words",
+          "[raytracer][views]") {
     CHECK(folded("Bled  Island") == folded("bled-island"));
     CHECK(folded(" BLED_island ") == "bled island");
     CHECK(folded("KÖLN ČŠŽ ŽABA Đ") == folded("köln čšž žaba đ"));
@@ -51,8 +53,10 @@ TEST_CASE("names are compared without case, and with any blank between words", "
     CHECK(edit_distance("kitten", "sitting") == 3);
     CHECK(edit_distance("", "abc") == 3);
     CHECK(edit_distance("abc", "abc") == 0);
-    CHECK(near_names("bled iland", {"Piran", "Bled island", "Bled castle"}) == std::vector<std::string>{"Bled island"});
-    CHECK(near_names("castle", {"Piran", "Bled castle"}) == std::vector<std::string>{"Bled castle"});
+    CHECK(near_names("bled iland", {"Piran", "Bled island", "Bled castle"}) ==
+          std::vector<std::string>{"Bled island"});
+    CHECK(near_names("castle", {"Piran", "Bled castle"}) ==
+          std::vector<std::string>{"Bled castle"});
     CHECK(near_names("", {"Piran"}).empty());
     CHECK(near_names(std::string(100'000, 'x'), {"Piran"}).empty());
 }
@@ -60,27 +64,37 @@ TEST_CASE("names are compared without case, and with any blank between words", "
 TEST_CASE("a view is found by name or alias", "[raytracer][views]") {
     const TemporaryFolder folder;
     write(folder, "views.toml", kTwo);
-    for (const char* look : {"High Tower", "high tower", "HIGH-TOWER", "škofja loka", "ŠKOFJA_LOKA", "The Top"}) {
+    for (const char* look :
+         {"High Tower", "high tower", "HIGH-TOWER", "škofja loka", "ŠKOFJA_LOKA", "The Top"}) {
         INFO(look);
         CHECK(find_view(look, folder.path()).name == "High Tower");
     }
-    CHECK_THROWS_WITH(find_view("high towr", folder.path()), contains("camera.look = 'high towr' names no view; near: High Tower"));
-    CHECK_THROWS_WITH(find_view("Atlantis", folder.path()), contains("allowed: High Tower, Low Bridge"));
+    CHECK_THROWS_WITH(find_view("high towr", folder.path()),
+                      contains("camera.look = 'high towr' names no view; near: High Tower"));
+    CHECK_THROWS_WITH(find_view("Atlantis", folder.path()),
+                      contains("allowed: High Tower, Low Bridge"));
     CHECK_THROWS_AS(find_view("Atlantis", folder.path()), UsageError);
     CHECK_THROWS_WITH(find_view("Atlantis", folder.path() / "none"), contains("there is none in"));
     const auto one = write(folder, "one.toml", "[[view]]\nname = \"low bridge\"");
     CHECK(find_view(one.string(), folder.path()).name == "low bridge");
-    CHECK_THROWS_WITH(find_view("Low Bridge", folder.path()), contains("names two views") && contains("one.toml") && contains("views.toml"));
-    CHECK_THROWS_WITH(find_view((folder.path() / "views.toml").string(), folder.path()), contains("holds 2 views; allowed: a file with one"));
-    CHECK_THROWS_WITH(find_view((folder.path() / "absent.toml").string(), folder.path()), contains("absent.toml"));
+    CHECK_THROWS_WITH(find_view("Low Bridge", folder.path()), contains("names two views") &&
+                                                                  contains("one.toml") &&
+                                                                  contains("views.toml"));
+    CHECK_THROWS_WITH(find_view((folder.path() / "views.toml").string(), folder.path()),
+                      contains("holds 2 views; allowed: a file with one"));
+    CHECK_THROWS_WITH(find_view((folder.path() / "absent.toml").string(), folder.path()),
+                      contains("absent.toml"));
 }
 
-TEST_CASE("a scene comes out of defaults, view, file and flags, the later over the earlier", "[raytracer][views]") {
+TEST_CASE("a scene comes out of defaults, view, file and flags, the later over the earlier",
+          "[raytracer][views]") {
     const TemporaryFolder folder;
     std::filesystem::create_directory(folder.path() / "views");
     std::ofstream(folder.path() / "views/a.toml") << kTwo;
     const auto views = folder.path() / "views";
-    const auto file = write(folder, "scene.toml", "[camera]\nlook = \"low bridge\"\nfov_deg = 30\n[sun]\ndate = \"2020-01-01\"");
+    const auto file =
+        write(folder, "scene.toml",
+              "[camera]\nlook = \"low bridge\"\nfov_deg = 30\n[sun]\ndate = \"2020-01-01\"");
 
     const Scene by_flag = compose_scene({fields_layer({{"camera.look", "high tower"}})}, views);
     CHECK(by_flag.camera.position == std::array<double, 3>{1, 2, 3});
@@ -91,30 +105,44 @@ TEST_CASE("a scene comes out of defaults, view, file and flags, the later over t
     const Scene by_file = compose_scene({file_layer(file)}, views);
     CHECK_FALSE(by_file.camera.position);
 
-    const Scene all = compose_scene({file_layer(file), fields_layer({{"camera.look", "high tower"}, {"sun.time_h", "9"}})}, views);
-    CHECK(all.camera.position == std::array<double, 3>{1, 2, 3});  // the flag's view, not the file's
-    CHECK(all.camera.fov_deg == 30);                               // the file over the view
-    CHECK(all.sun.time_h == 9);                                    // the flag over the view
+    const Scene all = compose_scene(
+        {file_layer(file), fields_layer({{"camera.look", "high tower"}, {"sun.time_h", "9"}})},
+        views);
+    CHECK(all.camera.position ==
+          std::array<double, 3>{1, 2, 3});  // the flag's view, not the file's
+    CHECK(all.camera.fov_deg == 30);        // the file over the view
+    CHECK(all.sun.time_h == 9);             // the flag over the view
     CHECK(all.sun.date == "2020-01-01");
 
     const Scene none = compose_scene({file_layer({}), fields_layer({})}, folder.path() / "absent");
     CHECK(to_toml(none) == to_toml(Scene{}));
-    CHECK_THROWS_WITH(compose_scene({fields_layer({{"camera.look", "nowhere"}})}, views), contains("names no view"));
+    CHECK_THROWS_WITH(compose_scene({fields_layer({{"camera.look", "nowhere"}})}, views),
+                      contains("names no view"));
     // What is written down says the same again.
-    CHECK(to_toml(compose_scene({file_layer(write(folder, "saved.toml", to_toml(all)))}, views)) == to_toml(all));
+    CHECK(to_toml(compose_scene({file_layer(write(folder, "saved.toml", to_toml(all)))}, views)) ==
+          to_toml(all));
 }
 
-TEST_CASE("a file of views that cannot be is refused, naming file, view and field", "[raytracer][views]") {
-    struct Case { const char* name; std::string text, said; };
+TEST_CASE("a file of views that cannot be is refused, naming file, view and field",
+          "[raytracer][views]") {
+    struct Case {
+        const char* name;
+        std::string text, said;
+    };
     const auto c = GENERATE(values<Case>({
         {"no name", "[[view]]\ntitle = \"x\"", "name = nothing; allowed: text in quotes"},
         {"an empty name", "[[view]]\nname = \" \"", "name = no name"},
         {"a number for a name", "[[view]]\nname = 3", "name = no name"},
-        {"aliases that are text", "[[view]]\nname = \"a\"\naliases = \"b\"", "view 'a': aliases = a value of another kind"},
-        {"an alias that is a number", "[[view]]\nname = \"a\"\naliases = [1]", "view 'a': aliases = a list with other things"},
-        {"an unknown field", "[[view]]\nname = \"a\"\n[view.camera]\nfov = 3", "view 'a': unknown field 'camera.fov'"},
-        {"a field out of range", "[[view]]\nname = \"a\"\n[view.sun]\ntime_h = 25", "view 'a': sun.time_h = 25; allowed: 0 to 24"},
-        {"a view upon a view", "[[view]]\nname = \"a\"\n[view.camera]\nlook = \"b\"", "view 'a': camera.look = 'b'; allowed: none"},
+        {"aliases that are text", "[[view]]\nname = \"a\"\naliases = \"b\"",
+         "view 'a': aliases = a value of another kind"},
+        {"an alias that is a number", "[[view]]\nname = \"a\"\naliases = [1]",
+         "view 'a': aliases = a list with other things"},
+        {"an unknown field", "[[view]]\nname = \"a\"\n[view.camera]\nfov = 3",
+         "view 'a': unknown field 'camera.fov'"},
+        {"a field out of range", "[[view]]\nname = \"a\"\n[view.sun]\ntime_h = 25",
+         "view 'a': sun.time_h = 25; allowed: 0 to 24"},
+        {"a view upon a view", "[[view]]\nname = \"a\"\n[view.camera]\nlook = \"b\"",
+         "view 'a': camera.look = 'b'; allowed: none"},
         {"a view that is a value", "view = 3", "unknown field 'view'"},
         {"views that are values", "view = [3]", "view = a value of another kind"},
         {"another field", "views = []", "unknown field 'views'"},
@@ -130,7 +158,8 @@ TEST_CASE("a file of views that cannot be is refused, naming file, view and fiel
     }
 }
 
-TEST_CASE("the views that ship can be told apart, have areas, and cameras that can be placed", "[raytracer][views]") {
+TEST_CASE("the views that ship can be told apart, have areas, and cameras that can be placed",
+          "[raytracer][views]") {
     const auto views = read_view_folder(kConfig / "views");
     CHECK(views.size() >= 12);
     std::map<std::string, std::string> seen;
@@ -144,16 +173,20 @@ TEST_CASE("the views that ship can be told apart, have areas, and cameras that c
             CHECK(find_view(name, kConfig / "views").name == view.name);
         }
         CHECK_FALSE(view.title.empty());
-        if (!view.area.empty()) CHECK(std::filesystem::exists(kConfig / "areas" / (view.area + ".toml")));
-        const Scene scene = compose_scene({fields_layer({{"camera.look", view.name}})}, kConfig / "views");
+        if (!view.area.empty())
+            CHECK(std::filesystem::exists(kConfig / "areas" / (view.area + ".toml")));
+        const Scene scene =
+            compose_scene({fields_layer({{"camera.look", view.name}})}, kConfig / "views");
         REQUIRE((scene.camera.position && scene.camera.target));
         voxel::WorldInfo world;
-        const auto crs = geo::Crs::from_text(scene.camera.space == "crs" ? "EPSG:3794" : "EPSG:3857");
+        const auto crs =
+            geo::Crs::from_text(scene.camera.space == "crs" ? "EPSG:3794" : "EPSG:3857");
         world.crs = crs.name(), world.crs_wkt = crs.wkt();
         const Camera camera = make_camera(scene, world, {{0, 0, 0}, {100, 100, 100}});
         CHECK(std::isfinite(length(camera.position())));
         // Within a few kilometres, looking down a little or straight.
-        const Vec3 to = to_voxels(*scene.camera.target, scene.camera.space, world) - to_voxels(*scene.camera.position, scene.camera.space, world);
+        const Vec3 to = to_voxels(*scene.camera.target, scene.camera.space, world) -
+                        to_voxels(*scene.camera.position, scene.camera.space, world);
         CHECK(length(to) > 100);
         CHECK(length(to) < 8000);
         CHECK(to.y < 400);

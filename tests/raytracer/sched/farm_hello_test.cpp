@@ -2,9 +2,9 @@
 
 #include "common/geo/crs.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/scene/scene_io.hpp"
 #include "raytracer/sched/socket/hello.hpp"
 #include "raytracer/sched/socket/parcel.hpp"
-#include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/farm_bench.hpp"
 
@@ -27,13 +27,15 @@ std::string said_of(const farm::Frame& first, std::string* told = nullptr) {
     theirs->send(first);
     std::string out;
     try {
-        (void)meet(*mine, make_hello({}), {farm::WORKER, farm::OBSERVER}, std::chrono::milliseconds(2000));
+        (void)meet(*mine, make_hello({}), {farm::WORKER, farm::OBSERVER},
+                   std::chrono::milliseconds(2000));
     } catch (const HelloError& e) {
         out = e.what();
     }
     if (told != nullptr)
         while (auto frame = theirs->receive())
-            if (frame->has_refusal()) *told = frame->refusal().reason();
+            if (frame->has_refusal())
+                *told = frame->refusal().reason();
     return out;
 }
 
@@ -47,14 +49,19 @@ TEST_CASE("a peer that does not fit is refused, and both ends say why", "[raytra
     };
     const auto c = GENERATE(values<Case>({
         {"protocol", [](farm::Hello& h) { h.set_protocol(99); }, "protocol 99; here: 1"},
-        {"version", [](farm::Hello& h) { h.set_software("terravox 0.0.9"); }, "version terravox 0.0.9; here: terravox"},
+        {"version", [](farm::Hello& h) { h.set_software("terravox 0.0.9"); },
+         "version terravox 0.0.9; here: terravox"},
         {"build", [](farm::Hello& h) { h.set_build("0123"); }, "build 0123; here: "},
-        {"processor", [](farm::Hello& h) { h.set_architecture("aarch64"); }, "processor aarch64; here: "},
-        {"role", [](farm::Hello& h) { h.set_role(farm::COORDINATOR); }, "a coordinator, as is this end"},
-        {"no role", [](farm::Hello& h) { h.set_role(farm::ROLE_UNKNOWN); }, "neither coordinator nor worker"},
+        {"processor", [](farm::Hello& h) { h.set_architecture("aarch64"); },
+         "processor aarch64; here: "},
+        {"role", [](farm::Hello& h) { h.set_role(farm::COORDINATOR); },
+         "a coordinator, as is this end"},
+        {"no role", [](farm::Hello& h) { h.set_role(farm::ROLE_UNKNOWN); },
+         "neither coordinator nor worker"},
         {"no threads", [](farm::Hello& h) { h.set_threads(0); }, "a worker of 0 threads"},
         {"no room", [](farm::Hello& h) { h.set_capacity(0); }, "room for 0 tiles"},
-        {"far too many", [](farm::Hello& h) { h.set_threads(4'000'000'000U); }, "allowed: 1 to 1048576"},
+        {"far too many", [](farm::Hello& h) { h.set_threads(4'000'000'000U); },
+         "allowed: 1 to 1048576"},
     }));
     DYNAMIC_SECTION(c.name) {
         farm::Frame first;
@@ -70,10 +77,13 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
     /// A link whose peer has shown a certificate.
     class Certified final : public net::Link {
     public:
-        Certified(std::unique_ptr<net::Link> link, std::string role) : m_link(std::move(link)), m_role(std::move(role)) {}
+        Certified(std::unique_ptr<net::Link> link, std::string role)
+            : m_link(std::move(link)), m_role(std::move(role)) {}
         bool send(farm::Frame frame) override { return m_link->send(std::move(frame)); }
         std::optional<farm::Frame> receive() override { return m_link->receive(); }
-        void close(std::chrono::milliseconds patience) noexcept override { m_link->close(patience); }
+        void close(std::chrono::milliseconds patience) noexcept override {
+            m_link->close(patience);
+        }
         void abort() noexcept override { m_link->abort(); }
         const std::string& peer() const noexcept override { return m_link->peer(); }
         std::string certified_role() const override { return m_role; }
@@ -89,9 +99,11 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
         farm::Role says;
         const char* refused;  ///< nullptr: it is let in
     };
-    for (const Case& c : {Case{"worker", farm::WORKER, nullptr}, Case{"coordinator", farm::OBSERVER, nullptr}, Case{"", farm::WORKER, nullptr},
-                          Case{"", farm::OBSERVER, nullptr}, Case{"worker", farm::OBSERVER, "an observer with the certificate of a worker"},
-                          Case{"coordinator", farm::WORKER, "a worker with the certificate of a coordinator"}}) {
+    for (const Case& c :
+         {Case{"worker", farm::WORKER, nullptr}, Case{"coordinator", farm::OBSERVER, nullptr},
+          Case{"", farm::WORKER, nullptr}, Case{"", farm::OBSERVER, nullptr},
+          Case{"worker", farm::OBSERVER, "an observer with the certificate of a worker"},
+          Case{"coordinator", farm::WORKER, "a worker with the certificate of a coordinator"}}) {
         INFO(c.certified << ", " << c.says);
         auto [mine, theirs] = net::link_pair();
         Certified link(std::move(mine), c.certified);
@@ -99,9 +111,14 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
         *first.mutable_hello() = worker_hello();
         first.mutable_hello()->set_role(c.says);
         theirs->send(first);
-        const auto meeting = [&] { return meet(link, make_hello({}), {farm::WORKER, farm::OBSERVER}, std::chrono::milliseconds(2000)); };
-        if (c.refused != nullptr) CHECK_THROWS_WITH(meeting(), contains(c.refused));
-        else CHECK_NOTHROW(meeting());
+        const auto meeting = [&] {
+            return meet(link, make_hello({}), {farm::WORKER, farm::OBSERVER},
+                        std::chrono::milliseconds(2000));
+        };
+        if (c.refused != nullptr)
+            CHECK_THROWS_WITH(meeting(), contains(c.refused));
+        else
+            CHECK_NOTHROW(meeting());
     }
     // A worker that a worker's certificate would give orders to.
     auto [mine, theirs] = net::link_pair();
@@ -109,10 +126,12 @@ TEST_CASE("a peer is what its certificate lets it be, and nothing else", "[raytr
     farm::Frame first;
     *first.mutable_hello() = make_hello({});
     theirs->send(first);
-    CHECK_THROWS_WITH(meet(link, worker_hello(), {farm::COORDINATOR}), contains("a coordinator with the certificate of a worker"));
+    CHECK_THROWS_WITH(meet(link, worker_hello(), {farm::COORDINATOR}),
+                      contains("a coordinator with the certificate of a worker"));
 }
 
-TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an end", "[raytracer][farm]") {
+TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an end",
+          "[raytracer][farm]") {
     farm::Frame other;
     other.mutable_ping()->set_stamp(1);
     CHECK_THAT(said_of(other), contains("its first frame was no hello"));
@@ -120,17 +139,22 @@ TEST_CASE("what is no hello is none, a refusal is passed on, and silence has an 
     refusal.mutable_refusal()->set_reason("no\nroom \x1b[31m");
     CHECK_THAT(said_of(refusal), contains("no\\nroom \\x1b[31m"));
     auto [mine, theirs] = net::link_pair();
-    CHECK_THROWS_WITH(meet(*mine, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(50)), contains("no answer within 50 ms"));
+    CHECK_THROWS_WITH(meet(*mine, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(50)),
+                      contains("no answer within 50 ms"));
     auto [here, there] = net::link_pair();
     there->close();
-    CHECK_THROWS_WITH(meet(*here, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(2000)), contains("it hung up"));
+    CHECK_THROWS_WITH(meet(*here, make_hello({}), {farm::WORKER}, std::chrono::milliseconds(2000)),
+                      contains("it hung up"));
 }
 
 TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytracer][farm]") {
     Scene scene = small_scene();
-    scene.camera.look = "somewhere", scene.world.settings = "/secret/settings.toml", scene.world.classes = "/secret/classes.toml";
-    scene.sun.altitude_deg.reset(), scene.sun.azimuth_deg.reset(), scene.sun.zone = "Europe/Ljubljana";
-    scene.camera.space = "voxel", scene.camera.position = {1.0 / 3, 40.1, 60}, scene.camera.target = {0, 0, 1e-17};
+    scene.camera.look = "somewhere", scene.world.settings = "/secret/settings.toml",
+    scene.world.classes = "/secret/classes.toml";
+    scene.sun.altitude_deg.reset(), scene.sun.azimuth_deg.reset(),
+        scene.sun.zone = "Europe/Ljubljana";
+    scene.camera.space = "voxel", scene.camera.position = {1.0 / 3, 40.1, 60},
+    scene.camera.target = {0, 0, 1e-17};
     Job job(scene);
     const Parcel parcel = pack(scene, job.world->info());
     CHECK(parcel.scene.find("secret") == std::string::npos);
@@ -144,7 +168,8 @@ TEST_CASE("a picture's parcel names no path, and gives the same view", "[raytrac
     CHECK(view.exposure_ev == job.view.exposure_ev);
 }
 
-TEST_CASE("a worker gets no definition of a coordinate reference system, and takes none", "[raytracer][farm][hostile]") {
+TEST_CASE("a worker gets no definition of a coordinate reference system, and takes none",
+          "[raytracer][farm][hostile]") {
     Job job(small_scene());
     voxel::WorldInfo world = job.world->info();
     world.crs = "EPSG:4326", world.crs_wkt = geo::Crs::from_text("EPSG:4326").wkt();
@@ -156,7 +181,8 @@ TEST_CASE("a worker gets no definition of a coordinate reference system, and tak
     CHECK(told.crs_wkt.empty());
     CHECK(pack_world(told) == pack_world(world));
     Parcel bad = parcel;
-    bad.scene = "[camera]\nspace = 'latlon'\nposition = [46.05, 14.5, 400]\ntarget = [46.06, 14.5, 300]\n";
+    bad.scene =
+        "[camera]\nspace = 'latlon'\nposition = [46.05, 14.5, 400]\ntarget = [46.06, 14.5, 300]\n";
     CHECK_NOTHROW(unpack(bad, world));
     CHECK_THROWS_WITH(unpack(bad, told), contains("is no place that EPSG:4326 can tell"));
 }

@@ -20,27 +20,38 @@ std::string local_picture(bool layers) {
 
 }  // namespace
 
-TEST_CASE("workers make the picture that threads make, with and without layers, alone and together with threads", "[raytracer][farm]") {
+TEST_CASE(
+    "workers make the picture that threads make, with and without layers, alone and together with "
+    "threads",
+    "[raytracer][farm]") {
     for (const bool layers : {false, true}) {
         const std::string wanted = local_picture(layers);
         for (const int workers : {1, 3})
             for (const int threads : {0, 1}) {
-                INFO(workers << " workers, " << threads << " threads" << (layers ? ", layers" : ""));
+                INFO(workers << " workers, " << threads << " threads"
+                             << (layers ? ", layers" : ""));
                 Job job(farm_scene(layers));
                 FarmBench bench(job);
-                for (int i = 0; i < workers; ++i) bench.add_worker(1 + i % 2);
-                if (threads > 0) bench.add_threads(threads);
+                for (int i = 0; i < workers; ++i)
+                    bench.add_worker(1 + i % 2);
+                if (threads > 0)
+                    bench.add_threads(threads);
                 Film film = empty_film(job);
                 const RenderCounts counts = bench.render(film);
                 CHECK(bytes_of(film) == wanted);
                 CHECK(counts.missing == 0);
                 CHECK(bench.expelled().empty());
-                if (threads == 0) CHECK(bench.pool().counts().checked >= 1);  // a worker's first tile always is; beside threads it may get none
+                if (threads == 0)
+                    CHECK(bench.pool().counts().checked >=
+                          1);  // a worker's first tile always is; beside threads it may get none
             }
     }
 }
 
-TEST_CASE("several pictures through the same links are right: the worker keeps world and boxes, not the view", "[raytracer][farm]") {
+TEST_CASE(
+    "several pictures through the same links are right: the worker keeps world and boxes, not the "
+    "view",
+    "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench first(job);
     first.add_worker();
@@ -55,7 +66,9 @@ TEST_CASE("several pictures through the same links are right: the worker keeps w
     first.farm().end();
     {
         PoolSettings settings = pool_settings(job);
-        settings.make_checker = [&] { return std::make_shared<ThreadProcessor>(view, job.blocks, 1); };
+        settings.make_checker = [&] {
+            return std::make_shared<ThreadProcessor>(view, job.blocks, 1);
+        };
         ProcessorPool pool(std::move(settings));
         first.farm().begin(pool, other, view);
         Film again = empty_film(job);
@@ -65,7 +78,10 @@ TEST_CASE("several pictures through the same links are right: the worker keeps w
     }
 }
 
-TEST_CASE("workers meet the coordinator's holes, are checked there as elsewhere, and forget what has come back", "[raytracer][farm]") {
+TEST_CASE(
+    "workers meet the coordinator's holes, are checked there as elsewhere, and forget what has "
+    "come back",
+    "[raytracer][farm]") {
     const voxel::BoxKey hole{0, 0, 0, 0};
     const auto damaged = [&] {
         auto world = landscape();
@@ -89,7 +105,9 @@ TEST_CASE("workers meet the coordinator's holes, are checked there as elsewhere,
         std::atomic<bool> expelled{false};
         PoolSettings settings = pool_settings(job);
         settings.check_every = 1;
-        settings.gone = [&](ProcessorPool::MemberId, const std::string&, bool is_expelled) { expelled = expelled || is_expelled; };
+        settings.gone = [&](ProcessorPool::MemberId, const std::string&, bool is_expelled) {
+            expelled = expelled || is_expelled;
+        };
         ProcessorPool pool(std::move(settings));
         bench.farm().begin(pool, job.view.scene, job.view);
         Film whole = empty_film(job);
@@ -108,15 +126,18 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
     const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
     Job job(farm_scene());
     FarmBench bench(job);
-    for (int i = 0; i < 3; ++i) bench.add_worker();
+    for (int i = 0; i < 3; ++i)
+        bench.add_worker();
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
-    for (const RenderTile& t : tiles) bench.pool().submit(t);
+    for (const RenderTile& t : tiles)
+        bench.pool().submit(t);
     Film film = empty_film(job);
     std::set<std::uint32_t> done;
     while (done.size() < tiles.size()) {
         // Those that were killed may all be gone only now.
         while (!bench.pool().wait(std::chrono::milliseconds(100)))
-            if (bench.farm().workers() == 0) bench.add_worker();
+            if (bench.farm().workers() == 0)
+                bench.add_worker();
         const auto result = bench.pool().take();
         REQUIRE(result);
         film.add(*result);
@@ -132,7 +153,9 @@ TEST_CASE("workers that die, leave and come at any time change no pixel", "[rayt
     CHECK(bench.expelled().empty());
 }
 
-TEST_CASE("when nobody is left the picture waits, and ends with what there is after the time to give up", "[raytracer][farm]") {
+TEST_CASE(
+    "when nobody is left the picture waits, and ends with what there is after the time to give up",
+    "[raytracer][farm]") {
     Job job(farm_scene());
     FarmBench bench(job, std::chrono::milliseconds(300));
     Film film = empty_film(job);
@@ -167,32 +190,40 @@ TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[ray
     Job job(farm_scene());
     FarmBench bench(job);
     bench.add_worker();
-    while (bench.farm().status().empty() || bench.farm().status().front().member == 0) std::this_thread::yield();
+    while (bench.farm().status().empty() || bench.farm().status().front().member == 0)
+        std::this_thread::yield();
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
     const auto state = [&] { return std::string(bench.pool().status().front().state); };
     SECTION("by its coordinator") {
-        CHECK(asked(*bench.plug(), pause_frame(true, "nobody")).refusal().reason() == "no such worker: 'nobody'");
+        CHECK(asked(*bench.plug(), pause_frame(true, "nobody")).refusal().reason() ==
+              "no such worker: 'nobody'");
         CHECK(asked(*bench.plug(), pause_frame(true, "worker 0")).has_status());
         CHECK(state() == "paused");
-        for (const RenderTile& t : tiles) bench.pool().submit(t);
+        for (const RenderTile& t : tiles)
+            bench.pool().submit(t);
         CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
         CHECK(asked(*bench.plug(), pause_frame(false)).has_status());
     }
     SECTION("by itself") {
         const auto ask_worker = [&](bool on) {
             auto [mine, theirs] = net::link_pair();
-            std::thread serving([&, end = std::move(theirs)]() mutable { (void)bench.daemon(0).serve(std::move(end), false); });
+            std::thread serving([&, end = std::move(theirs)]() mutable {
+                (void)bench.daemon(0).serve(std::move(end), false);
+            });
             CHECK(asked(*mine, pause_frame(on)).has_status());
             mine->abort();
             serving.join();
         };
         ask_worker(true);
-        while (state() != "paused") std::this_thread::yield();
-        for (const RenderTile& t : tiles) bench.pool().submit(t);
+        while (state() != "paused")
+            std::this_thread::yield();
+        for (const RenderTile& t : tiles)
+            bench.pool().submit(t);
         CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
         ask_worker(false);
     }
-    for (std::size_t done = 0; done < tiles.size(); ++done) REQUIRE(bench.pool().take());
+    for (std::size_t done = 0; done < tiles.size(); ++done)
+        REQUIRE(bench.pool().take());
 }
 
 TEST_CASE("tiles that are not needed any more are left in the middle", "[raytracer][farm]") {
@@ -200,7 +231,8 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     Job job(farm_scene());
     auto [mine, theirs] = net::link_pair();
     WorkerDaemon daemon({});
-    std::thread serving([&, end = std::move(theirs)]() mutable { (void)daemon.serve(std::move(end), false); });
+    std::thread serving(
+        [&, end = std::move(theirs)]() mutable { (void)daemon.serve(std::move(end), false); });
     OwnHello own;
     own.role = farm::COORDINATOR;
     (void)meet(*mine, make_hello(own), {farm::WORKER});
@@ -221,11 +253,13 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     }
     farm::Frame task;
     task.mutable_task()->set_picture(1);
-    *task.mutable_task()->add_tiles() = to_frame(plan_tiles(97, 53, 1, 16, "spiral").front().front(), 77);
+    *task.mutable_task()->add_tiles() =
+        to_frame(plan_tiles(97, 53, 1, 16, "spiral").front().front(), 77);
     CHECK(mine->send(task));
     const auto until = [&](const auto& condition) {
         while (auto frame = mine->receive()) {
-            if (condition(*frame)) return true;
+            if (condition(*frame))
+                return true;
             CHECK_FALSE(frame->has_done());
         }
         return false;
@@ -236,25 +270,31 @@ TEST_CASE("tiles that are not needed any more are left in the middle", "[raytrac
     stop.mutable_stop()->set_picture(1);
     stop.mutable_stop()->add_ids(77);
     CHECK(mine->send(stop));
-    CHECK(until([](const farm::Frame& f) { return f.has_heartbeat() && f.heartbeat().begun() == 0; }));
+    CHECK(until(
+        [](const farm::Frame& f) { return f.has_heartbeat() && f.heartbeat().begun() == 0; }));
     mine->abort();
     serving.join();
 }
 
-TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets them when it can", "[raytracer][farm]") {
+TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets them when it can",
+          "[raytracer][farm]") {
     Job job(farm_scene());
     BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
     std::atomic<std::uint64_t> queued{std::uint64_t{20} << 20};
     std::atomic<int> slow{0}, quick{0};
     farm::BoxRequest request;
     request.set_world_id(7);
-    for (int i = 0; i < 5; ++i) to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
-    CHECK(supplier.ask(1, request, {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
+    for (int i = 0; i < 5; ++i)
+        to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
+    CHECK(supplier.ask(1, request,
+                       {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
     CHECK(supplier.ask(2, request, {[&](farm::Frame) { return ++quick > 0; }}));
-    while (quick < 5) std::this_thread::yield();
+    while (quick < 5)
+        std::this_thread::yield();
     CHECK(slow == 0);
     queued = 0;
-    while (slow < 5) std::this_thread::yield();
+    while (slow < 5)
+        std::this_thread::yield();
     supplier.forget(1);
     supplier.forget(2);
     CHECK(quick == 5);

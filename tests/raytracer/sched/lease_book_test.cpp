@@ -20,7 +20,8 @@ TileResult made(const RenderTile& band, float lie = 0) {
     out.tile = band;
     band.each_pixel([&](int x, int y) {
         PixelSample s;
-        s.colour = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(band.first_sample) + lie};
+        s.colour = {static_cast<float>(x), static_cast<float>(y),
+                    static_cast<float>(band.first_sample) + lie};
         s.alpha = 1, s.depth_m = static_cast<float>(x + y);
         out.samples.push_back(s);
     });
@@ -30,23 +31,29 @@ TileResult made(const RenderTile& band, float lie = 0) {
 bool is_right(const TileResult& whole) {
     const TileResult wanted = made(whole.tile);
     return whole.samples.size() == wanted.samples.size() &&
-           std::equal(whole.samples.begin(), whole.samples.end(), wanted.samples.begin(), [](const PixelSample& a, const PixelSample& b) {
-               return a.colour.r == b.colour.r && a.colour.g == b.colour.g && a.colour.b == b.colour.b;
-           });
+           std::equal(whole.samples.begin(), whole.samples.end(), wanted.samples.begin(),
+                      [](const PixelSample& a, const PixelSample& b) {
+                          return a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
+                                 a.colour.b == b.colour.b;
+                      });
 }
 
-std::vector<RenderTile> plan(int width, int height, int tile) { return plan_tiles(width, height, 1, tile, "rows").front(); }
+std::vector<RenderTile> plan(int width, int height, int tile) {
+    return plan_tiles(width, height, 1, tile, "rows").front();
+}
 
 }  // namespace
 
-TEST_CASE("whatever happens to leases, every tile comes whole and right, and once", "[raytracer][sched]") {
+TEST_CASE("whatever happens to leases, every tile comes whole and right, and once",
+          "[raytracer][sched]") {
     const auto seed = GENERATE(range(1u, 60u));
     INFO("seed " << seed);
     std::mt19937 random(seed);
     const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
     const auto tiles = plan(100 + any(200), 60 + any(200), 16 + any(100));
     LeaseBook book;
-    for (const RenderTile& t : tiles) book.add(t);
+    for (const RenderTile& t : tiles)
+        book.add(t);
     struct Held {
         LeaseBook::Member member;
         RenderTile band;
@@ -60,19 +67,23 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
         const auto member = static_cast<LeaseBook::Member>(1 + any(4));
         const int what = any(20);
         if (what < 8) {
-            if (const auto band = book.lease(member, static_cast<std::size_t>(1 + any(5000)), now)) {
+            if (const auto band =
+                    book.lease(member, static_cast<std::size_t>(1 + any(5000)), now)) {
                 CHECK(book.has(member, *band));
                 book.set_deadline(member, *band, now + std::chrono::milliseconds(any(400)));
                 held.push_back({member, *band});
             }
         } else if (what < 10) {
             const auto open = book.open_leases();
-            if (open.empty()) continue;
+            if (open.empty())
+                continue;
             const auto& of = open[static_cast<std::size_t>(any(static_cast<int>(open.size())))];
-            if (!of.alone || of.member == member) continue;
+            if (!of.alone || of.member == member)
+                continue;
             held.push_back({member, book.lease_again(member, of.band, now)});
         } else if (what < 17) {
-            if (held.empty()) continue;
+            if (held.empty())
+                continue;
             const auto at = held.begin() + any(static_cast<int>(held.size()));
             const Held h = *at;
             held.erase(at);
@@ -99,7 +110,8 @@ TEST_CASE("whatever happens to leases, every tile comes whole and right, and onc
     CHECK(book.leased_pixels() == 0);
 }
 
-TEST_CASE("a band is about as large as asked for, in whole blocks, and never more than a tile", "[raytracer][sched]") {
+TEST_CASE("a band is about as large as asked for, in whole blocks, and never more than a tile",
+          "[raytracer][sched]") {
     LeaseBook book;
     const RenderTile tile{0, 0, 64, 64, 128, 120, 1, false, 0, 0};
     book.add(tile);
@@ -113,10 +125,12 @@ TEST_CASE("a band is about as large as asked for, in whole blocks, and never mor
     CHECK(book.load_of(1).pixels == 64 * 56);
 }
 
-TEST_CASE("what a disowned member has made is made again, what others made is kept", "[raytracer][sched]") {
+TEST_CASE("what a disowned member has made is made again, what others made is kept",
+          "[raytracer][sched]") {
     LeaseBook book;
     const auto tiles = plan(64, 32, 32);
-    for (const RenderTile& t : tiles) book.add(t);
+    for (const RenderTile& t : tiles)
+        book.add(t);
     const auto by_liar = book.lease(1, 100'000, Time{}), honest = book.lease(2, 100'000, Time{});
     REQUIRE((by_liar && honest));
     CHECK(book.take(1, made(*by_liar, 5)).whole);
@@ -133,7 +147,8 @@ TEST_CASE("what a disowned member has made is made again, what others made is ke
     CHECK_FALSE(book.lease(2, 100'000, Time{}));
 }
 
-TEST_CASE("who was told to leave a band may be given it again, and its answer counts", "[raytracer][sched]") {
+TEST_CASE("who was told to leave a band may be given it again, and its answer counts",
+          "[raytracer][sched]") {
     LeaseBook book;
     book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
     const auto band = book.lease(1, 100'000, Time{});
@@ -168,7 +183,8 @@ TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][s
     }
 }
 
-TEST_CASE("holes excuse what a check of them could not see, and nothing else", "[raytracer][sched]") {
+TEST_CASE("holes excuse what a check of them could not see, and nothing else",
+          "[raytracer][sched]") {
     const voxel::BoxKey a{0, 0, 0, 0}, b{0, 1, 0, 0};
     struct Case {
         const char* name;
@@ -176,12 +192,15 @@ TEST_CASE("holes excuse what a check of them could not see, and nothing else", "
         float lie;
         Answer answer;
     };
-    for (const Case& c : {Case{"no hole", {}, {}, 1, Answer::kFalse}, Case{"the same hole", {a}, {a}, 1, Answer::kFalse},
-                          Case{"a hole that is beside the checked rows", {a, b}, {b}, 1, Answer::kFalse},
-                          Case{"a reported hole, and none met", {a}, {}, 1, Answer::kFalse},
-                          Case{"a hole that the member had the box of", {}, {a}, 1, Answer::kUndecided},
-                          Case{"one of two", {a}, {a, b}, 1, Answer::kUndecided}, Case{"equal all the same", {}, {a}, 0, Answer::kChecked},
-                          Case{"equal with the same hole", {a}, {a}, 0, Answer::kChecked}}) {
+    for (const Case& c :
+         {Case{"no hole", {}, {}, 1, Answer::kFalse},
+          Case{"the same hole", {a}, {a}, 1, Answer::kFalse},
+          Case{"a hole that is beside the checked rows", {a, b}, {b}, 1, Answer::kFalse},
+          Case{"a reported hole, and none met", {a}, {}, 1, Answer::kFalse},
+          Case{"a hole that the member had the box of", {}, {a}, 1, Answer::kUndecided},
+          Case{"one of two", {a}, {a, b}, 1, Answer::kUndecided},
+          Case{"equal all the same", {}, {a}, 0, Answer::kChecked},
+          Case{"equal with the same hole", {a}, {a}, 0, Answer::kChecked}}) {
         INFO(c.name);
         LeaseBook book;
         book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
@@ -244,7 +263,8 @@ TEST_CASE("passes follow each other, and who did an earlier one is known", "[ray
         }
         std::size_t whole = 0;
         while (const auto band = book.lease(1 + first, 700, Time{}))
-            if (book.take(1 + first, made(*band)).whole) ++whole;
+            if (book.take(1 + first, made(*band)).whole)
+                ++whole;
         CHECK(whole == tiles.size());
     }
     CHECK(book.spoiled_earlier(1));

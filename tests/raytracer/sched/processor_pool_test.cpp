@@ -15,21 +15,27 @@ using namespace terravox::test;
 
 namespace {
 
-ProcessorPool::Member threads_of(Job& job, int threads) { return {"here", "threads", threads, true, false, std::make_shared<ThreadProcessor>(job.view, job.blocks, threads), {}}; }
+ProcessorPool::Member threads_of(Job& job, int threads) {
+    return {"here", "threads", threads,
+            true,   false,     std::make_shared<ThreadProcessor>(job.view, job.blocks, threads),
+            {}};
+}
 /// Cannot trace anything: takes whatever it is given, and fails at the first of it.
 class Failing final : public TileProcessor {
 public:
     int capacity() const noexcept override { return 1; }  // so that all get the same first
     void submit(RenderTile tile) override {
         const std::lock_guard lock(m_mutex);
-        if (!m_tile) m_tile = tile;
+        if (!m_tile)
+            m_tile = tile;
         m_changed.notify_all();
     }
     bool wait(std::chrono::milliseconds) override { return true; }
     std::optional<TileResult> take() override {
         std::unique_lock lock(m_mutex);
         m_changed.wait(lock, [&] { return m_tile || m_over; });
-        if (m_over) return std::nullopt;
+        if (m_over)
+            return std::nullopt;
         throw FailingProcessor("it cannot render: out of memory", *m_tile);
     }
     void close() noexcept override {}
@@ -71,7 +77,8 @@ private:
 };
 
 ProcessorPool::Member failing(const std::string& who) {
-    ProcessorPool::Member out{"failing", "socket", 1, false, false, std::make_shared<Failing>(), {}};
+    ProcessorPool::Member out{"failing", "socket", 1, false, false, std::make_shared<Failing>(),
+                              {}};
     out.who = who;
     return out;
 }
@@ -92,11 +99,13 @@ void add_resting(ProcessorPool& pool) {
 
 void submit_all(ProcessorPool& pool) {
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
-    for (const RenderTile& t : tiles) pool.submit(t);
+    for (const RenderTile& t : tiles)
+        pool.submit(t);
 }
 
 /// Adds members that fail, each once the one before is gone.
-void add_in_turn(ProcessorPool& pool, const std::vector<std::string>& who, const std::atomic<int>& left) {
+void add_in_turn(ProcessorPool& pool, const std::vector<std::string>& who,
+                 const std::atomic<int>& left) {
     for (const std::string& name : who) {
         const int before = left;
         pool.add(failing(name));
@@ -104,7 +113,10 @@ void add_in_turn(ProcessorPool& pool, const std::vector<std::string>& who, const
     }
 }
 
-ProcessorPool::Member green_of(Job& job) { return {"here", "green", 1, true, true, std::make_shared<GreenProcessor>(job.view, job.blocks), {}}; }
+ProcessorPool::Member green_of(Job& job) {
+    return {"here", "green", 1, true, true, std::make_shared<GreenProcessor>(job.view, job.blocks),
+            {}};
+}
 
 }  // namespace
 
@@ -113,12 +125,15 @@ TEST_CASE("any mix of green and thread processors makes the same picture", "[ray
     const std::string wanted = bytes_of(render(alone, 1));
     for (const int green : {0, 1, 2})
         for (const int thread_members : {0, 1, 3}) {
-            if (green + thread_members == 0) continue;
+            if (green + thread_members == 0)
+                continue;
             INFO(green << " green, " << thread_members << " of threads");
             Job job(farm_scene());
             ProcessorPool pool(pool_settings(job));
-            for (int i = 0; i < green; ++i) pool.add(green_of(job));
-            for (int i = 0; i < thread_members; ++i) pool.add(threads_of(job, 1 + i));
+            for (int i = 0; i < green; ++i)
+                pool.add(green_of(job));
+            for (int i = 0; i < thread_members; ++i)
+                pool.add(threads_of(job, 1 + i));
             Film film = empty_film(job);
             CHECK(render_film({job.view, pool, true, nullptr}, film).tiles == 28);
             CHECK(bytes_of(film) == wanted);
@@ -143,7 +158,8 @@ TEST_CASE("members may be added and removed in the middle", "[raytracer][sched]"
     ProcessorPool pool(pool_settings(job));
     auto first = pool.add(threads_of(job, 1));
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
-    for (const RenderTile& t : tiles) pool.submit(t);
+    for (const RenderTile& t : tiles)
+        pool.submit(t);
     Film film = empty_film(job);
     for (std::size_t i = 0; i < tiles.size(); ++i) {
         const auto result = pool.take();
@@ -160,7 +176,8 @@ TEST_CASE("members may be added and removed in the middle", "[raytracer][sched]"
     CHECK(pool.counts().lost == 6);
 }
 
-TEST_CASE("what a trusted member throws reaches the taker with its type, and a cancelled pool ends", "[raytracer][sched]") {
+TEST_CASE("what a trusted member throws reaches the taker with its type, and a cancelled pool ends",
+          "[raytracer][sched]") {
     struct Odd : std::runtime_error {
         using std::runtime_error::runtime_error;
     };
@@ -191,11 +208,13 @@ TEST_CASE("a closed pool is drained, then it is empty", "[raytracer][sched]") {
     ProcessorPool pool(pool_settings(job));
     pool.add(threads_of(job, 1));
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
-    for (const RenderTile& t : tiles) pool.submit(t);
+    for (const RenderTile& t : tiles)
+        pool.submit(t);
     pool.close();
     pool.submit(tiles.front());  // too late
     std::size_t n = 0;
-    while (pool.take()) ++n;
+    while (pool.take())
+        ++n;
     CHECK(n == tiles.size());
 }
 
@@ -218,18 +237,25 @@ TEST_CASE("a member that joins and fails again and again counts once", "[raytrac
     CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
 }
 
-TEST_CASE("three different members that fail at the same rows end the picture", "[raytracer][sched]") {
+TEST_CASE("three different members that fail at the same rows end the picture",
+          "[raytracer][sched]") {
     Job job(farm_scene());
     std::atomic<int> left{0};
     ProcessorPool pool(counting(job, left));
     add_resting(pool);
     submit_all(pool);
-    SECTION("by names") { add_in_turn(pool, {"host a", "host b", "host a", "host b", "host c"}, left); }
-    SECTION("by nothing that is known of them") { add_in_turn(pool, {"", "", ""}, left); }
-    CHECK_THROWS_WITH(pool.take(), contains("3 workers failed at rows 0 to 16 of tile 0") && contains("out of memory"));
+    SECTION("by names") {
+        add_in_turn(pool, {"host a", "host b", "host a", "host b", "host c"}, left);
+    }
+    SECTION("by nothing that is known of them") {
+        add_in_turn(pool, {"", "", ""}, left);
+    }
+    CHECK_THROWS_WITH(pool.take(), contains("3 workers failed at rows 0 to 16 of tile 0") &&
+                                       contains("out of memory"));
 }
 
-TEST_CASE("three different members that fail end nothing where this process traces", "[raytracer][sched]") {
+TEST_CASE("three different members that fail end nothing where this process traces",
+          "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     std::atomic<int> left{0};
     ProcessorPool pool(counting(job, left));
@@ -247,7 +273,8 @@ TEST_CASE("three different members that fail end nothing where this process trac
     CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
 }
 
-TEST_CASE("where the last member that was there has failed, this process goes on by itself", "[raytracer][sched]") {
+TEST_CASE("where the last member that was there has failed, this process goes on by itself",
+          "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     std::atomic<int> left{0};
     ProcessorPool pool(counting(job, left));
@@ -262,7 +289,8 @@ TEST_CASE("where the last member that was there has failed, this process goes on
     CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
 }
 
-TEST_CASE("what this process cannot trace either ends the picture with its error", "[raytracer][sched]") {
+TEST_CASE("what this process cannot trace either ends the picture with its error",
+          "[raytracer][sched]") {
     Job job(farm_scene());
     std::atomic<int> left{0};
     PoolSettings settings = counting(job, left);
@@ -287,7 +315,9 @@ TEST_CASE("what this process cannot trace either ends the picture with its error
         says = "broken here, too";
     }
     SECTION("it cannot even begin") {
-        settings.make_checker = []() -> std::shared_ptr<TileProcessor> { throw Error("no thread for it"); };
+        settings.make_checker = []() -> std::shared_ptr<TileProcessor> {
+            throw Error("no thread for it");
+        };
         says = "no thread for it";
     }
     SECTION("it is not meant to") {

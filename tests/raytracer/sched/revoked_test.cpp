@@ -19,7 +19,10 @@ struct Certificates {
     std::filesystem::path at = folder.path() / "certs";
     Certificates() { net::make_certs(at, {"coordinator", "worker", "observer"}, 30); }
     [[nodiscard]] net::Credentials of(const std::string& name) const {
-        return {.token = {}, .ca = at / "ca.pem", .certificate = at / (name + ".pem"), .key = at / (name + ".key")};
+        return {.token = {},
+                .ca = at / "ca.pem",
+                .certificate = at / (name + ".pem"),
+                .key = at / (name + ".key")};
     }
     void revoke(const std::string& name) const { net::revoke_certs(at, {name}); }
 };
@@ -43,7 +46,8 @@ private:
         own.role = farm::WORKER, own.threads = 1, own.capacity = 4, own.name = "idle";
         (void)meet(*m_link, make_hello(own), {farm::COORDINATOR}, kHangs);
         while (auto frame = m_link->receive()) {
-            if (!frame->has_ping()) continue;
+            if (!frame->has_ping())
+                continue;
             farm::Frame pong;
             pong.mutable_pong()->set_stamp(frame->ping().stamp());
             (void)m_link->send(std::move(pong));
@@ -57,7 +61,8 @@ private:
 
 }  // namespace
 
-TEST_CASE("a worker whose certificate is revoked is sent away, and others do what it had", "[raytracer][farm][tls]") {
+TEST_CASE("a worker whose certificate is revoked is sent away, and others do what it had",
+          "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;
     Job alone(farm_scene()), job(farm_scene());
@@ -65,13 +70,16 @@ TEST_CASE("a worker whose certificate is revoked is sent away, and others do wha
     options.listen = kAnywhere, options.credentials = certificates.of("coordinator");
     terravox::Farm farm(options, job.blocks, {});
     PoolSettings settings = pool_settings(job);
-    settings.gone = [&](ProcessorPool::MemberId id, const std::string& why, bool expelled) { farm.gone(id, why, expelled); };
+    settings.gone = [&](ProcessorPool::MemberId id, const std::string& why, bool expelled) {
+        farm.gone(id, why, expelled);
+    };
     ProcessorPool pool(std::move(settings));
     farm.begin(pool, job.view.scene, job.view);
     const IdleWorker worker({.host = "127.0.0.1", .port = farm.port()}, certificates.of("worker"));
     REQUIRE(eventually([&] { return farm.workers() == 1 && !pool.status().empty(); }));
     const auto tiles = plan_tiles(97, 53, 1, 16, "rows").front();
-    for (const RenderTile& tile : tiles) pool.submit(tile);
+    for (const RenderTile& tile : tiles)
+        pool.submit(tile);
     (void)pool.wait(std::chrono::milliseconds(0));  // hands tiles out
     REQUIRE(pool.status().front().leases > 0);
     certificates.revoke("worker");
@@ -80,8 +88,16 @@ TEST_CASE("a worker whose certificate is revoked is sent away, and others do wha
     CHECK(said.hears("worker idle at 127.0.0.1:"));
     CHECK(said.hears("is sent away: its certificate is revoked"));
     CHECK(pool.counts().given_back > 0);
-    CHECK_THROWS_WITH(net::dial({.host = "127.0.0.1", .port = farm.port()}, certificates.of("worker"), kHangs), contains("its certificate is revoked"));
-    pool.add({"here", "threads", 1, true, false, std::make_shared<ThreadProcessor>(job.view, job.blocks, 1), {}});
+    CHECK_THROWS_WITH(
+        net::dial({.host = "127.0.0.1", .port = farm.port()}, certificates.of("worker"), kHangs),
+        contains("its certificate is revoked"));
+    pool.add({"here",
+              "threads",
+              1,
+              true,
+              false,
+              std::make_shared<ThreadProcessor>(job.view, job.blocks, 1),
+              {}});
     Film film = empty_film(job);
     for (std::size_t i = 0; i < tiles.size(); ++i) {
         const auto result = pool.take();
@@ -92,19 +108,22 @@ TEST_CASE("a worker whose certificate is revoked is sent away, and others do wha
     farm.end();
 }
 
-TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does not come again", "[raytracer][farm][tls]") {
+TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does not come again",
+          "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;
-    const net::Listener coordinator(kAnywhere, certificates.of("coordinator"), [](std::unique_ptr<net::Link> link) {
-        (void)meet(*link, make_hello({}), {farm::WORKER}, kHangs);
-        while (link->receive()) {
-            farm::Frame ping;
-            ping.mutable_ping()->set_stamp(1);
-            (void)link->send(std::move(ping));
-        }
-    });
+    const net::Listener coordinator(kAnywhere, certificates.of("coordinator"),
+                                    [](std::unique_ptr<net::Link> link) {
+                                        (void)meet(*link, make_hello({}), {farm::WORKER}, kHangs);
+                                        while (link->receive()) {
+                                            farm::Frame ping;
+                                            ping.mutable_ping()->set_stamp(1);
+                                            (void)link->send(std::move(ping));
+                                        }
+                                    });
     WorkerDaemonOptions options;
-    options.join = {{.host = "127.0.0.1", .port = coordinator.port()}}, options.credentials = certificates.of("worker");
+    options.join = {{.host = "127.0.0.1", .port = coordinator.port()}},
+    options.credentials = certificates.of("worker");
     WorkerDaemon daemon(options);
     REQUIRE(eventually([&] { return daemon.totals().now.size() == 1; }));
     certificates.revoke("coordinator");
@@ -113,7 +132,8 @@ TEST_CASE("a worker leaves a coordinator whose certificate is revoked, and does 
     CHECK(said.hears("is left: its certificate is revoked"));
 }
 
-TEST_CASE("an observer whose certificate is revoked is told nothing more", "[raytracer][farm][tls]") {
+TEST_CASE("an observer whose certificate is revoked is told nothing more",
+          "[raytracer][farm][tls]") {
     const Said said;
     const Certificates certificates;
     net::make_certs(certificates.at, {"looker"}, 30, "coordinator");
@@ -121,12 +141,14 @@ TEST_CASE("an observer whose certificate is revoked is told nothing more", "[ray
     FarmOptions farm_options;
     WorkerDaemonOptions daemon_options;
     farm_options.listen = daemon_options.listen = kAnywhere;
-    farm_options.credentials = certificates.of("coordinator"), daemon_options.credentials = certificates.of("worker");
+    farm_options.credentials = certificates.of("coordinator"),
+    daemon_options.credentials = certificates.of("worker");
     terravox::Farm farm(farm_options, job.blocks, {});
     WorkerDaemon daemon(daemon_options);
     const bool asks_daemon = GENERATE(false, true);
     const std::uint16_t port = asks_daemon ? daemon.port() : farm.port();
-    const auto link = net::dial({.host = "127.0.0.1", .port = port}, certificates.of("looker"), kHangs);
+    const auto link =
+        net::dial({.host = "127.0.0.1", .port = port}, certificates.of("looker"), kHangs);
     OwnHello own;
     own.role = farm::OBSERVER;
     (void)meet(*link, make_hello(own), {farm::COORDINATOR, farm::WORKER}, kHangs);

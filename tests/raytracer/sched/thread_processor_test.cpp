@@ -21,7 +21,9 @@ namespace {
 
 std::vector<RenderTile> tiles_of(const Scene& scene) {
     const auto [width, height] = scene.output.size_px;
-    return plan_tiles(width, height, 1, scene.quality.tile.in_picture(width), scene.quality.tile_order).front();
+    return plan_tiles(width, height, 1, scene.quality.tile.in_picture(width),
+                      scene.quality.tile_order)
+        .front();
 }
 
 std::size_t pixels_in(const RenderTile& tile) {
@@ -31,10 +33,13 @@ std::size_t pixels_in(const RenderTile& tile) {
 }
 
 bool equal(const TileResult& a, const TileResult& b) {
-    if (a.samples.size() != b.samples.size()) return false;
+    if (a.samples.size() != b.samples.size())
+        return false;
     for (std::size_t i = 0; i < a.samples.size(); ++i) {
         const PixelSample &p = a.samples[i], &q = b.samples[i];
-        if (p.colour.r != q.colour.r || p.colour.g != q.colour.g || p.colour.b != q.colour.b || p.alpha != q.alpha || p.depth_m != q.depth_m) return false;
+        if (p.colour.r != q.colour.r || p.colour.g != q.colour.g || p.colour.b != q.colour.b ||
+            p.alpha != q.alpha || p.depth_m != q.depth_m)
+            return false;
     }
     return true;
 }
@@ -44,7 +49,8 @@ std::map<std::uint32_t, TileResult> all_results(int threads) {
     ThreadProcessor processor(job.view, job.blocks, threads);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles) processor.submit(tile);
+        for (const RenderTile& tile : tiles)
+            processor.submit(tile);
         processor.close();
     });
     std::map<std::uint32_t, TileResult> out;
@@ -60,14 +66,16 @@ std::map<std::uint32_t, TileResult> all_results(int threads) {
 }
 
 /// No box comes before it may. @param asked that one is waited for
-void hold_back(terravox::test::ArrayWorld& world, const std::atomic<bool>& may_come, std::atomic<bool>& asked) {
+void hold_back(terravox::test::ArrayWorld& world, const std::atomic<bool>& may_come,
+               std::atomic<bool>& asked) {
     const auto range = voxel::boxes_over(world.info().bounds, 0);
     for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
         for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
             for (key.by = range.min.by; key.by < range.max.by; ++key.by)
                 world.delay(key, [&] {
                     asked = true;
-                    while (!may_come) std::this_thread::yield();
+                    while (!may_come)
+                        std::this_thread::yield();
                 });
 }
 
@@ -102,14 +110,16 @@ TEST_CASE("what a tile's task throws reaches take() with its type", "[raytracer]
         }
         CHECK_THROWS_AS(
             [&] {
-                while (processor.take()) {}
+                while (processor.take()) {
+                }
             }(),
             std::length_error);
         CHECK_THROWS_AS(processor.take(), std::length_error);
     }
 }
 
-TEST_CASE("a box that throws an error is a hole in the picture and not the end of it", "[raytracer][sched]") {
+TEST_CASE("a box that throws an error is a hole in the picture and not the end of it",
+          "[raytracer][sched]") {
     auto world = landscape();
     world->make_hole({0, 0, 0, 0});
     world->make_hole({0, -1, 0, 0}, [] { throw 42; });
@@ -117,12 +127,14 @@ TEST_CASE("a box that throws an error is a hole in the picture and not the end o
     ThreadProcessor processor(job.view, job.blocks, 2);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles) processor.submit(tile);
+        for (const RenderTile& tile : tiles)
+            processor.submit(tile);
         processor.close();
     });
     std::uint64_t hole_rays = 0;
     std::size_t taken = 0;
-    while (const auto result = processor.take()) hole_rays += result->counts.hole_rays, ++taken;
+    while (const auto result = processor.take())
+        hole_rays += result->counts.hole_rays, ++taken;
     submitter.join();
     CHECK(taken == tiles.size());
     CHECK(hole_rays > 0);
@@ -134,17 +146,20 @@ TEST_CASE("closing finishes the tiles that were accepted", "[raytracer][sched]")
     ThreadProcessor processor(job.view, job.blocks, 2);
     const auto tiles = tiles_of(job.view.scene);
     REQUIRE(tiles.size() > 4);
-    for (std::size_t i = 0; i < 4; ++i) processor.submit(tiles[i]);
+    for (std::size_t i = 0; i < 4; ++i)
+        processor.submit(tiles[i]);
     processor.close();
     processor.close();
     processor.submit(tiles[4]);  // ignored, without waiting
     std::size_t taken = 0;
-    while (processor.take()) ++taken;
+    while (processor.take())
+        ++taken;
     CHECK(taken == 4);
     CHECK_FALSE(processor.take());
 }
 
-TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits for room", "[raytracer][sched]") {
+TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits for room",
+          "[raytracer][sched]") {
     auto world = landscape();
     // The first box waits until the processor is cancelled: until then no tile can end.
     std::atomic<bool> cancelled{false}, asked{false};
@@ -152,7 +167,8 @@ TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits
         for (int bz = -2; bz <= 1; ++bz)
             world->make_hole({0, bx, 0, bz}, [&] {
                 asked = true;
-                while (!cancelled) std::this_thread::yield();
+                while (!cancelled)
+                    std::this_thread::yield();
                 throw std::runtime_error("late");
             });
     Scene scene = small_scene();
@@ -162,14 +178,17 @@ TEST_CASE("cancelling drops what has not begun, and wakes a submitter that waits
     ThreadProcessor processor(job.view, blocks, 1);
     const auto tiles = tiles_of(scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles) processor.submit(tile);
+        for (const RenderTile& tile : tiles)
+            processor.submit(tile);
     });
-    while (!asked) std::this_thread::yield();
+    while (!asked)
+        std::this_thread::yield();
     processor.cancel();
     cancelled = true;
     submitter.join();
     std::size_t taken = 0;
-    while (processor.take()) ++taken;
+    while (processor.take())
+        ++taken;
     CHECK(taken < tiles.size());
 }
 
@@ -178,18 +197,22 @@ TEST_CASE("a processor with work waiting can be destroyed", "[raytracer][sched]"
     const auto tiles = tiles_of(job.view.scene);
     for (int round = 0; round < 20; ++round) {
         ThreadProcessor processor(job.view, job.blocks, 1 + round % 3);
-        for (std::size_t i = 0; i < 2; ++i) processor.submit(tiles[i]);
-        if (round % 2 == 0) CHECK(processor.take().has_value());
+        for (std::size_t i = 0; i < 2; ++i)
+            processor.submit(tiles[i]);
+        if (round % 2 == 0)
+            CHECK(processor.take().has_value());
     }
 }
 
 TEST_CASE("tiles that wait for a box do not keep a thread from others", "[raytracer][sched]") {
     const auto reference = all_results(1);
-    // One box comes only after several tiles that do not need it have been finished, on a single thread.
+    // One box comes only after several tiles that do not need it have been finished, on a single
+    // thread.
     auto world = landscape();
     std::atomic<bool> may_come{false};
     world->delay({0, 0, 0, 0}, [&] {
-        while (!may_come) std::this_thread::yield();
+        while (!may_come)
+            std::this_thread::yield();
     });
     Scene scene = small_scene();
     Job job(scene);
@@ -197,19 +220,22 @@ TEST_CASE("tiles that wait for a box do not keep a thread from others", "[raytra
     ThreadProcessor processor(job.view, blocks, 1);
     const auto tiles = tiles_of(scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles) processor.submit(tile);
+        for (const RenderTile& tile : tiles)
+            processor.submit(tile);
         processor.close();
     });
     std::size_t taken = 0;
     while (const auto result = processor.take()) {
         CHECK(equal(reference.at(result->tile.index), *result));
-        if (++taken == 4) may_come = true;
+        if (++taken == 4)
+            may_come = true;
     }
     submitter.join();
     CHECK(taken == tiles.size());
 }
 
-TEST_CASE("a box that comes only after its rays were laid aside again and again changes nothing", "[raytracer][sched]") {
+TEST_CASE("a box that comes only after its rays were laid aside again and again changes nothing",
+          "[raytracer][sched]") {
     // Boxes come in disorder and late, and hardly one stays: rays are parked thousands of times.
     const auto reference = all_results(1);
     auto world = landscape();
@@ -218,13 +244,16 @@ TEST_CASE("a box that comes only after its rays were laid aside again and again 
     for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
         for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
             for (key.by = range.min.by; key.by < range.max.by; ++key.by)
-                world->delay(key, [&asked] { std::this_thread::sleep_for(std::chrono::microseconds(100 * (asked++ % 7))); });
+                world->delay(key, [&asked] {
+                    std::this_thread::sleep_for(std::chrono::microseconds(100 * (asked++ % 7)));
+                });
     Job job(small_scene());
     BlockManager blocks(*world, 20'000, 3);
     ThreadProcessor processor(job.view, blocks, 3);
     const auto tiles = tiles_of(job.view.scene);
     std::thread submitter([&] {
-        for (const RenderTile& tile : tiles) processor.submit(tile);
+        for (const RenderTile& tile : tiles)
+            processor.submit(tile);
         processor.close();
     });
     std::uint64_t parked = 0;
@@ -248,12 +277,14 @@ TEST_CASE("who asks to stop is heard while a world is silent", "[raytracer][sche
     Film film(job.view.scene.output.size_px[0], job.view.scene.output.size_px[1]);
     {
         ThreadProcessor processor(job.view, blocks, 2);
-        CHECK_THROWS_WITH(render_film({job.view, processor, true, &stop}, film), terravox::test::contains("interrupted"));
+        CHECK_THROWS_WITH(render_film({job.view, processor, true, &stop}, film),
+                          terravox::test::contains("interrupted"));
     }
     released = true;
 }
 
-TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the others come", "[raytracer][sched]") {
+TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the others come",
+          "[raytracer][sched]") {
     const auto reference = all_results(1);
     auto world = landscape();
     std::atomic<bool> may_come{false}, asked{false};
@@ -264,10 +295,13 @@ TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the ot
     auto tiles = tiles_of(job.view.scene);
     const auto room = static_cast<std::size_t>(processor.capacity());
     tiles.resize(std::min(tiles.size(), room));
-    for (const RenderTile& tile : tiles) processor.submit(tile);
-    while (!asked) std::this_thread::yield();
+    for (const RenderTile& tile : tiles)
+        processor.submit(tile);
+    while (!asked)
+        std::this_thread::yield();
     // One that waits for the box, and whatever the thread has not come to yet, or is at.
-    for (std::size_t i = 0; i < tiles.size(); i += 2) processor.withdraw(tiles[i]);
+    for (std::size_t i = 0; i < tiles.size(); i += 2)
+        processor.withdraw(tiles[i]);
     RenderTile unknown;
     unknown.index = 10'000;
     processor.withdraw(unknown);
@@ -278,10 +312,14 @@ TEST_CASE("a tile that is withdrawn leaves nothing, waiting or begun, and the ot
         CHECK(equal(reference.at(result->tile.index), *result));
         CHECK(came.insert(result->tile.index).second);
     }
-    for (std::size_t i = 1; i < tiles.size(); i += 2) CHECK(came.contains(tiles[i].index));
+    for (std::size_t i = 1; i < tiles.size(); i += 2)
+        CHECK(came.contains(tiles[i].index));
 }
 
-TEST_CASE("a tile that is withdrawn while its rays wait for a box never comes, and may be asked for again", "[raytracer][sched]") {
+TEST_CASE(
+    "a tile that is withdrawn while its rays wait for a box never comes, and may be asked for "
+    "again",
+    "[raytracer][sched]") {
     const auto reference = all_results(1);
     auto world = landscape();
     std::atomic<bool> may_come{false}, asked{false};
@@ -293,7 +331,8 @@ TEST_CASE("a tile that is withdrawn while its rays wait for a box never comes, a
     {
         ThreadProcessor processor(job.view, blocks, 1);
         processor.submit(tile);
-        while (!asked) std::this_thread::yield();
+        while (!asked)
+            std::this_thread::yield();
         processor.withdraw(tile);
         processor.close();
         CHECK_FALSE(processor.take());  // without the box: else this would wait for ever

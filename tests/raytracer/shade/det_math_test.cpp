@@ -11,7 +11,9 @@ using namespace terravox;
 namespace {
 
 constexpr double kMostRelative = 1e-14;
-double relative(double found, double wanted) { return wanted == 0 ? std::abs(found) : std::abs(found - wanted) / std::abs(wanted); }
+double relative(double found, double wanted) {
+    return wanted == 0 ? std::abs(found) : std::abs(found - wanted) / std::abs(wanted);
+}
 
 }  // namespace
 
@@ -20,7 +22,8 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
     std::uniform_real_distribution<double> wide(-690, 690), small(-1, 1);
     double worst = 0, at = 0;
     const auto note = [&](double found, double wanted, double x) {
-        if (const double r = relative(found, wanted); !(r <= worst)) worst = r, at = x;
+        if (const double r = relative(found, wanted); !(r <= worst))
+            worst = r, at = x;
     };
     SECTION("exp") {
         for (int i = 0; i < 200'000; ++i) {
@@ -33,8 +36,10 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
     SECTION("log") {
         for (int i = 0; i < 200'000; ++i) {
             const double x = std::exp(wide(random));
-            // Near 1 the logarithm itself is near 0: there the error counts against the rounding of x.
-            if (std::abs(x - 1) > 0.01) note(det::log(x), std::log(x), x);
+            // Near 1 the logarithm itself is near 0: there the error counts against the rounding of
+            // x.
+            if (std::abs(x - 1) > 0.01)
+                note(det::log(x), std::log(x), x);
         }
         INFO("worst at x = " << at);
         CHECK(worst < kMostRelative);
@@ -50,15 +55,21 @@ TEST_CASE("exp, log and pow are those of the C library to 14 digits", "[common][
     }
 }
 
-TEST_CASE("sine, cosine and their inverses are those of the C library", "[common][util][det_math]") {
+TEST_CASE("sine, cosine and their inverses are those of the C library",
+          "[common][util][det_math]") {
     std::mt19937_64 random(12);
     double worst = 0, at_x = 0, at_y = 0;
     const auto note = [&](double found, double wanted, double x, double y = 0) {
-        if (const double r = std::abs(found - wanted); !(r <= worst)) worst = r, at_x = x, at_y = y;
+        if (const double r = std::abs(found - wanted); !(r <= worst))
+            worst = r, at_x = x, at_y = y;
     };
-    const auto in = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto in = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     for (int i = 0; i < 300'000; ++i) {
-        const double x = i % 3 == 0 ? in(-1e5, 1e5) : i % 3 == 1 ? in(-7, 7) : std::round(in(-200, 200)) * det::kPi / 4;
+        const double x = i % 3 == 0   ? in(-1e5, 1e5)
+                         : i % 3 == 1 ? in(-7, 7)
+                                      : std::round(in(-200, 200)) * det::kPi / 4;
         const det::SinCos both = det::sin_cos(x);
         note(both.sin, std::sin(x), x);
         note(both.cos, std::cos(x), x);
@@ -76,9 +87,13 @@ TEST_CASE("angles small enough to matter keep their digits", "[common][util][det
     std::mt19937_64 random(13);
     double worst = 0, at = 0;
     for (int i = 0; i < 100'000; ++i) {
-        const double x = std::ldexp(std::uniform_real_distribution<double>(0.5, 1)(random), -static_cast<int>(random() % 60));
-        for (const double r : {relative(det::sin(x), std::sin(x)), relative(det::tan(x), std::tan(x)), relative(det::atan2(x, 1), std::atan(x))})
-            if (!(r <= worst)) worst = r, at = x;
+        const double x = std::ldexp(std::uniform_real_distribution<double>(0.5, 1)(random),
+                                    -static_cast<int>(random() % 60));
+        for (const double r :
+             {relative(det::sin(x), std::sin(x)), relative(det::tan(x), std::tan(x)),
+              relative(det::atan2(x, 1), std::atan(x))})
+            if (!(r <= worst))
+                worst = r, at = x;
     }
     INFO("worst at " << at);
     CHECK(worst < kMostRelative);

@@ -32,12 +32,15 @@ Look clear(Kind kind, float index) {
     return look;
 }
 
-Scene scene_of(const char* integrator, int samples, std::array<double, 3> eye, std::array<double, 3> target) {
+Scene scene_of(const char* integrator, int samples, std::array<double, 3> eye,
+               std::array<double, 3> target) {
     Scene scene;
     scene.output.size_px = {48, 32};
     scene.camera.space = "voxel", scene.camera.position = eye, scene.camera.target = target;
-    scene.sky.model = "uniform", scene.sun.strength = 0, scene.sun.altitude_deg = 40, scene.sun.azimuth_deg = 130;
-    scene.quality.integrator = integrator, scene.quality.samples = samples, scene.quality.bounces = kManyBounces;
+    scene.sky.model = "uniform", scene.sun.strength = 0, scene.sun.altitude_deg = 40,
+    scene.sun.azimuth_deg = 130;
+    scene.quality.integrator = integrator, scene.quality.samples = samples,
+    scene.quality.bounces = kManyBounces;
     scene.quality.clamp = 0, scene.quality.textures = false, scene.quality.coarse_step = 1;
     return scene;
 }
@@ -50,7 +53,8 @@ struct Mean {
 Mean mean_of(const Film& film) {
     Mean out;
     for (const PixelSample& p : film.samples()) {
-        if (p.alpha < 1) continue;
+        if (p.alpha < 1)
+            continue;
         const auto light = static_cast<double>(luminance(p.colour));
         out.light += light, ++out.pixels;
         out.least = std::min(out.least, light), out.most = std::max(out.most, light);
@@ -66,12 +70,16 @@ Mean light_of(const Scene& scene, std::unique_ptr<ArrayWorld> world, const Looks
     return mean_of(test::render(job, 2));
 }
 
-/// Pillars of all heights, an overhanging deck, a pit and a tunnel, on a plain; water in a basin, and a block of it that stands by itself.
+/// Pillars of all heights, an overhanging deck, a pit and a tunnel, on a plain; water in a basin,
+/// and a block of it that stands by itself.
 std::unique_ptr<ArrayWorld> furnace_world() {
-    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -12, -40}, ArrayWorld::Coord{40, 24, 40});
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -12, -40},
+                                              ArrayWorld::Coord{40, 24, 40});
     world->fill({-40, -12, -40}, {40, 0, 40}, Material::kRock);
     for (int x = -20; x < 20; x += 5)
-        for (int z = -20; z < 20; z += 4) world->fill({x, 0, z}, {x + 1 + (x & 1), 2 + ((x * 7 + z * 3) & 7), z + 2}, Material::kWall);
+        for (int z = -20; z < 20; z += 4)
+            world->fill({x, 0, z}, {x + 1 + (x & 1), 2 + ((x * 7 + z * 3) & 7), z + 2},
+                        Material::kWall);
     world->fill({-18, 9, -14}, {-2, 11, 6}, Material::kConcrete);
     world->fill({4, -6, 4}, {12, 0, 12}, Material::kAir);
     world->fill({12, -6, 6}, {30, -3, 8}, Material::kAir);
@@ -82,7 +90,8 @@ std::unique_ptr<ArrayWorld> furnace_world() {
 }
 
 std::unique_ptr<ArrayWorld> plane() {
-    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -4, -40}, ArrayWorld::Coord{40, 12, 40});
+    auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -4, -40},
+                                              ArrayWorld::Coord{40, 12, 40});
     world->fill({-40, -4, -40}, {40, 0, 40}, Material::kRock);
     return world;
 }
@@ -95,8 +104,9 @@ Scene spot_scene(const char* integrator, int samples, double x, double z) {
     return scene;
 }
 
-/// Share of the light on a small level face that a wall keeps from it: the wall stands on the face's plane, and one of its lower corners is nearest.
-/// Ref: Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", plane element to a rectangle at right angles.
+/// Share of the light on a small level face that a wall keeps from it: the wall stands on the
+/// face's plane, and one of its lower corners is nearest. Ref: Howell, "A Catalog of Radiation Heat
+/// Transfer Configuration Factors", plane element to a rectangle at right angles.
 double kept_by_wall(double distance, double width, double height) {
     const double x = height / width, y = distance / width, r = std::sqrt(x * x + y * y);
     return (std::atan(1 / y) - y / r * std::atan(1 / r)) / (2 * std::numbers::pi);
@@ -104,7 +114,8 @@ double kept_by_wall(double distance, double width, double height) {
 
 }  // namespace
 
-TEST_CASE("in a furnace of white things everything is as bright as the sky", "[raytracer][shade][light][furnace]") {
+TEST_CASE("in a furnace of white things everything is as bright as the sky",
+          "[raytracer][shade][light][furnace]") {
     struct Case {
         const char* name;
         std::function<void(Looks&, Scene&)> set;
@@ -112,21 +123,30 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky", "[r
     const auto number = [](Material m) { return static_cast<std::size_t>(m); };
     const Case cases[] = {
         {"matt", [](Looks&, Scene&) {}},
-        {"matt, with water that takes nothing", [&](Looks& l, Scene&) { l[number(Material::kWater)] = clear(Kind::kWater, 1.333f); }},
-        {"the same with waves", [&](Looks& l, Scene& s) {
+        {"matt, with water that takes nothing",
+         [&](Looks& l, Scene&) { l[number(Material::kWater)] = clear(Kind::kWater, 1.333f); }},
+        {"the same with waves",
+         [&](Looks& l, Scene& s) {
              s.quality.textures = true;
-             Look water = material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml").looks[number(Material::kWater)];
+             Look water = material::read_materials(std::filesystem::path(TERRAVOX_SOURCE_DIR) /
+                                                   "config/materials.toml")
+                              .looks[number(Material::kWater)];
              water.absorption_per_m = water.glow = {}, water.colour = {1, 1, 1};
              l[number(Material::kWater)] = water;
          }},
-        {"matt, with ice", [&](Looks& l, Scene&) { l[number(Material::kWater)] = clear(Kind::kGlass, 1.31f); }},
-        {"varnished and rough mirrors", [&](Looks& l, Scene&) {
-             for (const Material m : {Material::kWall, Material::kConcrete}) l[number(m)].reflects = true, l[number(m)].roughness = 0.4f;
+        {"matt, with ice",
+         [&](Looks& l, Scene&) { l[number(Material::kWater)] = clear(Kind::kGlass, 1.31f); }},
+        {"varnished and rough mirrors",
+         [&](Looks& l, Scene&) {
+             for (const Material m : {Material::kWall, Material::kConcrete})
+                 l[number(m)].reflects = true, l[number(m)].roughness = 0.4f;
              l[number(Material::kRock)].reflects = true, l[number(Material::kRock)].roughness = 0;
          }},
-        {"seen from under water", [&](Looks& l, Scene& s) {
+        {"seen from under water",
+         [&](Looks& l, Scene& s) {
              l[number(Material::kWater)] = clear(Kind::kWater, 1.333f);
-             s.camera.position = {{-17.3, -4.4, 18.2}}, s.camera.target = {{-10, -4, 40}}, s.camera.inside_rock = true;
+             s.camera.position = {{-17.3, -4.4, 18.2}}, s.camera.target = {{-10, -4, 40}},
+             s.camera.inside_rock = true;
          }},
     };
     for (const Case& c : cases) {
@@ -135,13 +155,15 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky", "[r
         scene.camera.fov_deg = 60;
         c.set(looks, scene);
         const Mean found = light_of(scene, furnace_world(), looks);
-        INFO(c.name << ": " << found.pixels << " pixels from " << found.least << " to " << found.most);
+        INFO(c.name << ": " << found.pixels << " pixels from " << found.least << " to "
+                    << found.most);
         REQUIRE(found.pixels > 400);
         CHECK(found.light == Approx(1).epsilon(0.01));
     }
 }
 
-TEST_CASE("a furnace is darker where paths end early, and never brighter", "[raytracer][shade][light][furnace]") {
+TEST_CASE("a furnace is darker where paths end early, and never brighter",
+          "[raytracer][shade][light][furnace]") {
     double last = 0;
     for (const int bounces : {0, 1, 3, 8}) {
         Scene scene = scene_of("path", 16, {-38, 22, 39}, {0, -2, 0});
@@ -154,20 +176,26 @@ TEST_CASE("a furnace is darker where paths end early, and never brighter", "[ray
     }
 }
 
-TEST_CASE("in a closed box that glows, light is its own over what is lost at each meeting", "[raytracer][shade][light][furnace]") {
+TEST_CASE("in a closed box that glows, light is its own over what is lost at each meeting",
+          "[raytracer][shade][light][furnace]") {
     struct Case {
         float albedo, emission;
     };
     for (const Case& c : {Case{0.5f, 0.25f}, {0.9f, 0.1f}, {0.2f, 3}}) {
         Looks looks = matt(c.albedo);
-        for (Look& look : looks) look.emission = {c.emission, c.emission, c.emission};
-        auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-12, -8, -10}, ArrayWorld::Coord{12, 8, 10});
+        for (Look& look : looks)
+            look.emission = {c.emission, c.emission, c.emission};
+        auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-12, -8, -10},
+                                                  ArrayWorld::Coord{12, 8, 10});
         world->fill({-12, -8, -10}, {12, 8, 10}, Material::kConcrete);
         world->fill({-10, -6, -8}, {10, 6, 8}, Material::kAir);
         world->fill({-2, -6, -2}, {3, 1, 2}, Material::kConcrete);
-        const Mean found = light_of(scene_of("path", 64, {-8, 4, 6}, {0, -2, 0}), std::move(world), looks);
-        const double expected = static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
-        INFO("albedo " << c.albedo << ", emission " << c.emission << ": " << found.least << " to " << found.most);
+        const Mean found =
+            light_of(scene_of("path", 64, {-8, 4, 6}, {0, -2, 0}), std::move(world), looks);
+        const double expected =
+            static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
+        INFO("albedo " << c.albedo << ", emission " << c.emission << ": " << found.least << " to "
+                       << found.most);
         REQUIRE(found.pixels == 48 * 32);
         CHECK(found.light == Approx(expected).epsilon(0.01));
     }
@@ -179,8 +207,11 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
         const char* integrator;
         int ao_rays, bounces;
     };
-    for (const Case& c : {Case{"direct", "direct", 0, 6}, {"ambient rays", "direct", 3, 6}, {"paths", "path", 0, 6},
-                          {"paths of one bounce", "path", 0, 1}, {"paths without a bounce", "path", 0, 0}}) {
+    for (const Case& c : {Case{"direct", "direct", 0, 6},
+                          {"ambient rays", "direct", 3, 6},
+                          {"paths", "path", 0, 6},
+                          {"paths of one bounce", "path", 0, 1},
+                          {"paths without a bounce", "path", 0, 0}}) {
         Scene scene = spot_scene(c.integrator, 4, 0, 0);
         scene.quality.ao_rays = c.ao_rays, scene.quality.bounces = c.bounces;
         INFO(c.name);
@@ -190,47 +221,61 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
     }
 }
 
-TEST_CASE("a plane in the sun alone sends its albedo times the sun's sine of altitude", "[raytracer][shade][light][furnace]") {
+TEST_CASE("a plane in the sun alone sends its albedo times the sun's sine of altitude",
+          "[raytracer][shade][light][furnace]") {
     for (const char* integrator : {"direct", "path"})
         for (const double size : {0.0, 1.0})
             for (const double altitude_deg : {4.0, 30.0, 90.0}) {
                 Scene scene = spot_scene(integrator, 256, 0, 0);
-                scene.sky.strength = 0, scene.sun.strength = 1, scene.sun.size = size, scene.sun.altitude_deg = altitude_deg;
+                scene.sky.strength = 0, scene.sun.strength = 1, scene.sun.size = size,
+                scene.sun.altitude_deg = altitude_deg;
                 scene.sun.light = {{1.5, 1.5, 1.5}};
                 const Mean found = light_of(scene, plane(), matt(0.6f));
                 INFO(integrator << ", size " << size << ", altitude " << altitude_deg);
-                CHECK(found.light == Approx(0.6 * 1.5 * std::sin(altitude_deg * std::numbers::pi / 180)).epsilon(0.002));
+                CHECK(found.light ==
+                      Approx(0.6 * 1.5 * std::sin(altitude_deg * std::numbers::pi / 180))
+                          .epsilon(0.002));
             }
 }
 
-TEST_CASE("under the sky of the atmosphere paths bring a plane what its table of ambient light says", "[raytracer][shade][light][furnace]") {
+TEST_CASE(
+    "under the sky of the atmosphere paths bring a plane what its table of ambient light says",
+    "[raytracer][shade][light][furnace]") {
     for (const double altitude_deg : {60.0, 8.0}) {
         Scene scene = spot_scene("path", 1024, 0, 0);
-        scene.sky.model = "atmosphere", scene.sky.visibility_km = 0, scene.sun.altitude_deg = altitude_deg;
+        scene.sky.model = "atmosphere", scene.sky.visibility_km = 0,
+        scene.sun.altitude_deg = altitude_deg;
         const Mean path = light_of(scene, plane(), matt(0.5f));
-        scene.quality.integrator = "direct", scene.quality.ambient_occlusion = false, scene.quality.samples = 4;
+        scene.quality.integrator = "direct", scene.quality.ambient_occlusion = false,
+        scene.quality.samples = 4;
         const Mean table = light_of(scene, plane(), matt(0.5f));
         INFO("altitude " << altitude_deg);
         CHECK(path.light == Approx(table.light).epsilon(0.01));
     }
 }
 
-TEST_CASE("on a floor in a corner of two walls the sky's light is the share that they leave open", "[raytracer][shade][light][furnace]") {
+TEST_CASE("on a floor in a corner of two walls the sky's light is the share that they leave open",
+          "[raytracer][shade][light][furnace]") {
     struct Case {
         double x, z;  ///< the walls' feet are x = 0 and z = 0
     };
     constexpr double kLong = 30, kHigh = 9;
     for (const Case& c : {Case{1.5, 2.5}, {6.5, 0.4}, {12, 15}}) {
         // Each wall in two parts, on both sides of the foot of the perpendicular.
-        const auto kept_by = [](double distance, double along) { return kept_by_wall(distance, along, kHigh) + kept_by_wall(distance, kLong - along, kHigh); };
+        const auto kept_by = [](double distance, double along) {
+            return kept_by_wall(distance, along, kHigh) +
+                   kept_by_wall(distance, kLong - along, kHigh);
+        };
         const double kept = kept_by(c.x, c.z) + kept_by(c.z, c.x);
         for (const char* integrator : {"direct", "path"}) {
-            auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-4, -4, -4}, ArrayWorld::Coord{40, 16, 40});
+            auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-4, -4, -4},
+                                                      ArrayWorld::Coord{40, 16, 40});
             world->fill({-4, -4, -4}, {40, 0, 40}, Material::kGround);
             world->fill({-2, 0, 0}, {0, 9, 30}, Material::kRock);
             world->fill({0, 0, -2}, {30, 9, 0}, Material::kRock);
             Looks looks = matt(0.8f);
-            looks[static_cast<std::size_t>(Material::kRock)].colour = {};  // what the walls throw back is no light of the sky
+            looks[static_cast<std::size_t>(Material::kRock)]
+                .colour = {};  // what the walls throw back is no light of the sky
             Scene scene = spot_scene(integrator, 1024, c.x, c.z);
             scene.quality.ao_rays = 4, scene.quality.ao_range_m = 1000;
             const Mean found = light_of(scene, std::move(world), looks);
@@ -240,34 +285,51 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
     }
 }
 
-TEST_CASE("a bed under still water sends up what absorption and both ways through the surface leave", "[raytracer][shade][light][furnace]") {
-    constexpr double kIndex = 1.333, kAbsorption_per_m = 0.2, kDepth_m = 3, kAlbedo = 0.6, kSun = 1.5, kGlow = 0.7;
+TEST_CASE(
+    "a bed under still water sends up what absorption and both ways through the surface leave",
+    "[raytracer][shade][light][furnace]") {
+    constexpr double kIndex = 1.333, kAbsorption_per_m = 0.2, kDepth_m = 3, kAlbedo = 0.6,
+                     kSun = 1.5, kGlow = 0.7;
     const auto left = [](double way_m) { return std::exp(-kAbsorption_per_m * way_m); };
-    const double mirrored = (kIndex - 1) / (kIndex + 1) * ((kIndex - 1) / (kIndex + 1));  // of light that comes straight
+    const double mirrored = (kIndex - 1) / (kIndex + 1) *
+                            ((kIndex - 1) / (kIndex + 1));  // of light that comes straight
     const double up = (1 - mirrored) * left(kDepth_m);
     struct Case {
         const char* integrator;
         double altitude_deg;  ///< of the sun; 0: there is none, and the bed glows
     };
-    for (const Case& c : {Case{"direct", 0}, {"path", 0}, {"direct", 60}, {"path", 60}, {"direct", 12}, {"path", 12}}) {
+    for (const Case& c : {Case{"direct", 0},
+                          {"path", 0},
+                          {"direct", 60},
+                          {"path", 60},
+                          {"direct", 12},
+                          {"path", 12}}) {
         Looks looks = matt(static_cast<float>(kAlbedo));
         Look water = clear(Kind::kWater, static_cast<float>(kIndex));
         water.absorption_per_m = Colour{1, 1, 1} * static_cast<float>(kAbsorption_per_m);
         looks[static_cast<std::size_t>(Material::kWater)] = water;
         double expected = kGlow * up;
-        // One bounce lets light into the water and out of it, and takes none from bed to bed by way of the surface.
+        // One bounce lets light into the water and out of it, and takes none from bed to bed by way
+        // of the surface.
         Scene scene = spot_scene(c.integrator, 256, 0.4, 0.3);
-        scene.quality.bounces = 1, scene.sky.strength = 0, scene.camera.position = {{0.4, 11, 0.301}};
+        scene.quality.bounces = 1, scene.sky.strength = 0,
+        scene.camera.position = {{0.4, 11, 0.301}};
         if (c.altitude_deg > 0) {
-            scene.sun.strength = 1, scene.sun.altitude_deg = c.altitude_deg, scene.sun.light = {{kSun, kSun, kSun}};
-            const double sin = std::sin(c.altitude_deg * std::numbers::pi / 180), sin_in = std::cos(c.altitude_deg * std::numbers::pi / 180) / kIndex;
+            scene.sun.strength = 1, scene.sun.altitude_deg = c.altitude_deg,
+            scene.sun.light = {{kSun, kSun, kSun}};
+            const double sin = std::sin(c.altitude_deg * std::numbers::pi / 180),
+                         sin_in = std::cos(c.altitude_deg * std::numbers::pi / 180) / kIndex;
             const double cos_in = std::sqrt(1 - sin_in * sin_in);
-            const double s = (sin - kIndex * cos_in) / (sin + kIndex * cos_in), p = (kIndex * sin - cos_in) / (kIndex * sin + cos_in);
-            expected = kAlbedo * kSun * sin * (1 - (s * s + p * p) / 2) * left(kDepth_m / cos_in) * up;
+            const double s = (sin - kIndex * cos_in) / (sin + kIndex * cos_in),
+                         p = (kIndex * sin - cos_in) / (kIndex * sin + cos_in);
+            expected =
+                kAlbedo * kSun * sin * (1 - (s * s + p * p) / 2) * left(kDepth_m / cos_in) * up;
         } else {
-            looks[static_cast<std::size_t>(Material::kRock)].emission = Colour{1, 1, 1} * static_cast<float>(kGlow);
+            looks[static_cast<std::size_t>(Material::kRock)].emission =
+                Colour{1, 1, 1} * static_cast<float>(kGlow);
         }
-        auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -8, -40}, ArrayWorld::Coord{40, 12, 40});
+        auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-40, -8, -40},
+                                                  ArrayWorld::Coord{40, 12, 40});
         world->fill({-40, -8, -40}, {40, -3, 40}, Material::kRock);
         world->fill({-40, -3, -40}, {40, 0, 40}, Material::kWater);
         const Mean found = light_of(scene, std::move(world), looks);

@@ -25,7 +25,8 @@ double rmse(const Film& a, const Film& b) {
     for (int y = 0; y < a.height_px(); ++y)
         for (int x = 0; x < a.width_px(); ++x) {
             const Colour p = a.at(x, y).colour, q = b.at(x, y).colour;
-            for (const float d : {p.r - q.r, p.g - q.g, p.b - q.b}) sum += static_cast<double>(d) * static_cast<double>(d);
+            for (const float d : {p.r - q.r, p.g - q.g, p.b - q.b})
+                sum += static_cast<double>(d) * static_cast<double>(d);
         }
     return std::sqrt(sum / (3.0 * a.width_px() * a.height_px()));
 }
@@ -37,7 +38,9 @@ Film picture(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("light of any kind comes closer to its mean with more samples, and is a number everywhere", "[raytracer][shade][light]") {
+TEST_CASE(
+    "light of any kind comes closer to its mean with more samples, and is a number everywhere",
+    "[raytracer][shade][light]") {
     struct Kind {
         const char* name;
         void (*set)(Scene&);
@@ -58,13 +61,17 @@ TEST_CASE("light of any kind comes closer to its mean with more samples, and is 
             for (int y = 0; y < film.height_px(); ++y)
                 for (int x = 0; x < film.width_px(); ++x) {
                     const PixelSample& p = film.at(x, y);
-                    REQUIRE((std::isfinite(p.colour.r) && std::isfinite(p.colour.g) && std::isfinite(p.colour.b) && std::isfinite(p.error)));
+                    REQUIRE((std::isfinite(p.colour.r) && std::isfinite(p.colour.g) &&
+                             std::isfinite(p.colour.b) && std::isfinite(p.error)));
                     REQUIRE((p.colour.r >= 0 && p.colour.g >= 0 && p.colour.b >= 0));
                 }
             const double error = rmse(film, reference);
-            INFO(kind.name << ", " << samples << " samples: error " << error << ", with a quarter of them " << last);
-            // 1 / sqrt(n) halves it; evenly spread samples do better, edges of voxels a little worse.
-            if (last > 0) CHECK(error < last * 0.62);
+            INFO(kind.name << ", " << samples << " samples: error " << error
+                           << ", with a quarter of them " << last);
+            // 1 / sqrt(n) halves it; evenly spread samples do better, edges of voxels a little
+            // worse.
+            if (last > 0)
+                CHECK(error < last * 0.62);
             last = error;
         }
     }
@@ -75,8 +82,10 @@ TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shad
     double said = 0, found = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
-            const double d = static_cast<double>(luminance(film.at(x, y).colour) - luminance(reference.at(x, y).colour));
-            found += d * d, said += static_cast<double>(film.at(x, y).error) * static_cast<double>(film.at(x, y).error);
+            const double d = static_cast<double>(luminance(film.at(x, y).colour) -
+                                                 luminance(reference.at(x, y).colour));
+            found += d * d, said += static_cast<double>(film.at(x, y).error) *
+                                    static_cast<double>(film.at(x, y).error);
         }
     // Evenly spread samples do better than the formula for independent ones.
     CHECK(std::sqrt(found) < std::sqrt(said) * 1.1);
@@ -92,7 +101,8 @@ TEST_CASE("with a noise to reach, samples go where they are needed", "[raytracer
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
             const PixelSample& p = film.at(x, y);
-            samples += p.samples, least = std::min(least, p.samples), most = std::max(most, p.samples);
+            samples += p.samples, least = std::min(least, p.samples),
+                                  most = std::max(most, p.samples);
             CHECK((p.samples == 512 || p.is_known(0.05)));
         }
     CHECK(least == 8);
@@ -122,12 +132,15 @@ TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][l
         for (int x = 0; x < 40; ++x) {
             CHECK(film.at(x, y).samples == 8);
             CHECK(film.at(x, y).alpha == Approx(whole.at(x, y).alpha).margin(1e-6));
-            errors += static_cast<double>(film.at(x, y).error / std::max(whole.at(x, y).error, 1e-6f)) / (40 * 24);
+            errors +=
+                static_cast<double>(film.at(x, y).error / std::max(whole.at(x, y).error, 1e-6f)) /
+                (40 * 24);
         }
     CHECK(errors < 1.5);
 }
 
-TEST_CASE("a picture with a time to keep has at least its first samples", "[raytracer][shade][light]") {
+TEST_CASE("a picture with a time to keep has at least its first samples",
+          "[raytracer][shade][light]") {
     Scene scene = tiny("direct", 64);
     scene.quality.time_s = 0.001;
     const Film film = picture(scene);
@@ -136,7 +149,8 @@ TEST_CASE("a picture with a time to keep has at least its first samples", "[rayt
     CHECK(picture(scene).at(3, 3).samples == 64);
 }
 
-TEST_CASE("with a time to keep, too, no pixel is known by fewer samples than were asked for", "[raytracer][shade][light]") {
+TEST_CASE("with a time to keep, too, no pixel is known by fewer samples than were asked for",
+          "[raytracer][shade][light]") {
     Scene scene = tiny("direct", 64);
     scene.quality.time_s = 1000, scene.quality.noise = 1, scene.quality.min_samples = 16;
     CHECK(picture(scene).at(3, 3).samples >= 16);

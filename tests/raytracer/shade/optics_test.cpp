@@ -14,7 +14,9 @@ Vec3 random_direction(std::mt19937& random) {
     return normalized({normal(random), normal(random), normal(random)});
 }
 
-bool near(Vec3 a, Vec3 b, double most) { return length(a - b) < most; }
+bool near(Vec3 a, Vec3 b, double most) {
+    return length(a - b) < most;
+}
 
 }  // namespace
 
@@ -27,9 +29,11 @@ TEST_CASE("Fresnel's share is that of the books", "[raytracer][shade][optics]") 
     // Brewster's angle: only the s-polarised half is left.
     const double brewster = std::cos(std::atan(1.5)), s = (1.5 * 1.5 - 1) / (1.5 * 1.5 + 1);
     CHECK(fresnel(brewster, 1.5) == Approx(s * s / 2).epsilon(1e-9));
-    CHECK(fresnel(std::cos(50 * std::numbers::pi / 180), 1 / 1.333) == 1);  // beyond the critical angle of 48.6 degrees
+    CHECK(fresnel(std::cos(50 * std::numbers::pi / 180), 1 / 1.333) ==
+          1);  // beyond the critical angle of 48.6 degrees
     for (double c = 0.01; c < 1; c += 0.01) {
-        const double sin_out = std::sqrt(1 - c * c) / 1.333, back = fresnel(std::sqrt(1 - sin_out * sin_out), 1 / 1.333);
+        const double sin_out = std::sqrt(1 - c * c) / 1.333,
+                     back = fresnel(std::sqrt(1 - sin_out * sin_out), 1 / 1.333);
         REQUIRE(fresnel(c, 1.333) == Approx(back).epsilon(1e-9));  // the same from both sides
     }
 }
@@ -39,13 +43,15 @@ TEST_CASE("refraction obeys Snell's law and can be undone", "[raytracer][shade][
     for (int i = 0; i < 2000; ++i) {
         const Vec3 n = random_direction(random);
         Vec3 d = random_direction(random);
-        if (dot(d, n) > 0) d = -d;
+        if (dot(d, n) > 0)
+            d = -d;
         const double index = std::uniform_real_distribution<double>(0.5, 2.5)(random);
         const auto through = refract(d, n, index);
         const double sin_in = length(cross(d, n));
         INFO("case " << i << ", index " << index);
         REQUIRE(through.has_value() == (sin_in / index < 1));
-        if (!through) continue;
+        if (!through)
+            continue;
         REQUIRE(std::abs(length(*through) - 1) < 1e-9);
         REQUIRE(length(cross(*through, n)) * index == Approx(sin_in).margin(1e-7));
         REQUIRE(dot(*through, n) < 0);

@@ -8,7 +8,8 @@
 
 using namespace terravox;
 
-TEST_CASE("samples of a pixel lie one in each cell of every elementary interval", "[raytracer][shade][sampler]") {
+TEST_CASE("samples of a pixel lie one in each cell of every elementary interval",
+          "[raytracer][shade][sampler]") {
     for (const std::uint32_t dimension : {0u, 1u, 77u, 0xffff0000u})
         for (int pixel = 0; pixel < 20; ++pixel)
             for (int log2_count = 0; log2_count <= 8; ++log2_count) {
@@ -17,36 +18,50 @@ TEST_CASE("samples of a pixel lie one in each cell of every elementary interval"
                     const int columns = 1 << log2_columns, rows = count / columns;
                     std::set<int> seen;
                     for (int s = 0; s < count; ++s) {
-                        const auto at = Sampler(pixel * 37, pixel, static_cast<std::uint32_t>(s)).pair(dimension);
+                        const auto at = Sampler(pixel * 37, pixel, static_cast<std::uint32_t>(s))
+                                            .pair(dimension);
                         REQUIRE((at.u >= 0 && at.u < 1 && at.v >= 0 && at.v < 1));
-                        seen.insert(static_cast<int>(at.u * columns) * rows + static_cast<int>(at.v * rows));
+                        seen.insert(static_cast<int>(at.u * columns) * rows +
+                                    static_cast<int>(at.v * rows));
                     }
-                    INFO("pixel " << pixel << ", dimension " << dimension << ", " << columns << " x " << rows);
+                    INFO("pixel " << pixel << ", dimension " << dimension << ", " << columns
+                                  << " x " << rows);
                     REQUIRE(seen.size() == static_cast<std::size_t>(count));
                 }
             }
 }
 
 TEST_CASE("dimensions and pixels do not know of each other", "[raytracer][shade][sampler]") {
-    // Pairs of numbers of two dimensions fill the square; of uniform independent ones chi squared over 64 cells is 63 +- 11.
+    // Pairs of numbers of two dimensions fill the square; of uniform independent ones chi squared
+    // over 64 cells is 63 +- 11.
     const auto chi2 = [](const auto& first, const auto& second) {
         std::vector<double> cells(64);
         constexpr int kCount = 6400;
-        for (int i = 0; i < kCount; ++i) cells[static_cast<std::size_t>(static_cast<int>(first(i) * 8) * 8 + static_cast<int>(second(i) * 8))] += 1;
+        for (int i = 0; i < kCount; ++i)
+            cells[static_cast<std::size_t>(static_cast<int>(first(i) * 8) * 8 +
+                                           static_cast<int>(second(i) * 8))] += 1;
         double sum = 0;
-        for (const double c : cells) sum += (c - 100) * (c - 100) / 100;
+        for (const double c : cells)
+            sum += (c - 100) * (c - 100) / 100;
         return sum;
     };
-    const auto across = [](std::uint32_t dimension) { return [dimension](int i) { return Sampler(i % 80, i / 80, 5).number(dimension); }; };
+    const auto across = [](std::uint32_t dimension) {
+        return [dimension](int i) { return Sampler(i % 80, i / 80, 5).number(dimension); };
+    };
     CHECK(chi2(across(1), across(2)) < 130);
     CHECK(chi2(across(1), [](int i) { return Sampler(i % 80 + 1, i / 80, 5).number(1); }) < 130);
-    const auto along = [](std::uint32_t dimension) { return [dimension](int i) { return Sampler(3, 4, static_cast<std::uint32_t>(i)).pair(dimension).u; }; };
+    const auto along = [](std::uint32_t dimension) {
+        return [dimension](int i) {
+            return Sampler(3, 4, static_cast<std::uint32_t>(i)).pair(dimension).u;
+        };
+    };
     CHECK(chi2(along(1), along(2)) < 130);
 }
 
 TEST_CASE("the parts of samples are as even as samples", "[raytracer][shade][sampler]") {
     std::set<int> seen;
     for (std::uint32_t s = 0; s < 4; ++s)
-        for (int i = 0; i < 8; ++i) seen.insert(static_cast<int>(Sampler(9, 9, s).part(i, 8).number(5) * 32));
+        for (int i = 0; i < 8; ++i)
+            seen.insert(static_cast<int>(Sampler(9, 9, s).part(i, 8).number(5) * 32));
     CHECK(seen.size() == 32);
 }

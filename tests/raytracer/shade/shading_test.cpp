@@ -11,8 +11,10 @@ using voxel::Material;
 
 namespace {
 
-/// A ray from (0.3, 10.4, 0.6) that has met a face of the voxel (0, 4, 0), or a voxel around its own start.
-TracedRay met(const Shading& shading, Material material, Face face, Vec3 direction = normalized({0.02, -1, 0.03})) {
+/// A ray from (0.3, 10.4, 0.6) that has met a face of the voxel (0, 4, 0), or a voxel around its
+/// own start.
+TracedRay met(const Shading& shading, Material material, Face face,
+              Vec3 direction = normalized({0.02, -1, 0.03})) {
     TracedRay ray = shading.primary({{0.3, 10.4, 0.6}, direction}, 0);
     ray.footprint = 0.01f, ray.spread = 0;
     ray.end = WalkEnd::kHit;
@@ -35,7 +37,9 @@ Shaded shade(const Shading& shading, const TracedRay& ray, std::uint32_t sample 
 
 }  // namespace
 
-TEST_CASE("a ray that asks for light comes out of the leaves that it starts in, and out of nothing else", "[raytracer][shade]") {
+TEST_CASE(
+    "a ray that asks for light comes out of the leaves that it starts in, and out of nothing else",
+    "[raytracer][shade]") {
     const Job job(small_scene());
     const auto shading = make_shading(job.view);
     for (const RayKind kind : {RayKind::kShadow, RayKind::kSky, RayKind::kAmbient}) {
@@ -46,7 +50,8 @@ TEST_CASE("a ray that asks for light comes out of the leaves that it starts in, 
             const Shaded out = shade(*shading, ray);
             CHECK(luminance(out.sum.direct) == 0);
             REQUIRE(out.next.size() == (material == Material::kHighVegetation ? 1 : 0));
-            if (out.next.empty()) continue;
+            if (out.next.empty())
+                continue;
             CHECK(out.next[0].end == WalkEnd::kWaits);
             CHECK(out.next[0].state.voxel[1] == 9);
         }
@@ -62,10 +67,15 @@ TEST_CASE("a mixed colour is not that of what stands beside the voxel", "[raytra
         const char* colour;
         float least, most;  ///< share of the photo in what is shown
     };
-    for (const Case& c : {Case{"a meadow", Material::kGrass, meadow, "mix", 0.84f, 0.86f}, Case{"a shore that shows the lake", Material::kGrass, lake, "mix", 0, 0.001f},
-                          Case{"leaves over the lake", Material::kHighVegetation, lake, "mix", 0, 0.001f}, Case{"leaves in the shade", Material::kHighVegetation, shade, "mix", 0.5f, 0.86f},
-                          Case{"the lake itself", Material::kConcrete, lake, "mix", 0.84f, 0.86f}, Case{"a wall that shows the roof", Material::kWall, roof, "mix", 0, 0.001f},
-                          Case{"a wall, as the photo has it", Material::kWall, roof, "true", 0.999f, 1.001f}, Case{"a shore, as the photo has it", Material::kGrass, lake, "true", 0.999f, 1.001f}}) {
+    for (const Case& c :
+         {Case{"a meadow", Material::kGrass, meadow, "mix", 0.84f, 0.86f},
+          Case{"a shore that shows the lake", Material::kGrass, lake, "mix", 0, 0.001f},
+          Case{"leaves over the lake", Material::kHighVegetation, lake, "mix", 0, 0.001f},
+          Case{"leaves in the shade", Material::kHighVegetation, shade, "mix", 0.5f, 0.86f},
+          Case{"the lake itself", Material::kConcrete, lake, "mix", 0.84f, 0.86f},
+          Case{"a wall that shows the roof", Material::kWall, roof, "mix", 0, 0.001f},
+          Case{"a wall, as the photo has it", Material::kWall, roof, "true", 0.999f, 1.001f},
+          Case{"a shore, as the photo has it", Material::kGrass, lake, "true", 0.999f, 1.001f}}) {
         INFO(c.name);
         Scene scene = small_scene();
         scene.quality.colour = c.colour, scene.quality.textures = false;
@@ -99,9 +109,11 @@ TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][sh
         scene.output.size_px = {64, 64};
         scene.quality.samples = 1, scene.quality.bounces = 0;
         scene.sun.altitude_deg = 70;
-        scene.camera.space = "voxel", scene.camera.position = {{0.5, 5, 0.5}}, scene.camera.target = {{0.6, 0, 0.6}};
+        scene.camera.space = "voxel", scene.camera.position = {{0.5, 5, 0.5}},
+        scene.camera.target = {{0.6, 0, 0.6}};
         kind.set(scene);
-        auto world = std::make_unique<test::ArrayWorld>(test::ArrayWorld::Coord{-20, -4, -20}, test::ArrayWorld::Coord{20, 8, 20});
+        auto world = std::make_unique<test::ArrayWorld>(test::ArrayWorld::Coord{-20, -4, -20},
+                                                        test::ArrayWorld::Coord{20, 8, 20});
         world->fill({-20, -4, -20}, {20, 0, 20}, Material::kSand);
         world->fill({-20, 0, -20}, {20, 1, 20}, Material::kLowVegetation);
         world->editable_info().bounds = world->level_bounds();
@@ -114,7 +126,8 @@ TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][sh
         for (int y = 0; y < film.height_px(); ++y)
             for (int x = 0; x < film.width_px(); ++x) {
                 const LayerSample& layers = film.layers_at(x, y);
-                if (layers.material != Material::kSand) continue;
+                if (layers.material != Material::kSand)
+                    continue;
                 sum += static_cast<double>(luminance(film.at(x, y).colour)), ++count;
             }
         INFO(kind.name << ": " << count << " pixels of sand");
@@ -124,7 +137,8 @@ TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][sh
     }
 }
 
-TEST_CASE("water's own light is counted once, however many leaves a ray passes in it", "[raytracer][shade]") {
+TEST_CASE("water's own light is counted once, however many leaves a ray passes in it",
+          "[raytracer][shade]") {
     const Job job(small_scene());
     const auto shading = make_shading(job.view);
     int passed = 0;
@@ -133,7 +147,8 @@ TEST_CASE("water's own light is counted once, however many leaves a ray passes i
         ray.kind = RayKind::kRefracted, ray.medium = Material::kWater;
         ray.ray.origin = ray.ray.origin + Vec3{0.006 * sample, 0, 0.004 * sample};
         const Shaded out = shade(*shading, ray, sample);
-        if (out.next.size() != 1 || out.next[0].kind != RayKind::kRefracted) continue;
+        if (out.next.size() != 1 || out.next[0].kind != RayKind::kRefracted)
+            continue;
         ++passed;
         CHECK(luminance(out.sum.direct + out.sum.indirect) == 0);
     }
@@ -147,7 +162,9 @@ TEST_CASE("without reflections all light goes into the water", "[raytracer][shad
         const Job job(scene);
         const auto shading = make_shading(job.view);
         for (std::uint32_t sample = 0; sample < 16; ++sample) {
-            const Shaded out = shade(*shading, met(*shading, Material::kWater, Face::kTop, normalized({1, -0.1, 0.2})), sample);
+            const Shaded out = shade(
+                *shading, met(*shading, Material::kWater, Face::kTop, normalized({1, -0.1, 0.2})),
+                sample);
             REQUIRE(out.next.size() == 1);
             CHECK(out.next[0].kind == RayKind::kRefracted);
             // But for the air before it.
@@ -156,7 +173,8 @@ TEST_CASE("without reflections all light goes into the water", "[raytracer][shad
     }
 }
 
-TEST_CASE("a path out of the water does not count the sun that its bed has asked for", "[raytracer][shade]") {
+TEST_CASE("a path out of the water does not count the sun that its bed has asked for",
+          "[raytracer][shade]") {
     Scene scene = small_scene();
     scene.quality.integrator = "path", scene.quality.clamp = 0;
     const Job job(scene);
@@ -165,7 +183,8 @@ TEST_CASE("a path out of the water does not count the sun that its bed has asked
     ray.medium = Material::kWater;
     bool found = false;
     for (const TracedRay& sent : shade(*shading, ray).next) {
-        if (sent.kind != RayKind::kBounce) continue;
+        if (sent.kind != RayKind::kBounce)
+            continue;
         found = true;
         TracedRay up = sent;  // at the water's surface, on its way to the sun
         up.ray.direction = normalized({0.02, 1, 0.03});
@@ -173,12 +192,14 @@ TEST_CASE("a path out of the water does not count the sun that its bed has asked
         up.hit.face = Face::kBottom, up.hit.attr.material = Material::kAir, up.hit.t = 1;
         for (std::uint32_t sample = 0; sample < 64; ++sample)
             for (TracedRay out : shade(*shading, up, sample).next) {
-                if (out.kind != RayKind::kRefracted) continue;
+                if (out.kind != RayKind::kRefracted)
+                    continue;
                 out.end = WalkEnd::kMiss;
                 out.ray.direction = job.view.sky.to_sun();
                 TracedRay free = out;
                 free.sun_asked = false;
-                CHECK(luminance(shade(*shading, free).sum.indirect) > 100 * luminance(shade(*shading, out).sum.indirect));
+                CHECK(luminance(shade(*shading, free).sum.indirect) >
+                      100 * luminance(shade(*shading, out).sum.indirect));
             }
     }
     CHECK(found);

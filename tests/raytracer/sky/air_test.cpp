@@ -3,7 +3,8 @@
 using namespace terravox;
 using namespace terravox::test;
 
-TEST_CASE("air takes nothing near by and all but a twentieth at the stated distance", "[raytracer][sky][air]") {
+TEST_CASE("air takes nothing near by and all but a twentieth at the stated distance",
+          "[raytracer][sky][air]") {
     const double visibility_km = GENERATE(0.05, 1.0, 20.0, 150.0, 400.0);
     Scene::Sky settings;
     settings.visibility_km = visibility_km;
@@ -17,7 +18,9 @@ TEST_CASE("air takes nothing near by and all but a twentieth at the stated dista
     for (double m = 1; m < 1e9; m *= 1.5) {
         const Air air = sky.air(level, m);
         CHECK(air.transmittance.g <= last);
-        CHECK(air.transmittance.r >= air.transmittance.b);  // what is far turns blue because blue is scattered into the way
+        CHECK(
+            air.transmittance.r >=
+            air.transmittance.b);  // what is far turns blue because blue is scattered into the way
         last = air.transmittance.g;
     }
 }
@@ -26,10 +29,12 @@ TEST_CASE("far land and the sky meet at the horizon without a seam", "[raytracer
     const double altitude = GENERATE(60.0, 20.0, 2.0, -3.0, -12.0);
     const double clouds = GENERATE(0.0, 0.8);
     Scene::Sky settings = with_clouds(clouds);
-    if (GENERATE(false, true)) settings.visibility_km = 15;
+    if (GENERATE(false, true))
+        settings.visibility_km = 15;
     const Sky sky = sky_at(altitude, 180, settings);
     for (double azimuth = 0; azimuth < 360; azimuth += 7.7) {
-        const Colour land = sky.air(direction(0, azimuth), INFINITY).light, above = sky.radiance(direction(0.001, azimuth));
+        const Colour land = sky.air(direction(0, azimuth), INFINITY).light,
+                     above = sky.radiance(direction(0.001, azimuth));
         INFO("sun " << altitude << ", azimuth " << azimuth);
         CHECK(brightness(land) == Approx(brightness(above)).epsilon(0.02));
         CHECK(static_cast<double>(land.b) == Approx(static_cast<double>(above.b)).epsilon(0.03));
@@ -43,7 +48,8 @@ TEST_CASE("by turbidity the air is as clear as its haze lets it be", "[raytracer
         return Sky({40, 180}, Scene::Sun{}, settings, place_m).air(d, 10'000).transmittance.g;
     };
     const Vec3 level{1, 0, 0};
-    for (double t = 1.5; t < 10; t += 0.5) CHECK(left(t, 0, level) > left(t + 0.5, 0, level));
+    for (double t = 1.5; t < 10; t += 0.5)
+        CHECK(left(t, 0, level) > left(t + 0.5, 0, level));
     CHECK(left(2.5, 2500, level) > left(2.5, 300, level));
     // A look down from a height goes through thinner air than a level one; up is as down.
     CHECK(left(2.5, 0, {0.8, -0.6, 0}) > left(2.5, 0, level));

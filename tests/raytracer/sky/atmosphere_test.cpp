@@ -7,17 +7,23 @@ using namespace terravox::test;
 
 TEST_CASE("phase functions share out all light, none more", "[raytracer][sky][atmosphere]") {
     double rayleigh = 0, mie = 0, ahead = 0;
-    over_sphere(400'000, -1, [&](Vec3 d, double sr) { rayleigh += rayleigh_phase(d.y) * sr, mie += mie_phase(d.y) * sr, ahead += mie_phase(d.y) * sr * d.y; });
+    over_sphere(400'000, -1, [&](Vec3 d, double sr) {
+        rayleigh += rayleigh_phase(d.y) * sr, mie += mie_phase(d.y) * sr,
+            ahead += mie_phase(d.y) * sr * d.y;
+    });
     CHECK(rayleigh == Approx(1).epsilon(1e-4));
     CHECK(mie == Approx(1).epsilon(1e-3));
     CHECK(ahead > 0.6);
 }
 
 TEST_CASE("the air above is as thick as published", "[raytracer][sky][atmosphere]") {
-    // Turbidity 1 is air without haze. Vertical optical depth of molecules at 555 nm: 0.094 (Hansen and Travis 1974); of ozone, 300
-    // Dobson units, in the band at 600 nm: 0.038. The air mass at the horizon is 38 (Kasten and Young 1989), for molecules 34 to 40.
+    // Turbidity 1 is air without haze. Vertical optical depth of molecules at 555 nm: 0.094 (Hansen
+    // and Travis 1974); of ozone, 300 Dobson units, in the band at 600 nm: 0.038. The air mass at
+    // the horizon is 38 (Kasten and Young 1989), for molecules 34 to 40.
     const Atmosphere clean(1), hazy(3);
-    const auto depth = [](const Atmosphere& air, double sine, std::size_t band) { return -std::log(air.transmittance(0, sine)[band]); };
+    const auto depth = [](const Atmosphere& air, double sine, std::size_t band) {
+        return -std::log(air.transmittance(0, sine)[band]);
+    };
     CHECK(depth(clean, 1, 5) == Approx(0.094 + 0.029).epsilon(0.15));
     CHECK(depth(clean, 0, 1) / depth(clean, 1, 1) == Approx(38).epsilon(0.12));
     // Preetham's turbidity 3: beta 0.092, at 555 nm 0.198 of haze.
@@ -25,9 +31,12 @@ TEST_CASE("the air above is as thick as published", "[raytracer][sky][atmosphere
     CHECK(depth(clean, 0.5, 5) / depth(clean, 1, 5) == Approx(2).epsilon(0.01));
 }
 
-TEST_CASE("light that comes down is never more than was sent, and less on a longer way", "[raytracer][sky][atmosphere]") {
+TEST_CASE("light that comes down is never more than was sent, and less on a longer way",
+          "[raytracer][sky][atmosphere]") {
     std::mt19937 random(21);
-    const auto in = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto in = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     for (int i = 0; i < 3000; ++i) {
         const Atmosphere air(in(1.5, 10));
         const double height = in(0, 1) < 0.5 ? in(0, 5000) : in(0, 100'000), sine = in(-0.1, 0.95);
@@ -41,7 +50,8 @@ TEST_CASE("light that comes down is never more than was sent, and less on a long
     }
 }
 
-TEST_CASE("the sun's light above the air is white, and paling keeps luminance", "[raytracer][sky][spectrum]") {
+TEST_CASE("the sun's light above the air is white, and paling keeps luminance",
+          "[raytracer][sky][spectrum]") {
     const Colour sun = to_rec709(kSolarIrradiance);
     CHECK(sun.r == Approx(sun.g).epsilon(1e-4));
     CHECK(sun.b == Approx(sun.g).epsilon(1e-4));

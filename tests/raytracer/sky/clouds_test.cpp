@@ -24,7 +24,8 @@ TEST_CASE("clouds cover the share of the sky that is asked for", "[raytracer][sk
     CHECK(passing == Approx(clouds.mean_passing()).margin(0.025));
 }
 
-TEST_CASE("clouds are smooth, also far from the origin, and end where numbers do", "[raytracer][sky][clouds]") {
+TEST_CASE("clouds are smooth, also far from the origin, and end where numbers do",
+          "[raytracer][sky][clouds]") {
     const Clouds clouds(0.5);
     std::mt19937 random(32);
     std::uniform_real_distribution<double> place(-6e6, 6e6);
@@ -39,7 +40,8 @@ TEST_CASE("clouds are smooth, also far from the origin, and end where numbers do
     }
 }
 
-TEST_CASE("a place is in the shadow of the clouds that stand before its sun", "[raytracer][sky][clouds]") {
+TEST_CASE("a place is in the shadow of the clouds that stand before its sun",
+          "[raytracer][sky][clouds]") {
     Scene scene;
     scene.sky.clouds = 0.5;
     std::mt19937 random(33);
@@ -51,7 +53,8 @@ TEST_CASE("a place is in the shadow of the clouds that stand before its sun", "[
     for (int i = 0; i < kPlaces; ++i) {
         const Vec3 eye{place(random), 200, place(random)};
         const Sky sky({60, 130}, scene.sun, scene.sky, 200, eye);
-        const double seen = brightness(sky.sun_disc(sky.to_sun())) / brightness(clear.sun_disc(clear.to_sun()));
+        const double seen =
+            brightness(sky.sun_disc(sky.to_sun())) / brightness(clear.sun_disc(clear.to_sun()));
         const double shadow = static_cast<double>(sky.cloud_shadow(eye));
         apart += std::abs(seen - shadow) / kPlaces, dark += shadow < 0.5 ? 1 : 0;
     }
@@ -59,16 +62,22 @@ TEST_CASE("a place is in the shadow of the clouds that stand before its sun", "[
     CHECK(dark > kPlaces / 5);
     CHECK(dark < kPlaces * 4 / 5);
     const Sky sky({60, 130}, scene.sun, scene.sky, 200);
-    for (int i = 0; i < 100; ++i) CHECK(sky.cloud_shadow({place(random), 200 + 1500, place(random)}) == 1);
+    for (int i = 0; i < 100; ++i)
+        CHECK(sky.cloud_shadow({place(random), 200 + 1500, place(random)}) == 1);
 }
 
-TEST_CASE("clouds brighten a blue sky, dim the ground's sun, and hide the disc", "[raytracer][sky][clouds]") {
-    const Sky clear = sky_at(50), broken = sky_at(50, 180, with_clouds(0.5)), grey = sky_at(50, 180, with_clouds(1));
+TEST_CASE("clouds brighten a blue sky, dim the ground's sun, and hide the disc",
+          "[raytracer][sky][clouds]") {
+    const Sky clear = sky_at(50), broken = sky_at(50, 180, with_clouds(0.5)),
+              grey = sky_at(50, 180, with_clouds(1));
     CHECK(brightness(broken.ambient({0, 1, 0})) > brightness(clear.ambient({0, 1, 0})));
-    CHECK(grey.ambient({0, 1, 0}).b / grey.ambient({0, 1, 0}).r < clear.ambient({0, 1, 0}).b / clear.ambient({0, 1, 0}).r);
+    CHECK(grey.ambient({0, 1, 0}).b / grey.ambient({0, 1, 0}).r <
+          clear.ambient({0, 1, 0}).b / clear.ambient({0, 1, 0}).r);
     // All of the sky's light under cloud is less than the sun's and the sky's without.
-    const double all = brightness(clear.ambient({0, 1, 0})) + brightness(clear.sun_light()) * clear.to_sun().y;
+    const double all =
+        brightness(clear.ambient({0, 1, 0})) + brightness(clear.sun_light()) * clear.to_sun().y;
     CHECK(brightness(grey.ambient({0, 1, 0})) < 0.7 * all);
     CHECK(brightness(grey.ambient({0, 1, 0})) > 0.1 * all);
-    CHECK(brightness(grey.sun_disc(grey.to_sun())) < 0.7 * brightness(clear.sun_disc(clear.to_sun())));
+    CHECK(brightness(grey.sun_disc(grey.to_sun())) <
+          0.7 * brightness(clear.sun_disc(clear.to_sun())));
 }

@@ -1,6 +1,7 @@
 // Writes a sheet of skies to look at: sky_panorama FOLDER [width of a panorama in pixels]
-// One picture for each altitude of the sun; in it, turbidity 2, 3 and 6 side by side, without clouds above and with them below. The
-// sun stands in the middle (south); east is left. Exposed as a photographer would.
+// One picture for each altitude of the sun; in it, turbidity 2, 3 and 6 side by side, without
+// clouds above and with them below. The sun stands in the middle (south); east is left. Exposed as
+// a photographer would.
 #include <OpenImageIO/imageio.h>
 
 #include <cstdio>
@@ -21,11 +22,18 @@ constexpr double kLowest_deg = -15;
 struct Sheet {
     int width, height;
     std::vector<std::uint8_t> pixels;
-    Sheet(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 3) {}
+    Sheet(int w, int h)
+        : width(w),
+          height(h),
+          pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 3) {}
     void set(int x, int y, Colour c) {
-        std::uint8_t* p = &pixels[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x))];
+        std::uint8_t* p =
+            &pixels[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                         static_cast<std::size_t>(x))];
         const auto byte = [](float v) {
-            return static_cast<std::uint8_t>(linear_to_srgb(1 - static_cast<float>(det::exp(-static_cast<double>(v)))) * 255 + 0.5f);
+            return static_cast<std::uint8_t>(
+                linear_to_srgb(1 - static_cast<float>(det::exp(-static_cast<double>(v)))) * 255 +
+                0.5f);
         };
         p[0] = byte(c.r), p[1] = byte(c.g), p[2] = byte(c.b);
     }
@@ -35,13 +43,18 @@ void draw(Sheet& sheet, int left, int top, int width, int height, const Sky& sky
     constexpr double kRad = det::kPi / 180;
     constexpr int kFine = 2;
     // By night a picture is to look like night: it gets less than its share.
-    const float exposure = 0.7f / (luminance(sky.ambient({0, 1, 0}) + sky.sun_light() * static_cast<float>(0.3 * std::max(0.0, sky.to_sun().y))) + 1e-4f);
+    const float exposure =
+        0.7f /
+        (luminance(sky.ambient({0, 1, 0}) +
+                   sky.sun_light() * static_cast<float>(0.3 * std::max(0.0, sky.to_sun().y))) +
+         1e-4f);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             Colour sum;
             for (int i = 0; i < kFine * kFine; ++i) {
                 const double azimuth = (x + (i % kFine + 0.5) / kFine) / width * 360 * kRad;
-                const double altitude = (90 - (y + (i / kFine + 0.5) / kFine) / height * (90 - kLowest_deg)) * kRad;
+                const double altitude =
+                    (90 - (y + (i / kFine + 0.5) / kFine) / height * (90 - kLowest_deg)) * kRad;
                 const auto a = det::sin_cos(azimuth), e = det::sin_cos(altitude);
                 const Vec3 d = normalized({a.sin * e.cos, e.sin, -a.cos * e.cos});
                 sum = sum + (sky.radiance(d) + sky.sun_disc(d)) * (exposure / (kFine * kFine));
@@ -53,31 +66,43 @@ void draw(Sheet& sheet, int left, int top, int width, int height, const Sky& sky
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 2) return std::fprintf(stderr, "sky_panorama FOLDER [WIDTH_PX]\n"), 2;
+    if (argc < 2)
+        return std::fprintf(stderr, "sky_panorama FOLDER [WIDTH_PX]\n"), 2;
     const std::filesystem::path folder = argv[1];
-    const int width = argc > 2 ? std::atoi(argv[2]) : 480, height = static_cast<int>(width * (90 - kLowest_deg) / 360);
+    const int width = argc > 2 ? std::atoi(argv[2]) : 480,
+              height = static_cast<int>(width * (90 - kLowest_deg) / 360);
     std::filesystem::create_directories(folder);
     for (const double altitude : {60.0, 30.0, 10.0, 3.0, 0.0, -4.0, -8.0, -15.0}) {
         Sheet sheet(3 * width, 2 * height);
         for (int column = 0; column < 3; ++column)
             for (int row = 0; row < 2; ++row) {
                 Scene scene;
-                scene.sky.turbidity = column == 0 ? 2 : column == 1 ? 3 : 6, scene.sky.clouds = row * 0.4;
+                scene.sky.turbidity = column == 0   ? 2
+                                      : column == 1 ? 3
+                                                    : 6,
+                scene.sky.clouds = row * 0.4;
                 const Sky sky({altitude, 180}, scene.sun, scene.sky, 300);
-                const Colour sun = sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y));
+                const Colour sun =
+                    sky.sun_light() * static_cast<float>(std::max(0.0, sky.to_sun().y));
                 const Colour up = sky.ambient({0, 1, 0}), wall = sky.ambient({0, 0, 1});
-                std::printf("sun %5.1f turbidity %.0f clouds %.1f: "
-                            "sun %.4g %.4g %.4g, level: sun %.4g, sky %.4g %.4g %.4g (%.0f %%), south wall %.3g\n",
-                            altitude, scene.sky.turbidity, scene.sky.clouds,
-                            static_cast<double>(sky.sun_light().r), static_cast<double>(sky.sun_light().g), static_cast<double>(sky.sun_light().b),
-                            static_cast<double>(luminance(sun)),
-                            static_cast<double>(up.r), static_cast<double>(up.g), static_cast<double>(up.b),
-                            static_cast<double>(100 * luminance(up) / luminance(up + sun)), static_cast<double>(luminance(wall)));
+                std::printf(
+                    "sun %5.1f turbidity %.0f clouds %.1f: "
+                    "sun %.4g %.4g %.4g, level: sun %.4g, sky %.4g %.4g %.4g (%.0f %%), south wall "
+                    "%.3g\n",
+                    altitude, scene.sky.turbidity, scene.sky.clouds,
+                    static_cast<double>(sky.sun_light().r), static_cast<double>(sky.sun_light().g),
+                    static_cast<double>(sky.sun_light().b), static_cast<double>(luminance(sun)),
+                    static_cast<double>(up.r), static_cast<double>(up.g), static_cast<double>(up.b),
+                    static_cast<double>(100 * luminance(up) / luminance(up + sun)),
+                    static_cast<double>(luminance(wall)));
                 draw(sheet, column * width, row * height, width, height, sky);
             }
-        const std::string path = (folder / ("sun_" + std::to_string(static_cast<int>(altitude)) + ".png")).string();
+        const std::string path =
+            (folder / ("sun_" + std::to_string(static_cast<int>(altitude)) + ".png")).string();
         const auto out = OIIO::ImageOutput::create(path);
-        if (!out || !out->open(path, OIIO::ImageSpec(sheet.width, sheet.height, 3, OIIO::TypeDesc::UINT8)) ||
+        if (!out ||
+            !out->open(path,
+                       OIIO::ImageSpec(sheet.width, sheet.height, 3, OIIO::TypeDesc::UINT8)) ||
             !out->write_image(OIIO::TypeDesc::UINT8, sheet.pixels.data()) || !out->close())
             return std::fprintf(stderr, "write '%s' failed\n", path.c_str()), 1;
     }

@@ -7,15 +7,18 @@
 using namespace terravox;
 using namespace terravox::test;
 
-TEST_CASE("the sky is finite and never negative, whatever the sun, the air and the direction", "[raytracer][sky]") {
-    const double altitude = GENERATE(-90.0, -18.0, -6.0, -0.833, 0.0, 0.5, 12.0, 45.0, 89.9999, 90.0);
+TEST_CASE("the sky is finite and never negative, whatever the sun, the air and the direction",
+          "[raytracer][sky]") {
+    const double altitude =
+        GENERATE(-90.0, -18.0, -6.0, -0.833, 0.0, 0.5, 12.0, 45.0, 89.9999, 90.0);
     const double azimuth = GENERATE(0.0, 225.0, -360.0);
     std::mt19937 random(static_cast<unsigned>(altitude * 7 + azimuth + 1000));
     Scene scene;
     scene.sky.turbidity = std::uniform_real_distribution<double>(1.5, 10)(random);
     scene.sky.clouds = azimuth == 0 ? 0 : 0.6, scene.sky.cloud_height_m = azimuth < 0 ? 12000 : 100;
     const double place_m = std::uniform_real_distribution<double>(-500, 9000)(random);
-    INFO("sun at " << altitude << ", " << azimuth << "; turbidity " << scene.sky.turbidity << ", place at " << place_m << " m");
+    INFO("sun at " << altitude << ", " << azimuth << "; turbidity " << scene.sky.turbidity
+                   << ", place at " << place_m << " m");
     const Sky sky({altitude, azimuth}, scene.sun, scene.sky, place_m);
     std::vector<Vec3> all = directions(1500, 5);
     all.push_back(sky.to_sun()), all.push_back(-sky.to_sun());
@@ -23,10 +26,16 @@ TEST_CASE("the sky is finite and never negative, whatever the sun, the air and t
     CHECK(std::abs(length(sky.to_sun()) - 1) < 1e-12);
     int bad = 0;
     for (const Vec3 d : all) {
-        bad += good(sky.radiance(d)) && good(sky.ambient(d)) && good(sky.sun_disc(d)) && std::isfinite(sky.pdf(d)) ? 0 : 1;
+        bad += good(sky.radiance(d)) && good(sky.ambient(d)) && good(sky.sun_disc(d)) &&
+                       std::isfinite(sky.pdf(d))
+                   ? 0
+                   : 1;
         for (const double metres : {0.0, 1.0, 1e4, 1e30, static_cast<double>(INFINITY)}) {
             const Air air = sky.air(d, metres);
-            bad += good(air.light) && good(air.transmittance) && air.transmittance.r <= 1 && air.transmittance.b <= 1 ? 0 : 1;
+            bad += good(air.light) && good(air.transmittance) && air.transmittance.r <= 1 &&
+                           air.transmittance.b <= 1
+                       ? 0
+                       : 1;
         }
         const float passing = sky.cloud_shadow(d * 1e4);
         bad += passing >= 0 && passing <= 1 ? 0 : 1;
@@ -39,8 +48,15 @@ TEST_CASE("a direction that is none does no harm", "[raytracer][sky]") {
     for (const double altitude : {40.0, -20.0}) {
         const Sky sky = sky_at(altitude, 180, with_clouds(0.5));
         int asked = 0;
-        for (const Vec3 d : {Vec3{none, none, none}, {0, 0, 0}, {none, 0.5, 0}, {0, none, 1}, {endless, 0.1, 0}, {0, endless, -endless}, {1e300, 1e300, 0}}) {
-            (void)sky.radiance(d), (void)sky.ambient(d), (void)sky.sun_disc(d), (void)sky.pdf(d), (void)sky.air(d, none), (void)sky.cloud_shadow(d);
+        for (const Vec3 d : {Vec3{none, none, none},
+                             {0, 0, 0},
+                             {none, 0.5, 0},
+                             {0, none, 1},
+                             {endless, 0.1, 0},
+                             {0, endless, -endless},
+                             {1e300, 1e300, 0}}) {
+            (void)sky.radiance(d), (void)sky.ambient(d), (void)sky.sun_disc(d), (void)sky.pdf(d),
+                (void)sky.air(d, none), (void)sky.cloud_shadow(d);
             ++asked;
         }
         CHECK(asked == 7);
@@ -48,31 +64,49 @@ TEST_CASE("a direction that is none does no harm", "[raytracer][sky]") {
 }
 
 TEST_CASE("the sun stands where its azimuth says: east is +x, south is +z", "[raytracer][sky]") {
-    struct Case { const char* name; double azimuth; Vec3 to; };
-    const auto c = GENERATE(values<Case>({{"north", 0, {0, 0, -1}}, {"east", 90, {1, 0, 0}}, {"south", 180, {0, 0, 1}}, {"west", 270, {-1, 0, 0}}}));
-    DYNAMIC_SECTION(c.name) { CHECK(length(sky_at(0, c.azimuth).to_sun() - c.to) < 1e-12); }
+    struct Case {
+        const char* name;
+        double azimuth;
+        Vec3 to;
+    };
+    const auto c = GENERATE(values<Case>({{"north", 0, {0, 0, -1}},
+                                          {"east", 90, {1, 0, 0}},
+                                          {"south", 180, {0, 0, 1}},
+                                          {"west", 270, {-1, 0, 0}}}));
+    DYNAMIC_SECTION(c.name) {
+        CHECK(length(sky_at(0, c.azimuth).to_sun() - c.to) < 1e-12);
+    }
 }
 
 TEST_CASE("ambient light is what radiance sums to", "[raytracer][sky]") {
     const double altitude = GENERATE(60.0, 20.0, 4.0, -3.0, -15.0), clouds = GENERATE(0.0, 0.5);
     const Sky sky = sky_at(altitude, 200, with_clouds(clouds));
-    struct Sum { Vec3 normal; Colour sum; };
+    struct Sum {
+        Vec3 normal;
+        Colour sum;
+    };
     std::vector<Sum> sums;
-    for (const Vec3 n : directions(24, 8)) sums.push_back({normalized(n), {}});
+    for (const Vec3 n : directions(24, 8))
+        sums.push_back({normalized(n), {}});
     over_sphere(120'000, -1, [&](Vec3 d, double sr) {
         const Colour light = sky.radiance(d);
         for (Sum& s : sums)
-            if (const double c = dot(s.normal, d); c > 0) s.sum = s.sum + light * static_cast<float>(c * sr / det::kPi);
+            if (const double c = dot(s.normal, d); c > 0)
+                s.sum = s.sum + light * static_cast<float>(c * sr / det::kPi);
     });
     for (const Sum& s : sums) {
-        INFO("sun " << altitude << ", clouds " << clouds << ", normal " << s.normal.x << " " << s.normal.y << " " << s.normal.z);
+        INFO("sun " << altitude << ", clouds " << clouds << ", normal " << s.normal.x << " "
+                    << s.normal.y << " " << s.normal.z);
         const Colour found = sky.ambient(s.normal);
         CHECK(brightness(found) == Approx(brightness(s.sum)).epsilon(0.02));
         CHECK(static_cast<double>(found.b) == Approx(static_cast<double>(s.sum.b)).epsilon(0.02));
     }
 }
 
-TEST_CASE("a clear sky gives a tenth to a quarter of the light, more when the sun is low or the air thick", "[raytracer][sky]") {
+TEST_CASE(
+    "a clear sky gives a tenth to a quarter of the light, more when the sun is low or the air "
+    "thick",
+    "[raytracer][sky]") {
     const auto share = [](double altitude, double turbidity) {
         Scene::Sky settings;
         settings.turbidity = turbidity;
@@ -82,8 +116,10 @@ TEST_CASE("a clear sky gives a tenth to a quarter of the light, more when the su
     };
     CHECK(share(60, 2) > 0.10);
     CHECK(share(60, 2.5) < 0.25);
-    for (double t = 1.5; t < 9; t += 1.5) CHECK(share(60, t) < share(60, t + 1.5));
-    for (double a = 5; a < 80; a += 15) CHECK(share(a, 2.5) > share(a + 15, 2.5));
+    for (double t = 1.5; t < 9; t += 1.5)
+        CHECK(share(60, t) < share(60, t + 1.5));
+    for (double a = 5; a < 80; a += 15)
+        CHECK(share(a, 2.5) > share(a + 15, 2.5));
 }
 
 TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[raytracer][sky]") {
@@ -94,40 +130,53 @@ TEST_CASE("the sky is the same on both sides of the sun, and turns with it", "[r
             const double left = brightness(south.radiance(direction(altitude, 180 - aside)));
             const double right = brightness(south.radiance(direction(altitude, 180 + aside)));
             CHECK(left == Approx(right).epsilon(1e-5));
-            CHECK(brightness(west.radiance(direction(altitude, 270 + aside))) == Approx(right).epsilon(1e-5));
+            CHECK(brightness(west.radiance(direction(altitude, 270 + aside))) ==
+                  Approx(right).epsilon(1e-5));
         }
 }
 
 TEST_CASE("a clear sky has no seam anywhere", "[raytracer][sky]") {
-    const double altitude = GENERATE(90.0, 50.0, 10.0, 1.0, -5.0, -9.0), clouds = GENERATE(0.0, 0.7);
+    const double altitude = GENERATE(90.0, 50.0, 10.0, 1.0, -5.0, -9.0),
+                 clouds = GENERATE(0.0, 0.7);
     const Sky sky = sky_at(altitude, 180, with_clouds(clouds));
-    // Along circles through all azimuths, zenith and horizon, a hundredth of a degree changes little; stars apart, which are points.
+    // Along circles through all azimuths, zenith and horizon, a hundredth of a degree changes
+    // little; stars apart, which are points.
     constexpr double kStep_deg = 0.01;
     for (const double azimuth : {0.0, 37.0, 90.0, 171.0}) {
         double last = -1;
         for (double a = -180; a < 180; a += kStep_deg) {
-            if (altitude < -4 && a > 0.5 && a < 179.5) { last = -1; continue; }
-            if (clouds > 0 && std::abs(a) > 0.2) { last = -1; continue; }  // clouds have edges; at the horizon they fade
+            if (altitude < -4 && a > 0.5 && a < 179.5) {
+                last = -1;
+                continue;
+            }
+            if (clouds > 0 && std::abs(a) > 0.2) {
+                last = -1;
+                continue;
+            }  // clouds have edges; at the horizon they fade
             const double now = brightness(sky.radiance(direction(a, azimuth)));
             if (last >= 0 && !(std::abs(now - last) < 0.02 * std::max(now, last))) {
-                INFO("sun " << altitude << ", along azimuth " << azimuth << " at " << a << ": " << last << " to " << now);
+                INFO("sun " << altitude << ", along azimuth " << azimuth << " at " << a << ": "
+                            << last << " to " << now);
                 CHECK(std::abs(now - last) < 0.02 * std::max(now, last));
             }
             last = now;
         }
     }
-    CHECK(brightness(sky.radiance({1, 1e-9, 0})) == Approx(brightness(sky.radiance({1, -1e-9, 0}))).epsilon(1e-3));
+    CHECK(brightness(sky.radiance({1, 1e-9, 0})) ==
+          Approx(brightness(sky.radiance({1, -1e-9, 0}))).epsilon(1e-3));
 }
 
 TEST_CASE("colours are those of days and evenings", "[raytracer][sky]") {
-    const Colour noon = sky_at(60).radiance({0, 1, 0}), horizon = sky_at(60).radiance(direction(2, 0));
+    const Colour noon = sky_at(60).radiance({0, 1, 0}),
+                 horizon = sky_at(60).radiance(direction(2, 0));
     CHECK(noon.b > 1.5f * noon.r);
     CHECK(brightness(horizon) > 1.3 * brightness(noon));
     CHECK(horizon.b / horizon.r < 0.8f * noon.b / noon.r);
     const Colour high = sky_at(45).sun_light(), low = sky_at(4).sun_light();
     CHECK(low.r / low.b > 2 * high.r / high.b);
     CHECK(brightness(sky_at(45).sun_light()) == Approx(2.4).epsilon(0.01));
-    const Colour sunset = sky_at(-1).radiance(direction(1, 180)), dusk = sky_at(-5).radiance({0, 1, 0});
+    const Colour sunset = sky_at(-1).radiance(direction(1, 180)),
+                 dusk = sky_at(-5).radiance({0, 1, 0});
     CHECK(sunset.r > 1.5f * sunset.b);
     CHECK(dusk.b > 2 * dusk.r);
 }
@@ -142,13 +191,18 @@ TEST_CASE("strengths multiply; without them there is no light", "[raytracer][sky
     CHECK(brightness(changed.sun_light()) == Approx(0.5 * brightness(plain.sun_light())));
     scene.sky.strength = 0, scene.sun.strength = 0, scene.sky.clouds = 0.5;
     const Sky dark({30, 180}, scene.sun, scene.sky, 0);
-    for (const Vec3 any : directions(200, 3)) CHECK(brightness(dark.radiance(any) + dark.ambient(any) + dark.sun_disc(any) + dark.air(any, 1e4).light) == 0);
+    for (const Vec3 any : directions(200, 3))
+        CHECK(brightness(dark.radiance(any) + dark.ambient(any) + dark.sun_disc(any) +
+                         dark.air(any, 1e4).light) == 0);
 }
 
-TEST_CASE("a uniform sky is one colour all around, without air unless asked for", "[raytracer][sky]") {
+TEST_CASE("a uniform sky is one colour all around, without air unless asked for",
+          "[raytracer][sky]") {
     Scene scene;
     scene.sky.model = "uniform", scene.sky.clouds = 1, scene.sky.strength = 2;
-    const auto is = [](Colour c, Colour wanted) { return c.r == wanted.r && c.g == wanted.g && c.b == wanted.b; };
+    const auto is = [](Colour c, Colour wanted) {
+        return c.r == wanted.r && c.g == wanted.g && c.b == wanted.b;
+    };
     const Sky white({30, 180}, scene.sun, scene.sky, 0);
     scene.sky.colour = std::array<double, 3>{0.25, 0.5, 1}, scene.sky.visibility_km = 10;
     const Sky blue({30, 180}, scene.sun, scene.sky, 0);
@@ -162,13 +216,16 @@ TEST_CASE("a uniform sky is one colour all around, without air unless asked for"
     CHECK(brightness(white.sun_light()) > 1);
 }
 
-TEST_CASE("the same sky is the same to the last bit, whichever was made before", "[raytracer][sky]") {
+TEST_CASE("the same sky is the same to the last bit, whichever was made before",
+          "[raytracer][sky]") {
     const Sky first = sky_at(17, 100, with_clouds(0.4));
     const Sky between = sky_at(50);
     const Sky second = sky_at(17, 100, with_clouds(0.4)), again = sky_at(17, 100, with_clouds(0.4));
     CHECK(brightness(between.radiance({0, 1, 0})) != brightness(first.radiance({0, 1, 0})));
     for (const Vec3 d : directions(3000, 6)) {
-        const Colour a = first.radiance(d) + first.ambient(d), b = second.radiance(d) + second.ambient(d), c = again.radiance(d) + again.ambient(d);
+        const Colour a = first.radiance(d) + first.ambient(d),
+                     b = second.radiance(d) + second.ambient(d),
+                     c = again.radiance(d) + again.ambient(d);
         REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
         REQUIRE(std::memcmp(&a, &c, sizeof a) == 0);
     }

@@ -24,11 +24,13 @@ TEST_CASE("samples of the sun fill its disc evenly", "[raytracer][sky][sun]") {
             inner += apart < radius / 2 ? 1 : 0, mean = mean + d * (1.0 / (kSide * kSide));
         }
     // Half the radius holds a quarter of the disc, nearly.
-    if (size > 0) CHECK(inner == Approx(kSide * kSide / 4).epsilon(0.02));
+    if (size > 0)
+        CHECK(inner == Approx(kSide * kSide / 4).epsilon(0.02));
     CHECK(length(normalized(mean) - sun.direction()) < 1e-6);
 }
 
-TEST_CASE("the disc's radiance sums to the sun's light, also while it sets", "[raytracer][sky][sun]") {
+TEST_CASE("the disc's radiance sums to the sun's light, also while it sets",
+          "[raytracer][sky][sun]") {
     const double altitude = GENERATE(40.0, 0.5, 0.1, 0.0, -0.15), size = GENERATE(0.5, 1.0, 20.0);
     Scene scene;
     scene.sun.size = size;
@@ -37,14 +39,20 @@ TEST_CASE("the disc's radiance sums to the sun's light, also while it sets", "[r
     constexpr int kSide = 500;
     double sum = 0;
     for (int i = 0; i < kSide; ++i)
-        for (int j = 0; j < kSide; ++j) sum += brightness(sky.sun_disc(sky.sample_sun((i + 0.5) / kSide, (j + 0.5) / kSide))) / (kSide * kSide);
+        for (int j = 0; j < kSide; ++j)
+            sum += brightness(sky.sun_disc(sky.sample_sun((i + 0.5) / kSide, (j + 0.5) / kSide))) /
+                   (kSide * kSide);
     INFO("sun at " << altitude << ", size " << size);
     CHECK(sky.sun_up() == (altitude * det::kPi / 180 + radius > 0));
     // Limb darkening over a cut disc leaves a little more or less than its share.
-    if (sky.sun_up()) CHECK(sum * solid_angle / det::kPi == Approx(brightness(sky.sun_light())).epsilon(altitude > radius * 180 / det::kPi ? 0.005 : 0.15));
+    if (sky.sun_up())
+        CHECK(sum * solid_angle / det::kPi ==
+              Approx(brightness(sky.sun_light()))
+                  .epsilon(altitude > radius * 180 / det::kPi ? 0.005 : 0.15));
     CHECK(brightness(sky.sun_disc(-sky.to_sun())) == 0);
     CHECK(brightness(sky.sun_disc({0, 1, 0})) == 0);
-    if (altitude > 30) CHECK(brightness(sky.sun_disc(sky.to_sun())) > 1.2 * sum);
+    if (altitude > 30)
+        CHECK(brightness(sky.sun_disc(sky.to_sun())) > 1.2 * sum);
 }
 
 TEST_CASE("a point has light but no disc", "[raytracer][sky][sun]") {
@@ -57,10 +65,13 @@ TEST_CASE("a point has light but no disc", "[raytracer][sky][sun]") {
     CHECK(length(sky.sample_sun(0.3, 0.9) - sky.to_sun()) < 1e-15);
 }
 
-TEST_CASE("light that a scene asks for replaces the air's, and still sets", "[raytracer][sky][sun]") {
+TEST_CASE("light that a scene asks for replaces the air's, and still sets",
+          "[raytracer][sky][sun]") {
     Scene scene;
     scene.sun.light = std::array<double, 3>{1, 0.5, 0.25}, scene.sun.strength = 2;
-    const auto light = [&](double altitude) { return Sky({altitude, 90}, scene.sun, scene.sky, 0).sun_light(); };
+    const auto light = [&](double altitude) {
+        return Sky({altitude, 90}, scene.sun, scene.sky, 0).sun_light();
+    };
     CHECK(light(40).r == Approx(2));
     CHECK(light(3).b == Approx(0.5));
     CHECK(light(0).g == Approx(0.5).epsilon(0.01));
@@ -85,20 +96,28 @@ TEST_CASE("a zone's clock is that of its summer and winter", "[raytracer][sky][s
 }
 
 TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky][sun]") {
-    struct Case { const char* name; void (*change)(Scene::Sun&); std::string said; };
+    struct Case {
+        const char* name;
+        void (*change)(Scene::Sun&);
+        std::string said;
+    };
     const auto c = GENERATE(values<Case>({
-        {"altitude alone", [](Scene::Sun& s) { s.altitude_deg = 10; }, "sun.azimuth_deg is missing"},
+        {"altitude alone", [](Scene::Sun& s) { s.altitude_deg = 10; },
+         "sun.azimuth_deg is missing"},
         {"azimuth alone", [](Scene::Sun& s) { s.azimuth_deg = 10; }, "sun.altitude_deg is missing"},
         {"no date", [](Scene::Sun& s) { s.date = ""; }, "sun.date = ''"},
-        {"a word", [](Scene::Sun& s) { s.date = "midsummer"; }, "sun.date = 'midsummer'; allowed: YYYY-MM-DD"},
+        {"a word", [](Scene::Sun& s) { s.date = "midsummer"; },
+         "sun.date = 'midsummer'; allowed: YYYY-MM-DD"},
         {"31 February", [](Scene::Sun& s) { s.date = "2026-02-31"; }, "sun.date = '2026-02-31'"},
         {"month 13", [](Scene::Sun& s) { s.date = "2026-13-01"; }, "2026-13-01"},
         {"month 0", [](Scene::Sun& s) { s.date = "2026-00-01"; }, "2026-00-01"},
         {"day 32", [](Scene::Sun& s) { s.date = "2026-01-32"; }, "2026-01-32"},
         {"day 0", [](Scene::Sun& s) { s.date = "2026-01-00"; }, "2026-01-00"},
         {"text behind", [](Scene::Sun& s) { s.date = "2026-06-21T16"; }, "2026-06-21T16"},
-        {"30 February of another year", [](Scene::Sun& s) { s.date = "2025-02-30"; }, "sun.date = '2025-02-30' is no day of the calendar"},
-        {"25 o'clock", [](Scene::Sun& s) { s.time_h = 25; }, "sun.time_h = 25.000000; allowed: 0 to 24"},
+        {"30 February of another year", [](Scene::Sun& s) { s.date = "2025-02-30"; },
+         "sun.date = '2025-02-30' is no day of the calendar"},
+        {"25 o'clock", [](Scene::Sun& s) { s.time_h = 25; },
+         "sun.time_h = 25.000000; allowed: 0 to 24"},
         {"no time at all", [](Scene::Sun& s) { s.time_h = std::nan(""); }, "sun.time_h = nan"},
         {"slashes", [](Scene::Sun& s) { s.date = "2026/06/21"; }, "2026/06/21"},
     }));
@@ -111,7 +130,8 @@ TEST_CASE("a sun that cannot be is refused, naming the field", "[raytracer][sky]
     }
 }
 
-TEST_CASE("the sun comes from date, time and place, or from the angles when both are given", "[raytracer][sky][sun]") {
+TEST_CASE("the sun comes from date, time and place, or from the angles when both are given",
+          "[raytracer][sky][sun]") {
     Scene::Sun sun;
     const geo::LatLon delft{52.0, 4.37};
     sun.time_h = 12, sun.utc_offset_h = 0;

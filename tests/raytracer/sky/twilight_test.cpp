@@ -3,7 +3,8 @@
 using namespace terravox;
 using namespace terravox::test;
 
-TEST_CASE("the light goes with the sun, evenly and without a jump, down to the glow of the night", "[raytracer][sky][twilight]") {
+TEST_CASE("the light goes with the sun, evenly and without a jump, down to the glow of the night",
+          "[raytracer][sky][twilight]") {
     const double clouds = GENERATE(0.0, 0.4);
     const Vec3 up{0, 1, 0};
     constexpr double kStep_deg = 0.25;
@@ -17,14 +18,16 @@ TEST_CASE("the light goes with the sun, evenly and without a jump, down to the g
         if (last > 0) {
             CHECK(now <= last * 1.000001);
             const double fall = std::log(last / now) / kStep_deg;
-            CHECK(fall < 1.6);                            // the steepest dusk: a factor of five for each degree
-            if (altitude < 9.5) CHECK(std::abs(fall - last_fall) < 0.3);
+            CHECK(fall < 1.6);  // the steepest dusk: a factor of five for each degree
+            if (altitude < 9.5)
+                CHECK(std::abs(fall - last_fall) < 0.3);
             last_fall = fall;
         }
         last = now, last_sun = sun;
     }
     CHECK(last < 1e-4);
-    CHECK(brightness(sky_at(-25).ambient(up)) == Approx(brightness(sky_at(-60).ambient(up))).epsilon(0.01));
+    CHECK(brightness(sky_at(-25).ambient(up)) ==
+          Approx(brightness(sky_at(-60).ambient(up))).epsilon(0.01));
 }
 
 TEST_CASE("the night has a few hundred stars, which the day hides", "[raytracer][sky][twilight]") {
@@ -43,5 +46,6 @@ TEST_CASE("the night has a few hundred stars, which the day hides", "[raytracer]
     CHECK(lit < 4 * 2000);
     CHECK(brightest > 20 * glow);
     for (const Vec3 d : directions(2000, 14))
-        if (d.y > 0.2) REQUIRE(brightness(day.radiance(d)) < 100 * brightness(day.ambient({0, 1, 0})));
+        if (d.y > 0.2)
+            REQUIRE(brightness(day.radiance(d)) < 100 * brightness(day.ambient({0, 1, 0})));
 }

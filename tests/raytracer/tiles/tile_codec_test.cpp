@@ -19,34 +19,47 @@ using Bytes = std::vector<std::byte>;
 RenderTile rectangle(int x0, int y0, int x1, int y1, int step = 1, bool refines = false) {
     RenderTile tile;
     tile.index = 77, tile.pass = 2, tile.first_sample = 3, tile.samples = 9;
-    tile.x0 = x0, tile.y0 = y0, tile.x1 = x1, tile.y1 = y1, tile.step = step, tile.refines = refines;
+    tile.x0 = x0, tile.y0 = y0, tile.x1 = x1, tile.y1 = y1, tile.step = step,
+    tile.refines = refines;
     return tile;
 }
 
 /// Of numbers alone, without gaps: as bytes.
-template <class T> Bytes bytes_of(const T& value) {
+template <class T>
+Bytes bytes_of(const T& value) {
     const auto* at = reinterpret_cast<const std::byte*>(&value);
     return {at, at + sizeof value};
 }
 
-bool same(const PixelSample& a, const PixelSample& b) { return bytes_of(a) == bytes_of(b); }
+bool same(const PixelSample& a, const PixelSample& b) {
+    return bytes_of(a) == bytes_of(b);
+}
 static_assert(sizeof(PixelSample) == 7 * sizeof(float));
 bool same(const LayerSample& a, const LayerSample& b) {
-    return bytes_of(a.direct) == bytes_of(b.direct) && bytes_of(a.indirect) == bytes_of(b.indirect) && bytes_of(a.albedo) == bytes_of(b.albedo) &&
-           bytes_of(a.normal) == bytes_of(b.normal) && bytes_of(a.position) == bytes_of(b.position) && bytes_of(a.sun) == bytes_of(b.sun) &&
-           bytes_of(a.water) == bytes_of(b.water) && a.material == b.material && bytes_of(a.materials) == bytes_of(b.materials) &&
+    return bytes_of(a.direct) == bytes_of(b.direct) &&
+           bytes_of(a.indirect) == bytes_of(b.indirect) &&
+           bytes_of(a.albedo) == bytes_of(b.albedo) && bytes_of(a.normal) == bytes_of(b.normal) &&
+           bytes_of(a.position) == bytes_of(b.position) && bytes_of(a.sun) == bytes_of(b.sun) &&
+           bytes_of(a.water) == bytes_of(b.water) && a.material == b.material &&
+           bytes_of(a.materials) == bytes_of(b.materials) &&
            bytes_of(a.squares) == bytes_of(b.squares);
 }
 bool same(const TileResult& a, const TileResult& b) {
-    const auto alike = [](const auto& x, const auto& y) { return std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const auto& p, const auto& q) { return same(p, q); }); };
-    return a.tile == b.tile && alike(a.samples, b.samples) && alike(a.layers, b.layers) && a.holes == b.holes && bytes_of(a.counts) == bytes_of(b.counts);
+    const auto alike = [](const auto& x, const auto& y) {
+        return std::equal(x.begin(), x.end(), y.begin(), y.end(),
+                          [](const auto& p, const auto& q) { return same(p, q); });
+    };
+    return a.tile == b.tile && alike(a.samples, b.samples) && alike(a.layers, b.layers) &&
+           a.holes == b.holes && bytes_of(a.counts) == bytes_of(b.counts);
 }
 
 // Where numbers lie in encoded bytes; the format is fixed, so the test may know it.
-constexpr std::size_t kFlagsAt = 9, kX0At = 18, kY0At = 22, kX1At = 26, kY1At = 30, kStepAt = 34, kHolesAt = 46, kSecondsAt = 50 + 12 * 8, kPlanesAt = 50 + 19 * 8;
+constexpr std::size_t kFlagsAt = 9, kX0At = 18, kY0At = 22, kX1At = 26, kY1At = 30, kStepAt = 34,
+                      kHolesAt = 46, kSecondsAt = 50 + 12 * 8, kPlanesAt = 50 + 19 * 8;
 
 /// As someone who means harm would: the checksum is right.
-template <class T> Bytes forged(Bytes bytes, std::size_t at, T value) {
+template <class T>
+Bytes forged(Bytes bytes, std::size_t at, T value) {
     std::memcpy(bytes.data() + at, &value, sizeof value);
     const std::uint64_t checksum = XXH3_64bits_withSeed(bytes.data() + 9, bytes.size() - 9, 1);
     std::memcpy(bytes.data() + 1, &checksum, sizeof checksum);
@@ -56,9 +69,17 @@ template <class T> Bytes forged(Bytes bytes, std::size_t at, T value) {
 }  // namespace
 
 TEST_CASE("a tile comes back from its bytes, bit by bit", "[raytracer][tiles][codec]") {
-    struct Case { const char* name; RenderTile tile; };
-    const auto c = GENERATE(values<Case>({{"one pixel", rectangle(0, 0, 1, 1)}, {"a usual tile", rectangle(64, 128, 128, 192)}, {"an odd rest", rectangle(1900, 1077, 1921, 1080)},
-        {"a coarse pass", rectangle(64, 0, 128, 64, 8)}, {"a pass that refines", rectangle(60, 3, 131, 64, 4, true)}, {"a tile without a pixel", rectangle(1, 1, 3, 3, 64)}}));
+    struct Case {
+        const char* name;
+        RenderTile tile;
+    };
+    const auto c =
+        GENERATE(values<Case>({{"one pixel", rectangle(0, 0, 1, 1)},
+                               {"a usual tile", rectangle(64, 128, 128, 192)},
+                               {"an odd rest", rectangle(1900, 1077, 1921, 1080)},
+                               {"a coarse pass", rectangle(64, 0, 128, 64, 8)},
+                               {"a pass that refines", rectangle(60, 3, 131, 64, 4, true)},
+                               {"a tile without a pixel", rectangle(1, 1, 3, 3, 64)}}));
     const bool with_layers = GENERATE(false, true);
     DYNAMIC_SECTION(c.name << (with_layers ? ", layers" : "")) {
         for (unsigned seed = 1; seed <= 20; ++seed) {
@@ -80,8 +101,11 @@ TEST_CASE("rectangles of chance come back from their bytes", "[raytracer][tiles]
     std::mt19937 random(11);
     for (int run = 0; run < 300; ++run) {
         const int x = static_cast<int>(random() % 5000), y = static_cast<int>(random() % 5000);
-        const RenderTile t = rectangle(x, y, x + 1 + static_cast<int>(random() % 90), y + 1 + static_cast<int>(random() % 90), 1 << random() % 7, random() % 2 == 0);
-        INFO(run << ": " << t.x0 << " " << t.y0 << " " << t.x1 << " " << t.y1 << " step " << t.step << (t.refines ? " refines" : ""));
+        const RenderTile t = rectangle(x, y, x + 1 + static_cast<int>(random() % 90),
+                                       y + 1 + static_cast<int>(random() % 90), 1 << random() % 7,
+                                       random() % 2 == 0);
+        INFO(run << ": " << t.x0 << " " << t.y0 << " " << t.x1 << " " << t.y1 << " step " << t.step
+                 << (t.refines ? " refines" : ""));
         const TileResult tile = tile_of_chance(t, run % 3 == 0, static_cast<unsigned>(run));
         REQUIRE(same(decode_tile(encode_tile(tile), "test"), tile));
     }
@@ -94,14 +118,17 @@ TEST_CASE("bytes that were cut short anywhere are refused", "[raytracer][tiles][
         REQUIRE_THROWS_AS(decode_tile(std::span(bytes).first(size), "test"), Error);
         REQUIRE_THROWS_AS(read_tile_head(std::span(bytes).first(size), "test"), Error);
         if (size > kPlanesAt) {
-            const Bytes forged_rest = forged(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)), kFlagsAt, bytes[kFlagsAt]);
+            const Bytes forged_rest =
+                forged(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)),
+                       kFlagsAt, bytes[kFlagsAt]);
             REQUIRE_THROWS_AS(decode_tile(forged_rest, "test"), Error);
         }
     }
     Bytes longer = bytes;
     longer.push_back(std::byte{0});
     CHECK_THROWS_AS(decode_tile(longer, "test"), Error);
-    CHECK_THROWS_WITH(decode_tile(forged(longer, kFlagsAt, bytes[kFlagsAt]), "test"), contains("not one whole zstd frame"));
+    CHECK_THROWS_WITH(decode_tile(forged(longer, kFlagsAt, bytes[kFlagsAt]), "test"),
+                      contains("not one whole zstd frame"));
 }
 
 TEST_CASE("a single bit that changed anywhere is noticed", "[raytracer][tiles][codec]") {
@@ -112,16 +139,19 @@ TEST_CASE("a single bit that changed anywhere is noticed", "[raytracer][tiles][c
         INFO("bit " << bit);
         REQUIRE_THROWS_AS(decode_tile(damaged, "test"), Error);
     }
-    CHECK_THROWS_WITH(decode_tile(Bytes{std::byte{2}, std::byte{0}}, "worker 7"), contains("read the tile worker 7: version 2; allowed: 1"));
+    CHECK_THROWS_WITH(decode_tile(Bytes{std::byte{2}, std::byte{0}}, "worker 7"),
+                      contains("read the tile worker 7: version 2; allowed: 1"));
 }
 
-TEST_CASE("bytes of chance are refused, with a checksum that is right, too", "[raytracer][tiles][codec]") {
+TEST_CASE("bytes of chance are refused, with a checksum that is right, too",
+          "[raytracer][tiles][codec]") {
     const Bytes bytes = encode_tile(tile_of_chance(rectangle(0, 0, 9, 4), true, 7));
     std::mt19937 random(8);
     int refused = 0;
     for (int run = 0; run < 20'000; ++run) {
         Bytes damaged = bytes;
-        for (unsigned i = 1 + random() % 3; i > 0; --i) damaged[9 + random() % (damaged.size() - 9)] = static_cast<std::byte>(random());
+        for (unsigned i = 1 + random() % 3; i > 0; --i)
+            damaged[9 + random() % (damaged.size() - 9)] = static_cast<std::byte>(random());
         damaged = forged(damaged, kFlagsAt, damaged[kFlagsAt]);
         try {
             // What is believed must be a tile: it can be encoded.
@@ -133,24 +163,46 @@ TEST_CASE("bytes of chance are refused, with a checksum that is right, too", "[r
     CHECK(refused > 1000);
 }
 
-TEST_CASE("hostile heads are refused before any memory is taken for pixels", "[raytracer][tiles][codec]") {
-    constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max(), kLeast = std::numeric_limits<std::int32_t>::min();
+TEST_CASE("hostile heads are refused before any memory is taken for pixels",
+          "[raytracer][tiles][codec]") {
+    constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max(),
+                           kLeast = std::numeric_limits<std::int32_t>::min();
     const Bytes bytes = encode_tile(tile_of_chance(rectangle(16, 32, 24, 40), true, 9));
-    struct Case { const char* name; std::size_t at; std::int32_t value; const char* said; };
-    const auto c = GENERATE(values<Case>({{"left beyond right", kX0At, 24, "rectangle"}, {"top beyond bottom", kY0At, 41, "rectangle"}, {"left of the picture", kX0At, -1, "rectangle"},
-        {"far left", kX0At, kLeast, "rectangle"}, {"above the picture", kY0At, kLeast, "rectangle"}, {"far right", kX1At, kMost, "rectangle"}, {"far below", kY1At, kMost, "rectangle"},
-        {"no step", kStepAt, 0, "step 0; allowed"}, {"a step back", kStepAt, -1, "step -1; allowed"}, {"an odd step", kStepAt, 3, "step 3; allowed"},
-        {"the largest step", kStepAt, 1 << 30, "step"}, {"the farthest step", kStepAt, kLeast, "step"}, {"wider than its pixels", kX1At, 25, "asks for"},
-        {"wide", kX1At, 1 << 20, "bytes of pixels"}, {"more than may be", kX1At, 1 << 24, "allowed: up to 1073741824"},
-        {"as many holes as can be", kHolesAt, -1, "holes in"}, {"more holes than there are", kHolesAt, 100'000, "holes in"}}));
+    struct Case {
+        const char* name;
+        std::size_t at;
+        std::int32_t value;
+        const char* said;
+    };
+    const auto c =
+        GENERATE(values<Case>({{"left beyond right", kX0At, 24, "rectangle"},
+                               {"top beyond bottom", kY0At, 41, "rectangle"},
+                               {"left of the picture", kX0At, -1, "rectangle"},
+                               {"far left", kX0At, kLeast, "rectangle"},
+                               {"above the picture", kY0At, kLeast, "rectangle"},
+                               {"far right", kX1At, kMost, "rectangle"},
+                               {"far below", kY1At, kMost, "rectangle"},
+                               {"no step", kStepAt, 0, "step 0; allowed"},
+                               {"a step back", kStepAt, -1, "step -1; allowed"},
+                               {"an odd step", kStepAt, 3, "step 3; allowed"},
+                               {"the largest step", kStepAt, 1 << 30, "step"},
+                               {"the farthest step", kStepAt, kLeast, "step"},
+                               {"wider than its pixels", kX1At, 25, "asks for"},
+                               {"wide", kX1At, 1 << 20, "bytes of pixels"},
+                               {"more than may be", kX1At, 1 << 24, "allowed: up to 1073741824"},
+                               {"as many holes as can be", kHolesAt, -1, "holes in"},
+                               {"more holes than there are", kHolesAt, 100'000, "holes in"}}));
     DYNAMIC_SECTION(c.name) {
         const Bytes hostile = forged(bytes, c.at, c.value);
         CHECK_THROWS_AS(decode_tile(hostile, "test"), Error);
         CHECK_THROWS_WITH(decode_tile(hostile, "test"), contains(c.said));
     }
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kFlagsAt, std::uint8_t{0}), "test"), contains("asks for"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kFlagsAt, std::uint8_t{4}), "test"), contains("flags"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kSecondsAt, -1.0), "test"), contains("times below 0"));
+    CHECK_THROWS_WITH(decode_tile(forged(bytes, kFlagsAt, std::uint8_t{0}), "test"),
+                      contains("asks for"));
+    CHECK_THROWS_WITH(decode_tile(forged(bytes, kFlagsAt, std::uint8_t{4}), "test"),
+                      contains("flags"));
+    CHECK_THROWS_WITH(decode_tile(forged(bytes, kSecondsAt, -1.0), "test"),
+                      contains("times below 0"));
 }
 
 TEST_CASE("holes are boxes that there can be, each once", "[raytracer][tiles][codec]") {
@@ -158,42 +210,66 @@ TEST_CASE("holes are boxes that there can be, each once", "[raytracer][tiles][co
     tile.holes = {{0, 1, 2, 3}, {0, 1, 2, 4}, {20, -1, 0, 1 << 30}};
     const Bytes bytes = encode_tile(tile);
     CHECK(decode_tile(bytes, "test").holes == tile.holes);
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt + 32, 21), "test"), contains("level 21; allowed: 0 to 20"));
+    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt + 32, 21), "test"),
+                      contains("level 21; allowed: 0 to 20"));
     CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt, -1), "test"), contains("level -1"));
-    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt + 28, 3), "test"), contains("not in order"));
+    CHECK_THROWS_WITH(decode_tile(forged(bytes, kPlanesAt + 28, 3), "test"),
+                      contains("not in order"));
 }
 
 TEST_CASE("values that no pixel can have are refused", "[raytracer][tiles][codec]") {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
-    struct Case { const char* name; void (*spoil)(PixelSample&, LayerSample&); bool refused = true; };
+    constexpr float kInfinity = std::numeric_limits<float>::infinity(),
+                    kNan = std::numeric_limits<float>::quiet_NaN();
+    struct Case {
+        const char* name;
+        void (*spoil)(PixelSample&, LayerSample&);
+        bool refused = true;
+    };
     const auto c = GENERATE(values<Case>({
-        {"untouched", [](PixelSample&, LayerSample&) {}, false}, {"infinitely far", [](PixelSample& s, LayerSample&) { s.depth_m = kInfinity; }, false},
-        {"all of it", [](PixelSample& s, LayerSample&) { s.alpha = 1; }, false}, {"a colour below 0", [](PixelSample& s, LayerSample&) { s.colour.g = -1; }, false},
-        {"no number", [](PixelSample& s, LayerSample&) { s.colour.r = kNan; }}, {"endless light", [](PixelSample& s, LayerSample&) { s.colour.b = kInfinity; }},
-        {"more than all", [](PixelSample& s, LayerSample&) { s.alpha = 1.0001f; }}, {"less than none", [](PixelSample& s, LayerSample&) { s.alpha = -0.1f; }},
-        {"behind the eye", [](PixelSample& s, LayerSample&) { s.depth_m = -1; }}, {"no depth", [](PixelSample& s, LayerSample&) { s.depth_m = kNan; }},
-        {"no samples", [](PixelSample& s, LayerSample&) { s.samples = 0; }}, {"error below 0", [](PixelSample& s, LayerSample&) { s.error = -1; }},
-        {"no error", [](PixelSample& s, LayerSample&) { s.error = kNan; }}, {"endless error", [](PixelSample& s, LayerSample&) { s.error = kInfinity; }},
-        {"direct", [](PixelSample&, LayerSample& l) { l.direct.r = kNan; }}, {"indirect", [](PixelSample&, LayerSample& l) { l.indirect.g = kInfinity; }},
-        {"albedo", [](PixelSample&, LayerSample& l) { l.albedo.b = kNan; }}, {"normal", [](PixelSample&, LayerSample& l) { l.normal[2] = kNan; }},
-        {"position", [](PixelSample&, LayerSample& l) { l.position[0] = -kInfinity; }}, {"sun", [](PixelSample&, LayerSample& l) { l.sun = 2; }},
-        {"water", [](PixelSample&, LayerSample& l) { l.water = kNan; }}, {"material", [](PixelSample&, LayerSample& l) { l.material = static_cast<voxel::Material>(32); }},
-        {"share of a material", [](PixelSample&, LayerSample& l) { l.materials.share[5] = -0.5f; }}, {"a matte's material", [](PixelSample&, LayerSample& l) { l.materials.object[0] = 32; }},
-        {"share of a square", [](PixelSample&, LayerSample& l) { l.squares.share[0] = kInfinity; }}, {"any square", [](PixelSample&, LayerSample& l) { l.squares.object[0] = ~0U; }, false},
+        {"untouched", [](PixelSample&, LayerSample&) {}, false},
+        {"infinitely far", [](PixelSample& s, LayerSample&) { s.depth_m = kInfinity; }, false},
+        {"all of it", [](PixelSample& s, LayerSample&) { s.alpha = 1; }, false},
+        {"a colour below 0", [](PixelSample& s, LayerSample&) { s.colour.g = -1; }, false},
+        {"no number", [](PixelSample& s, LayerSample&) { s.colour.r = kNan; }},
+        {"endless light", [](PixelSample& s, LayerSample&) { s.colour.b = kInfinity; }},
+        {"more than all", [](PixelSample& s, LayerSample&) { s.alpha = 1.0001f; }},
+        {"less than none", [](PixelSample& s, LayerSample&) { s.alpha = -0.1f; }},
+        {"behind the eye", [](PixelSample& s, LayerSample&) { s.depth_m = -1; }},
+        {"no depth", [](PixelSample& s, LayerSample&) { s.depth_m = kNan; }},
+        {"no samples", [](PixelSample& s, LayerSample&) { s.samples = 0; }},
+        {"error below 0", [](PixelSample& s, LayerSample&) { s.error = -1; }},
+        {"no error", [](PixelSample& s, LayerSample&) { s.error = kNan; }},
+        {"endless error", [](PixelSample& s, LayerSample&) { s.error = kInfinity; }},
+        {"direct", [](PixelSample&, LayerSample& l) { l.direct.r = kNan; }},
+        {"indirect", [](PixelSample&, LayerSample& l) { l.indirect.g = kInfinity; }},
+        {"albedo", [](PixelSample&, LayerSample& l) { l.albedo.b = kNan; }},
+        {"normal", [](PixelSample&, LayerSample& l) { l.normal[2] = kNan; }},
+        {"position", [](PixelSample&, LayerSample& l) { l.position[0] = -kInfinity; }},
+        {"sun", [](PixelSample&, LayerSample& l) { l.sun = 2; }},
+        {"water", [](PixelSample&, LayerSample& l) { l.water = kNan; }},
+        {"material",
+         [](PixelSample&, LayerSample& l) { l.material = static_cast<voxel::Material>(32); }},
+        {"share of a material", [](PixelSample&, LayerSample& l) { l.materials.share[5] = -0.5f; }},
+        {"a matte's material", [](PixelSample&, LayerSample& l) { l.materials.object[0] = 32; }},
+        {"share of a square", [](PixelSample&, LayerSample& l) { l.squares.share[0] = kInfinity; }},
+        {"any square", [](PixelSample&, LayerSample& l) { l.squares.object[0] = ~0U; }, false},
     }));
     DYNAMIC_SECTION(c.name) {
         TileResult tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 12);
         c.spoil(tile.samples[17], tile.layers[17]);
         const Bytes bytes = encode_tile(tile);
-        if (c.refused) CHECK_THROWS_AS(decode_tile(bytes, "test"), Error);
-        else CHECK(same(decode_tile(bytes, "test"), tile));
+        if (c.refused)
+            CHECK_THROWS_AS(decode_tile(bytes, "test"), Error);
+        else
+            CHECK(same(decode_tile(bytes, "test"), tile));
     }
 }
 
 TEST_CASE("a tile that is not whole, or too large, is not encoded", "[raytracer][tiles][codec]") {
     TileResult tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 13);
     tile.samples.pop_back();
-    CHECK_THROWS_WITH(encode_tile(tile), contains("encode the tile 77: 35 samples and 36 of its layers; allowed: 36"));
+    CHECK_THROWS_WITH(encode_tile(tile),
+                      contains("encode the tile 77: 35 samples and 36 of its layers; allowed: 36"));
     tile = tile_of_chance(rectangle(0, 0, 6, 6), true, 13);
     tile.layers.pop_back();
     CHECK_THROWS_AS(encode_tile(tile), Error);
@@ -202,7 +278,8 @@ TEST_CASE("a tile that is not whole, or too large, is not encoded", "[raytracer]
     CHECK_THROWS_WITH(encode_tile(tile), contains("rectangle"));
 }
 
-TEST_CASE("the hash of pixels is that of what they show, and nothing else", "[raytracer][tiles][codec]") {
+TEST_CASE("the hash of pixels is that of what they show, and nothing else",
+          "[raytracer][tiles][codec]") {
     const TileResult tile = tile_of_chance(rectangle(0, 0, 40, 30), true, 14);
     const std::uint64_t hash = hash_of_pixels(tile);
     TileResult same_pixels = tile;
@@ -216,8 +293,10 @@ TEST_CASE("the hash of pixels is that of what they show, and nothing else", "[ra
     for (std::size_t i = 0; i < tile.layers.size(); ++i) {
         const LayerSample& from = tile.layers[i];
         LayerSample& to = layers[i];
-        to.direct = from.direct, to.indirect = from.indirect, to.albedo = from.albedo, to.normal = from.normal, to.position = from.position, to.sun = from.sun;
-        to.water = from.water, to.material = from.material, to.materials = from.materials, to.squares = from.squares;
+        to.direct = from.direct, to.indirect = from.indirect, to.albedo = from.albedo,
+        to.normal = from.normal, to.position = from.position, to.sun = from.sun;
+        to.water = from.water, to.material = from.material, to.materials = from.materials,
+        to.squares = from.squares;
         std::memcpy(static_cast<void*>(&dirty.layers[i]), &to, sizeof to);
     }
     CHECK(hash_of_pixels(dirty) == hash);
@@ -230,18 +309,27 @@ TEST_CASE("the hash of pixels is that of what they show, and nothing else", "[ra
         INFO(what);
         CHECK(seen.insert(hash_of_pixels(other)).second);
     };
-    differs("colour", [](PixelSample& s, LayerSample&, TileResult&) { s.colour.r = std::nextafter(s.colour.r, 9.0f); });
+    differs("colour", [](PixelSample& s, LayerSample&, TileResult&) {
+        s.colour.r = std::nextafter(s.colour.r, 9.0f);
+    });
     differs("alpha", [](PixelSample& s, LayerSample&, TileResult&) { s.alpha += 0.25f; });
     differs("depth", [](PixelSample& s, LayerSample&, TileResult&) { s.depth_m = 12345; });
     differs("samples", [](PixelSample& s, LayerSample&, TileResult&) { ++s.samples; });
     differs("error", [](PixelSample& s, LayerSample&, TileResult&) { s.error += 1; });
     differs("direct", [](PixelSample&, LayerSample& l, TileResult&) { l.direct.g += 1e10f; });
-    differs("material", [](PixelSample&, LayerSample& l, TileResult&) { l.material = l.material == voxel::Material::kRock ? voxel::Material::kSoil : voxel::Material::kRock; });
+    differs("material", [](PixelSample&, LayerSample& l, TileResult&) {
+        l.material =
+            l.material == voxel::Material::kRock ? voxel::Material::kSoil : voxel::Material::kRock;
+    });
     differs("matte", [](PixelSample&, LayerSample& l, TileResult&) { l.squares.object[5] += 1; });
-    differs("share", [](PixelSample&, LayerSample& l, TileResult&) { l.materials.share[5] += 0.125f; });
-    differs("one less", [](PixelSample&, LayerSample&, TileResult& t) { t.samples.pop_back(), t.layers.pop_back(); });
+    differs("share",
+            [](PixelSample&, LayerSample& l, TileResult&) { l.materials.share[5] += 0.125f; });
+    differs("one less", [](PixelSample&, LayerSample&, TileResult& t) {
+        t.samples.pop_back(), t.layers.pop_back();
+    });
     differs("no layers", [](PixelSample&, LayerSample&, TileResult& t) { t.layers.clear(); });
-    differs("order", [](PixelSample& s, LayerSample&, TileResult& t) { std::swap(s, t.samples[701]); });
+    differs("order",
+            [](PixelSample& s, LayerSample&, TileResult& t) { std::swap(s, t.samples[701]); });
 }
 
 TEST_CASE("pixels alike compress", "[raytracer][tiles][codec]") {
@@ -250,7 +338,8 @@ TEST_CASE("pixels alike compress", "[raytracer][tiles][codec]") {
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x) {
             PixelSample s;
-            s.colour = {0.2f + static_cast<float>(x + y) * 1e-5f, 0.4f, 0.7f + static_cast<float>(y) * 1e-4f};
+            s.colour = {0.2f + static_cast<float>(x + y) * 1e-5f, 0.4f,
+                        0.7f + static_cast<float>(y) * 1e-4f};
             s.depth_m = std::numeric_limits<float>::infinity();
             sky.samples.push_back(s);
         }
@@ -260,21 +349,25 @@ TEST_CASE("pixels alike compress", "[raytracer][tiles][codec]") {
 TEST_CASE("the hash of rows is that of a tile of those rows", "[raytracer][tiles][codec]") {
     const bool with_layers = GENERATE(false, true);
     const int step = GENERATE(1, 2), y0 = GENERATE(64, 72, 90), y1 = GENERATE(72, 91, 96);
-    if (y0 >= y1) return;
-    const TileResult whole = tile_of_chance(rectangle(32, 64, 61, 96, step, step == 1), with_layers, 5);
+    if (y0 >= y1)
+        return;
+    const TileResult whole =
+        tile_of_chance(rectangle(32, 64, 61, 96, step, step == 1), with_layers, 5);
     TileResult rows;
     rows.tile = whole.tile, rows.tile.y0 = y0, rows.tile.y1 = y1;
     std::size_t at = 0;
     whole.tile.each_pixel([&](int, int y) {
         if (y >= y0 && y < y1) {
             rows.samples.push_back(whole.samples[at]);
-            if (with_layers) rows.layers.push_back(whole.layers[at]);
+            if (with_layers)
+                rows.layers.push_back(whole.layers[at]);
         }
         ++at;
     });
     CHECK(hash_of_pixels(whole, rows.tile) == hash_of_pixels(rows));
     CHECK(hash_of_pixels(whole, whole.tile) == hash_of_pixels(whole));
-    if (rows.samples.empty()) return;
+    if (rows.samples.empty())
+        return;
     ++rows.samples.back().samples;
     CHECK(hash_of_pixels(whole, rows.tile) != hash_of_pixels(rows));
 }

@@ -19,7 +19,8 @@ std::vector<std::string> order_words() {
     std::vector<std::string> out;
     Scene scene;
     visit_fields(scene, [&](std::string_view path, const auto&, const FieldRule& rule) {
-        if (path == "quality.tile_order") out.assign(rule.words.begin(), rule.words.end());
+        if (path == "quality.tile_order")
+            out.assign(rule.words.begin(), rule.words.end());
     });
     return out;
 }
@@ -31,7 +32,8 @@ TEST_CASE("every order that a scene takes is a permutation of all tiles", "[rayt
     std::mt19937 random(462'101);
     for (int run = 0; run < 150; ++run) {
         // Squares, stripes and all between.
-        const int columns = 1 + static_cast<int>(random() % (run % 3 == 0 ? 3 : 60)), rows = 1 + static_cast<int>(random() % (run % 3 == 1 ? 3 : 60));
+        const int columns = 1 + static_cast<int>(random() % (run % 3 == 0 ? 3 : 60)),
+                  rows = 1 + static_cast<int>(random() % (run % 3 == 1 ? 3 : 60));
         for (const std::string& order : order_words()) {
             INFO(order << ", " << columns << " x " << rows);
             const auto cells = order_cells(columns, rows, order);
@@ -47,7 +49,11 @@ TEST_CASE("every order that a scene takes is a permutation of all tiles", "[rayt
 }
 
 TEST_CASE("orders are what their names say", "[raytracer][tiles]") {
-    struct Case { const char* order; int columns, rows; std::vector<TileCell> cells; };
+    struct Case {
+        const char* order;
+        int columns, rows;
+        std::vector<TileCell> cells;
+    };
     const auto c = GENERATE(values<Case>({
         {"rows", 2, 3, {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}}},
         {"vertical", 2, 3, {{0, 0}, {0, 1}, {0, 2}, {1, 0}, {1, 1}, {1, 2}}},
@@ -59,9 +65,29 @@ TEST_CASE("orders are what their names say", "[raytracer][tiles]") {
         {"spiral", 4, 1, {{2, 0}, {1, 0}, {3, 0}, {0, 0}}},
         {"hilbert", 2, 2, {{0, 0}, {0, 1}, {1, 1}, {1, 0}}},
         {"hilbert", 4, 1, {{0, 0}, {1, 0}, {2, 0}, {3, 0}}},
-        {"hilbert", 4, 4, {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 2}, {0, 3}, {1, 3}, {1, 2}, {2, 2}, {2, 3}, {3, 3}, {3, 2}, {3, 1}, {2, 1}, {2, 0}, {3, 0}}},
+        {"hilbert",
+         4,
+         4,
+         {{0, 0},
+          {1, 0},
+          {1, 1},
+          {0, 1},
+          {0, 2},
+          {0, 3},
+          {1, 3},
+          {1, 2},
+          {2, 2},
+          {2, 3},
+          {3, 3},
+          {3, 2},
+          {3, 1},
+          {2, 1},
+          {2, 0},
+          {3, 0}}},
     }));
-    DYNAMIC_SECTION(c.order << ", " << c.columns << " x " << c.rows) { CHECK((order_cells(c.columns, c.rows, c.order) == c.cells)); }
+    DYNAMIC_SECTION(c.order << ", " << c.columns << " x " << c.rows) {
+        CHECK((order_cells(c.columns, c.rows, c.order) == c.cells));
+    }
 }
 
 TEST_CASE("neighbours on the Hilbert curve touch", "[raytracer][tiles]") {
@@ -72,7 +98,10 @@ TEST_CASE("neighbours on the Hilbert curve touch", "[raytracer][tiles]") {
         CHECK((cells.back() == TileCell{edge - 1, 0}));
         int apart = 0;
         for (std::size_t i = 1; i < cells.size(); ++i)
-            if (std::abs(cells[i].column - cells[i - 1].column) + std::abs(cells[i].row - cells[i - 1].row) != 1) ++apart;
+            if (std::abs(cells[i].column - cells[i - 1].column) +
+                    std::abs(cells[i].row - cells[i - 1].row) !=
+                1)
+                ++apart;
         CHECK(apart == 0);
     }
 }
@@ -80,13 +109,16 @@ TEST_CASE("neighbours on the Hilbert curve touch", "[raytracer][tiles]") {
 TEST_CASE("on other grids the Hilbert curve leaves out what lies outside", "[raytracer][tiles]") {
     std::mt19937 random(7);
     for (int run = 0; run < 60; ++run) {
-        const int columns = 1 + static_cast<int>(random() % 64), rows = 1 + static_cast<int>(random() % 64);
+        const int columns = 1 + static_cast<int>(random() % 64),
+                  rows = 1 + static_cast<int>(random() % 64);
         INFO(columns << " x " << rows);
         int edge = 1;
-        while (edge < std::max(columns, rows)) edge *= 2;
+        while (edge < std::max(columns, rows))
+            edge *= 2;
         std::vector<TileCell> inside;
         for (const TileCell& c : order_cells(edge, edge, "hilbert"))
-            if (c.column < columns && c.row < rows) inside.push_back(c);
+            if (c.column < columns && c.row < rows)
+                inside.push_back(c);
         CHECK((order_cells(columns, rows, "hilbert") == inside));
     }
 }
@@ -94,23 +126,28 @@ TEST_CASE("on other grids the Hilbert curve leaves out what lies outside", "[ray
 TEST_CASE("the spiral's rings grow from the middle, each clockwise", "[raytracer][tiles]") {
     std::mt19937 random(11);
     for (int run = 0; run < 100; ++run) {
-        const int columns = 1 + static_cast<int>(random() % 40), rows = 1 + static_cast<int>(random() % 40);
+        const int columns = 1 + static_cast<int>(random() % 40),
+                  rows = 1 + static_cast<int>(random() % 40);
         INFO(columns << " x " << rows);
         int ring = 0, turns_back = 0;
         double angle = -10;
         for (const TileCell& c : order_cells(columns, rows, "spiral")) {
-            const int x = 2 * c.column - (columns - 1), y = 2 * c.row - (rows - 1), here = std::max(std::abs(x), std::abs(y));
+            const int x = 2 * c.column - (columns - 1), y = 2 * c.row - (rows - 1),
+                      here = std::max(std::abs(x), std::abs(y));
             REQUIRE(here >= ring);
             // From the upper left corner on: there the angle is 0, and it grows clockwise.
-            const double turned = std::fmod(std::atan2(y, x) + 2.75 * 3.14159265358979 + 1e-9, 2 * 3.14159265358979);
-            if (here == ring && turned < angle) ++turns_back;
+            const double turned =
+                std::fmod(std::atan2(y, x) + 2.75 * 3.14159265358979 + 1e-9, 2 * 3.14159265358979);
+            if (here == ring && turned < angle)
+                ++turns_back;
             ring = here, angle = turned;
         }
         CHECK(turns_back == 0);
     }
 }
 
-TEST_CASE("in split columns the halves take turns, and no column begins before the last one ends", "[raytracer][tiles]") {
+TEST_CASE("in split columns the halves take turns, and no column begins before the last one ends",
+          "[raytracer][tiles]") {
     for (const int rows : {1, 2, 3, 8, 13}) {
         INFO(rows << " rows");
         const auto cells = order_cells(4, rows, "vertical-split");
@@ -122,7 +159,8 @@ TEST_CASE("in split columns the halves take turns, and no column begins before t
     }
 }
 
-TEST_CASE("long grids are ordered without going through the square around them", "[raytracer][tiles]") {
+TEST_CASE("long grids are ordered without going through the square around them",
+          "[raytracer][tiles]") {
     for (const std::string& order : order_words()) {
         INFO(order);
         CHECK(order_cells(1 << 20, 1, order).size() == 1 << 20);
@@ -132,5 +170,6 @@ TEST_CASE("long grids are ordered without going through the square around them",
 
 TEST_CASE("an unknown order is refused, naming those that there are", "[raytracer][tiles]") {
     CHECK_THROWS_AS(order_cells(2, 2, "zigzag"), UsageError);
-    for (const std::string& word : order_words()) CHECK_THROWS_WITH(order_cells(2, 2, "zigzag"), contains("'zigzag'") && contains(word));
+    for (const std::string& word : order_words())
+        CHECK_THROWS_WITH(order_cells(2, 2, "zigzag"), contains("'zigzag'") && contains(word));
 }

@@ -17,11 +17,23 @@ const std::string kOrders[] = {"spiral", "vertical", "vertical-split", "hilbert"
 }  // namespace
 
 TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][tiles]") {
-    struct Case { const char* name; int width, height, tile, coarse; };
+    struct Case {
+        const char* name;
+        int width, height, tile, coarse;
+    };
     const auto c = GENERATE(values<Case>({
-        {"one pixel", 1, 1, 64, 8}, {"one pixel in one pass", 1, 1, 1, 1}, {"a tiny picture", 7, 5, 64, 8}, {"tiles of one pixel", 7, 5, 1, 4}, {"HD", 1280, 720, 64, 8},
-        {"not a multiple of the tile", 131, 67, 16, 8}, {"tile not a multiple of the step", 131, 67, 10, 16}, {"tile smaller than the step", 131, 67, 3, 64},
-        {"tile larger than the picture", 50, 40, 1000, 2}, {"one column", 1, 300, 16, 8}, {"one row", 300, 1, 16, 8}, {"odd tile, odd size", 99, 101, 7, 32},
+        {"one pixel", 1, 1, 64, 8},
+        {"one pixel in one pass", 1, 1, 1, 1},
+        {"a tiny picture", 7, 5, 64, 8},
+        {"tiles of one pixel", 7, 5, 1, 4},
+        {"HD", 1280, 720, 64, 8},
+        {"not a multiple of the tile", 131, 67, 16, 8},
+        {"tile not a multiple of the step", 131, 67, 10, 16},
+        {"tile smaller than the step", 131, 67, 3, 64},
+        {"tile larger than the picture", 50, 40, 1000, 2},
+        {"one column", 1, 300, 16, 8},
+        {"one row", 300, 1, 16, 8},
+        {"odd tile, odd size", 99, 101, 7, 32},
     }));
     const std::string order = GENERATE(from_range(std::begin(kOrders), std::end(kOrders)));
     DYNAMIC_SECTION(c.name << ", " << order) {
@@ -32,8 +44,11 @@ TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][til
             for (const RenderTile& tile : passes[pass]) {
                 CHECK(tile.pass == pass);
                 tile.each_pixel([&](int x, int y) {
-                    if (x < tile.x0 || y < tile.y0 || x >= tile.x1 || y >= tile.y1 || x >= c.width || y >= c.height) ++outside;
-                    else ++traced[static_cast<std::size_t>(y * c.width + x)];
+                    if (x < tile.x0 || y < tile.y0 || x >= tile.x1 || y >= tile.y1 ||
+                        x >= c.width || y >= c.height)
+                        ++outside;
+                    else
+                        ++traced[static_cast<std::size_t>(y * c.width + x)];
                 });
             }
         CHECK(outside == 0);
@@ -43,7 +58,8 @@ TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][til
     }
 }
 
-TEST_CASE("every order of tiles is a permutation of the same tiles, numbered as they come", "[raytracer][tiles]") {
+TEST_CASE("every order of tiles is a permutation of the same tiles, numbered as they come",
+          "[raytracer][tiles]") {
     using Corner = std::pair<int, int>;
     std::set<Corner> corners[std::size(kOrders)];
     for (std::size_t i = 0; i < std::size(kOrders); ++i) {
@@ -57,24 +73,35 @@ TEST_CASE("every order of tiles is a permutation of the same tiles, numbered as 
     }
 }
 
-TEST_CASE("pictures, tiles and passes of any size trace every pixel exactly once", "[raytracer][tiles]") {
+TEST_CASE("pictures, tiles and passes of any size trace every pixel exactly once",
+          "[raytracer][tiles]") {
     std::mt19937 random(2016);
-    const auto up_to = [&](int most) { return 1 + static_cast<int>(random() % static_cast<unsigned>(most)); };
+    const auto up_to = [&](int most) {
+        return 1 + static_cast<int>(random() % static_cast<unsigned>(most));
+    };
     for (int run = 0; run < 300; ++run) {
-        const int width = up_to(150), height = up_to(150), tile = up_to(run % 2 == 0 ? 12 : 200), coarse = 1 << random() % 7;
+        const int width = up_to(150), height = up_to(150), tile = up_to(run % 2 == 0 ? 12 : 200),
+                  coarse = 1 << random() % 7;
         const std::string order = kOrders[random() % std::size(kOrders)];
-        INFO(width << "x" << height << ", tile " << tile << ", first step " << coarse << ", " << order);
+        INFO(width << "x" << height << ", tile " << tile << ", first step " << coarse << ", "
+                   << order);
         std::vector<int> traced(static_cast<std::size_t>(width * height));
         for (const auto& tiles : plan_tiles(width, height, coarse, tile, order))
-            for (const RenderTile& t : tiles) t.each_pixel([&](int x, int y) { ++traced.at(static_cast<std::size_t>(y * width + x)); });
+            for (const RenderTile& t : tiles)
+                t.each_pixel(
+                    [&](int x, int y) { ++traced.at(static_cast<std::size_t>(y * width + x)); });
         CHECK(std::all_of(traced.begin(), traced.end(), [](int n) { return n == 1; }));
     }
 }
 
-TEST_CASE("more tiles than memory is meant for are refused, and the largest picture in tiles of 64 is not", "[raytracer][tiles]") {
+TEST_CASE(
+    "more tiles than memory is meant for are refused, and the largest picture in tiles of 64 is "
+    "not",
+    "[raytracer][tiles]") {
     CHECK(plan_tiles(65'536, 65'536, 1, 64, "hilbert").front().size() == 1 << 20);
     CHECK_THROWS_AS(plan_tiles(65'536, 65'536, 1, 1, "rows"), UsageError);
-    CHECK_THROWS_WITH(plan_tiles(65'536, 65'536, 1, 63, "rows"), contains("65536x65536") && contains("quality.tile larger"));
+    CHECK_THROWS_WITH(plan_tiles(65'536, 65'536, 1, 63, "rows"),
+                      contains("65536x65536") && contains("quality.tile larger"));
 }
 
 TEST_CASE("the spiral starts in the middle and moves outwards", "[raytracer][tiles]") {
@@ -93,6 +120,8 @@ TEST_CASE("a first step that is no power of two is refused", "[raytracer][tiles]
     for (const int bad : {0, -1, -8, 3, 6, 7, 12, 63}) {
         INFO(bad);
         CHECK_THROWS_AS(plan_tiles(64, 64, bad, 16, "rows"), UsageError);
-        CHECK_THROWS_WITH(plan_tiles(64, 64, bad, 16, "rows"), contains("quality.coarse_step = " + std::to_string(bad)) && contains("allowed: 1, 2, 4"));
+        CHECK_THROWS_WITH(plan_tiles(64, 64, bad, 16, "rows"),
+                          contains("quality.coarse_step = " + std::to_string(bad)) &&
+                              contains("allowed: 1, 2, 4"));
     }
 }

@@ -21,12 +21,17 @@ struct Sent {
 enum class Kind { kAnywhere, kWhole, kLimited };
 
 std::optional<Sent> random_ray(Fixture& f, Random& random, Kind kind) {
-    Ray ray{{real(random, -120, 200), real(random, -25, 110), real(random, -130, 170)}, normalized({real(random, -1, 1), real(random, -1, 1), real(random, -1, 1)})};
-    if (kind == Kind::kWhole) ray = {{std::round(ray.origin.x), std::round(ray.origin.y), std::round(ray.origin.z)}, {std::round(ray.direction.x * 3), -1, std::round(ray.direction.z * 3) / 2}};
+    Ray ray{{real(random, -120, 200), real(random, -25, 110), real(random, -130, 170)},
+            normalized({real(random, -1, 1), real(random, -1, 1), real(random, -1, 1)})};
+    if (kind == Kind::kWhole)
+        ray = {{std::round(ray.origin.x), std::round(ray.origin.y), std::round(ray.origin.z)},
+               {std::round(ray.direction.x * 3), -1, std::round(ray.direction.z * 3) / 2}};
     Sent out;
     out.state = RayState(ray);
-    if (!out.state.enter(f.cut.entry_bounds())) return std::nullopt;
-    if (kind == Kind::kLimited) out.t_max = out.state.t + real(random, 0, 90);
+    if (!out.state.enter(f.cut.entry_bounds()))
+        return std::nullopt;
+    if (kind == Kind::kLimited)
+        out.t_max = out.state.t + real(random, 0, 90);
     out.asks = random() % 2 == 0;
     RayState single = out.state;
     out.wanted = f.finish(single, out.t_max);
@@ -35,8 +40,10 @@ std::optional<Sent> random_ray(Fixture& f, Random& random, Kind kind) {
 
 bool as_alone(Fixture& f, Sent& ray) {
     std::optional<Hit> found = ray.end == WalkEnd::kHit ? std::optional(ray.hit) : std::nullopt;
-    if (ray.end == WalkEnd::kWaits) found = f.finish(ray.state, ray.t_max);
-    if (ray.asks && ray.end != WalkEnd::kWaits) return (ray.end == WalkEnd::kHit) == ray.wanted.has_value();
+    if (ray.end == WalkEnd::kWaits)
+        found = f.finish(ray.state, ray.t_max);
+    if (ray.asks && ray.end != WalkEnd::kWaits)
+        return (ray.end == WalkEnd::kHit) == ray.wanted.has_value();
     return same(found, ray.wanted);
 }
 
@@ -48,15 +55,18 @@ void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_han
     for (const int count : {1, 5, 16, 17, 200, 4000}) {
         std::vector<Sent> rays;
         while (rays.size() < static_cast<std::size_t>(count))
-            if (auto ray = random_ray(f, random, kind)) rays.push_back(*ray);
-        // Where all are at hand; else those that the rays of the rounds before have asked for at their ends.
+            if (auto ray = random_ray(f, random, kind))
+                rays.push_back(*ray);
+        // Where all are at hand; else those that the rays of the rounds before have asked for at
+        // their ends.
         if (boxes_at_hand)
             for (const Sent& ray : rays) {
                 RayState copy = ray.state;
                 (void)other.finish(copy);
             }
         std::vector<LaneRay> sent;
-        for (Sent& ray : rays) sent.push_back({&ray.state, &ray.end, ray.t_max, ray.asks ? nullptr : &ray.hit});
+        for (Sent& ray : rays)
+            sent.push_back({&ray.state, &ray.end, ray.t_max, ray.asks ? nullptr : &ray.hit});
         lanes.trace(sent);
         for (Sent& ray : rays) {
             ++all, hits += ray.wanted ? 1 : 0, alongside += ray.end != WalkEnd::kWaits ? 1 : 0;
@@ -67,12 +77,14 @@ void check(double detail, std::size_t pinned_bytes, Kind kind, bool boxes_at_han
     CHECK(wrong == 0);
     CHECK(hits > all / 6);
     CHECK(hits < all * 19 / 20);
-    if (boxes_at_hand && kind != Kind::kWhole) CHECK(alongside > all / 2);
+    if (boxes_at_hand && kind != Kind::kWhole)
+        CHECK(alongside > all / 2);
 }
 
 }  // namespace
 
-TEST_CASE("rays side by side find the voxel, face and time that single rays find", "[raytracer][lanes]") {
+TEST_CASE("rays side by side find the voxel, face and time that single rays find",
+          "[raytracer][lanes]") {
     if (packet_steps() == nullptr) {
         WARN("skipped: neither AVX2 nor AVX-512");
         return;
@@ -82,17 +94,22 @@ TEST_CASE("rays side by side find the voxel, face and time that single rays find
         Kind kind;
     };
     for (const double detail : {0.0, 1.0, 4.0})
-        for (const Case& c : {Case{"every way", Kind::kAnywhere}, Case{"whole coordinates", Kind::kWhole}, Case{"only so far", Kind::kLimited}})
+        for (const Case& c :
+             {Case{"every way", Kind::kAnywhere}, Case{"whole coordinates", Kind::kWhole},
+              Case{"only so far", Kind::kLimited}})
             for (const bool at_hand : {true, false}) {
-                DYNAMIC_SECTION(c.name << ", detail " << detail << (at_hand ? "" : ", boxes that are missing")) {
+                DYNAMIC_SECTION(c.name << ", detail " << detail
+                                       << (at_hand ? "" : ", boxes that are missing")) {
                     check(detail, std::size_t{64} << 20, c.kind, at_hand);
                 }
             }
 }
 
 TEST_CASE("rays side by side keep to a reader's memory", "[raytracer][lanes]") {
-    if (packet_steps() == nullptr) return;
-    for (const std::size_t pinned_bytes : {std::size_t{1}, std::size_t{20'000}, std::size_t{200'000}}) {
+    if (packet_steps() == nullptr)
+        return;
+    for (const std::size_t pinned_bytes :
+         {std::size_t{1}, std::size_t{20'000}, std::size_t{200'000}}) {
         DYNAMIC_SECTION(pinned_bytes << " bytes") {
             check(0, pinned_bytes, Kind::kAnywhere, true);
         }

@@ -20,16 +20,26 @@ namespace {
 constexpr std::size_t kPlenty = std::size_t{1} << 30;
 constexpr int kLevels = 4;
 using Random = std::mt19937_64;
-double real(Random& r, double low, double high) { return low + unit_from(r()) * (high - low); }
+double real(Random& r, double low, double high) {
+    return low + unit_from(r()) * (high - low);
+}
 
 /// Hills with towers and floating stones over some twenty columns of boxes.
 std::unique_ptr<PyramidWorld> hills() {
-    auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-150, -20, -140}, ArrayWorld::Coord{170, 90, 150});
+    auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-150, -20, -140},
+                                               ArrayWorld::Coord{170, 90, 150});
     finest->fill_with([](int x, int y, int z) {
-        const int height = static_cast<int>(hash64(static_cast<std::uint64_t>(x >> 3), static_cast<std::uint64_t>(z >> 3)) % 9) + (x * x + z * z) / 1500;
-        if (y < height) return Material::kGround;
-        const auto h = hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2), static_cast<std::uint64_t>(y >> 4));
-        if (h % 61 == 0 && y < 60) return Material::kWall;
+        const int height = static_cast<int>(hash64(static_cast<std::uint64_t>(x >> 3),
+                                                   static_cast<std::uint64_t>(z >> 3)) %
+                                            9) +
+                           (x * x + z * z) / 1500;
+        if (y < height)
+            return Material::kGround;
+        const auto h =
+            hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2),
+                   static_cast<std::uint64_t>(y >> 4));
+        if (h % 61 == 0 && y < 60)
+            return Material::kWall;
         return y > 60 && h % 97 == 1 ? Material::kRoof : Material::kAir;
     });
     return std::make_unique<PyramidWorld>(std::move(finest), kLevels);
@@ -41,13 +51,18 @@ void load_all(BlockManager& blocks, const voxel::WorldInfo& info) {
         const auto range = voxel::boxes_over(info.bounds, level);
         for (auto key = range.min; key.bx < range.max.bx; ++key.bx)
             for (key.bz = range.min.bz; key.bz < range.max.bz; ++key.bz)
-                for (key.by = range.min.by; key.by < range.max.by; ++key.by) (void)blocks.get(key);
+                for (key.by = range.min.by; key.by < range.max.by; ++key.by)
+                    (void)blocks.get(key);
     }
 }
 
 struct Fixture {
     explicit Fixture(Vec3 eye, double detail = 1, double pixel_rad = 0.03)
-        : world(hills()), cut(world->info().bounds, eye, pixel_rad, detail, 0, kLevels - 1), blocks(*world, kPlenty), reader(blocks), walker(reader, cut) {}
+        : world(hills()),
+          cut(world->info().bounds, eye, pixel_rad, detail, 0, kLevels - 1),
+          blocks(*world, kPlenty),
+          reader(blocks),
+          walker(reader, cut) {}
     std::unique_ptr<PyramidWorld> world;
     LevelCut cut;
     BlockManager blocks;
@@ -64,10 +79,13 @@ struct Fixture {
     [[nodiscard]] std::optional<Hit> reference(const Ray& ray) const {
         const voxel::VoxelBounds& b = cut.entry_bounds();
         RayState s(ray);
-        if (!s.enter(b)) return std::nullopt;
+        if (!s.enter(b))
+            return std::nullopt;
         while (true) {
             for (int a = 0; a < 3; ++a)
-                if (s.voxel[a] < b.min[static_cast<std::size_t>(a)] || s.voxel[a] >= b.max[static_cast<std::size_t>(a)]) return std::nullopt;
+                if (s.voxel[a] < b.min[static_cast<std::size_t>(a)] ||
+                    s.voxel[a] >= b.max[static_cast<std::size_t>(a)])
+                    return std::nullopt;
             int level = 0;
             if (solid(s.voxel, level)) {
                 Hit hit;
@@ -81,27 +99,37 @@ struct Fixture {
 };
 
 bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
-    if (a.has_value() != b.has_value()) return false;
-    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level);
+    if (a.has_value() != b.has_value())
+        return false;
+    return !a ||
+           (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level);
 }
 
 const Vec3 kEyes[] = {{-130.5, 70.5, -120.25}, {-400.125, 200, 30}, {0, 500, 0}};
 
 }  // namespace
 
-TEST_CASE("the level of a column does not depend on where the search begins, and grows with the distance", "[raytracer][levels]") {
+TEST_CASE(
+    "the level of a column does not depend on where the search begins, and grows with the distance",
+    "[raytracer][levels]") {
     const voxel::VoxelBounds bounds{{-5000, 0, -5000}, {5000, 300, 5000}};
     const LevelCut cut(bounds, {100, 50, -300}, 0.01, 1, 0, 6);
     Random random(5);
     for (int i = 0; i < 5000; ++i) {
-        const auto x = static_cast<std::int32_t>(real(random, -6000, 6000)), z = static_cast<std::int32_t>(real(random, -6000, 6000));
+        const auto x = static_cast<std::int32_t>(real(random, -6000, 6000)),
+                   z = static_cast<std::int32_t>(real(random, -6000, 6000));
         const int level = cut.level_at(x, z, 0);
-        for (int hint = -1; hint < 9; ++hint) REQUIRE(cut.level_at(x, z, hint) == level);
+        for (int hint = -1; hint < 9; ++hint)
+            REQUIRE(cut.level_at(x, z, hint) == level);
         // No voxel is wider than a pixel there; and the next level would have some that are.
-        const double side = 64.0 * (1 << level), x0 = std::floor(x / side) * side, z0 = std::floor(z / side) * side;
-        const double dx = std::max({x0 - 100, 100 - x0 - side, 0.0}), dz = std::max({z0 + 300, -300 - z0 - side, 0.0});
-        if (level > 0) REQUIRE((1 << level) <= 0.01 * std::sqrt(dx * dx + dz * dz) + 1e-9);
-        if (level < 6) REQUIRE_FALSE(cut.far_enough(level + 1, x >> (7 + level), z >> (7 + level)));
+        const double side = 64.0 * (1 << level), x0 = std::floor(x / side) * side,
+                     z0 = std::floor(z / side) * side;
+        const double dx = std::max({x0 - 100, 100 - x0 - side, 0.0}),
+                     dz = std::max({z0 + 300, -300 - z0 - side, 0.0});
+        if (level > 0)
+            REQUIRE((1 << level) <= 0.01 * std::sqrt(dx * dx + dz * dz) + 1e-9);
+        if (level < 6)
+            REQUIRE_FALSE(cut.far_enough(level + 1, x >> (7 + level), z >> (7 + level)));
     }
     const LevelCut whole(bounds, {100, 50, -300}, 0.01, 0, 2, 6);
     CHECK(whole.level_at(4000, 4000, 6) == 2);
@@ -115,20 +143,28 @@ TEST_CASE("across levels the walker finds what single steps find", "[raytracer][
             std::array<int, kLevels> met{};
             int wrong = 0;
             for (int i = 0; i < 4000; ++i) {
-                Ray ray{eye, normalized({real(random, -1, 1), real(random, -1, 0.4), real(random, -1, 1)})};
-                if (i % 3 == 0) ray.origin = {real(random, -200, 200), real(random, 60, 120), real(random, -200, 200)};
+                Ray ray{eye, normalized({real(random, -1, 1), real(random, -1, 0.4),
+                                         real(random, -1, 1)})};
+                if (i % 3 == 0)
+                    ray.origin = {real(random, -200, 200), real(random, 60, 120),
+                                  real(random, -200, 200)};
                 const auto found = f.walker.first_hit(ray), wanted = f.reference(ray);
-                if (wanted) ++met[static_cast<std::size_t>(wanted->level)];
-                if (!same(found, wanted) && ++wrong < 4) FAIL_CHECK("ray " << i << ": t " << (found ? found->t : -1) << ", wanted " << (wanted ? wanted->t : -1));
+                if (wanted)
+                    ++met[static_cast<std::size_t>(wanted->level)];
+                if (!same(found, wanted) && ++wrong < 4)
+                    FAIL_CHECK("ray " << i << ": t " << (found ? found->t : -1) << ", wanted "
+                                      << (wanted ? wanted->t : -1));
             }
             CHECK(wrong == 0);
             if (eye.x == -130.5)
-                for (int level = 0; level < 3; ++level) CHECK(met[static_cast<std::size_t>(level)] > 50);
+                for (int level = 0; level < 3; ++level)
+                    CHECK(met[static_cast<std::size_t>(level)] > 50);
         }
     }
 }
 
-TEST_CASE("beams spare their rays only what is empty: every hit stays", "[raytracer][levels][beam]") {
+TEST_CASE("beams spare their rays only what is empty: every hit stays",
+          "[raytracer][levels][beam]") {
     for (const Vec3& eye : kEyes)
         for (const double detail : {0.0, 1.0}) {
             DYNAMIC_SECTION("eye " << eye.x << ", detail " << detail) {
@@ -141,28 +177,40 @@ TEST_CASE("beams spare their rays only what is empty: every hit stays", "[raytra
                 for (int size : {16, 4, 1})
                     for (int y = 0; y < 48; y += size)
                         for (int x = 0; x < 64; x += size) {
-                            const Vec3 corners[4] = {camera.ray(x, y).direction, camera.ray(x + size, y).direction, camera.ray(x, y + size).direction, camera.ray(x + size, y + size).direction};
+                            const Vec3 corners[4] = {camera.ray(x, y).direction,
+                                                     camera.ray(x + size, y).direction,
+                                                     camera.ray(x, y + size).direction,
+                                                     camera.ray(x + size, y + size).direction};
                             Beam beam;
-                            if (!Beam::make(eye, corners, beam)) continue;
+                            if (!Beam::make(eye, corners, beam))
+                                continue;
                             const BeamStart start = beams.march(beam, {});
-                            planes += start.kind == BeamStart::Kind::kPlane, misses += start.kind == BeamStart::Kind::kMiss;
+                            planes += start.kind == BeamStart::Kind::kPlane,
+                                misses += start.kind == BeamStart::Kind::kMiss;
                             for (int i = 0; i < size * size; ++i) {
-                                const Ray ray = camera.ray(x + i % size + 0.37, y + i / size + 0.81);
+                                const Ray ray =
+                                    camera.ray(x + i % size + 0.37, y + i / size + 0.81);
                                 RayState state(ray);
                                 std::optional<Hit> found;
                                 Hit hit;
-                                if (start.place(state, f.cut) && walk.first_hit(state, StopAt::kSolid, kFar, hit) == WalkEnd::kHit) found = hit;
-                                if (!same(found, f.reference(ray))) ++wrong;
+                                if (start.place(state, f.cut) &&
+                                    walk.first_hit(state, StopAt::kSolid, kFar, hit) ==
+                                        WalkEnd::kHit)
+                                    found = hit;
+                                if (!same(found, f.reference(ray)))
+                                    ++wrong;
                             }
                         }
                 CHECK(wrong == 0);
                 CHECK(planes > 100);
-                if (eye.x == -400.125) CHECK(misses > 10);
+                if (eye.x == -400.125)
+                    CHECK(misses > 10);
             }
         }
 }
 
-TEST_CASE("beams from eyes among towers, above and beside the world spare only what is empty", "[raytracer][levels][beam]") {
+TEST_CASE("beams from eyes among towers, above and beside the world spare only what is empty",
+          "[raytracer][levels][beam]") {
     for (const double detail : {0.0, 1.0, 4.0, 20.0}) {
         DYNAMIC_SECTION("detail " << detail) {
             Random random(9);
@@ -172,29 +220,48 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
             int wrong = 0, rays = 0;
             for (int cameras = 0; cameras < 60;) {
                 const bool near = cameras % 2 == 0;
-                const Vec3 eye = near ? Vec3{real(random, -140, 160), real(random, 4, 60), real(random, -130, 140)} : Vec3{real(random, -900, 900), real(random, 20, 300), real(random, -900, 900)};
-                if (near && world->at(0, RayState::floor_to_int(eye.x), RayState::floor_to_int(eye.y), RayState::floor_to_int(eye.z)) != Material::kAir) continue;
+                const Vec3 eye = near ? Vec3{real(random, -140, 160), real(random, 4, 60),
+                                             real(random, -130, 140)}
+                                      : Vec3{real(random, -900, 900), real(random, 20, 300),
+                                             real(random, -900, 900)};
+                if (near &&
+                    world->at(0, RayState::floor_to_int(eye.x), RayState::floor_to_int(eye.y),
+                              RayState::floor_to_int(eye.z)) != Material::kAir)
+                    continue;
                 ++cameras;
                 const LevelCut cut(world->info().bounds, eye, 0.01, detail, 0, kLevels - 1);
                 BlockReader reader(blocks);
                 RayWalk walk(reader, cut);
                 BeamMarch beams(reader, cut);
-                const Camera camera(eye, {real(random, -140, 160), real(random, 0, 60), real(random, -130, 140)}, real(random, 20, 150), 64, 48);
+                const Camera camera(
+                    eye, {real(random, -140, 160), real(random, 0, 60), real(random, -130, 140)},
+                    real(random, 20, 150), 64, 48);
                 for (const int size : {16, 4})
                     for (int y = 0; y < 48; y += size)
                         for (int x = 0; x < 64; x += size) {
-                            const Vec3 corners[4] = {camera.ray(x, y).direction, camera.ray(x + size, y).direction, camera.ray(x, y + size).direction, camera.ray(x + size, y + size).direction};
+                            const Vec3 corners[4] = {camera.ray(x, y).direction,
+                                                     camera.ray(x + size, y).direction,
+                                                     camera.ray(x, y + size).direction,
+                                                     camera.ray(x + size, y + size).direction};
                             Beam beam;
-                            if (!Beam::make(eye, corners, beam)) continue;
+                            if (!Beam::make(eye, corners, beam))
+                                continue;
                             const BeamStart start = beams.march(beam, {});
                             for (int i = 0; i < size * size; ++i) {
-                                const Ray ray = camera.ray(x + i % size + 0.37, y + i / size + 0.81);
+                                const Ray ray =
+                                    camera.ray(x + i % size + 0.37, y + i / size + 0.81);
                                 RayState spared(ray), whole(ray);
                                 Hit a, b;
-                                const bool hit = start.place(spared, cut) && walk.first_hit(spared, StopAt::kSolid, kFar, a) == WalkEnd::kHit;
-                                const bool wanted = whole.enter(cut.entry_bounds()) && walk.first_hit(whole, StopAt::kSolid, kFar, b) == WalkEnd::kHit;
+                                const bool hit = start.place(spared, cut) &&
+                                                 walk.first_hit(spared, StopAt::kSolid, kFar, a) ==
+                                                     WalkEnd::kHit;
+                                const bool wanted =
+                                    whole.enter(cut.entry_bounds()) &&
+                                    walk.first_hit(whole, StopAt::kSolid, kFar, b) == WalkEnd::kHit;
                                 ++rays;
-                                if (!same(hit ? std::optional(a) : std::nullopt, wanted ? std::optional(b) : std::nullopt)) ++wrong;
+                                if (!same(hit ? std::optional(a) : std::nullopt,
+                                          wanted ? std::optional(b) : std::nullopt))
+                                    ++wrong;
                             }
                         }
             }
@@ -205,7 +272,8 @@ TEST_CASE("beams from eyes among towers, above and beside the world spare only w
 }
 
 TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]") {
-    for (const Vec3& direction : {Vec3{0.5, 0.7, 0.3}, Vec3{-0.9, 0.2, 0.1}, Vec3{0.05, 0.1, -0.95}, Vec3{0, 1, 0}, Vec3{0, 0.6, -0.8}, Vec3{0.7, 0.7, 0}}) {
+    for (const Vec3& direction : {Vec3{0.5, 0.7, 0.3}, Vec3{-0.9, 0.2, 0.1}, Vec3{0.05, 0.1, -0.95},
+                                  Vec3{0, 1, 0}, Vec3{0, 0.6, -0.8}, Vec3{0.7, 0.7, 0}}) {
         DYNAMIC_SECTION("direction " << direction.x << " " << direction.y << " " << direction.z) {
             Fixture f(kEyes[0]);
             const Vec3 sun = normalized(direction);
@@ -217,28 +285,35 @@ TEST_CASE("a shaft says free only of rays that are", "[raytracer][levels][shaft]
                 Shaft shaft(sun);
                 std::vector<std::pair<Vec3, RayState>> rays;
                 for (int i = 0; i < 12; ++i) {
-                    const Ray down{at + Vec3{real(random, 0, 3), 0, real(random, 0, 3)}, {0.001, -1, 0.002}};
+                    const Ray down{at + Vec3{real(random, 0, 3), 0, real(random, 0, 3)},
+                                   {0.001, -1, 0.002}};
                     const auto hit = f.walker.first_hit(down);
-                    if (!hit || hit->face == Face::kNone || dot(normal_of(hit->face), sun) <= 0) continue;
+                    if (!hit || hit->face == Face::kNone || dot(normal_of(hit->face), sun) <= 0)
+                        continue;
                     const Vec3 point = down.origin + down.direction * hit->t;
                     RayState state(Ray{point, sun});
                     state.start_in(neighbour(hit->voxel, hit->face), hit->level);
                     shaft.add(point, state);
                     rays.emplace_back(point, state);
                 }
-                if (rays.empty()) continue;
+                if (rays.empty())
+                    continue;
                 const auto from = shafts.free_from(shaft);
                 for (const auto& [point, state] : rays) {
                     ++asked;
-                    if (!ShaftMarch::is_free(shaft, state, from)) continue;
+                    if (!ShaftMarch::is_free(shaft, state, from))
+                        continue;
                     ++free;
                     const int level = state.level;
-                    if (f.walker.first_hit_from({point, sun}, {state.voxel[0], state.voxel[1], state.voxel[2]}, level)) ++wrong;
+                    if (f.walker.first_hit_from(
+                            {point, sun}, {state.voxel[0], state.voxel[1], state.voxel[2]}, level))
+                        ++wrong;
                 }
             }
             CHECK(wrong == 0);
             CHECK(asked > 1000);
-            if (direction.y > 0.65) CHECK(free > asked / 10);
+            if (direction.y > 0.65)
+                CHECK(free > asked / 10);
         }
     }
 }
@@ -250,7 +325,8 @@ TEST_CASE("an occluder that is remembered changes no answer", "[raytracer][level
     Occluder occluder;
     int stopped = 0;
     for (int i = 0; i < 6000; ++i) {
-        const Ray ray{{real(random, -140, 160), real(random, 20, 85), real(random, -130, 140)}, normalized({0.4, 0.3 + 0.001 * (i % 7), -0.2})};
+        const Ray ray{{real(random, -140, 160), real(random, 20, 85), real(random, -130, 140)},
+                      normalized({0.4, 0.3 + 0.001 * (i % 7), -0.2})};
         RayState state(ray);
         REQUIRE(state.enter(f.cut.entry_bounds()));
         const bool wanted = f.walker.first_hit(ray).has_value();
@@ -265,11 +341,14 @@ TEST_CASE("what stands around a face is seen across levels", "[raytracer][levels
     Surroundings surroundings(f.reader, f.cut);
     Random random(3);
     for (int i = 0; i < 3000; ++i) {
-        const std::int32_t v[3] = {static_cast<std::int32_t>(real(random, -150, 170)), static_cast<std::int32_t>(real(random, -20, 90)), static_cast<std::int32_t>(real(random, -140, 150))};
+        const std::int32_t v[3] = {static_cast<std::int32_t>(real(random, -150, 170)),
+                                   static_cast<std::int32_t>(real(random, -20, 90)),
+                                   static_cast<std::int32_t>(real(random, -140, 150))};
         int level = 0;
         const bool wanted = f.solid(v, level);
         bool found = false;
-        while (!surroundings.look({v[0], v[1], v[2]}, 0, found)) (void)f.blocks.get(surroundings.missing());
+        while (!surroundings.look({v[0], v[1], v[2]}, 0, found))
+            (void)f.blocks.get(surroundings.missing());
         REQUIRE(found == wanted);
     }
 }

@@ -12,22 +12,32 @@ namespace terravox::test {
 
 inline constexpr int kLevels = 4;
 using Random = std::mt19937_64;
-inline double real(Random& r, double low, double high) { return low + unit_from(r()) * (high - low); }
+inline double real(Random& r, double low, double high) {
+    return low + unit_from(r()) * (high - low);
+}
 
 inline std::unique_ptr<PyramidWorld> towers() {
-    auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-90, -20, -100}, ArrayWorld::Coord{170, 80, 140});
+    auto finest = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-90, -20, -100},
+                                               ArrayWorld::Coord{170, 80, 140});
     finest->fill_with([](int x, int y, int z) {
-        const std::uint64_t h = hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2));
+        const std::uint64_t h =
+            hash64(static_cast<std::uint64_t>(x >> 2) << 32 ^ static_cast<std::uint32_t>(z >> 2));
         const int height = h % 23 == 0 ? static_cast<int>(h >> 20 & 63) : (x * x + z * z) / 900;
-        return y < height ? voxel::Material::kGround : h % 31 == 1 && (y & 7) == 3 ? voxel::Material::kRoof : voxel::Material::kAir;
+        return y < height                    ? voxel::Material::kGround
+               : h % 31 == 1 && (y & 7) == 3 ? voxel::Material::kRoof
+                                             : voxel::Material::kAir;
     });
     return std::make_unique<PyramidWorld>(std::move(finest), kLevels);
 }
 
 struct Fixture {
     explicit Fixture(double detail, std::size_t pinned_bytes = std::size_t{64} << 20)
-        : world(towers()), cut(world->info().bounds, {-80, 60, -90}, 0.03, detail, 0, kLevels - 1), blocks(*world, std::size_t{1} << 30), reader(blocks, pinned_bytes),
-          walker(reader, cut), single(reader, cut) {}
+        : world(towers()),
+          cut(world->info().bounds, {-80, 60, -90}, 0.03, detail, 0, kLevels - 1),
+          blocks(*world, std::size_t{1} << 30),
+          reader(blocks, pinned_bytes),
+          walker(reader, cut),
+          single(reader, cut) {}
     std::unique_ptr<PyramidWorld> world;
     LevelCut cut;
     BlockManager blocks;
@@ -40,15 +50,18 @@ struct Fixture {
         Hit hit;
         while (true) {
             const WalkEnd end = single.first_hit(ray, StopAt::kSolid, t_max, hit);
-            if (end != WalkEnd::kWaits) return end == WalkEnd::kHit ? std::optional(hit) : std::nullopt;
+            if (end != WalkEnd::kWaits)
+                return end == WalkEnd::kHit ? std::optional(hit) : std::nullopt;
             (void)blocks.get(single.missing());
         }
     }
 };
 
 inline bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
-    if (a.has_value() != b.has_value()) return false;
-    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level && a->attr == b->attr && a->hole == b->hole);
+    if (a.has_value() != b.has_value())
+        return false;
+    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face &&
+                  a->level == b->level && a->attr == b->attr && a->hole == b->hole);
 }
 
 }  // namespace terravox::test

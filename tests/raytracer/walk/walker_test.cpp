@@ -19,39 +19,52 @@ constexpr std::size_t kPlenty = std::size_t{1} << 30;
 constexpr int kMostFailuresShown = 4;
 
 std::string text_of(const std::optional<Hit>& hit) {
-    if (!hit) return "nothing";
+    if (!hit)
+        return "nothing";
     char out[200];
-    std::snprintf(out, sizeof out, "t %a (%.17g) voxel (%d, %d, %d) face %d material %d%s", hit->t, hit->t, hit->voxel.x, hit->voxel.y, hit->voxel.z,
-                  static_cast<int>(hit->face), static_cast<int>(hit->attr.material), hit->hole ? " hole" : "");
+    std::snprintf(out, sizeof out, "t %a (%.17g) voxel (%d, %d, %d) face %d material %d%s", hit->t,
+                  hit->t, hit->voxel.x, hit->voxel.y, hit->voxel.z, static_cast<int>(hit->face),
+                  static_cast<int>(hit->attr.material), hit->hole ? " hole" : "");
     return out;
 }
 
 std::string text_of(const Ray& r) {
     char out[300];
-    std::snprintf(out, sizeof out, "origin (%.17g, %.17g, %.17g) direction (%.17g, %.17g, %.17g)", r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z);
+    std::snprintf(out, sizeof out, "origin (%.17g, %.17g, %.17g) direction (%.17g, %.17g, %.17g)",
+                  r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z);
     return out;
 }
 
 bool same(const std::optional<Hit>& a, const std::optional<Hit>& b) {
-    if (a.has_value() != b.has_value()) return false;
-    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face && a->level == b->level && a->attr == b->attr && a->hole == b->hole);
+    if (a.has_value() != b.has_value())
+        return false;
+    return !a || (a->t == b->t && a->voxel == b->voxel && a->face == b->face &&
+                  a->level == b->level && a->attr == b->attr && a->hole == b->hole);
 }
 
 /// A walker beside the reference, over one world.
 class Pair {
 public:
     explicit Pair(ArrayWorld& world, int level = 0)
-        : m_world(world), m_blocks(world, kPlenty), m_reader(m_blocks), m_cut(world.info().bounds, level), m_walker(m_reader, m_cut) {}
+        : m_world(world),
+          m_blocks(world, kPlenty),
+          m_reader(m_blocks),
+          m_cut(world.info().bounds, level),
+          m_walker(m_reader, m_cut) {}
 
     /// @param ray in voxels of the world's level
     void check(const Ray& ray, StopAt stop = StopAt::kSolid, double t_max = kFar) {
         const double scale = 1 << m_cut.finest();
-        compare(m_walker.first_hit({ray.origin * scale, ray.direction * scale}, stop, t_max), ray, std::nullopt, stop, t_max);
+        compare(m_walker.first_hit({ray.origin * scale, ray.direction * scale}, stop, t_max), ray,
+                std::nullopt, stop, t_max);
     }
-    void check_from(const Ray& ray, VoxelCoord start, StopAt stop = StopAt::kSolid, double t_max = kFar) {
+    void check_from(const Ray& ray, VoxelCoord start, StopAt stop = StopAt::kSolid,
+                    double t_max = kFar) {
         compare(m_walker.first_hit_from(ray, start, 0, stop, t_max), ray, start, stop, t_max);
     }
-    std::optional<Hit> hit(const Ray& ray, StopAt stop = StopAt::kSolid) { return m_walker.first_hit(ray, stop); }
+    std::optional<Hit> hit(const Ray& ray, StopAt stop = StopAt::kSolid) {
+        return m_walker.first_hit(ray, stop);
+    }
     Walker& walker() { return m_walker; }
     [[nodiscard]] int rays() const { return m_rays; }
     [[nodiscard]] int hits() const { return m_hits; }
@@ -59,14 +72,23 @@ public:
     [[nodiscard]] int differences() const { return m_differences; }
 
 private:
-    void compare(const std::optional<Hit>& found, const Ray& ray, const std::optional<VoxelCoord>& start, StopAt stop, double t_max) {
+    void compare(const std::optional<Hit>& found, const Ray& ray,
+                 const std::optional<VoxelCoord>& start, StopAt stop, double t_max) {
         const auto wanted = reference_hit(m_world, ray, start, stop, t_max);
         ++m_rays, m_hits += wanted ? 1 : 0, m_holes += wanted && wanted->hole ? 1 : 0;
-        if (same(found, wanted)) return;
+        if (same(found, wanted))
+            return;
         if (++m_differences <= kMostFailuresShown) {
             std::string at;
-            if (start) at = " start (" + std::to_string(start->x) + ", " + std::to_string(start->y) + ", " + std::to_string(start->z) + ")";
-            FAIL_CHECK(text_of(ray) << at << (stop == StopAt::kSolid ? "" : stop.air_stops ? " within a medium" : " through water") << " t_max " << t_max << "\n  walker:    " << text_of(found) << "\n  reference: " << text_of(wanted));
+            if (start)
+                at = " start (" + std::to_string(start->x) + ", " + std::to_string(start->y) +
+                     ", " + std::to_string(start->z) + ")";
+            FAIL_CHECK(text_of(ray) << at
+                                    << (stop == StopAt::kSolid ? ""
+                                        : stop.air_stops       ? " within a medium"
+                                                               : " through water")
+                                    << " t_max " << t_max << "\n  walker:    " << text_of(found)
+                                    << "\n  reference: " << text_of(wanted));
         }
     }
     ArrayWorld& m_world;
@@ -78,10 +100,15 @@ private:
 };
 
 /// Content as a function of the place, so that a world can be cut anywhere.
-Material noise(std::uint64_t seed, std::int32_t x, std::int32_t y, std::int32_t z, unsigned one_in) {
-    const auto h = hash64(seed ^ static_cast<std::uint32_t>(x) ^ static_cast<std::uint64_t>(static_cast<std::uint32_t>(z)) << 32, static_cast<std::uint32_t>(y));
-    if (h % one_in != 0) return Material::kAir;
-    constexpr std::array kSome = {Material::kRoof, Material::kWater, Material::kWall, Material::kHighVegetation, Material::kRock, Material::kRoad};
+Material noise(std::uint64_t seed, std::int32_t x, std::int32_t y, std::int32_t z,
+               unsigned one_in) {
+    const auto h = hash64(seed ^ static_cast<std::uint32_t>(x) ^
+                              static_cast<std::uint64_t>(static_cast<std::uint32_t>(z)) << 32,
+                          static_cast<std::uint32_t>(y));
+    if (h % one_in != 0)
+        return Material::kAir;
+    constexpr std::array kSome = {Material::kRoof,           Material::kWater, Material::kWall,
+                                  Material::kHighVegetation, Material::kRock,  Material::kRoad};
     return kSome[(h >> 40) % kSome.size()];
 }
 
@@ -92,41 +119,79 @@ struct WorldCase {
 };
 
 const WorldCase kWorlds[] = {
-    {"sparse, over eight boxes and the origin", {-70, -40, -66}, {75, 300, 61}, [](ArrayWorld& w) { w.fill_with([](int x, int y, int z) { return noise(1, x, y, z, 3'000); }); }},
-    {"dense", {-20, 230, -20}, {90, 290, 70}, [](ArrayWorld& w) { w.fill_with([](int x, int y, int z) { return noise(2, x, y, z, 3); }); }},
-    {"hills with solid bricks beneath, water in the valleys", {-64, -128, -64}, {128, 128, 64},
+    {"sparse, over eight boxes and the origin",
+     {-70, -40, -66},
+     {75, 300, 61},
+     [](ArrayWorld& w) {
+         w.fill_with([](int x, int y, int z) { return noise(1, x, y, z, 3'000); });
+     }},
+    {"dense",
+     {-20, 230, -20},
+     {90, 290, 70},
+     [](ArrayWorld& w) { w.fill_with([](int x, int y, int z) { return noise(2, x, y, z, 3); }); }},
+    {"hills with solid bricks beneath, water in the valleys",
+     {-64, -128, -64},
+     {128, 128, 64},
      [](ArrayWorld& w) {
          w.fill_with([](int x, int y, int z) {
-             const int height = static_cast<int>(((x * 7) ^ (z * 3)) & 15) - ((x + 64) * (x - 128) + (z + 64) * (z - 64)) / 400;
-             return y < height ? Material::kGround : y < 12 ? Material::kWater : noise(3, x, y, z, 4'000);
+             const int height = static_cast<int>(((x * 7) ^ (z * 3)) & 15) -
+                                ((x + 64) * (x - 128) + (z + 64) * (z - 64)) / 400;
+             return y < height ? Material::kGround
+                    : y < 12   ? Material::kWater
+                               : noise(3, x, y, z, 4'000);
          });
      }},
-    {"solid throughout", {0, 0, 0}, {64, 256, 128}, [](ArrayWorld& w) { w.fill_with([](int, int, int) { return Material::kRock; }); }},
-    {"a shell around air, cut across boxes", {-100, -300, -5}, {30, 10, 70},
+    {"solid throughout",
+     {0, 0, 0},
+     {64, 256, 128},
+     [](ArrayWorld& w) { w.fill_with([](int, int, int) { return Material::kRock; }); }},
+    {"a shell around air, cut across boxes",
+     {-100, -300, -5},
+     {30, 10, 70},
      [](ArrayWorld& w) {
          w.fill({-100, -300, -5}, {30, 10, 70}, Material::kWall);
          w.fill({-98, -298, -3}, {28, 8, 68}, Material::kAir);
          w.fill({-40, -200, 10}, {-39, -100, 60}, Material::kRoof);
      }},
-    {"far from the origin", {461'980, 480, -101'050}, {462'090, 560, -100'950},
+    {"far from the origin",
+     {461'980, 480, -101'050},
+     {462'090, 560, -100'950},
      [](ArrayWorld& w) {
-         w.fill_with([](int x, int y, int z) { return y < 500 + static_cast<int>(hash64(static_cast<std::uint64_t>(x / 3) * 1000 + static_cast<std::uint64_t>(-z / 3)) & 7) ? Material::kGround : noise(5, x, y, z, 500); });
+         w.fill_with([](int x, int y, int z) {
+             return y < 500 + static_cast<int>(hash64(static_cast<std::uint64_t>(x / 3) * 1000 +
+                                                      static_cast<std::uint64_t>(-z / 3)) &
+                                               7)
+                        ? Material::kGround
+                        : noise(5, x, y, z, 500);
+         });
      }},
-    {"one voxel", {-1, -1, -1}, {0, 0, 0}, [](ArrayWorld& w) { w.set(-1, -1, -1, Material::kRoof); }},
+    {"one voxel",
+     {-1, -1, -1},
+     {0, 0, 0},
+     [](ArrayWorld& w) { w.set(-1, -1, -1, Material::kRoof); }},
 };
 
 using Random = std::mt19937_64;
-double real(Random& r, double low, double high) { return low + unit_from(r()) * (high - low); }
-int whole(Random& r, int low, int high) { return low + static_cast<int>(r() % static_cast<std::uint64_t>(high - low)); }
+double real(Random& r, double low, double high) {
+    return low + unit_from(r()) * (high - low);
+}
+int whole(Random& r, int low, int high) {
+    return low + static_cast<int>(r() % static_cast<std::uint64_t>(high - low));
+}
 
 Vec3 in_bounds(Random& r, const voxel::VoxelBounds& b, double around) {
-    return {real(r, b.min[0] - around, b.max[0] + around), real(r, b.min[1] - around, b.max[1] + around), real(r, b.min[2] - around, b.max[2] + around)};
+    return {real(r, b.min[0] - around, b.max[0] + around),
+            real(r, b.min[1] - around, b.max[1] + around),
+            real(r, b.min[2] - around, b.max[2] + around)};
 }
 Vec3 grid_point(Random& r, const voxel::VoxelBounds& b, int around) {
-    return {static_cast<double>(whole(r, b.min[0] - around, b.max[0] + around + 1)), static_cast<double>(whole(r, b.min[1] - around, b.max[1] + around + 1)),
+    return {static_cast<double>(whole(r, b.min[0] - around, b.max[0] + around + 1)),
+            static_cast<double>(whole(r, b.min[1] - around, b.max[1] + around + 1)),
             static_cast<double>(whole(r, b.min[2] - around, b.max[2] + around + 1))};
 }
-double component(Random& r) { return real(r, -1, 1); }
+double component(Random& r) {
+    return real(r, -1, 1);
+}
 
 struct RayCase {
     const char* name;
@@ -135,7 +200,10 @@ struct RayCase {
 };
 
 const RayCase kRays[] = {
-    {"anywhere, any way", 1000, [](Random& r, const voxel::VoxelBounds& b) { return Ray{in_bounds(r, b, 40), {component(r), component(r), component(r)}}; }},
+    {"anywhere, any way", 1000,
+     [](Random& r, const voxel::VoxelBounds& b) {
+         return Ray{in_bounds(r, b, 40), {component(r), component(r), component(r)}};
+     }},
     {"from outside towards a point inside", 1000,
      [](Random& r, const voxel::VoxelBounds& b) {
          const Vec3 from = in_bounds(r, b, 400), to = in_bounds(r, b, 0);
@@ -150,7 +218,8 @@ const RayCase kRays[] = {
      }},
     {"in a plane of the grid", 600,
      [](Random& r, const voxel::VoxelBounds& b) {
-         Vec3 d{component(r), component(r), component(r)}, o = r() % 2 == 0 ? in_bounds(r, b, 5) : grid_point(r, b, 3);
+         Vec3 d{component(r), component(r), component(r)},
+             o = r() % 2 == 0 ? in_bounds(r, b, 5) : grid_point(r, b, 3);
          const auto axis = r() % 3;
          (axis == 0 ? d.x : axis == 1 ? d.y : d.z) = r() % 2 == 0 ? 0.0 : -0.0;
          return Ray{o, d};
@@ -159,20 +228,26 @@ const RayCase kRays[] = {
      [](Random& r, const voxel::VoxelBounds& b) {
          const auto part = [&] { return static_cast<double>(whole(r, -1, 2)); };
          Vec3 d{part(), part(), part()};
-         if (d.x == 0 && d.y == 0 && d.z == 0) d.y = -1;
+         if (d.x == 0 && d.y == 0 && d.z == 0)
+             d.y = -1;
          return Ray{grid_point(r, b, 20), d};
      }},
     {"halves and thirds: many ties", 600,
      [](Random& r, const voxel::VoxelBounds& b) {
          const double slopes[] = {0.5, -0.5, 1, -1, 2, -2, 0.25, 1.0 / 3, -1.0 / 3, 3};
          const auto part = [&] { return slopes[r() % std::size(slopes)]; };
-         return Ray{grid_point(r, b, 10) + Vec3{0.5, 0.5, 0.5} * (r() % 2 == 0 ? 1.0 : 0.0), {part(), part(), part()}};
+         return Ray{grid_point(r, b, 10) + Vec3{0.5, 0.5, 0.5} * (r() % 2 == 0 ? 1.0 : 0.0),
+                    {part(), part(), part()}};
      }},
     {"on a face, inwards and outwards", 600,
      [](Random& r, const voxel::VoxelBounds& b) {
          Vec3 o = in_bounds(r, b, 0);
          const auto axis = r() % 3;
-         (axis == 0 ? o.x : axis == 1 ? o.y : o.z) = std::floor(axis == 0 ? o.x : axis == 1 ? o.y : o.z);
+         (axis == 0   ? o.x
+          : axis == 1 ? o.y
+                      : o.z) = std::floor(axis == 0   ? o.x
+                                          : axis == 1 ? o.y
+                                                      : o.z);
          return Ray{o, {component(r), component(r), component(r)}};
      }},
     {"on the outer faces of the world", 300,
@@ -194,30 +269,38 @@ const RayCase kRays[] = {
     {"not of unit length", 300,
      [](Random& r, const voxel::VoxelBounds& b) {
          const double scale[] = {1e-6, 1e-3, 0.125, 3, 1e4, 1e8};
-         return Ray{in_bounds(r, b, 20), Vec3{component(r), component(r), component(r)} * scale[r() % std::size(scale)]};
+         return Ray{in_bounds(r, b, 20),
+                    Vec3{component(r), component(r), component(r)} * scale[r() % std::size(scale)]};
      }},
     {"from far away", 12,
      [](Random& r, const voxel::VoxelBounds& b) {
-         const Vec3 to = in_bounds(r, b, 0), away = normalized({component(r), component(r), component(r)});
+         const Vec3 to = in_bounds(r, b, 0),
+                    away = normalized({component(r), component(r), component(r)});
          return Ray{to - away * real(r, 1e5, 1e6), away};
      }},
 };
 
 }  // namespace
 
-TEST_CASE("the walker finds the voxel, face and time that single steps find", "[raytracer][walker]") {
+TEST_CASE("the walker finds the voxel, face and time that single steps find",
+          "[raytracer][walker]") {
     for (const WorldCase& w : kWorlds) {
         ArrayWorld world(w.min, w.max);
         w.fill(world);
         for (const RayCase& kind : kRays) {
             DYNAMIC_SECTION(w.name << ": " << kind.name) {
                 Pair pair(world);
-                const auto seed = hash64(static_cast<std::uint64_t>(&w - kWorlds), static_cast<std::uint64_t>(&kind - kRays));
+                const auto seed = hash64(static_cast<std::uint64_t>(&w - kWorlds),
+                                         static_cast<std::uint64_t>(&kind - kRays));
                 CAPTURE(seed);
                 Random random(seed);
                 for (int i = 0; i < kind.count; ++i) {
                     const Ray ray = kind.make(random, world.level_bounds());
-                    pair.check(ray, i % 8 == 7 ? StopAt::end_of(voxel::Material::kWater) : i % 4 == 3 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 4 ? real(random, 0, 200) : kFar);
+                    pair.check(ray,
+                               i % 8 == 7   ? StopAt::end_of(voxel::Material::kWater)
+                               : i % 4 == 3 ? StopAt::kNotWater
+                                            : StopAt::kSolid,
+                               i % 5 == 4 ? real(random, 0, 200) : kFar);
                 }
                 CHECK(pair.differences() == 0);
             }
@@ -225,7 +308,8 @@ TEST_CASE("the walker finds the voxel, face and time that single steps find", "[
     }
 }
 
-TEST_CASE("the walker agrees with single steps from faces of voxels it has hit", "[raytracer][walker]") {
+TEST_CASE("the walker agrees with single steps from faces of voxels it has hit",
+          "[raytracer][walker]") {
     for (const WorldCase& w : kWorlds) {
         DYNAMIC_SECTION(w.name) {
             ArrayWorld world(w.min, w.max);
@@ -234,32 +318,48 @@ TEST_CASE("the walker agrees with single steps from faces of voxels it has hit",
             Random random(99);
             int started = 0;
             for (int i = 0; i < 3000; ++i) {
-                const Ray first{in_bounds(random, world.level_bounds(), 60), normalized({component(random), component(random), component(random)})};
+                const Ray first{
+                    in_bounds(random, world.level_bounds(), 60),
+                    normalized({component(random), component(random), component(random)})};
                 const auto hit = pair.hit(first);
-                if (!hit || hit->face == Face::kNone) continue;
+                if (!hit || hit->face == Face::kNone)
+                    continue;
                 ++started;
-                // As shadow, mirror and water rays do: the point on the face as rounding left it, snapped or not.
+                // As shadow, mirror and water rays do: the point on the face as rounding left it,
+                // snapped or not.
                 Vec3 at = first.origin + first.direction * hit->t;
                 const int axis = axis_of(hit->face);
-                if (i % 2 == 0) (axis == 0 ? at.x : axis == 1 ? at.y : at.z) = hit->voxel[axis] + (sign_of(hit->face) > 0 ? 1 : 0);
+                if (i % 2 == 0)
+                    (axis == 0   ? at.x
+                     : axis == 1 ? at.y
+                                 : at.z) = hit->voxel[axis] + (sign_of(hit->face) > 0 ? 1 : 0);
                 VoxelCoord outside = hit->voxel;
                 (axis == 0 ? outside.x : axis == 1 ? outside.y : outside.z) += sign_of(hit->face);
                 const Vec3 n = normal_of(hit->face);
                 Vec3 d = normalized({component(random), component(random), component(random)});
-                if (dot(d, n) < 0) d = -d;
-                pair.check_from({at, d}, outside, i % 3 == 0 ? StopAt::kNotWater : StopAt::kSolid, i % 5 == 0 ? 30.0 : kFar);
+                if (dot(d, n) < 0)
+                    d = -d;
+                pair.check_from({at, d}, outside, i % 3 == 0 ? StopAt::kNotWater : StopAt::kSolid,
+                                i % 5 == 0 ? 30.0 : kFar);
                 pair.check_from({at, -d}, hit->voxel, StopAt::kNotWater);
-                if (voxel::see_through(hit->attr.material)) pair.check_from({at, -d}, hit->voxel, StopAt::end_of(hit->attr.material));
+                if (voxel::see_through(hit->attr.material))
+                    pair.check_from({at, -d}, hit->voxel, StopAt::end_of(hit->attr.material));
             }
-            if (w.max[0] - w.min[0] > 1) CHECK(started > 40);
+            if (w.max[0] - w.min[0] > 1)
+                CHECK(started > 40);
             CHECK(pair.differences() == 0);
         }
     }
 }
 
 TEST_CASE("a ray along a face that starts on it stays in its voxels", "[raytracer][walker]") {
-    // The sun in the north or south, or a wall seen edge on: a component is exactly zero and the origin lies on a plane of that axis.
-    struct Case { const char* name; Vec3 origin, direction; VoxelCoord start, hit; };
+    // The sun in the north or south, or a wall seen edge on: a component is exactly zero and the
+    // origin lies on a plane of that axis.
+    struct Case {
+        const char* name;
+        Vec3 origin, direction;
+        VoxelCoord start, hit;
+    };
     const auto c = GENERATE(values<Case>({
         {"west neighbour, north", {10, 5.5, 10.5}, {0, 0, -1}, {9, 5, 10}, {9, 5, 2}},
         {"west neighbour, -0", {10, 5.5, 10.5}, {-0.0, 0, -1}, {9, 5, 10}, {9, 5, 2}},
@@ -288,7 +388,9 @@ TEST_CASE("a box that could not be had stops rays and is marked", "[raytracer][w
     Pair pair(world);
     Random random(3);
     for (int i = 0; i < 2000; ++i)
-        pair.check({in_bounds(random, world.level_bounds(), 30), normalized({component(random), component(random), component(random)})}, i % 2 == 0 ? StopAt::kSolid : StopAt::kNotWater);
+        pair.check({in_bounds(random, world.level_bounds(), 30),
+                    normalized({component(random), component(random), component(random)})},
+                   i % 2 == 0 ? StopAt::kSolid : StopAt::kNotWater);
     CHECK(pair.differences() == 0);
     CHECK(pair.holes() > 200);
     CHECK(pair.hits() > pair.holes());
@@ -299,7 +401,9 @@ TEST_CASE("a walker of a coarser level asks for boxes of that level alone", "[ra
     world.fill_with([](int x, int y, int z) { return noise(8, x, y, z, 200); });
     Pair pair(world, 3);
     Random random(4);
-    for (int i = 0; i < 1000; ++i) pair.check({in_bounds(random, world.level_bounds(), 30), {component(random), component(random), component(random)}});
+    for (int i = 0; i < 1000; ++i)
+        pair.check({in_bounds(random, world.level_bounds(), 30),
+                    {component(random), component(random), component(random)}});
     CHECK(pair.differences() == 0);
 }
 
@@ -331,12 +435,19 @@ TEST_CASE("an empty world has nothing to hit", "[raytracer][walker]") {
     ArrayWorld world({0, 0, 0}, {4, 4, 4});
     BlockManager blocks(world, kPlenty);
     BlockReader reader(blocks);
-    struct Case { const char* name; voxel::VoxelBounds bounds; };
-    const auto c = GENERATE(values<Case>({{"nothing", {}}, {"no width", {{0, 0, 0}, {0, 4, 4}}}, {"no height", {{0, 4, 0}, {4, 4, 4}}}, {"inside out", {{4, 4, 4}, {0, 0, 0}}}}));
+    struct Case {
+        const char* name;
+        voxel::VoxelBounds bounds;
+    };
+    const auto c = GENERATE(values<Case>({{"nothing", {}},
+                                          {"no width", {{0, 0, 0}, {0, 4, 4}}},
+                                          {"no height", {{0, 4, 0}, {4, 4, 4}}},
+                                          {"inside out", {{4, 4, 4}, {0, 0, 0}}}}));
     DYNAMIC_SECTION(c.name) {
         const LevelCut cut(c.bounds, 0);
         Walker walker(reader, cut);
-        for (const Vec3 d : {Vec3{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0.3, 0.2, -0.9}}) CHECK_FALSE(walker.first_hit({{2, 2, 2}, d}));
+        for (const Vec3 d : {Vec3{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0.3, 0.2, -0.9}})
+            CHECK_FALSE(walker.first_hit({{2, 2, 2}, d}));
         CHECK(world.asked() == 0);
     }
 }

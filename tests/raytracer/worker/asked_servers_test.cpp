@@ -42,7 +42,8 @@ TEST_CASE("a worker asks no server that a coordinator names alone", "[raytracer]
 }
 
 TEST_CASE(
-    "a worker asks the servers that its own configuration allows, with the token of that one, and the coordinator for the rest",
+    "a worker asks the servers that its own configuration allows, with the token of that one, and "
+    "the coordinator for the rest",
     "[raytracer][farm][worker]") {
     Job wanted(farm_scene());
     const std::string picture = bytes_of(render(wanted, 1));
@@ -63,7 +64,8 @@ TEST_CASE(
         HttpAccess http = access_to_nobody();
         if (c.allowed)
             (c.in_private ? http.limits->private_origins : http.limits->origins).push_back(origin);
-        if (c.with_token) http.token.emplace(origin, "a-token-of-a-server");
+        if (c.with_token)
+            http.token.emplace(origin, "a-token-of-a-server");
         FarmBench bench(job, std::nullopt, 200, {server.url(), ""});
         bench.add_worker(1, http);
         Film film = empty_film(job);

@@ -14,17 +14,22 @@
 
 namespace terravox::test {
 
-/// A coordinator that leases what it likes to a worker, and never sends a box: what the worker has begun does not end.
+/// A coordinator that leases what it likes to a worker, and never sends a box: what the worker has
+/// begun does not end.
 class FakeCoordinator {
 public:
-    FakeCoordinator(int threads, std::size_t memory_bytes) : m_daemon(options(threads, memory_bytes)) {
+    FakeCoordinator(int threads, std::size_t memory_bytes)
+        : m_daemon(options(threads, memory_bytes)) {
         auto [mine, theirs] = net::link_pair();
         m_link = std::move(mine);
-        m_serving = std::thread([this, end = std::move(theirs)]() mutable { m_end = m_daemon.serve(std::move(end), false); });
+        m_serving = std::thread([this, end = std::move(theirs)]() mutable {
+            m_end = m_daemon.serve(std::move(end), false);
+        });
         OwnHello own;
         own.role = farm::COORDINATOR;
         (void)meet(*m_link, make_hello(own), {farm::WORKER});
-        // A worker leaves a coordinator that is silent for too long, and a test may have to wait for a slow machine.
+        // A worker leaves a coordinator that is silent for too long, and a test may have to wait
+        // for a slow machine.
         m_pinging = std::thread([this] {
             do {
                 farm::Frame frame;
@@ -46,7 +51,8 @@ public:
         picture.set_world(state_hash(parcel.world));
         picture.set_asked(true);
         (void)m_link->send(std::move(frame));
-        for (const std::string* text : {&parcel.scene, &parcel.materials, &parcel.world}) tell(*text);
+        for (const std::string* text : {&parcel.scene, &parcel.materials, &parcel.world})
+            tell(*text);
     }
     void tell(const std::string& text) {
         farm::Frame frame;
@@ -71,31 +77,40 @@ public:
         farm::Frame frame;
         frame.mutable_ping()->set_stamp(++m_stamp);
         (void)m_link->send(std::move(frame));
-        (void)next([&](const farm::Frame& f) { return f.has_pong() && f.pong().stamp() == m_stamp; });
+        (void)next(
+            [&](const farm::Frame& f) { return f.has_pong() && f.pong().stamp() == m_stamp; });
     }
     /// @param hole why; empty: it is air
     void reply(const farm::BoxKey& key, const std::string& hole) {
         farm::Frame frame;
         *frame.mutable_box()->mutable_key() = key;
-        if (hole.empty()) frame.mutable_box()->set_air(true);
-        else frame.mutable_box()->set_hole(hole);
+        if (hole.empty())
+            frame.mutable_box()->set_air(true);
+        else
+            frame.mutable_box()->set_hole(hole);
         (void)m_link->send(std::move(frame));
     }
     /// The first frame that fits; nullopt: the worker has ended the link.
-    template <class Fits> std::optional<farm::Frame> next(const Fits& fits) {
+    template <class Fits>
+    std::optional<farm::Frame> next(const Fits& fits) {
         while (auto frame = m_link->receive()) {
-            m_asked.insert(m_asked.end(), frame->need_box().keys().begin(), frame->need_box().keys().end());
-            if (fits(*frame)) return frame;
+            m_asked.insert(m_asked.end(), frame->need_box().keys().begin(),
+                           frame->need_box().keys().end());
+            if (fits(*frame))
+                return frame;
         }
         return std::nullopt;
     }
-    /// Boxes that frames up to the last one asked for, each time that they did, but for those told before.
+    /// Boxes that frames up to the last one asked for, each time that they did, but for those told
+    /// before.
     [[nodiscard]] std::vector<farm::BoxKey> take_asked() { return std::exchange(m_asked, {}); }
     WorkerSession::End hang_up() {
         m_link->abort();
         m_over.release();
-        if (m_pinging.joinable()) m_pinging.join();
-        if (m_serving.joinable()) m_serving.join();
+        if (m_pinging.joinable())
+            m_pinging.join();
+        if (m_serving.joinable())
+            m_serving.join();
         return m_end;
     }
 

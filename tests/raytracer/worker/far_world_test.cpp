@@ -19,7 +19,8 @@ struct Answering {
     BoxShelf shelf{std::size_t{16} << 20, 2};
     std::vector<voxel::BoxKey> asked;
     std::function<void(farm::BoxReply&)> change = [](farm::BoxReply&) {};
-    FarWorld far{world->info(), 7, [this](farm::Frame frame) {
+    FarWorld far{world->info(), 7,
+                 [this](farm::Frame frame) {
                      for (const auto& k : frame.need_box().keys()) {
                          const voxel::BoxKey key = from_frame(k);
                          asked.push_back(key);
@@ -37,14 +38,16 @@ struct Answering {
                          CHECK(far.came(reply));
                      }
                      return true;
-                 }, shelf};
+                 },
+                 shelf};
 };
 
 const voxel::BoxKey kSolid{0, 0, 0, 0}, kAir{0, 0, 5, 0};
 
 }  // namespace
 
-TEST_CASE("a coordinator's boxes are those of its world, asked for once and kept for the next link", "[raytracer][farm]") {
+TEST_CASE("a coordinator's boxes are those of its world, asked for once and kept for the next link",
+          "[raytracer][farm]") {
     Answering a;
     const auto box = a.far.box(kSolid);
     REQUIRE(box);
@@ -54,12 +57,14 @@ TEST_CASE("a coordinator's boxes are those of its world, asked for once and kept
     CHECK(a.asked == std::vector{kSolid, kAir});
     int n = 0;
     const std::vector<voxel::BoxKey> keys{kSolid, kAir, {0, -1, 0, 0}};
-    a.far.boxes(keys, [&](const voxel::BoxKey&, const voxel::BoxOutcome& o) { n += o.failure ? 100 : 1; });
+    a.far.boxes(
+        keys, [&](const voxel::BoxKey&, const voxel::BoxOutcome& o) { n += o.failure ? 100 : 1; });
     CHECK(n == 3);
     CHECK(a.asked.size() == 3);
 }
 
-TEST_CASE("what a coordinator cannot have, and what it gets wrong, is an error, and is not kept", "[raytracer][farm]") {
+TEST_CASE("what a coordinator cannot have, and what it gets wrong, is an error, and is not kept",
+          "[raytracer][farm]") {
     Answering a;
     a.change = [](farm::BoxReply& r) { r.set_hole("the file is gone"); };
     CHECK_THROWS_WITH(a.far.box(kSolid), contains("the file is gone"));
@@ -87,7 +92,8 @@ TEST_CASE("who waits for a box learns that the link has ended", "[raytracer][far
     CHECK_THROWS_AS(dead.box(kSolid), StoppedError);
 }
 
-TEST_CASE("a reply that nobody asked for is noticed, one of a world that has gone is not", "[raytracer][farm]") {
+TEST_CASE("a reply that nobody asked for is noticed, one of a world that has gone is not",
+          "[raytracer][farm]") {
     const auto world = landscape();
     BoxShelf shelf(1 << 20, 2);
     FarWorld far(world->info(), 7, [](farm::Frame) { return true; }, shelf);
@@ -105,7 +111,8 @@ TEST_CASE("a world that cannot have a box asks its helper", "[raytracer][farm]")
         explicit Broken(const voxel::WorldInfo& info) : m_info(info) {}
         const voxel::WorldInfo& info() const noexcept override { return m_info; }
         std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
-            if (key.bx < 0) throw Error("broken");
+            if (key.bx < 0)
+                throw Error("broken");
             return nullptr;
         }
         voxel::ColumnExtent column(int, std::int32_t, std::int32_t) override { return {}; }
@@ -119,7 +126,8 @@ TEST_CASE("a world that cannot have a box asks its helper", "[raytracer][farm]")
     CHECK(helped.box({0, -1, 0, 0}));
     int boxes = 0;
     const std::vector<voxel::BoxKey> keys{kSolid, {0, -1, 0, 0}};
-    helped.boxes(keys, [&](const voxel::BoxKey&, const voxel::BoxOutcome& o) { boxes += o.box ? 1 : 0; });
+    helped.boxes(keys,
+                 [&](const voxel::BoxKey&, const voxel::BoxOutcome& o) { boxes += o.box ? 1 : 0; });
     CHECK(boxes == 1);
 }
 

@@ -18,60 +18,85 @@ using terravox::test::HttpClient;
 
 namespace {
 
-/// Samples by name and labels, as written. Throws for what a reader of the text format would refuse.
+/// Samples by name and labels, as written. Throws for what a reader of the text format would
+/// refuse.
 class MetricsReader {
 public:
     explicit MetricsReader(const std::string& text) {
-        if (text.empty() || text.back() != '\n') throw std::runtime_error("no end of the last line");
+        if (text.empty() || text.back() != '\n')
+            throw std::runtime_error("no end of the last line");
         std::istringstream lines(text);
         for (std::string line; std::getline(lines, line);) {
             m_line = line;
-            if (line.starts_with("# HELP ")) begin_family(line.substr(7));
-            else if (line.starts_with("# TYPE ")) set_type(line.substr(7));
-            else read_sample(line);
+            if (line.starts_with("# HELP "))
+                begin_family(line.substr(7));
+            else if (line.starts_with("# TYPE "))
+                set_type(line.substr(7));
+            else
+                read_sample(line);
         }
     }
     [[nodiscard]] double at(const std::string& sample) const { return m_samples.at(sample); }
     [[nodiscard]] std::size_t size() const { return m_samples.size(); }
 
 private:
-    [[noreturn]] void fail(const std::string& why) const { throw std::runtime_error(why + ": " + m_line); }
+    [[noreturn]] void fail(const std::string& why) const {
+        throw std::runtime_error(why + ": " + m_line);
+    }
     static bool is_name(const std::string& name) {
-        if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front()))) return false;
+        if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())))
+            return false;
         for (const char c : name)
-            if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != ':') return false;
+            if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != ':')
+                return false;
         return true;
     }
     void begin_family(const std::string& rest) {
         m_family = rest.substr(0, rest.find(' '));
-        if (!is_name(m_family)) fail("not a name");
-        if (rest.size() < m_family.size() + 2) fail("no help");
-        if (!m_families.insert(m_family).second) fail("a family twice");
+        if (!is_name(m_family))
+            fail("not a name");
+        if (rest.size() < m_family.size() + 2)
+            fail("no help");
+        if (!m_families.insert(m_family).second)
+            fail("a family twice");
         m_type.clear();
     }
     void set_type(const std::string& rest) {
-        if (rest.substr(0, rest.find(' ')) != m_family || !m_type.empty()) fail("a type without its help");
+        if (rest.substr(0, rest.find(' ')) != m_family || !m_type.empty())
+            fail("a type without its help");
         m_type = rest.substr(m_family.size() + 1);
-        if (m_type != "counter" && m_type != "gauge") fail("unknown type");
-        if ((m_type == "counter") != m_family.ends_with("_total")) fail("counters, and only they, end in _total");
+        if (m_type != "counter" && m_type != "gauge")
+            fail("unknown type");
+        if ((m_type == "counter") != m_family.ends_with("_total"))
+            fail("counters, and only they, end in _total");
     }
     void read_sample(const std::string& line) {
-        if (m_type.empty()) fail("a sample before its type");
+        if (m_type.empty())
+            fail("a sample before its type");
         std::size_t at = m_family.size();
-        if (line.substr(0, at) != m_family) fail("a sample of another family");
-        if (line[at] == '{') at = end_of_label(line, at);
-        if (at >= line.size() || line[at] != ' ') fail("no blank before the value");
+        if (line.substr(0, at) != m_family)
+            fail("a sample of another family");
+        if (line[at] == '{')
+            at = end_of_label(line, at);
+        if (at >= line.size() || line[at] != ' ')
+            fail("no blank before the value");
         char* end = nullptr;
         const double value = std::strtod(line.c_str() + at + 1, &end);
-        if (end == line.c_str() + at + 1 || *end != '\0') fail("not a number");
-        if (!m_samples.emplace(line.substr(0, at), value).second) fail("a sample twice");
+        if (end == line.c_str() + at + 1 || *end != '\0')
+            fail("not a number");
+        if (!m_samples.emplace(line.substr(0, at), value).second)
+            fail("a sample twice");
     }
     std::size_t end_of_label(const std::string& line, std::size_t at) const {
         const std::size_t equals = line.find("=\"", at);
-        if (equals == std::string::npos || !is_name(line.substr(at + 1, equals - at - 1))) fail("not a label");
+        if (equals == std::string::npos || !is_name(line.substr(at + 1, equals - at - 1)))
+            fail("not a label");
         for (at = equals + 2; at < line.size() && line[at] != '"'; ++at)
-            if (line[at] == '\\' && ++at < line.size() && line[at] != '\\' && line[at] != '"' && line[at] != 'n') fail("not an escape");
-        if (line.substr(at, 2) != "\"}") fail("no end of the labels");
+            if (line[at] == '\\' && ++at < line.size() && line[at] != '\\' && line[at] != '"' &&
+                line[at] != 'n')
+                fail("not an escape");
+        if (line.substr(at, 2) != "\"}")
+            fail("no end of the labels");
         return at + 2;
     }
 
@@ -94,19 +119,22 @@ WorkerMetrics some_metrics() {
 struct Page {
     std::atomic<bool> draining{false}, fails{false};
     MetricsPage page{{"127.0.0.1", 0, {"render1.lan"}}, [this] {
-                         if (fails) throw std::runtime_error("no metrics today");
+                         if (fails)
+                             throw std::runtime_error("no metrics today");
                          WorkerMetrics m = some_metrics();
                          m.draining = draining;
                          return m;
                      }};
-    [[nodiscard]] test::HttpReply ask(const std::string& path, const std::string& headers = "", const std::string& method = "GET") const {
+    [[nodiscard]] test::HttpReply ask(const std::string& path, const std::string& headers = "",
+                                      const std::string& method = "GET") const {
         return HttpClient(page.port()).get(path, headers, method);
     }
 };
 
 }  // namespace
 
-TEST_CASE("a worker's metrics are what a reader of the text format takes", "[raytracer][worker][metrics]") {
+TEST_CASE("a worker's metrics are what a reader of the text format takes",
+          "[raytracer][worker][metrics]") {
     const MetricsReader read(metrics_text(some_metrics()));
     CHECK(read.at("terravox_worker_uptime_seconds") == 12.5);
     CHECK(read.at("terravox_worker_tiles_total") == 7);
@@ -132,8 +160,11 @@ TEST_CASE("a worker's metrics are what a reader of the text format takes", "[ray
 }
 
 TEST_CASE("the reader of metrics refuses what is none", "[raytracer][worker][metrics]") {
-    const char* broken = GENERATE("", "# HELP a b\n# TYPE a gauge\na 1", "a 1\n", "# HELP a b\na 1\n", "# HELP a b\n# TYPE a gauge\nb 1\n", "# HELP a b\n# TYPE a gauge\na one\n",
-                                  "# HELP a b\n# TYPE a gauge\na{x=\"1} 1\n", "# HELP a b\n# TYPE a gauge\na 1\na 1\n", "# HELP a b\n# TYPE a counter\na 1\n");
+    const char* broken =
+        GENERATE("", "# HELP a b\n# TYPE a gauge\na 1", "a 1\n", "# HELP a b\na 1\n",
+                 "# HELP a b\n# TYPE a gauge\nb 1\n", "# HELP a b\n# TYPE a gauge\na one\n",
+                 "# HELP a b\n# TYPE a gauge\na{x=\"1} 1\n",
+                 "# HELP a b\n# TYPE a gauge\na 1\na 1\n", "# HELP a b\n# TYPE a counter\na 1\n");
     INFO(broken);
     CHECK_THROWS_AS(MetricsReader(broken), std::runtime_error);
 }
@@ -161,7 +192,8 @@ TEST_CASE("the page answers who watches", "[raytracer][worker][metrics]") {
 
 TEST_CASE("the page refuses all else, and goes on", "[raytracer][worker][metrics]") {
     Page page;
-    for (const char* path : {"/", "/metrics/", "/metrics/../metrics", "/%6detrics", "/etc/passwd", "/healthz/x"}) {
+    for (const char* path :
+         {"/", "/metrics/", "/metrics/../metrics", "/%6detrics", "/etc/passwd", "/healthz/x"}) {
         INFO(path);
         const int status = page.ask(path).status;
         CHECK((status == 404 || status == 400));
@@ -173,7 +205,10 @@ TEST_CASE("the page refuses all else, and goes on", "[raytracer][worker][metrics
         CHECK(reply.status == 405);
         CHECK(reply.headers.at("allow") == "GET, HEAD");
     }
-    for (const std::string& bytes : {std::string("\r\n\r\n"), std::string("GET\r\n\r\n"), std::string("GET * HTTP/1.1\r\nHost: x\r\n\r\n"), "GET /" + std::string(20'000, 'x') + " HTTP/1.1\r\n\r\n", std::string("\x16\x03\x01 hello\r\n\r\n")}) {
+    for (const std::string& bytes : {std::string("\r\n\r\n"), std::string("GET\r\n\r\n"),
+                                     std::string("GET * HTTP/1.1\r\nHost: x\r\n\r\n"),
+                                     "GET /" + std::string(20'000, 'x') + " HTTP/1.1\r\n\r\n",
+                                     std::string("\x16\x03\x01 hello\r\n\r\n")}) {
         INFO(bytes.substr(0, 10));
         HttpClient client(page.page.port());
         client.send(bytes);
@@ -208,10 +243,12 @@ TEST_CASE("the page answers to its own names alone, and to no page of elsewhere"
     CHECK(old.read_reply()->status == 200);
 }
 
-TEST_CASE("clients that say nothing do not keep the page from others for long", "[raytracer][worker][metrics]") {
+TEST_CASE("clients that say nothing do not keep the page from others for long",
+          "[raytracer][worker][metrics]") {
     Page page;
     std::vector<std::unique_ptr<HttpClient>> silent;
-    for (int i = 0; i < 100; ++i) silent.push_back(std::make_unique<HttpClient>(page.page.port()));
+    for (int i = 0; i < 100; ++i)
+        silent.push_back(std::make_unique<HttpClient>(page.page.port()));
     CHECK(page.ask("/metrics").status == 200);
     CHECK(silent.front()->wait_for_end());
 }

@@ -16,7 +16,8 @@ using namespace terravox::test;
 
 namespace {
 
-std::atomic<int> g_until_refused{-1};  ///< threads that are given before one is refused; below 0: none is
+std::atomic<int> g_until_refused{
+    -1};  ///< threads that are given before one is refused; below 0: none is
 
 /// Has one thread refused, as the system does when there are too many.
 class RefusedThread {
@@ -30,10 +31,12 @@ public:
     [[nodiscard]] bool came() const noexcept { return g_until_refused < 0; }
 };
 
-/// Whether the code at this address is of the library that has std::thread. Others, as gRPC, end the program without threads.
+/// Whether the code at this address is of the library that has std::thread. Others, as gRPC, end
+/// the program without threads.
 bool is_of_std_thread(const void* code) noexcept {
     Dl_info info{};
-    if (::dladdr(code, &info) == 0 || info.dli_fname == nullptr) return false;
+    if (::dladdr(code, &info) == 0 || info.dli_fname == nullptr)
+        return false;
     return std::string_view(info.dli_fname).find("libstdc++") != std::string_view::npos;
 }
 
@@ -42,14 +45,18 @@ constexpr const char* kNoMore = "the system gives no more threads";
 }  // namespace
 
 /// Takes the place of the system's function for this program, which it calls.
-extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* argument) noexcept {
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
+                              void* (*run)(void*), void* argument) noexcept {
     using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
     static const auto create = reinterpret_cast<Create>(::dlsym(RTLD_NEXT, "pthread_create"));
-    if (g_until_refused >= 0 && is_of_std_thread(__builtin_return_address(0)) && g_until_refused-- == 0) return EAGAIN;
+    if (g_until_refused >= 0 && is_of_std_thread(__builtin_return_address(0)) &&
+        g_until_refused-- == 0)
+        return EAGAIN;
     return create(thread, attributes, run, argument);
 }
 
-TEST_CASE("whichever thread of a picture a worker is refused, it says so and stays", "[raytracer][farm][worker]") {
+TEST_CASE("whichever thread of a picture a worker is refused, it says so and stays",
+          "[raytracer][farm][worker]") {
     const auto is_heartbeat = [](const farm::Frame& f) { return f.has_heartbeat(); };
     constexpr int kThreads = 9;  // with two that collect
     int given = 0;
@@ -62,31 +69,41 @@ TEST_CASE("whichever thread of a picture a worker is refused, it says so and sta
         coordinator.begin(parcel);
         coordinator.lease({0, 0, 0, 0, 97, 53, 1, false, 0, 0}, 77);
         // What is traced asks for boxes.
-        const auto answer = coordinator.next([](const farm::Frame& f) { return f.has_failed() || f.has_need_box(); });
+        const auto answer = coordinator.next(
+            [](const farm::Frame& f) { return f.has_failed() || f.has_need_box(); });
         REQUIRE(answer);
         refused = one.came();
         CHECK(answer->has_failed() == refused);
-        if (refused) CHECK_THAT(answer->failed().reason(), contains(kNoMore));
+        if (refused)
+            CHECK_THAT(answer->failed().reason(), contains(kNoMore));
         CHECK(coordinator.next(is_heartbeat));
     }
-    CHECK(given > kThreads + 3);  // the picture's own, those that trace, two that collect, and one that loads boxes
+    CHECK(
+        given >
+        kThreads +
+            3);  // the picture's own, those that trace, two that collect, and one that loads boxes
 }
 
-TEST_CASE("a worker without a thread for its heartbeats ends the link with an error", "[raytracer][farm][worker]") {
+TEST_CASE("a worker without a thread for its heartbeats ends the link with an error",
+          "[raytracer][farm][worker]") {
     auto [mine, theirs] = net::link_pair();
     WorkerShared shared(std::size_t{1} << 20, 1);
     {
         WorkerSession session(std::move(theirs), "the test", {}, shared);
         const RefusedThread one(0);
         std::string why;
-        CHECK_THROWS_WITH(session.run(why), contains("start a thread for heartbeats") && contains(kNoMore));
+        CHECK_THROWS_WITH(session.run(why),
+                          contains("start a thread for heartbeats") && contains(kNoMore));
     }
     CHECK_FALSE(mine->receive());
 }
 
-TEST_CASE("daemons and farms that are refused a thread at their start are errors", "[raytracer][farm][worker]") {
-    const net::Credentials credentials{.token = "a token of the tests", .ca = {}, .certificate = {}, .key = {}};
-    const std::vector<net::Address> nobody{{.host = "127.0.0.1", .port = 1}, {.host = "127.0.0.1", .port = 2}};
+TEST_CASE("daemons and farms that are refused a thread at their start are errors",
+          "[raytracer][farm][worker]") {
+    const net::Credentials credentials{
+        .token = "a token of the tests", .ca = {}, .certificate = {}, .key = {}};
+    const std::vector<net::Address> nobody{{.host = "127.0.0.1", .port = 1},
+                                           {.host = "127.0.0.1", .port = 2}};
     const auto begin_daemon = [&] {
         WorkerDaemonOptions options;
         options.join = nobody, options.credentials = credentials;
@@ -121,10 +138,19 @@ TEST_CASE("daemons and farms that are refused a thread at their start are errors
     }
 }
 
-TEST_CASE("a member that there is no thread for is none, and the others go on", "[raytracer][sched]") {
+TEST_CASE("a member that there is no thread for is none, and the others go on",
+          "[raytracer][sched]") {
     Job alone(farm_scene()), job(farm_scene());
     ProcessorPool pool(pool_settings(job));
-    const auto add_one = [&] { pool.add({"here", "threads", 1, true, false, std::make_shared<ThreadProcessor>(job.view, job.blocks, 1), {}}); };
+    const auto add_one = [&] {
+        pool.add({"here",
+                  "threads",
+                  1,
+                  true,
+                  false,
+                  std::make_shared<ThreadProcessor>(job.view, job.blocks, 1),
+                  {}});
+    };
     {
         const RefusedThread one(1);  // after that which traces
         CHECK_THROWS_WITH(add_one(), contains(kNoMore));

@@ -1,7 +1,7 @@
 #include "raytracer/worker/worker_config.hpp"
 
-#include <CLI/CLI.hpp>
 #include <sys/stat.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdlib>
 #include <fstream>
@@ -30,7 +30,8 @@ struct Folder {
         std::ofstream(folder.path() / "worker.toml") << text;
         return folder.path() / "worker.toml";
     }
-    [[nodiscard]] WorkerConfig load(const std::string& text, std::vector<std::string> flags = {}) const {
+    [[nodiscard]] WorkerConfig load(const std::string& text,
+                                    std::vector<std::string> flags = {}) const {
         flags.insert(flags.begin(), {"--config", file(text).string()});
         return load_worker_config(parsed(flags));
     }
@@ -45,12 +46,14 @@ WorkerConfig listening() {
 }  // namespace
 
 TEST_CASE("the file that ships says the defaults", "[raytracer][worker][config]") {
-    const WorkerConfig shipped = load_worker_config({std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml", {}});
+    const WorkerConfig shipped =
+        load_worker_config({std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml", {}});
     CHECK(difference(listening(), shipped) == WorkerConfigChange{});
     // It names every field: each that is taken out of it is one fewer.
     std::ifstream in(std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml");
     std::size_t lines = 0;
-    for (std::string line; std::getline(in, line);) lines += line.find(" = ") != std::string::npos && line.front() != '#';
+    for (std::string line; std::getline(in, line);)
+        lines += line.find(" = ") != std::string::npos && line.front() != '#';
     CLI::App app;
     WorkerArguments ignored;
     add_worker_options(app, ignored);
@@ -111,12 +114,15 @@ log_json = true
     CHECK(c.once);
     CHECK(c.log == "warn");
     CHECK(c.log_json);
-    CHECK(f.load("version = 1\nlisten = \":1\"\ntoken_file = \"token\"\n").token_file == f.folder.path() / "token");
+    CHECK(f.load("version = 1\nlisten = \":1\"\ntoken_file = \"token\"\n").token_file ==
+          f.folder.path() / "token");
 }
 
 TEST_CASE("flags override the file", "[raytracer][worker][config]") {
     const Folder f;
-    const std::string text = "version = 1\nlisten = \":1000\"\njoin = [\"one:1\", \"two:2\"]\nthreads = 3\nlog = \"warn\"\ntoken_file = \"token\"\n";
+    const std::string text =
+        "version = 1\nlisten = \":1000\"\njoin = [\"one:1\", \"two:2\"]\nthreads = 3\nlog = "
+        "\"warn\"\ntoken_file = \"token\"\n";
     const WorkerConfig c = f.load(
         text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json",
                "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5",
@@ -179,12 +185,14 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
         {"version = 1\njoin = [\"one\"]\nannounce = true", "announce without listen"},
         {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"",
          "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
-        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = \"c\"\ntoken_file = \"d\"",
+        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = "
+         "\"c\"\ntoken_file = \"d\"",
          "token_file and tls_ca; allowed: one of them"},
         {"version = 1\nlisten = \":1\"\nallow_origins = \"https://a\"",
          "allow_origins = a value of another kind; allowed: a list of texts"},
         {"version = 1\nlisten = \":1\"\nallow_origins = [\"a.example\"]",
-         "allow_origins: read the origin 'a.example': not an address; allowed: http(s)://host[:port]"},
+         "allow_origins: read the origin 'a.example': not an address; allowed: "
+         "http(s)://host[:port]"},
         {"version = 1\nlisten = \":1\"\nallow_origins = [\"https://a/b\"]",
          "allow_origins: read the origin 'https://a/b': an address with a path in it"},
         {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://10.0.0.1:80\"]",
@@ -209,27 +217,31 @@ TEST_CASE("what a file must not say is refused with what it may", "[raytracer][w
     CHECK_THROWS_WITH(f.load(c.text), contains(c.message));
 }
 
-TEST_CASE("what the command line must not say is refused with what it may", "[raytracer][worker][config]") {
+TEST_CASE("what the command line must not say is refused with what it may",
+          "[raytracer][worker][config]") {
     struct Case {
         std::vector<std::string> flags;
         const char* message;
     };
     const auto c = GENERATE(values<Case>({
         {{}, "nobody to work for"},
-        {{"--listen", ":1", "--threads", "many"}, "threads = 'many'; allowed: whole numbers, 0 to 1024"},
+        {{"--listen", ":1", "--threads", "many"},
+         "threads = 'many'; allowed: whole numbers, 0 to 1024"},
         {{"--listen", ":1", "--threads", "1.5"}, "threads = '1.5'; allowed: whole numbers"},
         {{"--listen", ":1", "--threads", "5000"}, "threads = 5000; allowed"},
         {{"--listen", ":1", "--drain-s", "nan"}, "drain_s = nan; allowed: 0 to 3600"},
         {{"--listen", "a:b"}, "listen: read the address 'a:b'"},
         {{"--listen", ":1", "--log", "loud"}, "log = 'loud'"},
-        {{"--config", "/nowhere/worker.toml"}, "read the worker's configuration /nowhere/worker.toml: no such file"},
+        {{"--config", "/nowhere/worker.toml"},
+         "read the worker's configuration /nowhere/worker.toml: no such file"},
     }));
     INFO(c.message);
     CHECK_THROWS_AS(load_worker_config(parsed(c.flags)), UsageError);
     CHECK_THROWS_WITH(load_worker_config(parsed(c.flags)), contains(c.message));
 }
 
-TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer][worker][config]") {
+TEST_CASE("a reload changes what may change, and tells of the rest",
+          "[raytracer][worker][config]") {
     struct Case {
         const char* name;
         std::function<void(WorkerConfig&)> change;
@@ -238,11 +250,7 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
     const auto c = GENERATE(values<Case>({
         {"listen", [](WorkerConfig& w) { w.listen->port = 1; }, false},
         {"listen", [](WorkerConfig& w) { w.listen.reset(); }, false},
-        {"join",
-         [](WorkerConfig& w) {
-             w.join.push_back({"one", 1});
-         },
-         true},
+        {"join", [](WorkerConfig& w) { w.join.push_back({"one", 1}); }, true},
         {"announce", [](WorkerConfig& w) { w.announce = true; }, false},
         {"name", [](WorkerConfig& w) { w.name = "other"; }, false},
         {"threads", [](WorkerConfig& w) { w.threads = 7; }, true},
@@ -260,11 +268,7 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
         {"server_origin", [](WorkerConfig& w) { w.server_origin = HttpOrigin::parse("https://a"); },
          false},
         {"server_token_file", [](WorkerConfig& w) { w.server_token_file = "t"; }, false},
-        {"metrics",
-         [](WorkerConfig& w) {
-             w.metrics = net::Address{"127.0.0.1", 1};
-         },
-         false},
+        {"metrics", [](WorkerConfig& w) { w.metrics = net::Address{"127.0.0.1", 1}; }, false},
         {"metrics_names", [](WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
         {"drain_s", [](WorkerConfig& w) { w.drain_s = 1; }, true},
         {"idle_s", [](WorkerConfig& w) { w.idle_s = 1; }, true},
@@ -277,7 +281,8 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
     WorkerConfig wanted = running;
     c.change(wanted);
     const std::vector<std::string> name{c.name};
-    CHECK(difference(running, wanted) == (c.now ? WorkerConfigChange{name, {}} : WorkerConfigChange{{}, name}));
+    CHECK(difference(running, wanted) ==
+          (c.now ? WorkerConfigChange{name, {}} : WorkerConfigChange{{}, name}));
     const WorkerConfig after = reloaded(running, wanted);
     CHECK(difference(running, after).now == (c.now ? name : std::vector<std::string>{}));
     CHECK(difference(after, wanted).restart == (c.now ? std::vector<std::string>{} : name));
@@ -287,11 +292,14 @@ TEST_CASE("a reload changes what may change, and tells of the rest", "[raytracer
 
 TEST_CASE("a reload of everything keeps the order of the fields", "[raytracer][worker][config]") {
     WorkerConfig wanted = listening();
-    wanted.log = "off", wanted.threads = 1, wanted.join = {{"one", 1}}, wanted.metrics = net::Address{"::1", 1}, wanted.name = "x";
-    CHECK(difference(listening(), wanted) == WorkerConfigChange{{"join", "threads", "log"}, {"name", "metrics"}});
+    wanted.log = "off", wanted.threads = 1, wanted.join = {{"one", 1}},
+    wanted.metrics = net::Address{"::1", 1}, wanted.name = "x";
+    CHECK(difference(listening(), wanted) ==
+          WorkerConfigChange{{"join", "threads", "log"}, {"name", "metrics"}});
 }
 
-TEST_CASE("credentials are a token, read anew each time, or certificates", "[raytracer][worker][config]") {
+TEST_CASE("credentials are a token, read anew each time, or certificates",
+          "[raytracer][worker][config]") {
     const Folder f;
     const auto token = f.folder.path() / "token";
     std::ofstream(token) << "h3kx8tq5vz2mw9rj6ncp\n";
@@ -316,7 +324,8 @@ TEST_CASE("credentials are a token, read anew each time, or certificates", "[ray
 }
 
 TEST_CASE(
-    "a worker may ask the servers of its configuration alone, and sends no token of the environment",
+    "a worker may ask the servers of its configuration alone, and sends no token of the "
+    "environment",
     "[raytracer][worker][config]") {
     const Folder f;
     const auto token = f.folder.path() / "server-token";
@@ -330,7 +339,8 @@ TEST_CASE(
     CHECK_FALSE(nobody.token);
     CHECK(nobody.ranges(voxels).empty());
     const HttpAccess some = http_access_of(f.load(
-        "version = 1\nlisten = \":1\"\nallow_origins = [\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
+        "version = 1\nlisten = \":1\"\nallow_origins = "
+        "[\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
         "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
     REQUIRE(some.token);
     CHECK(some.token->text() == "a-token-of-a-server");
@@ -340,13 +350,15 @@ TEST_CASE(
           AddressRanges{AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback});
     CHECK(some.ranges(HttpOrigin::parse("http://voxels.example")).empty());
     const WorkerConfig clear = f.load(
-        "version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin = \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
+        "version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin "
+        "= \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
     CHECK_THROWS_AS(http_access_of(clear), UsageError);
     CHECK_THROWS_WITH(http_access_of(clear), contains("clear text"));
     chmod(token.c_str(), 0644);
     CHECK_THROWS_WITH(
-        http_access_of(f.load(
-            "version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = \"https://a\"\nserver_token_file = \"server-token\"\n")),
+        http_access_of(
+            f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = "
+                   "\"https://a\"\nserver_token_file = \"server-token\"\n")),
         contains("chmod 600"));
     unsetenv("TERRAVOX_SERVER_TOKEN");
     unsetenv("TERRAVOX_SERVER_ORIGIN");

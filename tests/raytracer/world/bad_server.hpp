@@ -25,31 +25,36 @@ namespace terravox::test {
 struct Deed {
     int status = 200;
     std::string type = "application/json", body = {};
-    std::string headers = {};  ///< further ones, each ending in "\r\n"
+    std::string headers = {};           ///< further ones, each ending in "\r\n"
     std::chrono::milliseconds late{0};  ///< before the first byte
     std::chrono::milliseconds drip{0};  ///< after each byte of the body
     bool silent = false;                ///< takes the request and says nothing
-    std::size_t lost = 0;               ///< bytes of the body that never come: the connection ends before them
-    std::size_t rest = 0;               ///< bytes of the body that come only after before_rest
+    std::size_t lost = 0;  ///< bytes of the body that never come: the connection ends before them
+    std::size_t rest = 0;  ///< bytes of the body that come only after before_rest
     std::function<void()> before_rest = {};
 };
 
-/// A web server on a free local port that does to each request what it is told: late, silent, dripping, damaged. A thread for each connection.
+/// A web server on a free local port that does to each request what it is told: late, silent,
+/// dripping, damaged. A thread for each connection.
 class BadServer {
 public:
-    /// What to do with the n-th request (from 0) for a path. Called from several threads, one at a time.
+    /// What to do with the n-th request (from 0) for a path. Called from several threads, one at a
+    /// time.
     using Script = std::function<Deed(const std::string& path, int n)>;
     /// The body of a request; of one for a range of bytes "FIRST-LAST".
     using BodyScript = std::function<Deed(const std::string& path, int n, const std::string& body)>;
 
     explicit BadServer(Script script)
-        : BadServer([script = std::move(script)](const std::string& path, int n, const std::string&) { return script(path, n); }) {}
-    explicit BadServer(BodyScript script) : m_script(std::move(script)), m_listener(::socket(AF_INET, SOCK_STREAM, 0)) {
+        : BadServer([script = std::move(script)](const std::string& path, int n,
+                                                 const std::string&) { return script(path, n); }) {}
+    explicit BadServer(BodyScript script)
+        : m_script(std::move(script)), m_listener(::socket(AF_INET, SOCK_STREAM, 0)) {
         sockaddr_in address{};
         address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         socklen_t size = sizeof address;
         auto* generic = reinterpret_cast<sockaddr*>(&address);
-        if (m_listener < 0 || ::bind(m_listener, generic, size) != 0 || ::listen(m_listener, 64) != 0 || ::getsockname(m_listener, generic, &size) != 0)
+        if (m_listener < 0 || ::bind(m_listener, generic, size) != 0 ||
+            ::listen(m_listener, 64) != 0 || ::getsockname(m_listener, generic, &size) != 0)
             throw std::runtime_error("start the test's server: no local port");
         m_port = ntohs(address.sin_port);
         m_thread = std::thread([this] { listen(); });
@@ -57,7 +62,8 @@ public:
     ~BadServer() {
         m_stop = true;
         m_thread.join();
-        for (std::thread& t : m_connections) t.join();
+        for (std::thread& t : m_connections)
+            t.join();
         ::close(m_listener);
     }
     BadServer(const BadServer&) = delete;
@@ -86,7 +92,8 @@ private:
     bool readable(int socket) const {
         while (!m_stop) {
             pollfd one{socket, POLLIN, 0};
-            if (::poll(&one, 1, 20) > 0) return true;
+            if (::poll(&one, 1, 20) > 0)
+                return true;
         }
         return false;
     }
@@ -95,15 +102,19 @@ private:
         const auto end = std::chrono::steady_clock::now() + time;
         while (!m_stop && std::chrono::steady_clock::now() < end) {
             pollfd one{socket, POLLRDHUP, 0};
-            const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
-            if (::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 20))) > 0) return false;
+            const auto left = std::chrono::ceil<std::chrono::milliseconds>(
+                end - std::chrono::steady_clock::now());
+            if (::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 20))) >
+                0)
+                return false;
         }
         return !m_stop;
     }
     void listen() {
         while (readable(m_listener)) {
             const int socket = ::accept(m_listener, nullptr, nullptr);
-            if (socket < 0) continue;
+            if (socket < 0)
+                continue;
             m_connections.emplace_back([this, socket] {
                 serve(socket);
                 ::close(socket);
@@ -113,7 +124,8 @@ private:
     bool send_bytes(int socket, const std::string& path, const std::string& bytes) {
         const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
         const std::lock_guard lock(m_mutex);
-        if (sent > 0) m_sent_bytes[path] += static_cast<std::size_t>(sent);
+        if (sent > 0)
+            m_sent_bytes[path] += static_cast<std::size_t>(sent);
         return sent == static_cast<ssize_t>(bytes.size());
     }
 
@@ -122,17 +134,23 @@ private:
         const auto read_until = [&](const std::function<bool()>& enough) {
             while (!enough()) {
                 char bytes[4096];
-                if (!readable(socket)) return false;
+                if (!readable(socket))
+                    return false;
                 const auto count = ::recv(socket, bytes, sizeof bytes, 0);
-                if (count <= 0) return false;
+                if (count <= 0)
+                    return false;
                 request.append(bytes, static_cast<std::size_t>(count));
             }
             return true;
         };
-        if (!read_until([&] { return request.find("\r\n\r\n") != std::string::npos; })) return;
-        const std::size_t body_at = request.find("\r\n\r\n") + 4, length_at = request.find("Content-Length: ");
-        const std::size_t length = length_at < body_at ? std::stoul(request.substr(length_at + 16)) : 0;
-        if (!read_until([&] { return request.size() >= body_at + length; })) return;
+        if (!read_until([&] { return request.find("\r\n\r\n") != std::string::npos; }))
+            return;
+        const std::size_t body_at = request.find("\r\n\r\n") + 4,
+                          length_at = request.find("Content-Length: ");
+        const std::size_t length =
+            length_at < body_at ? std::stoul(request.substr(length_at + 16)) : 0;
+        if (!read_until([&] { return request.size() >= body_at + length; }))
+            return;
         const auto begin = request.find(' ') + 1;
         const std::string path = request.substr(begin, request.find(' ', begin) - begin);
         const Deed deed = [&] {
@@ -140,20 +158,31 @@ private:
             m_heads.push_back(request.substr(0, body_at));
             const std::size_t range_at = request.find("Range: bytes=");
             const bool ranged = range_at < body_at;
-            return m_script(path, m_asked[path]++, ranged ? request.substr(range_at + 13, request.find('\r', range_at) - range_at - 13) : request.substr(body_at));
+            return m_script(
+                path, m_asked[path]++,
+                ranged ? request.substr(range_at + 13, request.find('\r', range_at) - range_at - 13)
+                       : request.substr(body_at));
         }();
-        const auto send = [&](int to, const std::string& bytes) { return send_bytes(to, path, bytes); };
+        const auto send = [&](int to, const std::string& bytes) {
+            return send_bytes(to, path, bytes);
+        };
         if (deed.silent) {
             (void)rest(socket, std::chrono::hours(1));
             return;
         }
-        if (!rest(socket, deed.late)) return;
-        std::string head = "HTTP/1.1 " + std::to_string(deed.status) + " Whatever\r\nConnection: close\r\n" + deed.headers;
-        if (deed.status != 204) head += "Content-Type: " + deed.type + "\r\nContent-Length: " + std::to_string(deed.body.size()) + "\r\n";
+        if (!rest(socket, deed.late))
+            return;
+        std::string head = "HTTP/1.1 " + std::to_string(deed.status) +
+                           " Whatever\r\nConnection: close\r\n" + deed.headers;
+        if (deed.status != 204)
+            head += "Content-Type: " + deed.type +
+                    "\r\nContent-Length: " + std::to_string(deed.body.size()) + "\r\n";
         std::string body = deed.body.substr(0, deed.body.size() - deed.lost);
-        if (!send(socket, head + "\r\n")) return;
+        if (!send(socket, head + "\r\n"))
+            return;
         if (deed.rest > 0) {
-            if (!send(socket, body.substr(0, body.size() - deed.rest))) return;
+            if (!send(socket, body.substr(0, body.size() - deed.rest)))
+                return;
             deed.before_rest();
             body.erase(0, body.size() - deed.rest);
         }
@@ -162,7 +191,8 @@ private:
             return;
         }
         for (const char byte : body)
-            if (!send(socket, std::string(1, byte)) || !rest(socket, deed.drip)) return;
+            if (!send(socket, std::string(1, byte)) || !rest(socket, deed.drip))
+                return;
     }
 
     BodyScript m_script;

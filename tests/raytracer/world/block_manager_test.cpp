@@ -24,13 +24,15 @@ std::vector<voxel::BoxKey> all_keys(const ArrayWorld& world) {
     std::vector<voxel::BoxKey> out;
     for (int bx = range.min.bx; bx < range.max.bx; ++bx)
         for (int by = range.min.by; by < range.max.by; ++by)
-            for (int bz = range.min.bz; bz < range.max.bz; ++bz) out.push_back({0, bx, by, bz});
+            for (int bz = range.min.bz; bz < range.max.bz; ++bz)
+                out.push_back({0, bx, by, bz});
     return out;
 }
 
 }  // namespace
 
-TEST_CASE("a box that cannot be had is a hole, counted once; the others are there", "[raytracer][world]") {
+TEST_CASE("a box that cannot be had is a hole, counted once; the others are there",
+          "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, -1});
     BlockManager blocks(*world, kPlenty);
@@ -81,20 +83,26 @@ TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytr
     const BlockPin block = blocks.get(broken);
     CHECK_FALSE(block->hole);
     CHECK(block->box);
-    if (pinned) CHECK(pinned->hole);  // who held it keeps what it had
+    if (pinned)
+        CHECK(pinned->hole);  // who held it keeps what it had
     CHECK(blocks.get(other)->box);
     CHECK(blocks.stats().bytes <= std::max<std::size_t>(memory_bytes, 64 << 20));
     blocks.forget_holes();
     CHECK(blocks.get(broken)->box);
 }
 
-TEST_CASE("a box that was asked for before holes were forgotten, and is a hole by that, is asked for again", "[raytracer][world]") {
+TEST_CASE(
+    "a box that was asked for before holes were forgotten, and is a hole by that, is asked for "
+    "again",
+    "[raytracer][world]") {
     const voxel::BoxKey late{0, 0, 0, -1};
     const auto world = landscape();
     std::atomic<bool> is_asked{false}, may_answer{false};
     world->make_hole(late, [&] {
-        if (is_asked.exchange(true)) return;  // by now it can be had
-        while (!may_answer) std::this_thread::yield();
+        if (is_asked.exchange(true))
+            return;  // by now it can be had
+        while (!may_answer)
+            std::this_thread::yield();
         throw std::runtime_error("the disk was gone");
     });
     BlockManager blocks(*world, kPlenty);
@@ -110,7 +118,8 @@ TEST_CASE("a box that was asked for before holes were forgotten, and is a hole b
     CHECK(world->asked() == 2);
 }
 
-TEST_CASE("holes are counted once, however often and by however many threads they are met", "[raytracer][world]") {
+TEST_CASE("holes are counted once, however often and by however many threads they are met",
+          "[raytracer][world]") {
     const auto world = landscape();
     world->make_hole({0, 0, 0, 0});
     world->make_hole({0, -1, 0, 0});
@@ -118,21 +127,26 @@ TEST_CASE("holes are counted once, however often and by however many threads the
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&] {
-            for (int i = 0; i < 50; ++i) (void)blocks.get({0, -(i % 2), 0, 0});
+            for (int i = 0; i < 50; ++i)
+                (void)blocks.get({0, -(i % 2), 0, 0});
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     CHECK(blocks.hole_count() == 2);
     CHECK(world->asked() >= 2);
 }
 
-TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothing", "[raytracer][world]") {
+TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothing",
+          "[raytracer][world]") {
     const auto world = landscape();
     BlockManager blocks(*world, kPlenty);
     const auto keys = all_keys(*world);
     blocks.prefetch(keys);
-    while (blocks.stats().entries < keys.size()) std::this_thread::yield();
+    while (blocks.stats().entries < keys.size())
+        std::this_thread::yield();
     CHECK(world->asked() == static_cast<int>(keys.size()));
-    for (const auto& key : keys) CHECK(blocks.find(key) != nullptr);
+    for (const auto& key : keys)
+        CHECK(blocks.find(key) != nullptr);
     CHECK(world->asked() == static_cast<int>(keys.size()));
 }
 
@@ -142,9 +156,10 @@ TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][worl
     BlockManager blocks(*world, kLittle, 1);
     const auto keys = all_keys(*world);
     blocks.prefetch(keys);
-    while (blocks.stats().bytes < kLittle / 4 * 3) std::this_thread::yield();
-    // For boxes that should not come: there is no event for what does not happen. A loader that goes on has all of them in less, and one that
-    // does not passes however long this takes.
+    while (blocks.stats().bytes < kLittle / 4 * 3)
+        std::this_thread::yield();
+    // For boxes that should not come: there is no event for what does not happen. A loader that
+    // goes on has all of them in less, and one that does not passes however long this takes.
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     CHECK(world->asked() < static_cast<int>(keys.size()));
     CHECK(blocks.stats().peak_bytes <= kLittle);
@@ -163,9 +178,11 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
     world->make_hole({0, -1, 0, 0});
     Ear ear;
     BlockManager blocks(*world, kPlenty);
-    for (std::uint64_t i = 0; i < 3; ++i) blocks.wait_for({0, 0, 0, 0}, ear, i);
+    for (std::uint64_t i = 0; i < 3; ++i)
+        blocks.wait_for({0, 0, 0, 0}, ear, i);
     blocks.wait_for({0, -1, 0, 0}, ear, 7);  // a hole has come, too
-    while (ear.count < 4) std::this_thread::yield();
+    while (ear.count < 4)
+        std::this_thread::yield();
     CHECK(blocks.find({0, 0, 0, 0}) != nullptr);
     CHECK(blocks.find({0, -1, 0, 0})->hole);
     blocks.wait_for({0, 0, 0, 0}, ear, 9);
@@ -176,7 +193,8 @@ TEST_CASE("who waits for a box is told once, also when it is there already", "[r
     blocks.forget(ear);
 }
 
-TEST_CASE("boxes that came for somebody who will not look hold up nobody else", "[raytracer][world]") {
+TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
+          "[raytracer][world]") {
     struct Ear final : BlockListener {
         explicit Ear(bool looks) : will_look(looks) {}
         bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
@@ -191,11 +209,13 @@ TEST_CASE("boxes that came for somebody who will not look hold up nobody else", 
     Ear ear(will_look);
     BlockManager blocks(*world, 1);  // a single box that nobody has looked at is too much
     blocks.wait_for({0, 0, 0, 0}, ear, 3);
-    while (ear.count < 1) std::this_thread::yield();
+    while (ear.count < 1)
+        std::this_thread::yield();
     blocks.wait_for({0, -1, 0, 0}, ear, 4);
     if (will_look) {
-        // For a second box that should not come: there is no event for what does not happen. Loaders that do not wait load it in less, and
-        // those that do wait until it is forgotten below, however long this takes.
+        // For a second box that should not come: there is no event for what does not happen.
+        // Loaders that do not wait load it in less, and those that do wait until it is forgotten
+        // below, however long this takes.
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
         CHECK(ear.count == 1);
     } else {
@@ -215,7 +235,8 @@ TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
     BlockManager blocks(*world, 1);
     const BlockPin pinned = blocks.get({0, 0, 0, 0});
     REQUIRE(pinned->box);
-    for (const auto& key : all_keys(*world)) (void)blocks.get(key);
+    for (const auto& key : all_keys(*world))
+        (void)blocks.get(key);
     const int asked = world->asked();
     CHECK(blocks.find({0, 0, 0, 0}) == pinned);
     CHECK(world->asked() == asked);
@@ -224,7 +245,8 @@ TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
     CHECK(blocks.stats().levels[0].loaded == evicted + blocks.stats().entries);
 }
 
-TEST_CASE("what is in sight of a world of any size is found from coarse to fine", "[raytracer][world]") {
+TEST_CASE("what is in sight of a world of any size is found from coarse to fine",
+          "[raytracer][world]") {
     const Camera camera({0, 50, 0}, {100, 40, -80}, 60, 320, 200);
     for (const std::int32_t half : {300, 100'000'000}) {
         const LevelCut cut({{-half, 0, -half}, {half, 200, half}}, 0);
@@ -246,7 +268,8 @@ TEST_CASE("the limit holds while boxes come and go", "[raytracer][world]") {
     constexpr std::size_t kLimit = 150'000;
     BlockManager blocks(*world, kLimit);
     for (int round = 0; round < 3; ++round)
-        for (const auto& key : keys) (void)blocks.get(key);
+        for (const auto& key : keys)
+            (void)blocks.get(key);
     CHECK(blocks.stats().levels[0].reloaded > 0);
     CHECK(blocks.stats().peak_bytes <= kLimit + kLimit / 20);
     CHECK(blocks.stats().bytes > kLimit / 2);
@@ -258,7 +281,8 @@ TEST_CASE("the hash of box keys tells levels and neighbours apart", "[raytracer]
     for (int level = 0; level < 8; ++level)
         for (int bx = -6; bx < 6; ++bx)
             for (int by = -2; by < 3; ++by)
-                for (int bz = -6; bz < 6; ++bz) hashes.push_back(hash({level, bx, by, bz}));
+                for (int bz = -6; bz < 6; ++bz)
+                    hashes.push_back(hash({level, bx, by, bz}));
     std::sort(hashes.begin(), hashes.end());
     CHECK(std::adjacent_find(hashes.begin(), hashes.end()) == hashes.end());
 }

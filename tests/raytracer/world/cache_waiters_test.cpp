@@ -1,4 +1,5 @@
-// What the box cache promises beyond tests/common/util/cache_test.cpp: failures with waiters, values too large to keep.
+// What the box cache promises beyond tests/common/util/cache_test.cpp: failures with waiters,
+// values too large to keep.
 #include <atomic>
 #include <stdexcept>
 #include <string>
@@ -12,11 +13,14 @@ using Texts = terravox::util::Cache<int, std::string>;
 
 namespace {
 
-std::size_t weight(const Texts::Ptr& p) { return p ? p->size() : 0; }
+std::size_t weight(const Texts::Ptr& p) {
+    return p ? p->size() : 0;
+}
 
 }  // namespace
 
-TEST_CASE("what making throws reaches every thread that waits for it, and the next one makes anew", "[common][util][cache]") {
+TEST_CASE("what making throws reaches every thread that waits for it, and the next one makes anew",
+          "[common][util][cache]") {
     constexpr int kThreads = 6;
     Texts cache(10'000);
     std::atomic<int> made{0}, caught{0};
@@ -28,7 +32,8 @@ TEST_CASE("what making throws reaches every thread that waits for it, and the ne
                     1,
                     [&]() -> Texts::Ptr {
                         ++made;
-                        while (cache.stats().waits < kThreads - 1) std::this_thread::yield();  // until all others wait
+                        while (cache.stats().waits < kThreads - 1)
+                            std::this_thread::yield();  // until all others wait
                         throw std::out_of_range("no such box");
                     },
                     weight);
@@ -36,17 +41,23 @@ TEST_CASE("what making throws reaches every thread that waits for it, and the ne
                 caught += std::string(e.what()) == "no such box" ? 1 : 0;
             }
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     CHECK(made == 1);
     CHECK(caught == kThreads);
     CHECK(cache.stats().entries == 0);
-    CHECK(*cache.get(1, [] { return std::make_shared<const std::string>("now"); }, weight) == "now");
+    CHECK(
+        *cache.get(1, [] { return std::make_shared<const std::string>("now"); }, weight) == "now");
 }
 
-TEST_CASE("a value larger than the limit is handed out, not kept, and pushes nothing else over it", "[common][util][cache]") {
+TEST_CASE("a value larger than the limit is handed out, not kept, and pushes nothing else over it",
+          "[common][util][cache]") {
     Texts cache(1000);
     int made = 0;
-    const auto large = [&] { return cache.get(1, [&] { return ++made, std::make_shared<const std::string>(5000, 'x'); }, weight); };
+    const auto large = [&] {
+        return cache.get(
+            1, [&] { return ++made, std::make_shared<const std::string>(5000, 'x'); }, weight);
+    };
     CHECK(large()->size() == 5000);
     CHECK(cache.stats().bytes <= 1000);
     CHECK(large()->size() == 5000);
@@ -57,7 +68,9 @@ TEST_CASE("a value larger than the limit is handed out, not kept, and pushes not
 TEST_CASE("weighing that throws leaves the cache as it was", "[common][util][cache]") {
     Texts cache(1000);
     const auto value = [] { return std::make_shared<const std::string>("x"); };
-    CHECK_THROWS_AS(cache.get(1, value, [](const auto&) -> std::size_t { throw std::runtime_error("scales"); }), std::runtime_error);
+    CHECK_THROWS_AS(
+        cache.get(1, value, [](const auto&) -> std::size_t { throw std::runtime_error("scales"); }),
+        std::runtime_error);
     CHECK(cache.stats().entries == 0);
     CHECK(*cache.get(1, value, weight) == "x");
 }
@@ -65,12 +78,19 @@ TEST_CASE("weighing that throws leaves the cache as it was", "[common][util][cac
 TEST_CASE("values are evicted in the order of their last use", "[common][util][cache]") {
     Texts cache(4 * 1200);
     std::vector<int> made;
-    const auto use = [&](int key) { (void)cache.get(key, [&] { return made.push_back(key), std::make_shared<const std::string>(1000, 'v'); }, weight); };
-    for (const int key : {1, 2, 3, 4, 2, 1}) use(key);  // oldest to newest: 3 4 2 1
+    const auto use = [&](int key) {
+        (void)cache.get(
+            key,
+            [&] { return made.push_back(key), std::make_shared<const std::string>(1000, 'v'); },
+            weight);
+    };
+    for (const int key : {1, 2, 3, 4, 2, 1})
+        use(key);  // oldest to newest: 3 4 2 1
     made.clear();
     use(5);  // 3 goes
     use(6);  // 4 goes
-    for (const int key : {2, 1, 5, 6}) use(key);
+    for (const int key : {2, 1, 5, 6})
+        use(key);
     CHECK(made == std::vector<int>{5, 6});
     use(4), use(3);
     CHECK(made == std::vector<int>{5, 6, 4, 3});

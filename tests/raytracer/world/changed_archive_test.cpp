@@ -24,7 +24,9 @@ constexpr voxel::BoxKey kBefore{0, 250, 0, 0}, kAfter{0, 260, 0, 0}, kLast{0, 27
 const std::string kMonday = "Last-Modified: Mon, 05 Jan 2026 10:00:00 GMT\r\n";
 const std::string kTuesday = "Last-Modified: Tue, 06 Jan 2026 10:00:00 GMT\r\n";
 
-std::string etag(const std::string& text) { return "ETag: " + text + "\r\n"; }
+std::string etag(const std::string& text) {
+    return "ETag: " + text + "\r\n";
+}
 std::string whole_size(std::size_t bytes) {
     return "Content-Range: bytes 0-1/" + std::to_string(bytes) + "\r\n";
 }
@@ -33,7 +35,8 @@ std::string whole_size(std::size_t bytes) {
 class ChangingServer {
 public:
     ChangingServer(std::string first, std::string later)
-        : m_first(std::move(first)), m_later(std::move(later)),
+        : m_first(std::move(first)),
+          m_later(std::move(later)),
           m_server([this](const std::string&, int, const std::string& range) {
               Deed deed = part_of_archive(range);
               deed.headers = m_changed ? m_later : m_first;
@@ -61,25 +64,34 @@ bool same(const std::shared_ptr<const voxel::Box>& box, const voxel::BoxKey& key
 
 TEST_CASE("an archive that changes on its web server is told by what the server says of it",
           "[raytracer][world][far_archive]") {
-    struct Case { const char* name; std::string first, later; bool differs; };
+    struct Case {
+        const char* name;
+        std::string first, later;
+        bool differs;
+    };
     const std::size_t size = archive_bytes().size();
     const std::string longest(500, 'x'), too_long(4000, 'x');
     const auto c = GENERATE_COPY(values<Case>({
         {"another entity tag", etag(R"("a")"), etag(R"("b")"), true},
-        {"another entity tag, same size", etag(R"("a")") + whole_size(size), etag(R"("b")") + whole_size(size), true},
+        {"another entity tag, same size", etag(R"("a")") + whole_size(size),
+         etag(R"("b")") + whole_size(size), true},
         {"another long entity tag", etag('"' + longest + '"'), etag('"' + longest + "y\""), true},
         {"another weak entity tag", etag(R"(W/"a")"), etag(R"(W/"b")"), true},
         {"a weak entity tag that becomes strong", etag(R"(W/"a")"), etag(R"("a")"), false},
         {"another date alone", kMonday, kTuesday, true},
         {"an earlier date alone", kTuesday, kMonday, true},
-        {"another date, same entity tag", etag(R"("a")") + kMonday, etag(R"("a")") + kTuesday, false},
+        {"another date, same entity tag", etag(R"("a")") + kMonday, etag(R"("a")") + kTuesday,
+         false},
         {"same date, another entity tag", etag(R"("a")") + kMonday, etag(R"("b")") + kMonday, true},
         {"nothing told", "", "", false},
         {"size alone", whole_size(size), whole_size(size), false},
         {"another size alone", whole_size(size), whole_size(size + 1), true},
-        {"another size, same entity tag", etag(R"("a")") + whole_size(size), etag(R"("a")") + whole_size(size - 1), true},
-        {"a size that nobody can read", whole_size(size), "Content-Range: bytes 0-1/much\r\n", false},
-        {"a size beyond 64 bits", whole_size(size), "Content-Range: bytes 0-1/99999999999999999999999\r\n", false},
+        {"another size, same entity tag", etag(R"("a")") + whole_size(size),
+         etag(R"("a")") + whole_size(size - 1), true},
+        {"a size that nobody can read", whole_size(size), "Content-Range: bytes 0-1/much\r\n",
+         false},
+        {"a size beyond 64 bits", whole_size(size),
+         "Content-Range: bytes 0-1/99999999999999999999999\r\n", false},
         {"an entity tag that goes", etag(R"("a")"), "", true},
         {"a date that goes", kMonday, "", true},
         {"an entity tag that goes, the date stays", etag(R"("a")") + kMonday, kMonday, false},
@@ -87,13 +99,15 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
         {"an entity tag that comes", "", etag(R"("a")"), false},
         {"a date that comes", "", kMonday, false},
         {"an entity tag that comes beside the date", kMonday, etag(R"("a")") + kMonday, false},
-        {"entity tags too long to be looked at", etag('"' + too_long + '"'), etag('"' + too_long + "y\""), false},
+        {"entity tags too long to be looked at", etag('"' + too_long + '"'),
+         etag('"' + too_long + "y\""), false},
         {"an entity tag that becomes too long", etag(R"("a")"), etag('"' + too_long + '"'), true},
         {"entity tags with control characters", etag("\"a\x01\x1b[2J\""), etag("\"b\x01\""), false},
         {"entity tags without quotes", etag("a"), etag("b"), false},
         {"entity tags with a quote within", etag(R"("a"b")"), etag(R"("b"b")"), false},
         {"dates of no form", "Last-Modified: yesterday\r\n", "Last-Modified: today\r\n", false},
-        {"dates with control characters", "Last-Modified: Mon, 05 Jan 2026\t10:00:00 GMT\r\n", kTuesday, false},
+        {"dates with control characters", "Last-Modified: Mon, 05 Jan 2026\t10:00:00 GMT\r\n",
+         kTuesday, false},
     }));
     DYNAMIC_SECTION(c.name) {
         ChangingServer server(c.first, c.later);
@@ -115,13 +129,17 @@ TEST_CASE("an archive that changes on its web server is told by what the server 
 
 TEST_CASE("a later request says which archive it is about, as strongly as the server does",
           "[raytracer][world][far_archive]") {
-    struct Case { const char* name; std::string told, sent; };
+    struct Case {
+        const char* name;
+        std::string told, sent;
+    };
     const auto c = GENERATE(values<Case>({
-        {"an entity tag", etag(R"("a b")") , ""},  // no blank may lie in one
+        {"an entity tag", etag(R"("a b")"), ""},  // no blank may lie in one
         {"a strong entity tag", etag(R"("a,b")"), "If-Match: \"a,b\"\r\n"},
         {"a strong entity tag and a date", etag(R"("a")") + kMonday, "If-Match: \"a\"\r\n"},
         {"a weak entity tag", etag(R"(W/"a")"), ""},
-        {"a weak entity tag and a date", etag(R"(W/"a")") + kMonday, "If-Unmodified-Since: Mon, 05 Jan 2026 10:00:00 GMT\r\n"},
+        {"a weak entity tag and a date", etag(R"(W/"a")") + kMonday,
+         "If-Unmodified-Since: Mon, 05 Jan 2026 10:00:00 GMT\r\n"},
         {"a date", kMonday, "If-Unmodified-Since: Mon, 05 Jan 2026 10:00:00 GMT\r\n"},
         {"nothing", "", ""},
         {"an entity tag with control characters", etag("\"a\x01\""), ""},
@@ -134,8 +152,10 @@ TEST_CASE("a later request says which archive it is about, as strongly as the se
         REQUIRE(heads.size() >= 2);
         CHECK_THAT(heads.front(), !contains("If-"));
         for (std::size_t i = 1; i < heads.size(); ++i) {
-            if (c.sent.empty()) CHECK_THAT(heads[i], !contains("If-"));
-            else CHECK_THAT(heads[i], contains("\r\n" + c.sent));
+            if (c.sent.empty())
+                CHECK_THAT(heads[i], !contains("If-"));
+            else
+                CHECK_THAT(heads[i], contains("\r\n" + c.sent));
             CHECK_THAT(heads[i], contains("Range: bytes=") && contains("Accept-Encoding: zstd"));
         }
     }
@@ -143,21 +163,34 @@ TEST_CASE("a later request says which archive it is about, as strongly as the se
 
 TEST_CASE("a server that refuses what has changed, or has another range of it, ends the reading",
           "[raytracer][world][far_archive]") {
-    struct Case { const char* name; std::string told; Deed later; const char* said; };
-    const std::string a = etag(R"("a")"), b = etag(R"("b")"), size = whole_size(archive_bytes().size());
+    struct Case {
+        const char* name;
+        std::string told;
+        Deed later;
+        const char* said;
+    };
+    const std::string a = etag(R"("a")"), b = etag(R"("b")"),
+                      size = whole_size(archive_bytes().size());
     const Deed whole{.status = 200, .type = "application/octet-stream", .body = archive_bytes()};
-    const auto with = [](Deed deed, const std::string& headers) { return deed.headers = headers, deed; };
+    const auto with = [](Deed deed, const std::string& headers) {
+        return deed.headers = headers, deed;
+    };
     const auto c = GENERATE_COPY(values<Case>({
         {"412", a, test::problem(412), "has changed while it was read; start again"},
-        {"412 for a date", kMonday, test::problem(412), "has changed while it was read; start again"},
+        {"412 for a date", kMonday, test::problem(412),
+         "has changed while it was read; start again"},
         {"412 that nobody asked for", "", test::problem(412), "HTTP status 412"},
-        {"416 of a shorter file", a + size, test::problem(416, a + "Content-Range: bytes */5\r\n"), "has changed while it was read"},
+        {"416 of a shorter file", a + size, test::problem(416, a + "Content-Range: bytes */5\r\n"),
+         "has changed while it was read"},
         {"416 of the same file", a + size, test::problem(416, a + size), "HTTP status 416"},
         {"200 with another entity tag", a, with(whole, b), "has changed while it was read"},
         {"200 with the same entity tag", a, with(whole, a), "whole files only"},
         {"200 without one", a, whole, "has changed while it was read"},
         {"200 where nothing was ever told", "", whole, "whole files only"},
-        {"a small 200 of another size", a + size, {.status = 200, .type = "x/y", .body = "tiny", .headers = a}, "has changed while it was read"},
+        {"a small 200 of another size",
+         a + size,
+         {.status = 200, .type = "x/y", .body = "tiny", .headers = a},
+         "has changed while it was read"},
         {"404", a, test::problem(404), "HTTP status 404"},
     }));
     DYNAMIC_SECTION(c.name) {
@@ -165,7 +198,8 @@ TEST_CASE("a server that refuses what has changed, or has another range of it, e
         BadServer server([&](const std::string&, int, const std::string& range) {
             return later ? c.later : with(part_of_archive(range), c.told);
         });
-        const auto world = voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+        const auto world =
+            voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
         CHECK(same(world->box(kBefore), kBefore));
         const int before = server.asked("/a.tvx");
         later = true;
@@ -181,10 +215,12 @@ TEST_CASE("a change is seen through replies that are late, busy or damaged",
     BadServer server([&](const std::string&, int, const std::string& range) {
         Deed deed = part_of_archive(range);
         deed.headers = etag(later ? R"("b")" : R"("a")");
-        if (later && since++ < 2) return test::problem(503, "Retry-After: 0\r\n");
+        if (later && since++ < 2)
+            return test::problem(503, "Retry-After: 0\r\n");
         return deed;
     });
-    const auto world = voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+    const auto world =
+        voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
     later = true;
     CHECK_THROWS_AS(world->box(kAfter), voxel::ChangedError);
     CHECK(since == 3);
@@ -205,13 +241,19 @@ TEST_CASE("an archive that changes while it is opened is no archive",
 
 TEST_CASE("a state of an archive on a web server has a name", "[raytracer][world][far_archive]") {
     const std::string size = std::to_string(archive_bytes().size());
-    struct Case { const char* name; std::string told, edition; };
+    struct Case {
+        const char* name;
+        std::string told, edition;
+    };
     const auto c = GENERATE_COPY(values<Case>({
         {"an entity tag", etag(R"("a")") + kMonday, R"("a")"},
-        {"an entity tag and a size", etag(R"("a")") + whole_size(archive_bytes().size()), R"("a", )" + size + " bytes"},
+        {"an entity tag and a size", etag(R"("a")") + whole_size(archive_bytes().size()),
+         R"("a", )" + size + " bytes"},
         {"a date", kMonday, "Mon, 05 Jan 2026 10:00:00 GMT"},
         {"a size", whole_size(archive_bytes().size()), size + " bytes"},
         {"nothing", "", ""},
     }));
-    DYNAMIC_SECTION(c.name) { CHECK(ChangingServer(c.told, "").open()->edition() == c.edition); }
+    DYNAMIC_SECTION(c.name) {
+        CHECK(ChangingServer(c.told, "").open()->edition() == c.edition);
+    }
 }

@@ -26,7 +26,9 @@ const voxel::BoxKey kKey{0, 3, -1, 7};
 const std::string kPath = "/v2/boxes/0/3/-1/7";
 
 Deed good_box(const voxel::BoxKey& key = kKey) {
-    return {.type = voxel::kBoxMediaType, .body = bytes_of(voxel::compress(*box_of(key))), .headers = "Content-Encoding: zstd\r\n"};
+    return {.type = voxel::kBoxMediaType,
+            .body = bytes_of(voxel::compress(*box_of(key))),
+            .headers = "Content-Encoding: zstd\r\n"};
 }
 Deed damaged_box() {
     Deed deed = good_box();
@@ -34,13 +36,15 @@ Deed damaged_box() {
     return deed;
 }
 
-/// A world whose boxes are bad at first: `bad` says what is done `times` times before a good box comes.
+/// A world whose boxes are bad at first: `bad` says what is done `times` times before a good box
+/// comes.
 struct Mended {
     BadServer server;
     util::StageTimes times;
     std::unique_ptr<voxel::World> world;
     Mended(const Deed& bad, int count, std::chrono::milliseconds patience = 60s)
-        : server(world_with([bad, count](const std::string&, int n) { return n < count ? bad : good_box(); })),
+        : server(world_with(
+              [bad, count](const std::string&, int n) { return n < count ? bad : good_box(); })),
           world(open_remote_world(server.url(), times, patience)) {}
 };
 
@@ -57,16 +61,32 @@ bool given_up(voxel::World& world, int bx) {
 }  // namespace
 
 TEST_CASE("a box that comes at last is the box, whatever came before it", "[raytracer][remote]") {
-    Deed late = good_box(), cut = good_box(), other_type = good_box(), other_coding = good_box(), stripped = good_box();
-    late.late = 1500ms, cut.lost = cut.body.size() / 2, other_type.type = "text/html", other_coding.headers = "Content-Encoding: br\r\n", stripped.headers = "";
-    struct Case { const char* name; Deed bad; int times; };
+    Deed late = good_box(), cut = good_box(), other_type = good_box(), other_coding = good_box(),
+         stripped = good_box();
+    late.late = 1500ms, cut.lost = cut.body.size() / 2, other_type.type = "text/html",
+    other_coding.headers = "Content-Encoding: br\r\n", stripped.headers = "";
+    struct Case {
+        const char* name;
+        Deed bad;
+        int times;
+    };
     const auto c = GENERATE_COPY(values<Case>({
-        {"nothing bad", good_box(), 0}, {"late", late, 1},
-        {"busy with a wait", problem(503, "Retry-After: 1\r\n"), 2}, {"busy without a wait", problem(503), 3},
-        {"too many requests", problem(429), 1}, {"bad gateway", problem(502), 3}, {"the gateway waited too long", problem(504), 1},
-        {"a failure inside", problem(500), 2}, {"another box", good_box({0, 3, -1, 8}), 3}, {"the same place at another level", good_box({1, 3, -1, 7}), 1},
-        {"a damaged body", damaged_box(), 3}, {"an empty body", {.type = voxel::kBoxMediaType}, 2}, {"cut short", cut, 3},
-        {"a page instead of a box", other_type, 2}, {"a coding that nobody asked for", other_coding, 1}, {"a packed box that says it is not", stripped, 1},
+        {"nothing bad", good_box(), 0},
+        {"late", late, 1},
+        {"busy with a wait", problem(503, "Retry-After: 1\r\n"), 2},
+        {"busy without a wait", problem(503), 3},
+        {"too many requests", problem(429), 1},
+        {"bad gateway", problem(502), 3},
+        {"the gateway waited too long", problem(504), 1},
+        {"a failure inside", problem(500), 2},
+        {"another box", good_box({0, 3, -1, 8}), 3},
+        {"the same place at another level", good_box({1, 3, -1, 7}), 1},
+        {"a damaged body", damaged_box(), 3},
+        {"an empty body", {.type = voxel::kBoxMediaType}, 2},
+        {"cut short", cut, 3},
+        {"a page instead of a box", other_type, 2},
+        {"a coding that nobody asked for", other_coding, 1},
+        {"a packed box that says it is not", stripped, 1},
         {"a wait in the past", problem(503, "Retry-After: Sat, 01 Jan 2000 00:00:00 GMT\r\n"), 2},
         {"a senseless wait", problem(503, "Retry-After: -99999999999999999999\r\n"), 1},
     }));
@@ -84,7 +104,9 @@ TEST_CASE("an answer is taken as it is, at the first try", "[raytracer][remote]"
     const int status = GENERATE(400, 401, 403, 404, 406, 418, 301, 501);
     INFO(status);
     Mended mended(problem(status), 1);
-    CHECK_THROWS_WITH(mended.world->box(kKey), contains("HTTP status " + std::to_string(status) + ", not today") && contains(kPath));
+    CHECK_THROWS_WITH(
+        mended.world->box(kKey),
+        contains("HTTP status " + std::to_string(status) + ", not today") && contains(kPath));
     CHECK(mended.server.asked(kPath) == 1);
 }
 
@@ -94,49 +116,75 @@ TEST_CASE("air is an answer", "[raytracer][remote]") {
     CHECK(mended.server.asked(kPath) == 1);
 }
 
-TEST_CASE("what never mends is an error after a few tries, with its reason", "[raytracer][remote]") {
-    struct Case { const char* name; Deed bad; int tries; const char* said; };
+TEST_CASE("what never mends is an error after a few tries, with its reason",
+          "[raytracer][remote]") {
+    struct Case {
+        const char* name;
+        Deed bad;
+        int tries;
+        const char* said;
+    };
     const auto c = GENERATE(values<Case>({
-        {"fails", problem(500), 3, "not today"}, {"another box", good_box({0, 3, -1, 8}), 4, "the server sent box 0/3/-1/8"},
-        {"damaged", damaged_box(), 4, kPath.c_str()}, {"a page", {.type = "text/html", .body = "<html>"}, 4, "text/html"},
+        {"fails", problem(500), 3, "not today"},
+        {"another box", good_box({0, 3, -1, 8}), 4, "the server sent box 0/3/-1/8"},
+        {"damaged", damaged_box(), 4, kPath.c_str()},
+        {"a page", {.type = "text/html", .body = "<html>"}, 4, "text/html"},
     }));
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000);
         CHECK_THROWS_AS(mended.world->box(kKey), Error);
         CHECK(mended.server.asked(kPath) == c.tries);
-        CHECK_THROWS_WITH(mended.world->box(kKey), contains(c.said) && contains("given up after " + std::to_string(c.tries) + " tries"));
+        CHECK_THROWS_WITH(
+            mended.world->box(kKey),
+            contains(c.said) && contains("given up after " + std::to_string(c.tries) + " tries"));
     }
 }
 
 TEST_CASE("no server holds a box longer than its patience", "[raytracer][remote]") {
     Deed drip = good_box(), slow_head = problem(503, "Retry-After: 1\r\n");
     drip.drip = 1000ms, slow_head.late = 900ms;
-    struct Case { const char* name; Deed bad; };
+    struct Case {
+        const char* name;
+        Deed bad;
+    };
     const auto c = GENERATE_COPY(values<Case>({
-        {"silent", {.silent = true}}, {"a byte a second", drip}, {"busy for ever", problem(503)},
-        {"busy for ever with a wait", problem(503, "Retry-After: 1\r\n")}, {"busy, and slow to say so", slow_head},
-        {"comes back in a year", problem(503, "Retry-After: 31536000\r\n")}, {"later than the patience", {.body = "", .late = 1h}},
+        {"silent", {.silent = true}},
+        {"a byte a second", drip},
+        {"busy for ever", problem(503)},
+        {"busy for ever with a wait", problem(503, "Retry-After: 1\r\n")},
+        {"busy, and slow to say so", slow_head},
+        {"comes back in a year", problem(503, "Retry-After: 31536000\r\n")},
+        {"later than the patience", {.body = "", .late = 1h}},
     }));
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000, 2s);
         // Without the limit it would go on for longer than this test may take.
-        CHECK_THROWS_WITH(mended.world->box(kKey), contains("given up after") && contains("patience 2 s"));
+        CHECK_THROWS_WITH(mended.world->box(kKey),
+                          contains("given up after") && contains("patience 2 s"));
         CHECK(mended.server.asked(kPath) >= 1);
     }
 }
 
 TEST_CASE("stop ends a request and a wait at once, and all later ones", "[raytracer][remote]") {
-    struct Case { const char* name; Deed bad; };
+    struct Case {
+        const char* name;
+        Deed bad;
+    };
     Deed drip = good_box();
     drip.drip = 100ms;
     const auto c = GENERATE_COPY(values<Case>({
-        {"silent", {.silent = true}}, {"waiting for a busy server", problem(503, "Retry-After: 50\r\n")}, {"dripping", drip},
+        {"silent", {.silent = true}},
+        {"waiting for a busy server", problem(503, "Retry-After: 50\r\n")},
+        {"dripping", drip},
     }));
     DYNAMIC_SECTION(c.name) {
         Mended mended(c.bad, 1000, 1h);
         auto waiting = std::async(std::launch::async, [&] { return mended.world->box(kKey); });
         // In the middle: the request is out, and what is to come of it has begun to.
-        REQUIRE(test::eventually([&] { return c.bad.silent ? mended.server.asked(kPath) > 0 : mended.server.sent_bytes(kPath) > 0; }));
+        REQUIRE(test::eventually([&] {
+            return c.bad.silent ? mended.server.asked(kPath) > 0
+                                : mended.server.sent_bytes(kPath) > 0;
+        }));
         mended.world->stop();
         mended.world->stop();
         REQUIRE(waiting.wait_for(test::kHangs) == std::future_status::ready);
@@ -148,13 +196,20 @@ TEST_CASE("stop ends a request and a wait at once, and all later ones", "[raytra
     }
 }
 
-TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewhere", "[raytracer][remote]") {
-    BadServer server(BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
+TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewhere",
+          "[raytracer][remote]") {
+    BadServer server(
+        BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
     std::stop_source source;
     util::StageTimes times;
-    auto world = std::async(std::launch::async, [&] { return open_remote_world(server.url(), times, 1h, source.get_token()); });
-    auto archive = std::async(std::launch::async, [&] { return far_archive(server.url() + "/a.tvx", 1h, source.get_token()); });
-    REQUIRE(test::eventually([&] { return server.asked("/v2/world") > 0 && server.asked("/a.tvx") > 0; }));
+    auto world = std::async(std::launch::async, [&] {
+        return open_remote_world(server.url(), times, 1h, source.get_token());
+    });
+    auto archive = std::async(std::launch::async, [&] {
+        return far_archive(server.url() + "/a.tvx", 1h, source.get_token());
+    });
+    REQUIRE(test::eventually(
+        [&] { return server.asked("/v2/world") > 0 && server.asked("/a.tvx") > 0; }));
     source.request_stop();
     REQUIRE(world.wait_for(test::kHangs) == std::future_status::ready);
     REQUIRE(archive.wait_for(test::kHangs) == std::future_status::ready);
@@ -165,9 +220,14 @@ TEST_CASE("opening ends when it is to stop, of a server and of an archive elsewh
 TEST_CASE("stop ends all of many requests", "[raytracer][remote]") {
     Mended mended({.silent = true}, 1000, 1h);
     std::vector<std::future<bool>> waiting;
-    for (int i = 0; i < 12; ++i) waiting.push_back(std::async(std::launch::async, [&mended, i] { return given_up(*mended.world, i); }));
-    const auto is_asked = [&](int i) { return mended.server.asked("/v2/boxes/0/" + std::to_string(i) + "/0/0") > 0; };
-    for (int i = 0; i < 12; ++i) REQUIRE(test::eventually([&] { return is_asked(i); }));
+    for (int i = 0; i < 12; ++i)
+        waiting.push_back(
+            std::async(std::launch::async, [&mended, i] { return given_up(*mended.world, i); }));
+    const auto is_asked = [&](int i) {
+        return mended.server.asked("/v2/boxes/0/" + std::to_string(i) + "/0/0") > 0;
+    };
+    for (int i = 0; i < 12; ++i)
+        REQUIRE(test::eventually([&] { return is_asked(i); }));
     mended.world->stop();
     for (auto& one : waiting) {
         CHECK(one.wait_for(test::kHangs) == std::future_status::ready);
@@ -175,15 +235,21 @@ TEST_CASE("stop ends all of many requests", "[raytracer][remote]") {
     }
 }
 
-TEST_CASE("when nothing comes for many boxes, the rest are given up sooner, until something comes", "[raytracer][remote]") {
+TEST_CASE("when nothing comes for many boxes, the rest are given up sooner, until something comes",
+          "[raytracer][remote]") {
     std::atomic<bool> back{false};
     util::StageTimes times;
-    BadServer server(world_with([&](const std::string&, int) { return back ? problem(404) : Deed{.type = "text/html", .body = "moved"}; }));
+    BadServer server(world_with([&](const std::string&, int) {
+        return back ? problem(404) : Deed{.type = "text/html", .body = "moved"};
+    }));
     const auto world = open_remote_world(server.url(), times, 60s);
     const auto path = [](int i) { return "/v2/boxes/0/" + std::to_string(i) + "/0/0"; };
     std::vector<std::future<bool>> asking;
-    for (int i = 0; i < 16; ++i) asking.push_back(std::async(std::launch::async, [&world, i] { return given_up(*world, i); }));
-    for (auto& one : asking) CHECK(one.get());
+    for (int i = 0; i < 16; ++i)
+        asking.push_back(
+            std::async(std::launch::async, [&world, i] { return given_up(*world, i); }));
+    for (auto& one : asking)
+        CHECK(one.get());
     CHECK(server.asked(path(0)) == 4);
     CHECK_THROWS_AS(world->box({0, 100, 0, 0}), Error);
     CHECK(server.asked(path(100)) == 1);
@@ -197,9 +263,12 @@ TEST_CASE("when nothing comes for many boxes, the rest are given up sooner, unti
 TEST_CASE("a column is asked for again like a box", "[raytracer][remote]") {
     util::StageTimes times;
     BadServer server(world_with([](const std::string&, int n) {
-        if (n == 0) return problem(503);
-        if (n == 1) return Deed{.body = R"({"by_begin": 1e99, "by_end": 2})"};
-        if (n == 2) return Deed{.body = R"({"by_begin": 99999999999, "by_end": 2})"};
+        if (n == 0)
+            return problem(503);
+        if (n == 1)
+            return Deed{.body = R"({"by_begin": 1e99, "by_end": 2})"};
+        if (n == 2)
+            return Deed{.body = R"({"by_begin": 99999999999, "by_end": 2})"};
         return Deed{.body = R"({"by_begin": -2, "by_end": 3})"};
     }));
     CHECK(open_remote_world(server.url(), times)->column(0, 4, 5) == voxel::ColumnExtent{-2, 3});
@@ -212,7 +281,8 @@ TEST_CASE("a server that cannot be had is an error when it is opened", "[raytrac
         CHECK_THROWS_WITH(open_remote_world(gone, times, 2s), contains(gone));
     }
     SECTION("silent") {
-        BadServer server(BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
+        BadServer server(
+            BadServer::Script([](const std::string&, int) { return Deed{.silent = true}; }));
         CHECK_THROWS_AS(open_remote_world(server.url(), times, 1s), Error);
     }
     SECTION("another thing than a voxel server") {
@@ -221,23 +291,28 @@ TEST_CASE("a server that cannot be had is an error when it is opened", "[raytrac
         CHECK(server.asked("/v2/world") == 1);
     }
     SECTION("busy at first") {
-        BadServer server([](const std::string& path, int n) { return n < 2 ? problem(503) : world_with({})(path, n); });
+        BadServer server([](const std::string& path, int n) {
+            return n < 2 ? problem(503) : world_with({})(path, n);
+        });
         CHECK(open_remote_world(server.url(), times)->info().title == "a bad world");
     }
 }
 
 TEST_CASE("what is no address is refused before anything is asked", "[raytracer][remote]") {
-    const std::string url = GENERATE("", "/", "http://", "https:///", "http://host:port", "http://host:99999", "http://a b",
-                                     "ftp://127.0.0.1", "file:///etc/passwd", "127.0.0.1:1");
+    const std::string url =
+        GENERATE("", "/", "http://", "https:///", "http://host:port", "http://host:99999",
+                 "http://a b", "ftp://127.0.0.1", "file:///etc/passwd", "127.0.0.1:1");
     INFO("'" << url << "'");
     util::StageTimes times;
     CHECK_THROWS_AS(open_remote_world(url, times), UsageError);
-    CHECK_THROWS_WITH(open_remote_world(url, times), contains("'" + url + "'") && contains("allowed: http(s)://host[:port]"));
+    CHECK_THROWS_WITH(open_remote_world(url, times),
+                      contains("'" + url + "'") && contains("allowed: http(s)://host[:port]"));
 }
 
 TEST_CASE("a head without an end is cut off", "[raytracer][remote]") {
     Deed endless = good_box();
-    for (int i = 0; i < 6000; ++i) endless.headers += "X-Header-" + std::to_string(i) + ": " + std::string(50, 'x') + "\r\n";
+    for (int i = 0; i < 6000; ++i)
+        endless.headers += "X-Header-" + std::to_string(i) + ": " + std::string(50, 'x') + "\r\n";
     Mended mended(endless, 1);
     CHECK(mended.world->box(kKey) != nullptr);
     CHECK(mended.server.asked(kPath) == 2);

@@ -14,7 +14,8 @@ namespace terravox::test {
 inline std::shared_ptr<const voxel::Box> box_of(const voxel::BoxKey& key) {
     voxel::BoxBuilder builder;
     for (int x = 0; x < voxel::kBoxSizeX; ++x)
-        for (int z = 0; z < voxel::kBoxSizeZ; ++z) builder.add(x, z, 0, 5 + (x * 3 + z * 7) % 40, true);
+        for (int z = 0; z < voxel::kBoxSizeZ; ++z)
+            builder.add(x, z, 0, 5 + (x * 3 + z * 7) % 40, true);
     return builder.build(key, [](int x, int, int z) {
         voxel::VoxelAttr attr;
         attr.source_class = static_cast<std::uint8_t>(x ^ z);
@@ -22,10 +23,15 @@ inline std::shared_ptr<const voxel::Box> box_of(const voxel::BoxKey& key) {
     });
 }
 
-inline std::string bytes_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+inline std::string bytes_of(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 inline Deed problem(int status, const std::string& headers = "") {
-    return {.status = status, .type = "application/problem+json", .body = R"({"detail": "not\ntoday"})", .headers = headers};
+    return {.status = status,
+            .type = "application/problem+json",
+            .body = R"({"detail": "not\ntoday"})",
+            .headers = headers};
 }
 
 inline Deed good_world() {
@@ -36,7 +42,9 @@ inline Deed good_world() {
 
 /// The description of a world is always good; boxes are what `boxes` says.
 inline BadServer::Script world_with(BadServer::Script boxes) {
-    return [boxes = std::move(boxes)](const std::string& path, int n) { return path == "/v2/world" ? good_world() : boxes(path, n); };
+    return [boxes = std::move(boxes)](const std::string& path, int n) {
+        return path == "/v2/world" ? good_world() : boxes(path, n);
+    };
 }
 
 }  // namespace terravox::test

@@ -1,4 +1,5 @@
-// A picture depends on boxes that only shadow rays meet: those that cannot be had are holes of it like any other.
+// A picture depends on boxes that only shadow rays meet: those that cannot be had are holes of it
+// like any other.
 #include <algorithm>
 
 #include "raytracer/render/statistics.hpp"
@@ -17,7 +18,8 @@ namespace {
 
 constexpr std::size_t kPlenty = std::size_t{256} << 20;
 
-/// The valley's eastern slope, seen towards the east; the sun stands low in the west, beyond boxes that the camera does not see.
+/// The valley's eastern slope, seen towards the east; the sun stands low in the west, beyond boxes
+/// that the camera does not see.
 Scene eastern_slope() {
     Scene scene = small_scene();
     scene.camera.space = "voxel";
@@ -29,7 +31,8 @@ Scene eastern_slope() {
 std::unique_ptr<ArrayWorld> without_the_middle() {
     auto world = landscape();
     world->fill({-70, 20, -60}, {-66, 50, 60}, voxel::Material::kWall);  // beyond the holes
-    for (int bz = -2; bz <= 1; ++bz) world->make_hole({0, 0, 0, bz});
+    for (int bz = -2; bz <= 1; ++bz)
+        world->make_hole({0, 0, 0, bz});
     return world;
 }
 
@@ -38,7 +41,8 @@ struct Picture {
     std::string bytes;
 };
 
-Picture picture_of(Scene scene, std::unique_ptr<ArrayWorld> world, int threads = 2, std::size_t memory_bytes = kPlenty) {
+Picture picture_of(Scene scene, std::unique_ptr<ArrayWorld> world, int threads = 2,
+                   std::size_t memory_bytes = kPlenty) {
     Job job(scene, memory_bytes, std::move(world));
     Film film(scene.output.size_px[0], scene.output.size_px[1]);
     ThreadProcessor processor(job.view, job.blocks, threads);
@@ -50,9 +54,11 @@ Picture picture_of(Scene scene, std::unique_ptr<ArrayWorld> world, int threads =
 }  // namespace
 
 TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytracer][world][hole]") {
-    const Picture holed = picture_of(eastern_slope(), without_the_middle()), whole = picture_of(eastern_slope(), landscape());
+    const Picture holed = picture_of(eastern_slope(), without_the_middle()),
+                  whole = picture_of(eastern_slope(), landscape());
     CHECK_FALSE(holed.counts.holes.empty());
-    CHECK(std::all_of(holed.counts.holes.begin(), holed.counts.holes.end(), [](const voxel::BoxKey& key) { return key.bx == 0 && key.by == 0; }));
+    CHECK(std::all_of(holed.counts.holes.begin(), holed.counts.holes.end(),
+                      [](const voxel::BoxKey& key) { return key.bx == 0 && key.by == 0; }));
     CHECK(holed.counts.trace.hole_rays > 0);
     CHECK(holed.bytes != whole.bytes);
     CHECK(whole.counts.holes.empty());
@@ -64,11 +70,20 @@ TEST_CASE("a hole that only shadow rays meet is one of the picture's", "[raytrac
     CHECK(unshadowed.counts.trace.hole_rays == 0);
 }
 
-TEST_CASE("what a picture says of its holes does not depend on threads, tiles or memory", "[raytracer][world][hole][deterministic]") {
+TEST_CASE("what a picture says of its holes does not depend on threads, tiles or memory",
+          "[raytracer][world][hole][deterministic]") {
     const Picture reference = picture_of(eastern_slope(), without_the_middle(), 1);
-    struct Case { const char* name; int threads, tile_px; const char* order; std::size_t memory_bytes; };
-    for (const Case& c : {Case{"four threads", 4, 16, "spiral", kPlenty}, {"small tiles", 2, 5, "hilbert", kPlenty}, {"one tile", 1, 1000, "rows", kPlenty},
-                          {"hardly any memory", 3, 16, "vertical", 1}, {"again", 1, 16, "spiral", kPlenty}}) {
+    struct Case {
+        const char* name;
+        int threads, tile_px;
+        const char* order;
+        std::size_t memory_bytes;
+    };
+    for (const Case& c : {Case{"four threads", 4, 16, "spiral", kPlenty},
+                          {"small tiles", 2, 5, "hilbert", kPlenty},
+                          {"one tile", 1, 1000, "rows", kPlenty},
+                          {"hardly any memory", 3, 16, "vertical", 1},
+                          {"again", 1, 16, "spiral", kPlenty}}) {
         INFO(c.name);
         Scene scene = eastern_slope();
         scene.quality.tile = {c.tile_px}, scene.quality.tile_order = c.order;
@@ -79,13 +94,15 @@ TEST_CASE("what a picture says of its holes does not depend on threads, tiles or
     }
 }
 
-TEST_CASE("a hole before a brick is met, whichever ray has found the brick", "[raytracer][world][hole][walk]") {
+TEST_CASE("a hole before a brick is met, whichever ray has found the brick",
+          "[raytracer][world][hole][walk]") {
     ArrayWorld world({-64, 0, 0}, {192, 64, 64});
     world.fill({-40, 0, 0}, {-36, 64, 64}, voxel::Material::kRock);
     world.fill({130, 0, 0}, {131, 1, 1}, voxel::Material::kRock);
     world.make_hole({0, 0, 0, 0});
     BlockManager blocks(world, kPlenty);
-    for (int bx = -1; bx <= 2; ++bx) (void)blocks.get({0, bx, 0, 0});
+    for (int bx = -1; bx <= 2; ++bx)
+        (void)blocks.get({0, bx, 0, 0});
     const LevelCut cut(world.info().bounds, 0);
     BlockReader reader(blocks);
     RayWalk walk(reader, cut);

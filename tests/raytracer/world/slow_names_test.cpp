@@ -1,4 +1,5 @@
-// A name service that does not answer. A program of its own: its getaddrinfo() stands before the one of the C library.
+// A name service that does not answer. A program of its own: its getaddrinfo() stands before the
+// one of the C library.
 #include <dlfcn.h>
 #include <netdb.h>
 
@@ -69,21 +70,27 @@ struct LetThrough {
 
 }  // namespace
 
-extern "C" int getaddrinfo(const char* node, const char* service, const addrinfo* hints, addrinfo** found) {
+extern "C" int getaddrinfo(const char* node, const char* service, const addrinfo* hints,
+                           addrinfo** found) {
     const bool by_number = hints != nullptr && (hints->ai_flags & AI_NUMERICHOST) != 0;
     if (node != nullptr && node == kSlowHost && !by_number) {
         gate().pass();
         return EAI_AGAIN;
     }
-    static const auto real = reinterpret_cast<decltype(&::getaddrinfo)>(::dlsym(RTLD_NEXT, "getaddrinfo"));
+    static const auto real =
+        reinterpret_cast<decltype(&::getaddrinfo)>(::dlsym(RTLD_NEXT, "getaddrinfo"));
     return real(node, service, hints, found);
 }
 
-TEST_CASE("a call that nothing interrupts is left behind by who is asked to stop", "[raytracer][world][names]") {
+TEST_CASE("a call that nothing interrupts is left behind by who is asked to stop",
+          "[raytracer][world][names]") {
     std::stop_source stop;
-    SECTION("it ends in time") { CHECK(thread::call_until_stopped([] { return 7; }, stop.get_token()) == 7); }
+    SECTION("it ends in time") {
+        CHECK(thread::call_until_stopped([] { return 7; }, stop.get_token()) == 7);
+    }
     SECTION("it throws") {
-        CHECK_THROWS_WITH(thread::call_until_stopped([]() -> int { throw Error("no"); }, stop.get_token()), "no");
+        CHECK_THROWS_WITH(
+            thread::call_until_stopped([]() -> int { throw Error("no"); }, stop.get_token()), "no");
     }
     SECTION("it does not end") {
         const LetThrough after;
@@ -101,7 +108,10 @@ TEST_CASE("who is asked to stop does not wait for the name service", "[raytracer
     std::stop_source stop;
     HttpClient client;
     const std::string url = "http://" + std::string(kSlowHost) + ":9";
-    struct Case { const char* name; std::function<void()> ask; };
+    struct Case {
+        const char* name;
+        std::function<void()> ask;
+    };
     const auto c = GENERATE_REF(values<Case>({
         {"look-up", [&] { (void)ranges_of_host(HttpOrigin::of(url), stop.get_token()); }},
         {"request", [&] { (void)client.get(url, {}); }},
@@ -117,8 +127,11 @@ TEST_CASE("who is asked to stop does not wait for the name service", "[raytracer
     }
 }
 
-TEST_CASE("a name that the name service gives up on is a name that leads nowhere", "[raytracer][world][names]") {
-    auto asked = std::async(std::launch::async, [] { return ranges_of_host(HttpOrigin::of("http://" + std::string(kSlowHost))); });
+TEST_CASE("a name that the name service gives up on is a name that leads nowhere",
+          "[raytracer][world][names]") {
+    auto asked = std::async(std::launch::async, [] {
+        return ranges_of_host(HttpOrigin::of("http://" + std::string(kSlowHost)));
+    });
     gate().wait_for_one();
     gate().let_through();
     CHECK(asked.get().empty());

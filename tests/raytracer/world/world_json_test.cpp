@@ -35,7 +35,8 @@ std::string changed(std::string text, const std::string& from, const std::string
 
 }  // namespace
 
-TEST_CASE("a world's description survives the way through JSON, to the last bit", "[common][voxel][world_json]") {
+TEST_CASE("a world's description survives the way through JSON, to the last bit",
+          "[common][voxel][world_json]") {
     const WorldInfo in = full(), out = world_from_json(world_to_json(in), "test");
     CHECK(out.title == in.title);
     CHECK(out.bounds == in.bounds);
@@ -51,7 +52,8 @@ TEST_CASE("a world's description survives the way through JSON, to the last bit"
     CHECK(out.attribution == in.attribution);
 }
 
-TEST_CASE("a world that is nowhere on Earth has no centre on the other side either", "[common][voxel][world_json]") {
+TEST_CASE("a world that is nowhere on Earth has no centre on the other side either",
+          "[common][voxel][world_json]") {
     WorldInfo in = full();
     in.centre.reset(), in.crs.clear(), in.crs_wkt.clear();
     CHECK_FALSE(world_from_json(world_to_json(in), "test").centre);
@@ -63,9 +65,13 @@ TEST_CASE("a title that is no UTF-8 does not break the reply", "[common][voxel][
     CHECK_NOTHROW(world_from_json(world_to_json(in), "test"));
 }
 
-TEST_CASE("text that is no world is refused, naming where it came from", "[common][voxel][world_json]") {
+TEST_CASE("text that is no world is refused, naming where it came from",
+          "[common][voxel][world_json]") {
     const std::string good = world_to_json(full());
-    struct Case { const char* name; std::string text, said; };
+    struct Case {
+        const char* name;
+        std::string text, said;
+    };
     const auto c = GENERATE_COPY(values<Case>({
         {"nothing", "", "not the reply of a voxel server"},
         {"a web page", "<html><body>404</body></html>", "not the reply of a voxel server"},
@@ -73,35 +79,61 @@ TEST_CASE("text that is no world is refused, naming where it came from", "[commo
         {"a list", "[]", "not the reply of a voxel server"},
         {"an empty object", "{}", "not the reply of a voxel server"},
         {"cut short", good.substr(0, good.size() / 2), "not the reply of a voxel server"},
-        {"another version", changed(good, "\"version\":2", "\"version\":3"), "version 3; allowed: 2"},
-        {"a version that is text", changed(good, "\"version\":2", "\"version\":\"2\""), "not the reply of a voxel server"},
+        {"another version", changed(good, "\"version\":2", "\"version\":3"),
+         "version 3; allowed: 2"},
+        {"a version that is text", changed(good, "\"version\":2", "\"version\":\"2\""),
+         "not the reply of a voxel server"},
         {"levels: none", changed(good, "\"levels\":17", "\"levels\":0"), "levels = 0"},
         {"levels: too many", changed(good, "\"levels\":17", "\"levels\":22"), "levels = 22"},
         {"voxels of no size", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":0"), "voxel_m = 0"},
         {"negative voxels", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":-1"), "voxel_m = -1"},
-        {"voxels that are null (NaN)", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":null"), "not the reply of a voxel server"},
+        {"voxels that are null (NaN)", changed(good, "\"voxel_m\":0.1", "\"voxel_m\":null"),
+         "not the reply of a voxel server"},
         {"bounds beyond 2^30", changed(good, "462000000", "1073741825"), "bounds beyond 2^30"},
         {"bounds of two axes", changed(good, "462000000,", ""), "not the reply of a voxel server"},
-        {"boxes of another size", changed(good, "[64,256,64]", "[32,256,32]"), "boxes of another size"},
-        {"a title that is a number", changed(good, "\"licence\":\"CC BY 4.0\"", "\"licence\":4"), "not the reply of a voxel server"},
-        {"half a centre", changed(good, "\"lat_deg\"", "\"latitude\""), "not the reply of a voxel server"},
-        {"crs units of zero", changed(good, "\"crs_units_per_voxel\":0.3333333333333333", "\"crs_units_per_voxel\":0"), "crs_units_per_voxel"},
+        {"boxes of another size", changed(good, "[64,256,64]", "[32,256,32]"),
+         "boxes of another size"},
+        {"a title that is a number", changed(good, "\"licence\":\"CC BY 4.0\"", "\"licence\":4"),
+         "not the reply of a voxel server"},
+        {"half a centre", changed(good, "\"lat_deg\"", "\"latitude\""),
+         "not the reply of a voxel server"},
+        {"crs units of zero",
+         changed(good, "\"crs_units_per_voxel\":0.3333333333333333", "\"crs_units_per_voxel\":0"),
+         "crs_units_per_voxel"},
     }));
     DYNAMIC_SECTION(c.name) {
         CHECK_THROWS_AS(world_from_json(c.text, "http://there:1"), Error);
-        CHECK_THROWS_WITH(world_from_json(c.text, "http://there:1"), contains("http://there:1") && contains(c.said));
+        CHECK_THROWS_WITH(world_from_json(c.text, "http://there:1"),
+                          contains("http://there:1") && contains(c.said));
     }
 }
 
-TEST_CASE("bounds that 32 bits cannot hold are refused and not cut", "[common][voxel][world_json]") {
-    CHECK_THROWS_AS(world_from_json(changed(world_to_json(full()), "462000000", "99999999999999"), "test"), Error);
+TEST_CASE("bounds that 32 bits cannot hold are refused and not cut",
+          "[common][voxel][world_json]") {
+    CHECK_THROWS_AS(
+        world_from_json(changed(world_to_json(full()), "462000000", "99999999999999"), "test"),
+        Error);
 }
 
-TEST_CASE("bounds that are too large for the levels of a world are refused: a picture of its air would never end", "[common][voxel][world_json]") {
-    struct Case { const char* name; VoxelBounds bounds; int levels; bool allowed; };
+TEST_CASE(
+    "bounds that are too large for the levels of a world are refused: a picture of its air would "
+    "never end",
+    "[common][voxel][world_json]") {
+    struct Case {
+        const char* name;
+        VoxelBounds bounds;
+        int levels;
+        bool allowed;
+    };
     const auto c = GENERATE(values<Case>({
-        {"as large as 32 bits can say, all levels", {{-(1 << 30), -(1 << 30), -(1 << 30)}, {1 << 30, 1 << 30, 1 << 30}}, 21, true},
-        {"as large as 32 bits can say, one level", {{-(1 << 30), -(1 << 30), -(1 << 30)}, {1 << 30, 1 << 30, 1 << 30}}, 1, false},
+        {"as large as 32 bits can say, all levels",
+         {{-(1 << 30), -(1 << 30), -(1 << 30)}, {1 << 30, 1 << 30, 1 << 30}},
+         21,
+         true},
+        {"as large as 32 bits can say, one level",
+         {{-(1 << 30), -(1 << 30), -(1 << 30)}, {1 << 30, 1 << 30, 1 << 30}},
+         1,
+         false},
         {"nothing", {{0, 0, 0}, {0, 0, 0}}, 1, true},
         {"2048 x 1 x 2048 boxes", {{0, 0, 0}, {131'072, 256, 131'072}}, 1, true},
         {"2048 x 1 x 2049 boxes", {{0, 0, 0}, {131'072, 256, 131'073}}, 1, false},
@@ -112,7 +144,11 @@ TEST_CASE("bounds that are too large for the levels of a world are refused: a pi
     DYNAMIC_SECTION(c.name) {
         WorldInfo info = full();
         info.bounds = c.bounds, info.levels = c.levels;
-        if (c.allowed) CHECK(world_from_json(world_to_json(info), "http://there:1").bounds == c.bounds);
-        else CHECK_THROWS_WITH(world_from_json(world_to_json(info), "http://there:1"), contains("http://there:1") && contains("boxes of the coarsest level; allowed: up to 16384"));
+        if (c.allowed)
+            CHECK(world_from_json(world_to_json(info), "http://there:1").bounds == c.bounds);
+        else
+            CHECK_THROWS_WITH(world_from_json(world_to_json(info), "http://there:1"),
+                              contains("http://there:1") &&
+                                  contains("boxes of the coarsest level; allowed: up to 16384"));
     }
 }

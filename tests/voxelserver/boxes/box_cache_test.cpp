@@ -32,17 +32,20 @@ TEST_CASE("a box is made and compressed once, and its frame holds it", "[voxelse
     CHECK(f.cache.get(key) == first);
     CHECK(f.world.asked == 1);
     const auto expected = f.world.box(key), box = BoxCache::unpacked(*first, key);
-    CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(), expected->blob().end()));
+    CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
+                     expected->blob().end()));
     CHECK(first->checksum == expected->checksum());
 }
 
-TEST_CASE("a box above level 0 is the world's own, made of children that are kept", "[voxelserver][boxes]") {
+TEST_CASE("a box above level 0 is the world's own, made of children that are kept",
+          "[voxelserver][boxes]") {
     Fixture f;
     const BoxKey key{2, 0, -1, 0};
     const auto kept = f.cache.get(key);
     const int asked = f.world.asked;
     const auto expected = f.world.box(key), box = BoxCache::unpacked(*kept, key);
-    CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(), expected->blob().end()));
+    CHECK(std::equal(box->blob().begin(), box->blob().end(), expected->blob().begin(),
+                     expected->blob().end()));
     // The reach of all of its children, and its own ground.
     CHECK(kept->reach.min_bx <= 0);
     CHECK(kept->reach.max_bx >= 4);
@@ -53,12 +56,16 @@ TEST_CASE("a box above level 0 is the world's own, made of children that are kep
     CHECK(asked > 0);
 }
 
-TEST_CASE("asking for all of space neither asks the world nor fills the cache", "[voxelserver][boxes]") {
+TEST_CASE("asking for all of space neither asks the world nor fills the cache",
+          "[voxelserver][boxes]") {
     Fixture f;
     for (const std::int32_t far : {-2147483647 - 1, -1000, 1000, 2147483647})
         for (int axis = 0; axis < 3; ++axis)
             for (int level = 0; level < 3; ++level)
-                CHECK(f.cache.get({level, axis == 0 ? far : 0, axis == 1 ? far : 0, axis == 2 ? far : 0})->air());
+                CHECK(
+                    f.cache
+                        .get({level, axis == 0 ? far : 0, axis == 1 ? far : 0, axis == 2 ? far : 0})
+                        ->air());
     CHECK(f.world.asked == 0);
     CHECK(f.cache.stats().memory.entries == 0);
 }
@@ -66,7 +73,8 @@ TEST_CASE("asking for all of space neither asks the world nor fills the cache", 
 TEST_CASE("memory keeps to its limit, and what fails is not remembered", "[voxelserver][boxes]") {
     Fixture f({.memory_bytes = 1000, .ahead = false});
     for (int bx = 0; bx < 2; ++bx)
-        for (int by = -1; by < 2; ++by) (void)f.cache.get({0, bx, by, 0});
+        for (int by = -1; by < 2; ++by)
+            (void)f.cache.get({0, bx, by, 0});
     CHECK(f.cache.stats().memory.evictions > 0);
     CHECK(f.cache.stats().memory.entries <= 2);
     f.world.failing.insert({0, 0, 0, 0});
@@ -76,12 +84,14 @@ TEST_CASE("memory keeps to its limit, and what fails is not remembered", "[voxel
     CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air());
 }
 
-TEST_CASE("a second process takes from disk what still holds, and makes the rest again", "[voxelserver][boxes]") {
+TEST_CASE("a second process takes from disk what still holds, and makes the rest again",
+          "[voxelserver][boxes]") {
     const test::TemporaryFolder folder;
     const BoxCacheOptions options{.ahead = false, .file = folder.path() / "boxes.sqlite"};
     std::vector<BoxKey> keys;
     for (int bx = 0; bx < 2; ++bx)
-        for (int by = -1; by < 2; ++by) keys.push_back({0, bx, by, 0});
+        for (int by = -1; by < 2; ++by)
+            keys.push_back({0, bx, by, 0});
     std::vector<std::string> frames;
     {
         Fixture f(options);
@@ -101,18 +111,25 @@ TEST_CASE("a second process takes from disk what still holds, and makes the rest
     }
     Fixture f(options);
     f.world.versions[{2, 0}] = 1;  // boxes of column 1 reach it, those of column 0 do not
-    for (const BoxKey& key : keys) (void)f.cache.get(key);
+    for (const BoxKey& key : keys)
+        (void)f.cache.get(key);
     CHECK(f.world.asked == 3);
 }
 
-TEST_CASE("neighbours of a box that had to be made, and those above and below it, are made ahead, and only those", "[voxelserver][boxes]") {
+TEST_CASE(
+    "neighbours of a box that had to be made, and those above and below it, are made ahead, and "
+    "only those",
+    "[voxelserver][boxes]") {
     Fixture f({.makers = 2, .ahead = true});
     (void)f.cache.get({0, 0, 0, 0});
     const auto done = [&] {
         const auto s = f.cache.stats();
-        return s.made == 6 && s.ahead_waiting == 0 && s.gate.ahead_running == 0;  // (0,0) with those above and below, (1,0), (0,-1), (1,-1)
+        return s.made == 6 && s.ahead_waiting == 0 &&
+               s.gate.ahead_running ==
+                   0;  // (0,0) with those above and below, (1,0), (0,-1), (1,-1)
     };
-    while (!done()) std::this_thread::yield();
+    while (!done())
+        std::this_thread::yield();
     CHECK(f.cache.stats().made_ahead == 5);
     CHECK(f.world.asked == 6);
     (void)f.cache.get({0, 1, 0, -1});
@@ -120,7 +137,8 @@ TEST_CASE("neighbours of a box that had to be made, and those above and below it
     CHECK(f.world.asked == 6);
 }
 
-TEST_CASE("a listener hears of every box that comes to hand, when it can be found", "[voxelserver][boxes]") {
+TEST_CASE("a listener hears of every box that comes to hand, when it can be found",
+          "[voxelserver][boxes]") {
     Fixture f;
     std::vector<BoxKey> heard;
     f.cache.set_listener([&](const BoxKey& key) {
@@ -133,17 +151,22 @@ TEST_CASE("a listener hears of every box that comes to hand, when it can be foun
     CHECK(heard.back() == BoxKey{1, 0, -1, 0});
 }
 
-TEST_CASE("preparing makes every box of the world, children first, and counts what fails", "[voxelserver][boxes]") {
+TEST_CASE("preparing makes every box of the world, children first, and counts what fails",
+          "[voxelserver][boxes]") {
     const int lanes = GENERATE(1, 3);
     Fixture f({.makers = 2, .ahead = false});
     f.world.failing.insert({0, 1, 0, -1});
     std::vector<std::string> failures;
     {
-        boxes::Preparer preparer(f.cache, lanes, [&](const std::string& why) { failures.push_back(why); });
-        while (!preparer.finished()) std::this_thread::yield();
+        boxes::Preparer preparer(f.cache, lanes,
+                                 [&](const std::string& why) { failures.push_back(why); });
+        while (!preparer.finished())
+            std::this_thread::yield();
         const auto p = preparer.progress();
         CHECK(p.done == p.total);
-        CHECK(p.total == 2 * 3 * 2 + 4 + 4);  // level 0; levels 1 and 2, each two boxes high, and two wide north to south
+        CHECK(p.total ==
+              2 * 3 * 2 + 4 +
+                  4);  // level 0; levels 1 and 2, each two boxes high, and two wide north to south
         CHECK(p.failed == failures.size());
         CHECK(p.failed >= 3);  // the box, and those above it
     }
@@ -152,7 +175,8 @@ TEST_CASE("preparing makes every box of the world, children first, and counts wh
     const auto range = voxel::boxes_over(f.world.info().bounds, 0);
     for (auto bx = range.min.bx; bx < range.max.bx; ++bx)
         for (auto by = range.min.by; by < range.max.by; ++by)
-            for (auto bz = range.min.bz; bz < range.max.bz; ++bz) (void)f.cache.get({0, bx, by, bz});
+            for (auto bz = range.min.bz; bz < range.max.bz; ++bz)
+                (void)f.cache.get({0, bx, by, bz});
     CHECK(f.world.asked == 1);
 }
 
@@ -163,39 +187,50 @@ TEST_CASE("all boxes of a world are walked once, each after its children", "[vox
     BoxKey key;
     while (walk.next(key)) {
         CHECK(seen.insert(key).second);
-        if (key.level == 0) continue;
+        if (key.level == 0)
+            continue;
         for (int i = 0; i < 8; ++i) {
-            const BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
-            if (voxel::boxes_over(world.info().bounds, child.level).contains(child)) CHECK(seen.contains(child));
+            const BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                               2 * key.bz + (i >> 1 & 1)};
+            if (voxel::boxes_over(world.info().bounds, child.level).contains(child))
+                CHECK(seen.contains(child));
         }
     }
     CHECK(seen.size() == boxes::BoxWalk::count(world));
     for (int level = 0; level < world.info().levels; ++level) {
         const auto range = voxel::boxes_over(world.info().bounds, level);
-        CHECK(std::count_if(seen.begin(), seen.end(), [&](const BoxKey& k) { return k.level == level; }) ==
-              (range.max.bx - range.min.bx) * (range.max.by - range.min.by) * (range.max.bz - range.min.bz));
+        CHECK(std::count_if(seen.begin(), seen.end(),
+                            [&](const BoxKey& k) { return k.level == level; }) ==
+              (range.max.bx - range.min.bx) * (range.max.by - range.min.by) *
+                  (range.max.bz - range.min.bz));
     }
 }
 
-TEST_CASE("no more callers wait for boxes than have places, and what is kept needs none", "[voxelserver][boxes]") {
+TEST_CASE("no more callers wait for boxes than have places, and what is kept needs none",
+          "[voxelserver][boxes]") {
     Fixture f({.makers = 1, .asking = 2, .ahead = false});
     (void)f.cache.get({0, 1, 0, 0});
     f.world.hold();
     std::vector<std::thread> waiting;
-    for (int i = 0; i < 2; ++i) waiting.emplace_back([&] { CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air()); });
-    while (f.cache.stats().memory.waits == 0) std::this_thread::yield();
+    for (int i = 0; i < 2; ++i)
+        waiting.emplace_back([&] { CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air()); });
+    while (f.cache.stats().memory.waits == 0)
+        std::this_thread::yield();
     CHECK_THROWS_AS(f.cache.get({0, 0, 0, 0}), boxes::Busy);
     CHECK_FALSE(f.cache.get({0, 1, 0, 0})->air());
     f.world.release();
-    for (auto& t : waiting) t.join();
+    for (auto& t : waiting)
+        t.join();
     CHECK_FALSE(f.cache.get({0, 0, 0, 0})->air());
 }
 
-TEST_CASE("a box of many children stops at the next one when the cache refuses", "[voxelserver][boxes]") {
+TEST_CASE("a box of many children stops at the next one when the cache refuses",
+          "[voxelserver][boxes]") {
     Fixture f({.makers = 1, .ahead = false});
     f.world.hold();
     std::thread asking([&] { CHECK_THROWS_AS(f.cache.get({2, 0, -1, 0}), boxes::Busy); });
-    while (f.world.asked == 0) std::this_thread::yield();
+    while (f.world.asked == 0)
+        std::this_thread::yield();
     f.cache.refuse();
     f.world.release();
     asking.join();

@@ -29,7 +29,9 @@ struct Inputs {
     voxel::Fingerprint of(const Reach& r) const {
         voxel::Fingerprint out{7, 11};
         for (const auto& [column, version] : versions)
-            if (column.first >= r.min_bx && column.first < r.max_bx && column.second >= r.min_bz && column.second < r.max_bz) out[0] += version, out[1] ^= version * 31;
+            if (column.first >= r.min_bx && column.first < r.max_bx && column.second >= r.min_bz &&
+                column.second < r.max_bz)
+                out[0] += version, out[1] ^= version * 31;
         return out;
     }
     DiskCache::FingerprintOf function() const {
@@ -37,14 +39,19 @@ struct Inputs {
     }
 };
 
-Item item(const std::string& bytes, const Reach& reach = {0, 0, 1, 1}, std::uint64_t tag = 5) { return {tag, std::make_shared<const std::string>(bytes), reach}; }
+Item item(const std::string& bytes, const Reach& reach = {0, 0, 1, 1}, std::uint64_t tag = 5) {
+    return {tag, std::make_shared<const std::string>(bytes), reach};
+}
 
-std::string text_of(const std::optional<Item>& found) { return !found ? "absent" : found->bytes ? *found->bytes : "air"; }
+std::string text_of(const std::optional<Item>& found) {
+    return !found ? "absent" : found->bytes ? *found->bytes : "air";
+}
 
 std::string noise(std::size_t bytes, unsigned seed) {
     std::mt19937 random(seed);
     std::string out(bytes, '\0');
-    for (char& c : out) c = static_cast<char>(random());
+    for (char& c : out)
+        c = static_cast<char>(random());
     return out;
 }
 
@@ -76,7 +83,10 @@ TEST_CASE("an item that was put is there for the next process", "[voxelserver][b
     CHECK(cache.keys(Kind::kBox, 3, 10) == std::vector<BoxKey>{key});
 }
 
-TEST_CASE("a change of inputs makes just those items useless that it reached, and taking it back makes them good", "[voxelserver][boxes][disk]") {
+TEST_CASE(
+    "a change of inputs makes just those items useless that it reached, and taking it back makes "
+    "them good",
+    "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     Inputs inputs;
     DiskCache cache(folder.path() / "boxes.sqlite", kPlenty, inputs.function());
@@ -98,7 +108,8 @@ TEST_CASE("a change of inputs makes just those items useless that it reached, an
     CHECK(text_of(cache.find(Kind::kBox, wide)) == "wide");
 }
 
-TEST_CASE("the file keeps to its limit, and what was put last stays", "[voxelserver][boxes][disk]") {
+TEST_CASE("the file keeps to its limit, and what was put last stays",
+          "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     const Inputs inputs;
     constexpr std::uint64_t kLimit = std::uint64_t{2} << 20;
@@ -106,7 +117,8 @@ TEST_CASE("the file keeps to its limit, and what was put last stays", "[voxelser
     {
         DiskCache cache(file, kLimit, inputs.function());
         for (int i = 0; i < 600; ++i) {
-            cache.put(Kind::kBox, {0, i, 0, 0}, item(noise(10'000, static_cast<unsigned>(i))), DiskCache::WhenFull::kWait);
+            cache.put(Kind::kBox, {0, i, 0, 0}, item(noise(10'000, static_cast<unsigned>(i))),
+                      DiskCache::WhenFull::kWait);
             if (i % 50 == 0) {
                 cache.flush();
                 CHECK(cache.stats().bytes <= kLimit);
@@ -117,7 +129,8 @@ TEST_CASE("the file keeps to its limit, and what was put last stays", "[voxelser
         CHECK(cache.stats().evictions > 300);
         CHECK(text_of(cache.find(Kind::kBox, {0, 599, 0, 0})) == noise(10'000, 599));
         CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
-        cache.put(Kind::kBox, {0, 1000, 0, 0}, item(noise(kLimit / 2, 1)));  // would push out nearly all others
+        cache.put(Kind::kBox, {0, 1000, 0, 0},
+                  item(noise(kLimit / 2, 1)));  // would push out nearly all others
         cache.flush();
         CHECK(text_of(cache.find(Kind::kBox, {0, 1000, 0, 0})) == "absent");
     }
@@ -134,7 +147,8 @@ TEST_CASE("bits that changed on the disk are found out", "[voxelserver][boxes][d
     const test::TemporaryFolder folder;
     const Inputs inputs;
     const auto file = folder.path() / "boxes.sqlite";
-    const char* change = GENERATE("UPDATE item SET bytes = x'6f6e66'", "UPDATE item SET tag = 6", "UPDATE item SET bytes = NULL", "UPDATE item SET max_bx = 2",
+    const char* change = GENERATE("UPDATE item SET bytes = x'6f6e66'", "UPDATE item SET tag = 6",
+                                  "UPDATE item SET bytes = NULL", "UPDATE item SET max_bx = 2",
                                   "UPDATE item SET by = 1, morton = 2");
     INFO(change);
     {
@@ -146,25 +160,33 @@ TEST_CASE("bits that changed on the disk are found out", "[voxelserver][boxes][d
     REQUIRE(sqlite3_exec(database, change, nullptr, nullptr, nullptr) == SQLITE_OK);
     sqlite3_close(database);
     DiskCache cache(file, kPlenty, inputs.function());
-    for (const BoxKey& key : {BoxKey{0, 0, 0, 0}, BoxKey{0, 0, 1, 0}}) CHECK(text_of(cache.find(Kind::kBox, key)) == "absent");
+    for (const BoxKey& key : {BoxKey{0, 0, 0, 0}, BoxKey{0, 0, 1, 0}})
+        CHECK(text_of(cache.find(Kind::kBox, key)) == "absent");
     CHECK(cache.stats().damaged == 1);
     cache.put(Kind::kBox, {0, 0, 0, 0}, item("again"));
     cache.flush();
     CHECK(text_of(cache.find(Kind::kBox, {0, 0, 0, 0})) == "again");
 }
 
-TEST_CASE("a file that is no database, or half of one, is begun anew; a folder that cannot be costs only the disk", "[voxelserver][boxes][disk]") {
+TEST_CASE(
+    "a file that is no database, or half of one, is begun anew; a folder that cannot be costs only "
+    "the disk",
+    "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     const Inputs inputs;
     const auto file = folder.path() / "boxes.sqlite";
     const int damage = GENERATE(0, 1, 2);
     CAPTURE(damage);
-    if (damage == 0) std::ofstream(file) << "this is not SQLite, and longer than its header, which has a hundred bytes, so that it is looked at closely .......";
+    if (damage == 0)
+        std::ofstream(file) << "this is not SQLite, and longer than its header, which has a "
+                               "hundred bytes, so that it is looked at closely .......";
     if (damage > 0) {
         DiskCache cache(file, kPlenty, inputs.function());
-        for (int i = 0; i < 50; ++i) cache.put(Kind::kBox, {0, i, 0, 0}, item(noise(9000, static_cast<unsigned>(i))));
+        for (int i = 0; i < 50; ++i)
+            cache.put(Kind::kBox, {0, i, 0, 0}, item(noise(9000, static_cast<unsigned>(i))));
     }
-    if (damage == 1) std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+    if (damage == 1)
+        std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
     if (damage == 2) {
         std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
         const std::string zeros(60'000, '\xaa');
@@ -174,7 +196,8 @@ TEST_CASE("a file that is no database, or half of one, is begun anew; a folder t
     const auto use = [&] {
         DiskCache cache(file, kPlenty, inputs.function());
         for (int i = 0; i < 50; ++i)
-            if (const auto found = cache.find(Kind::kBox, {0, i, 0, 0})) CHECK(*found->bytes == noise(9000, static_cast<unsigned>(i)));
+            if (const auto found = cache.find(Kind::kBox, {0, i, 0, 0}))
+                CHECK(*found->bytes == noise(9000, static_cast<unsigned>(i)));
         cache.put(Kind::kBox, {0, 0, 0, 0}, item(noise(9000, 0)));
         cache.flush();
     };
@@ -189,14 +212,19 @@ TEST_CASE("a file that is no database, or half of one, is begun anew; a folder t
     CHECK(text_of(nowhere.find(Kind::kBox, {0, 0, 0, 0})) == "absent");
 }
 
-TEST_CASE("a file that another process holds locked costs the disk, nothing more", "[voxelserver][boxes][disk]") {
+TEST_CASE("a file that another process holds locked costs the disk, nothing more",
+          "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     const Inputs inputs;
     const auto file = folder.path() / "boxes.sqlite";
-    { DiskCache(file, kPlenty, inputs.function()).put(Kind::kBox, {0, 0, 0, 0}, item("one")); }
+    {
+        DiskCache(file, kPlenty, inputs.function()).put(Kind::kBox, {0, 0, 0, 0}, item("one"));
+    }
     sqlite3* database = nullptr;
     REQUIRE(sqlite3_open(file.c_str(), &database) == SQLITE_OK);
-    REQUIRE(sqlite3_exec(database, "PRAGMA locking_mode=EXCLUSIVE; BEGIN EXCLUSIVE; UPDATE item SET used = 1", nullptr, nullptr, nullptr) == SQLITE_OK);
+    REQUIRE(sqlite3_exec(database,
+                         "PRAGMA locking_mode=EXCLUSIVE; BEGIN EXCLUSIVE; UPDATE item SET used = 1",
+                         nullptr, nullptr, nullptr) == SQLITE_OK);
     {
         DiskCache cache(file, kPlenty, inputs.function());
         cache.put(Kind::kBox, {0, 1, 0, 0}, item("two"));
@@ -213,23 +241,29 @@ TEST_CASE("a file that another process holds locked costs the disk, nothing more
 TEST_CASE("two caches on one file see each other's items", "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     const Inputs inputs;
-    DiskCache a(folder.path() / "boxes.sqlite", kPlenty, inputs.function()), b(folder.path() / "boxes.sqlite", kPlenty, inputs.function());
+    DiskCache a(folder.path() / "boxes.sqlite", kPlenty, inputs.function()),
+        b(folder.path() / "boxes.sqlite", kPlenty, inputs.function());
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&, t] {
             DiskCache& mine = t % 2 == 0 ? a : b;
             for (int i = 0; i < 100; ++i) {
-                mine.put(Kind::kBox, {0, i, t, 0}, item(std::to_string(1000 * t + i)), DiskCache::WhenFull::kWait);
+                mine.put(Kind::kBox, {0, i, t, 0}, item(std::to_string(1000 * t + i)),
+                         DiskCache::WhenFull::kWait);
                 (void)mine.find(Kind::kBox, {0, i / 2, t, 0});
             }
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     a.flush(), b.flush();
     for (int t = 0; t < 4; ++t)
-        for (int i = 0; i < 100; ++i) CHECK(text_of((t % 2 == 0 ? b : a).find(Kind::kBox, {0, i, t, 0})) == std::to_string(1000 * t + i));
+        for (int i = 0; i < 100; ++i)
+            CHECK(text_of((t % 2 == 0 ? b : a).find(Kind::kBox, {0, i, t, 0})) ==
+                  std::to_string(1000 * t + i));
 }
 
-TEST_CASE("a process killed while it writes leaves whole items or none", "[voxelserver][boxes][disk]") {
+TEST_CASE("a process killed while it writes leaves whole items or none",
+          "[voxelserver][boxes][disk]") {
     const test::TemporaryFolder folder;
     const Inputs inputs;
     const auto file = folder.path() / "boxes.sqlite";
@@ -241,12 +275,17 @@ TEST_CASE("a process killed while it writes leaves whole items or none", "[voxel
         if (child == 0) {
             DiskCache cache(file, kPlenty, inputs.function());
             for (int i = 0;; ++i) {
-                cache.put(Kind::kBox, {0, i % 500, round, 0}, item(noise(3000, static_cast<unsigned>(i % 500))), DiskCache::WhenFull::kWait);
-                // What is flushed is there; what comes after is being written when the process is killed.
-                if (i != 10 * round) continue;
+                cache.put(Kind::kBox, {0, i % 500, round, 0},
+                          item(noise(3000, static_cast<unsigned>(i % 500))),
+                          DiskCache::WhenFull::kWait);
+                // What is flushed is there; what comes after is being written when the process is
+                // killed.
+                if (i != 10 * round)
+                    continue;
                 cache.flush();
                 const char done = 1;
-                if (write(told[1], &done, 1) != 1) _exit(1);
+                if (write(told[1], &done, 1) != 1)
+                    _exit(1);
             }
         }
         close(told[1]);
@@ -259,8 +298,10 @@ TEST_CASE("a process killed while it writes leaves whole items or none", "[voxel
         for (int i = 0; i < 500; ++i) {
             const auto one = cache.find(Kind::kBox, {0, i, round, 0});
             INFO("round " << round << ", item " << i);
-            if (i <= 10 * round) CHECK(one);
-            if (one) CHECK(*one->bytes == noise(3000, static_cast<unsigned>(i)));
+            if (i <= 10 * round)
+                CHECK(one);
+            if (one)
+                CHECK(*one->bytes == noise(3000, static_cast<unsigned>(i)));
         }
         CHECK(cache.stats().damaged == 0);
     }

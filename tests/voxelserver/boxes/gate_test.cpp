@@ -9,7 +9,8 @@
 using namespace terravox;
 using boxes::Gate;
 
-TEST_CASE("a gate lets its number in, its line wait, and turns others away", "[voxelserver][boxes]") {
+TEST_CASE("a gate lets its number in, its line wait, and turns others away",
+          "[voxelserver][boxes]") {
     Gate gate(1, 0);
     {
         const Gate::Pass inside(gate);
@@ -30,12 +31,14 @@ TEST_CASE("a gate lets its number in, its line wait, and turns others away", "[v
                 --inside;
             }
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     CHECK(most == 1);
     CHECK(entered == 1600);
 }
 
-TEST_CASE("work ahead begins only when nothing that was asked for runs, and does not hold it up", "[voxelserver][boxes]") {
+TEST_CASE("work ahead begins only when nothing that was asked for runs, and does not hold it up",
+          "[voxelserver][boxes]") {
     Gate gate(1, 4);
     std::atomic<bool> ahead_in{false};
     std::thread ahead;
@@ -45,13 +48,16 @@ TEST_CASE("work ahead begins only when nothing that was asked for runs, and does
             const Gate::AheadPass pass(gate);
             CHECK(static_cast<bool>(pass));
             ahead_in = true;
-            while (gate.counts().running == 0) std::this_thread::yield();  // somebody asks while this runs, and gets in
+            while (gate.counts().running == 0)
+                std::this_thread::yield();  // somebody asks while this runs, and gets in
         });
-        for (int i = 0; i < 1000; ++i) std::this_thread::yield();
+        for (int i = 0; i < 1000; ++i)
+            std::this_thread::yield();
         CHECK_FALSE(ahead_in);
         CHECK(gate.counts().ahead_running == 0);
     }
-    while (!ahead_in) std::this_thread::yield();
+    while (!ahead_in)
+        std::this_thread::yield();
     {
         const Gate::Pass asked(gate);
         ahead.join();
@@ -68,13 +74,15 @@ TEST_CASE("closing lets those who wait to work ahead go home", "[voxelserver][bo
     CHECK_FALSE(static_cast<bool>(Gate::AheadPass(gate)));
 }
 
-TEST_CASE("a gate that refuses turns away those who wait and those who come, not those inside", "[voxelserver][boxes]") {
+TEST_CASE("a gate that refuses turns away those who wait and those who come, not those inside",
+          "[voxelserver][boxes]") {
     Gate gate(1, 4);
     std::thread waiting;
     {
         const Gate::Pass inside(gate);
         waiting = std::thread([&] { CHECK_THROWS_AS(Gate::Pass(gate), boxes::Busy); });
-        while (gate.counts().waiting == 0) std::this_thread::yield();
+        while (gate.counts().waiting == 0)
+            std::this_thread::yield();
         gate.refuse();
         waiting.join();
         CHECK(gate.counts().running == 1);

@@ -9,7 +9,8 @@
 
 namespace terravox::test {
 
-/// Random boxes on both sides of all three axes; one in eight is air. Asks outside its bounds are counted.
+/// Random boxes on both sides of all three axes; one in eight is air. Asks outside its bounds are
+/// counted.
 class BoxGrid {
 public:
     explicit BoxGrid(std::uint64_t seed) {
@@ -18,21 +19,29 @@ public:
             for (std::int32_t by = -1; by <= 0; ++by)
                 for (std::int32_t bz = -1; bz <= 0; ++bz) {
                     const voxel::BoxKey key{0, bx, by, bz};
-                    if ((seed * 8 + boxes.size()) % 11 != 3) boxes[key] = random_scene(seed * 8 + boxes.size()).build(key, attr_of);
-                    else boxes[key] = nullptr;
+                    if ((seed * 8 + boxes.size()) % 11 != 3)
+                        boxes[key] = random_scene(seed * 8 + boxes.size()).build(key, attr_of);
+                    else
+                        boxes[key] = nullptr;
                 }
     }
-    [[nodiscard]] std::optional<voxel::VoxelAttr> voxel(std::int64_t x, std::int64_t y, std::int64_t z) const {
-        const voxel::BoxKey key{0, static_cast<std::int32_t>(x >> 6), static_cast<std::int32_t>(y >> 8), static_cast<std::int32_t>(z >> 6)};
+    [[nodiscard]] std::optional<voxel::VoxelAttr> voxel(std::int64_t x, std::int64_t y,
+                                                        std::int64_t z) const {
+        const voxel::BoxKey key{0, static_cast<std::int32_t>(x >> 6),
+                                static_cast<std::int32_t>(y >> 8),
+                                static_cast<std::int32_t>(z >> 6)};
         const auto found = boxes.find(key);
-        if (found == boxes.end() || !found->second) return std::nullopt;
-        return found->second->voxel(static_cast<int>(x & 63), static_cast<int>(y & 255), static_cast<int>(z & 63));
+        if (found == boxes.end() || !found->second)
+            return std::nullopt;
+        return found->second->voxel(static_cast<int>(x & 63), static_cast<int>(y & 255),
+                                    static_cast<int>(z & 63));
     }
     [[nodiscard]] gkot::FetchBox fetch() {
         return [this](const voxel::BoxKey& key) -> std::shared_ptr<const voxel::Box> {
             ++asked;
             const auto found = boxes.find(key);
-            if (found == boxes.end()) ++asked_outside;
+            if (found == boxes.end())
+                ++asked_outside;
             return found == boxes.end() ? nullptr : found->second;
         };
     }

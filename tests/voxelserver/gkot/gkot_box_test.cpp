@@ -13,8 +13,10 @@ using test::BoxGrid;
 namespace {
 
 std::size_t index_of(const Region& r, int x, int y, int z) {
-    return static_cast<std::size_t>(x) + static_cast<std::size_t>(z) * static_cast<std::size_t>(r.sx) +
-           static_cast<std::size_t>(y) * static_cast<std::size_t>(r.sx) * static_cast<std::size_t>(r.sz);
+    return static_cast<std::size_t>(x) +
+           static_cast<std::size_t>(z) * static_cast<std::size_t>(r.sx) +
+           static_cast<std::size_t>(y) * static_cast<std::size_t>(r.sx) *
+               static_cast<std::size_t>(r.sz);
 }
 
 /// Word by word, as slowly and plainly as can be.
@@ -23,7 +25,8 @@ std::vector<std::uint32_t> plain_blocks(const BoxGrid& grid, const Region& r) {
     for (int y = 0; y < r.sy; ++y)
         for (int z = 0; z < r.sz; ++z)
             for (int x = 0; x < r.sx; ++x)
-                if (const auto attr = grid.voxel(r.x + x, r.y + y, r.z + z)) out[index_of(r, x, y, z)] = gkot::block_word(attr->material);
+                if (const auto attr = grid.voxel(r.x + x, r.y + y, r.z + z))
+                    out[index_of(r, x, y, z)] = gkot::block_word(attr->material);
     return out;
 }
 
@@ -36,8 +39,11 @@ TEST_CASE("blocks are the voxels of the world, wherever the region lies", "[gkot
         for (int round = 0; round < 12; ++round) {
             Region r;
             r.sx = 1 << random() % 8, r.sy = 1 << random() % 9, r.sz = 1 << random() % 8;
-            r.x = static_cast<int>(random() % 300) - 180, r.y = static_cast<int>(random() % 900) - 500, r.z = static_cast<int>(random() % 300) - 180;
-            INFO("seed " << seed << ", region " << r.x << " " << r.y << " " << r.z << ", sizes " << r.sx << " " << r.sy << " " << r.sz);
+            r.x = static_cast<int>(random() % 300) - 180,
+            r.y = static_cast<int>(random() % 900) - 500,
+            r.z = static_cast<int>(random() % 300) - 180;
+            INFO("seed " << seed << ", region " << r.x << " " << r.y << " " << r.z << ", sizes "
+                         << r.sx << " " << r.sy << " " << r.sz);
             CHECK(gkot::blocks_of(grid.info.bounds, r, grid.fetch()) == plain_blocks(grid, r));
         }
         CHECK(grid.asked_outside == 0);
@@ -48,8 +54,11 @@ TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box
     BoxGrid grid(7);
     const Region whole{-96, -300, -70, 128, 512, 128};
     const auto expected = gkot::blocks_of(grid.info.bounds, whole, grid.fetch());
-    struct Case { int sx, sy, sz; };
-    for (const auto [sx, sy, sz] : {Case{64, 256, 64}, Case{16, 16, 16}, Case{128, 8, 32}, Case{8, 512, 128}}) {
+    struct Case {
+        int sx, sy, sz;
+    };
+    for (const auto [sx, sy, sz] :
+         {Case{64, 256, 64}, Case{16, 16, 16}, Case{128, 8, 32}, Case{8, 512, 128}}) {
         std::vector<std::uint32_t> joined(expected.size());
         for (int y = 0; y < whole.sy; y += sy)
             for (int z = 0; z < whole.sz; z += sz)
@@ -58,7 +67,9 @@ TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box
                     const auto blocks = gkot::blocks_of(grid.info.bounds, part, grid.fetch());
                     for (int py = 0; py < sy; ++py)
                         for (int pz = 0; pz < sz; ++pz)
-                            for (int px = 0; px < sx; ++px) joined[index_of(whole, x + px, y + py, z + pz)] = blocks[index_of(part, px, py, pz)];
+                            for (int px = 0; px < sx; ++px)
+                                joined[index_of(whole, x + px, y + py, z + pz)] =
+                                    blocks[index_of(part, px, py, pz)];
                 }
         INFO("parts of " << sx << " x " << sy << " x " << sz);
         CHECK(joined == expected);
@@ -67,22 +78,30 @@ TEST_CASE("a region cut into smaller boxes of any size is the same", "[gkot][box
 
 TEST_CASE("regions at the ends of all numbers are air, and nothing is asked for", "[gkot][box]") {
     BoxGrid grid(1);
-    constexpr std::int64_t kEnds[] = {INT64_MIN, INT64_MIN + 511, INT64_MAX, INT64_MAX - 511, std::int64_t{INT32_MIN} - 512, INT32_MAX, -64 - 16, 64};
+    constexpr std::int64_t kEnds[] = {
+        INT64_MIN, INT64_MIN + 511, INT64_MAX, INT64_MAX - 511, std::int64_t{INT32_MIN} - 512,
+        INT32_MAX, -64 - 16,        64};
     for (const auto x : kEnds)
         for (const auto z : kEnds) {
-            const auto blocks = gkot::blocks_of(grid.info.bounds, {x, x, z, 16, 16, 16}, grid.fetch());
+            const auto blocks =
+                gkot::blocks_of(grid.info.bounds, {x, x, z, 16, 16, 16}, grid.fetch());
             CHECK(std::ranges::all_of(blocks, [](auto word) { return word == 0; }));
         }
     CHECK(grid.asked == 0);
     // A world that reaches to the ends itself.
-    const voxel::VoxelBounds all{{INT32_MIN, INT32_MIN, INT32_MIN}, {INT32_MAX, INT32_MAX, INT32_MAX}};
-    for (const std::int64_t at : {std::int64_t{INT32_MIN} - 8, std::int64_t{INT32_MAX} - 8, INT64_MIN, INT64_MAX})
+    const voxel::VoxelBounds all{{INT32_MIN, INT32_MIN, INT32_MIN},
+                                 {INT32_MAX, INT32_MAX, INT32_MAX}};
+    for (const std::int64_t at :
+         {std::int64_t{INT32_MIN} - 8, std::int64_t{INT32_MAX} - 8, INT64_MIN, INT64_MAX})
         CHECK(gkot::blocks_of(all, {at, at, at, 16, 16, 16}, grid.fetch()).size() == 4096);
     CHECK(gkot::blocks_of({}, {0, 0, 0, 4, 4, 4}, grid.fetch()) == std::vector<std::uint32_t>(64));
 }
 
 TEST_CASE("a box that cannot be made is an error, not air", "[gkot][box]") {
     BoxGrid grid(1);
-    const gkot::FetchBox broken = [](const voxel::BoxKey&) -> std::shared_ptr<const voxel::Box> { throw Error("the square is damaged"); };
-    CHECK_THROWS_WITH(gkot::blocks_of(grid.info.bounds, {0, 0, 0, 16, 16, 16}, broken), test::contains("damaged"));
+    const gkot::FetchBox broken = [](const voxel::BoxKey&) -> std::shared_ptr<const voxel::Box> {
+        throw Error("the square is damaged");
+    };
+    CHECK_THROWS_WITH(gkot::blocks_of(grid.info.bounds, {0, 0, 0, 16, 16, 16}, broken),
+                      test::contains("damaged"));
 }

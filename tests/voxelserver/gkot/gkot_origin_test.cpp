@@ -28,7 +28,8 @@ TEST_CASE("the origin tells the lowest and highest tops around it", "[gkot][orig
     }
 }
 
-TEST_CASE("a box without a height is the same as one with the height that the origin told", "[gkot][origin]") {
+TEST_CASE("a box without a height is the same as one with the height that the origin told",
+          "[gkot][origin]") {
     for (const double voxel_m : {1.0, 0.1, 0.3, 2.0}) {
         BoxGrid grid(2);
         grid.info.voxel_m = grid.info.crs_units_per_voxel = voxel_m;
@@ -45,7 +46,9 @@ TEST_CASE("a box without a height is the same as one with the height that the or
     }
 }
 
-TEST_CASE("where nothing is around the origin the whole world counts, and -1 where nothing is at all", "[gkot][origin]") {
+TEST_CASE(
+    "where nothing is around the origin the whole world counts, and -1 where nothing is at all",
+    "[gkot][origin]") {
     BoxGrid grid(2);
     const auto far = gkot::find_origin(grid.info, {1e8, 0}, grid.fetch());
     CHECK(far.tmz == -256);
@@ -69,8 +72,11 @@ TEST_CASE("heights that are told lead back to their voxel", "[gkot][origin]") {
 
 TEST_CASE("numbers of the origin are written so that they read back", "[gkot][origin]") {
     gkot::Origin origin;
-    origin.tmx = 462000.25, origin.tmy = -0.0, origin.tmz = 0.30000000000000004, origin.zmin = -12, origin.zmax = 1e9, origin.zrange = 3;
-    CHECK(gkot::to_json(origin) == R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,"zmin":-12,"zmax":1000000000,"zrange":3})");
+    origin.tmx = 462000.25, origin.tmy = -0.0, origin.tmz = 0.30000000000000004, origin.zmin = -12,
+    origin.zmax = 1e9, origin.zrange = 3;
+    CHECK(
+        gkot::to_json(origin) ==
+        R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,"zmin":-12,"zmax":1000000000,"zrange":3})");
     origin.tmx = -1.7976931348623157e308;  // longer than any origin that can be asked for
     CHECK(gkot::to_json(origin).size() > 300);
 }

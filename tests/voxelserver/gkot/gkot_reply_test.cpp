@@ -11,7 +11,8 @@ using test::BoxGrid;
 
 namespace {
 
-gkot::BoxRequest request_of(double tmx, double tmy, double tmz, std::array<std::int32_t, 3> box, std::array<std::int32_t, 3> sizes) {
+gkot::BoxRequest request_of(double tmx, double tmy, double tmz, std::array<std::int32_t, 3> box,
+                            std::array<std::int32_t, 3> sizes) {
     gkot::BoxRequest out;
     out.origin = {tmx, tmy};
     out.tmz = tmz;
@@ -39,8 +40,12 @@ TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]")
             for (int y = 0; y < 64; ++y) {
                 const auto attr = grid.voxel(-10 + 32 + x, 20 - 64 + y, -15 + z);
                 const std::uint32_t expected = attr ? gkot::block_word(attr->material) : 0;
-                wrong += reply.blocks[static_cast<std::size_t>(x + z * 32 + y * 32 * 16)] != expected ? 1 : 0;
-                if (attr) top = y, ++solid;
+                wrong +=
+                    reply.blocks[static_cast<std::size_t>(x + z * 32 + y * 32 * 16)] != expected
+                        ? 1
+                        : 0;
+                if (attr)
+                    top = y, ++solid;
             }
             wrong += reply.tops[static_cast<std::size_t>(x + z * 32)] != top ? 1 : 0;
             highest = std::max(highest, top);
@@ -52,7 +57,8 @@ TEST_CASE("an old client reads the blocks and tops of a reply", "[gkot][reply]")
 
 TEST_CASE("an empty box says -2 and is as long as others", "[gkot][reply]") {
     BoxGrid grid(3);
-    const auto reply = test::read_old_reply(gkot::box_reply(grid.info, request_of(0, 0, 5000, {0, 0, 0}, {8, 16, 4}), grid.fetch()));
+    const auto reply = test::read_old_reply(
+        gkot::box_reply(grid.info, request_of(0, 0, 5000, {0, 0, 0}, {8, 16, 4}), grid.fetch()));
     CHECK(reply.max_height == -2);
     CHECK(reply.blocks == std::vector<std::uint32_t>(8 * 16 * 4));
     CHECK(reply.tops == std::vector<std::int32_t>(8 * 4, -1));
@@ -63,12 +69,20 @@ TEST_CASE("bytes are big-endian in the order that the protocol names", "[gkot][r
     const std::string reply = gkot::encode_reply(request, {0x823, 0, 0x112, 0});
     const std::string expected(
         "\xff\xff\xff\xff\0\0\0\2\0\0\1\2\0\0\0\1\0\0\0\4"
-        "\0\0\x08\x23\0\0\0\0\0\0\x01\x12\0\0\0\0" "\0\0\0\2" "\0\0\0\1\xff\xff\xff\xff", 48);
+        "\0\0\x08\x23\0\0\0\0\0\0\x01\x12\0\0\0\0"
+        "\0\0\0\2"
+        "\0\0\0\1\xff\xff\xff\xff",
+        48);
     CHECK(reply == expected);
 }
 
-TEST_CASE("origins count from voxels by floor, also below zero and with other voxels and units", "[gkot][reply]") {
-    struct Case { const char* name; double units, voxel_m, tmx, tmy, tmz; std::int64_t x, y, z; };
+TEST_CASE("origins count from voxels by floor, also below zero and with other voxels and units",
+          "[gkot][reply]") {
+    struct Case {
+        const char* name;
+        double units, voxel_m, tmx, tmy, tmz;
+        std::int64_t x, y, z;
+    };
     const auto c = GENERATE(values<Case>({
         {"whole metres", 1, 1, 462000, 101000, 300, 462000, 300, -101000},
         {"decimals are not cut", 1, 1, 462000.9, 101000.2, 300.9, 462000, 300, -101001},
@@ -80,11 +94,14 @@ TEST_CASE("origins count from voxels by floor, also below zero and with other vo
     DYNAMIC_SECTION(c.name) {
         voxel::WorldInfo info;
         info.crs_units_per_voxel = c.units, info.voxel_m = c.voxel_m;
-        const auto region = gkot::region_of(info, request_of(c.tmx, c.tmy, c.tmz, {0, 0, 0}, {4, 4, 4}), nullptr);
+        const auto region =
+            gkot::region_of(info, request_of(c.tmx, c.tmy, c.tmz, {0, 0, 0}, {4, 4, 4}), nullptr);
         CHECK(region.x == c.x);
         CHECK(region.y == c.y);
         CHECK(region.z == c.z);
-        const auto far = gkot::region_of(info, request_of(c.tmx, c.tmy, c.tmz, {INT32_MIN, INT32_MAX, -1}, {512, 512, 64}), nullptr);
+        const auto far = gkot::region_of(
+            info, request_of(c.tmx, c.tmy, c.tmz, {INT32_MIN, INT32_MAX, -1}, {512, 512, 64}),
+            nullptr);
         CHECK(far.x == c.x - (std::int64_t{512} << 31));
         CHECK(far.y == c.y + std::int64_t{INT32_MAX} * 512);
         CHECK(far.z == c.z - 64);

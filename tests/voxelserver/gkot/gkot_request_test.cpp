@@ -7,7 +7,8 @@
 using namespace terravox;
 
 namespace {
-const std::string kGood = "format=raw&tmx=462000&tmy=101000&tmz=300&x=1&y=0&z=-2&sx=64&sy=256&sz=64";
+const std::string kGood =
+    "format=raw&tmx=462000&tmy=101000&tmz=300&x=1&y=0&z=-2&sx=64&sy=256&sz=64";
 
 std::string with(std::string from, const std::string& part, const std::string& replacement) {
     const auto at = from.find(part);
@@ -33,14 +34,22 @@ TEST_CASE("a request of the first system is understood", "[gkot][request]") {
 TEST_CASE("what may be left out or added is", "[gkot][request]") {
     CHECK_FALSE(gkot::parse_box_request(with(kGood, "&tmz=300", "")).tmz.has_value());
     CHECK(gkot::parse_box_request("&&" + kGood + "&&nocache=5&nocache=6&flag&=7&").x == 1);
-    CHECK(gkot::parse_box_request(with(kGood, "tmx=462000", "t%6Dx=%34%36%32000.75")).origin.tmx == 462000.75);
-    CHECK(gkot::parse_box_request(with(with(kGood, "x=1&", "x=-2147483648&"), "z=-2", "z=2147483647")).z == INT32_MAX);
-    CHECK(gkot::parse_origin_request("tmx=1&tmy=2&sx=many").tmy == 2);  // not a parameter of this one
-    CHECK(gkot::parse_box_request(with(with(with(kGood, "sx=64", "sx=512"), "sy=256", "sy=64"), "sz=64", "sz=512")).sx == 512);
+    CHECK(gkot::parse_box_request(with(kGood, "tmx=462000", "t%6Dx=%34%36%32000.75")).origin.tmx ==
+          462000.75);
+    CHECK(
+        gkot::parse_box_request(with(with(kGood, "x=1&", "x=-2147483648&"), "z=-2", "z=2147483647"))
+            .z == INT32_MAX);
+    CHECK(gkot::parse_origin_request("tmx=1&tmy=2&sx=many").tmy ==
+          2);  // not a parameter of this one
+    CHECK(gkot::parse_box_request(
+              with(with(with(kGood, "sx=64", "sx=512"), "sy=256", "sy=64"), "sz=64", "sz=512"))
+              .sx == 512);
 }
 
 TEST_CASE("requests that cannot be are refused by name, value and range", "[gkot][request]") {
-    struct Case { const char *name, *part, *replacement, *message; };
+    struct Case {
+        const char *name, *part, *replacement, *message;
+    };
     const auto c = GENERATE(values<Case>({
         {"no format", "format=raw&", "", "format is missing; allowed: raw"},
         {"amf", "format=raw", "format=amf", "format = 'amf'; allowed: raw"},
@@ -56,10 +65,12 @@ TEST_CASE("requests that cannot be are refused by name, value and range", "[gkot
         {"zero byte", "x=1", "x=1%00", "badly encoded"},
         {"cut encoding", "sz=64", "sz=64%4", "badly encoded"},
         {"no hexadecimal", "x=1", "x=%+1", "badly encoded"},
-        {"nan", "tmx=462000", "tmx=nan", "tmx = 'nan'; allowed: a number from -1000000000 to 1000000000"},
+        {"nan", "tmx=462000", "tmx=nan",
+         "tmx = 'nan'; allowed: a number from -1000000000 to 1000000000"},
         {"infinity", "tmx=462000", "tmx=inf", "tmx = 'inf'"},
         {"1e999", "tmy=101000", "tmy=1e999", "tmy = '1e999'"},
-        {"-1e999", "tmz=300", "tmz=-1e999", "tmz = '-1e999'; allowed: a number from -1000000 to 1000000"},
+        {"-1e999", "tmz=300", "tmz=-1e999",
+         "tmz = '-1e999'; allowed: a number from -1000000 to 1000000"},
         {"too far", "tmx=462000", "tmx=1000000001", "tmx = '1000000001'"},
         {"hexadecimal", "tmx=462000", "tmx=0x10", "tmx = '0x10'"},
         {"two numbers", "tmx=462000", "tmx=1,5", "tmx = '1,5'"},
@@ -68,19 +79,23 @@ TEST_CASE("requests that cannot be are refused by name, value and range", "[gkot
         {"size 3", "sx=64", "sx=3", "sx = 3"},
         {"size 1024", "sy=256", "sy=1024", "sy = 1024"},
         {"size below 0", "sy=256", "sy=-2147483648", "sy = -2147483648"},
-        {"volume", "sx=64&sy=256&sz=64", "sx=512&sy=512&sz=128", "sx * sy * sz = 33554432; allowed: 1 to 16777216"},
+        {"volume", "sx=64&sy=256&sz=64", "sx=512&sy=512&sz=128",
+         "sx * sy * sz = 33554432; allowed: 1 to 16777216"},
         {"line break", "x=1", "x=%0d%0aEvil:%201'", "x = '\\x0d\\x0aEvil: 1\\x27'"},
-        {"long", "x=1", "x=1111111111111111111111111111111111111111111111111", "x = '1111111111111111111111111111111111111111...'"},
+        {"long", "x=1", "x=1111111111111111111111111111111111111111111111111",
+         "x = '1111111111111111111111111111111111111111...'"},
     }));
     DYNAMIC_SECTION(c.name) {
         const std::string query = with(kGood, c.part, c.replacement);
         CHECK_THROWS_AS(gkot::parse_box_request(query), UsageError);
-        CHECK_THROWS_WITH(gkot::parse_box_request(query), test::contains("send a box: ") && test::contains(c.message));
+        CHECK_THROWS_WITH(gkot::parse_box_request(query),
+                          test::contains("send a box: ") && test::contains(c.message));
     }
 }
 
 TEST_CASE("a query without end is refused before it is read", "[gkot][request]") {
-    CHECK_THROWS_WITH(gkot::parse_box_request(kGood + std::string(3000, '&')), test::contains("allowed: 0 to 2048"));
+    CHECK_THROWS_WITH(gkot::parse_box_request(kGood + std::string(3000, '&')),
+                      test::contains("allowed: 0 to 2048"));
     CHECK_THROWS_AS(gkot::parse_origin_request(""), UsageError);
 }
 
@@ -89,7 +104,8 @@ TEST_CASE("damaged queries are understood or refused, never worse", "[gkot][requ
     int understood = 0;
     for (int i = 0; i < 20000; ++i) {
         std::string query = kGood;
-        for (int n = 0; n < 3; ++n) query[random() % query.size()] = "&=%+0123456789-.eEx\0\xff"[random() % 22];
+        for (int n = 0; n < 3; ++n)
+            query[random() % query.size()] = "&=%+0123456789-.eEx\0\xff"[random() % 22];
         INFO("query " << query);
         try {
             const auto r = gkot::parse_box_request(query);

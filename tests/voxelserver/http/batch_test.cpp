@@ -25,10 +25,16 @@ std::vector<Record> records_of(std::string_view bytes) {
         REQUIRE(bytes.size() >= 24);
         const auto word = [&](int i) {
             std::uint32_t value = 0;
-            for (int b = 0; b < 4; ++b) value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[static_cast<std::size_t>(4 * i + b)])) << (8 * b);
+            for (int b = 0; b < 4; ++b)
+                value |= static_cast<std::uint32_t>(
+                             static_cast<unsigned char>(bytes[static_cast<std::size_t>(4 * i + b)]))
+                         << (8 * b);
             return value;
         };
-        Record r{{static_cast<int>(word(0)), static_cast<std::int32_t>(word(1)), static_cast<std::int32_t>(word(2)), static_cast<std::int32_t>(word(3))}, word(4), {}};
+        Record r{{static_cast<int>(word(0)), static_cast<std::int32_t>(word(1)),
+                  static_cast<std::int32_t>(word(2)), static_cast<std::int32_t>(word(3))},
+                 word(4),
+                 {}};
         REQUIRE(bytes.size() >= 24 + word(5));
         r.payload = bytes.substr(24, word(5));
         bytes.remove_prefix(24 + word(5));
@@ -45,7 +51,8 @@ struct Fixture {
 
     http::Response post(const std::string& body, const std::string& type = "application/json") {
         const std::string length = std::to_string(body.size());
-        return router.handle({"POST", "/v2/boxes", {{"Content-Type", type}, {"Content-Length", length}}, {}, body});
+        return router.handle(
+            {"POST", "/v2/boxes", {{"Content-Type", type}, {"Content-Length", length}}, {}, body});
     }
     std::string stream(const std::string& body) {
         const auto reply = post(body);
@@ -63,17 +70,21 @@ struct Fixture {
 
 }  // namespace
 
-TEST_CASE("a batch gives every box that was asked for, air and failures too, and an end", "[voxelserver][http][batch]") {
+TEST_CASE("a batch gives every box that was asked for, air and failures too, and an end",
+          "[voxelserver][http][batch]") {
     Fixture f;
     f.world.failing.insert({0, 0, 0, 0});
-    const auto records = records_of(f.stream(R"({"boxes": [[0,0,-1,0], [0,0,0,0], [0,1,1,-1], [1,0,-1,0], [0,99,0,0], [0,0,-1,0]]})"));
+    const auto records = records_of(f.stream(
+        R"({"boxes": [[0,0,-1,0], [0,0,0,0], [0,1,1,-1], [1,0,-1,0], [0,99,0,0], [0,0,-1,0]]})"));
     REQUIRE(records.size() == 7);
     std::map<voxel::BoxKey, std::vector<Record>> by_key;
-    for (const Record& r : records) by_key[r.key].push_back(r);
+    for (const Record& r : records)
+        by_key[r.key].push_back(r);
     CHECK(by_key[{0, 0, -1, 0}].size() == 2);
     for (const Record& r : by_key[{0, 0, -1, 0}]) {
         CHECK(r.status == 200);
-        CHECK(voxel::decompress_box(std::as_bytes(std::span(r.payload)), "the record")->key() == r.key);
+        CHECK(voxel::decompress_box(std::as_bytes(std::span(r.payload)), "the record")->key() ==
+              r.key);
     }
     CHECK(by_key[{0, 0, 0, 0}].at(0).status == 500);
     CHECK(by_key[{0, 0, 0, 0}].at(0).payload.find("damaged") != std::string::npos);
@@ -84,7 +95,8 @@ TEST_CASE("a batch gives every box that was asked for, air and failures too, and
     CHECK(records.back().status == 0);
 }
 
-TEST_CASE("a batch sends what is ready before what is still being made", "[voxelserver][http][batch]") {
+TEST_CASE("a batch sends what is ready before what is still being made",
+          "[voxelserver][http][batch]") {
     Fixture f;
     (void)f.boxes.get({0, 1, 0, 0});
     f.world.hold();
@@ -98,7 +110,8 @@ TEST_CASE("a batch sends what is ready before what is still being made", "[voxel
             return true;
         });
     });
-    while (parts == 0) std::this_thread::yield();
+    while (parts == 0)
+        std::this_thread::yield();
     f.world.release();
     sending.join();
     const auto records = records_of(out);
@@ -109,10 +122,11 @@ TEST_CASE("a batch sends what is ready before what is still being made", "[voxel
 TEST_CASE("a client that goes away ends its batch", "[voxelserver][http][batch]") {
     Fixture f;
     int parts = 0;
-    f.post(R"({"boxes": [[0,0,0,0], [0,1,0,0], [0,0,-1,0], [0,1,-1,0]]})").stream([&](std::string_view) {
-        ++parts;
-        return false;
-    });
+    f.post(R"({"boxes": [[0,0,0,0], [0,1,0,0], [0,0,-1,0], [0,1,-1,0]]})")
+        .stream([&](std::string_view) {
+            ++parts;
+            return false;
+        });
     CHECK(parts <= 2);  // those of a second lane may have been under way
 }
 
@@ -123,33 +137,52 @@ TEST_CASE("a list of boxes that is none is refused in one line", "[voxelserver][
         int status;
     };
     const auto c = GENERATE(values<Case>({
-        {R"({"boxes": []})", "application/json", 400}, {R"({"boxes": [[0,0,0]]})", "application/json", 400},
-        {R"({"boxes": [[0,0,0,0,0]]})", "application/json", 400}, {R"({"boxes": [[0,0,0,0.5]]})", "application/json", 400},
-        {R"({"boxes": [[0,0,0,"1"]]})", "application/json", 400}, {R"({"boxes": [[3,0,0,0]]})", "application/json", 400},
-        {R"({"boxes": [[-1,0,0,0]]})", "application/json", 400}, {R"({"boxes": [[0,2147483648,0,0]]})", "application/json", 400},
-        {R"({"boxes": [[0,18446744073709551615,0,0]]})", "application/json", 400}, {R"({"boxes": [[0,1e999,0,0]]})", "application/json", 400},
-        {R"({"boxes": 1})", "application/json", 400}, {R"([])", "application/json", 400}, {"{", "application/json", 400}, {"\xff\xfe", "application/json", 400},
-        {"[[[[[[[[[[[[[[[[", "application/json", 400}, {R"({"boxes": [[0,0,0,0]]})", "text/plain", 415}, {R"({"boxes": [[0,0,0,0]]})", "", 415},
+        {R"({"boxes": []})", "application/json", 400},
+        {R"({"boxes": [[0,0,0]]})", "application/json", 400},
+        {R"({"boxes": [[0,0,0,0,0]]})", "application/json", 400},
+        {R"({"boxes": [[0,0,0,0.5]]})", "application/json", 400},
+        {R"({"boxes": [[0,0,0,"1"]]})", "application/json", 400},
+        {R"({"boxes": [[3,0,0,0]]})", "application/json", 400},
+        {R"({"boxes": [[-1,0,0,0]]})", "application/json", 400},
+        {R"({"boxes": [[0,2147483648,0,0]]})", "application/json", 400},
+        {R"({"boxes": [[0,18446744073709551615,0,0]]})", "application/json", 400},
+        {R"({"boxes": [[0,1e999,0,0]]})", "application/json", 400},
+        {R"({"boxes": 1})", "application/json", 400},
+        {R"([])", "application/json", 400},
+        {"{", "application/json", 400},
+        {"\xff\xfe", "application/json", 400},
+        {"[[[[[[[[[[[[[[[[", "application/json", 400},
+        {R"({"boxes": [[0,0,0,0]]})", "text/plain", 415},
+        {R"({"boxes": [[0,0,0,0]]})", "", 415},
     }));
     DYNAMIC_SECTION(c.body << " " << c.type) {
         CHECK(f.post(c.body, c.type).status == c.status);
         CHECK(f.world.asked == 0);
     }
     std::string many = R"({"boxes": [[0,0,0,0])";
-    for (std::size_t i = 0; i < http::kMostBatchBoxes; ++i) many += ",[0,0,0,0]";
+    for (std::size_t i = 0; i < http::kMostBatchBoxes; ++i)
+        many += ",[0,0,0,0]";
     CHECK(f.post(many + "]}").status == 400);
     CHECK(f.post(std::string(100'000, '[')).status == 400);
-    CHECK(f.router.handle({"POST", "/v2/boxes", {{"Content-Type", "application/json"}}}).status == 411);
-    CHECK(f.router.handle({"POST", "/v2/boxes", {{"Content-Type", "application/json"}, {"Content-Length", "999999"}}}).status == 413);
+    CHECK(f.router.handle({"POST", "/v2/boxes", {{"Content-Type", "application/json"}}}).status ==
+          411);
+    CHECK(f.router
+              .handle({"POST",
+                       "/v2/boxes",
+                       {{"Content-Type", "application/json"}, {"Content-Length", "999999"}}})
+              .status == 413);
     CHECK(f.router.handle({"GET", "/v2/boxes", {}}).status == 405);
 }
 
-TEST_CASE("too many batches at once are refused, and their places come back", "[voxelserver][http][batch]") {
+TEST_CASE("too many batches at once are refused, and their places come back",
+          "[voxelserver][http][batch]") {
     Fixture f;
     const std::string body = R"({"boxes": [[0,0,0,0]]})";
     std::vector<http::Response> held;
-    for (int i = 0; i < 8; ++i) held.push_back(f.post(body));
-    for (const auto& r : held) CHECK(r.status == 200);
+    for (int i = 0; i < 8; ++i)
+        held.push_back(f.post(body));
+    for (const auto& r : held)
+        CHECK(r.status == 200);
     CHECK(f.post(body).status == 503);
     held.clear();
     CHECK(f.post(body).status == 200);

@@ -16,7 +16,8 @@
 
 namespace terravox::test {
 
-/// 2 x 3 x 2 boxes of which the topmost are air, with three levels. Counts what it makes, can fail, and can be held up.
+/// 2 x 3 x 2 boxes of which the topmost are air, with three levels. Counts what it makes, can fail,
+/// and can be held up.
 class FakeWorld final : public voxel::TracedWorld {
 public:
     FakeWorld() {
@@ -34,8 +35,10 @@ public:
         if (key.level > 0) {
             std::array<std::shared_ptr<const voxel::Box>, 8> children;
             for (int i = 0; i < 8; ++i) {
-                const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
-                if (voxel::boxes_over(m_info.bounds, child.level).contains(child)) children[static_cast<std::size_t>(i)] = box(child);
+                const voxel::BoxKey child{key.level - 1, 2 * key.bx + (i & 1),
+                                          2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)};
+                if (voxel::boxes_over(m_info.bounds, child.level).contains(child))
+                    children[static_cast<std::size_t>(i)] = box(child);
             }
             return voxel::downsample(key, children);
         }
@@ -44,11 +47,14 @@ public:
             std::unique_lock lock(m_mutex);
             m_changed.wait(lock, [&] { return !m_held; });
         }
-        if (failing.contains(key)) throw Error(fail_with);
-        if (key.by >= 1) return nullptr;
+        if (failing.contains(key))
+            throw Error(fail_with);
+        if (key.by >= 1)
+            return nullptr;
         voxel::BoxBuilder builder;
         for (int x = -1; x <= voxel::kBoxSizeX; ++x)
-            for (int z = -1; z <= voxel::kBoxSizeZ; ++z) builder.add(x, z, -1, 20 + (x * 7 + z * 3 + key.bx + key.level) % 11, true);
+            for (int z = -1; z <= voxel::kBoxSizeZ; ++z)
+                builder.add(x, z, -1, 20 + (x * 7 + z * 3 + key.bx + key.level) % 11, true);
         return builder.build(key, [](int x, int y, int z) {
             voxel::VoxelAttr attr;
             attr.source_class = static_cast<std::uint8_t>(x ^ y ^ z);
@@ -57,31 +63,37 @@ public:
     }
 
     [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
-        if (columns_fail) throw Error("no column today");
+        if (columns_fail)
+            throw Error("no column today");
         const auto range = voxel::boxes_over(m_info.bounds, level);
-        if (bx < range.min.bx || bx >= range.max.bx || bz < range.min.bz || bz >= range.max.bz) return {};
+        if (bx < range.min.bx || bx >= range.max.bx || bz < range.min.bz || bz >= range.max.bz)
+            return {};
         return {range.min.by, range.max.by};
     }
 
     /// A box depends on its own box column and the one to the east.
-    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override { return {box(key), {key.bx, key.bz, key.bx + 2, key.bz + 1}}; }
+    [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override {
+        return {box(key), {key.bx, key.bz, key.bx + 2, key.bz + 1}};
+    }
     [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach& reach) const override {
         voxel::Fingerprint out{1, 2};
         for (const auto& [column, version] : versions)
-            if (column.first >= reach.min_bx && column.first < reach.max_bx && column.second >= reach.min_bz && column.second < reach.max_bz)
+            if (column.first >= reach.min_bx && column.first < reach.max_bx &&
+                column.second >= reach.min_bz && column.second < reach.max_bz)
                 out[0] = out[0] * 1000003 + static_cast<std::uint64_t>(version), out[1] ^= out[0];
         return out;
     }
 
-    void hold() { set_held(true); }      ///< box() waits from now on
+    void hold() { set_held(true); }  ///< box() waits from now on
     void release() { set_held(false); }
 
-    std::atomic<int> asked{0};         ///< calls of box()
-    std::set<voxel::BoxKey> failing;   ///< set before anyone asks
+    std::atomic<int> asked{0};        ///< calls of box()
+    std::set<voxel::BoxKey> failing;  ///< set before anyone asks
     std::string fail_with =
         "decode the square 'a\"b': damaged\xff";  ///< what those of `failing` throw
     bool columns_fail = false;
-    std::map<std::pair<int, int>, int> versions;  ///< of box columns that are not as they were; set before anyone asks
+    std::map<std::pair<int, int>, int>
+        versions;  ///< of box columns that are not as they were; set before anyone asks
 
 private:
     void set_held(bool held) {

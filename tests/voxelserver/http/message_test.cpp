@@ -25,7 +25,9 @@ TEST_CASE("If-None-Match lists entity tags, strong or weak", "[voxelserver][http
         {"a lone W/", "W/", false},
         {"a comma in a tag", "\"a,b\", \"abc-1\"", true},
     }));
-    DYNAMIC_SECTION(c.name) { CHECK(etag_matches(c.header, "\"abc-1\"") == c.matches); }
+    DYNAMIC_SECTION(c.name) {
+        CHECK(etag_matches(c.header, "\"abc-1\"") == c.matches);
+    }
 }
 
 TEST_CASE("the headers say whether a request has a body", "[voxelserver][http]") {
@@ -39,15 +41,24 @@ TEST_CASE("the headers say whether a request has a body", "[voxelserver][http]")
         {"no header", {}, BodyClaim::Kind::kNone},
         {"length 0", {{"content-length", "0"}}, BodyClaim::Kind::kNone},
         {"length 3", {{"Content-Length", "3"}}, BodyClaim::Kind::kSome, 3},
-        {"a length no integer holds", {{"Content-Length", "99999999999999999999999"}}, BodyClaim::Kind::kSome, UINT64_MAX},
-        {"two lengths", {{"Content-Length", "0"}, {"Content-Length", "5"}}, BodyClaim::Kind::kMalformed},
-        {"two lengths that agree", {{"Content-Length", "5"}, {"Content-Length", "5"}}, BodyClaim::Kind::kMalformed},
+        {"a length no integer holds",
+         {{"Content-Length", "99999999999999999999999"}},
+         BodyClaim::Kind::kSome,
+         UINT64_MAX},
+        {"two lengths",
+         {{"Content-Length", "0"}, {"Content-Length", "5"}},
+         BodyClaim::Kind::kMalformed},
+        {"two lengths that agree",
+         {{"Content-Length", "5"}, {"Content-Length", "5"}},
+         BodyClaim::Kind::kMalformed},
         {"a length with a sign", {{"Content-Length", "+5"}}, BodyClaim::Kind::kMalformed},
         {"negative", {{"Content-Length", "-1"}}, BodyClaim::Kind::kMalformed},
         {"empty", {{"Content-Length", ""}}, BodyClaim::Kind::kMalformed},
         {"hexadecimal", {{"Content-Length", "0x5"}}, BodyClaim::Kind::kMalformed},
         {"chunked", {{"TRANSFER-ENCODING", "chunked"}}, BodyClaim::Kind::kMalformed},
-        {"identity", {{"Transfer-Encoding", "identity"}, {"Content-Length", "0"}}, BodyClaim::Kind::kMalformed},
+        {"identity",
+         {{"Transfer-Encoding", "identity"}, {"Content-Length", "0"}},
+         BodyClaim::Kind::kMalformed},
     }));
     DYNAMIC_SECTION(c.name) {
         const BodyClaim claim = body_claim(Request{"GET", "/", c.headers});
@@ -67,7 +78,8 @@ TEST_CASE("a problem is JSON whatever its detail holds", "[voxelserver][http]") 
 }
 
 TEST_CASE("headers are found in any case and joined in order", "[voxelserver][http]") {
-    const Request r{"GET", "/", {{"If-None-Match", "\"a\""}, {"X", "1"}, {"if-none-match", "\"b\""}}};
+    const Request r{
+        "GET", "/", {{"If-None-Match", "\"a\""}, {"X", "1"}, {"if-none-match", "\"b\""}}};
     CHECK(r.header("IF-NONE-MATCH") == "\"a\", \"b\"");
     CHECK(r.header("Y").empty());
     CHECK(r.has_header("x"));
@@ -79,12 +91,25 @@ TEST_CASE("Accept-Encoding chooses between zstd and identity", "[voxelserver][ht
         Coding coding;
     };
     const auto c = GENERATE(values<Case>({
-        {"", Coding::kIdentity}, {"zstd", Coding::kZstd}, {"gzip, deflate, br, zstd", Coding::kZstd}, {"ZSTD;q=0.5", Coding::kZstd},
-        {"zstd;q=0", Coding::kIdentity}, {"zstd; q=0.000", Coding::kIdentity}, {"gzip", Coding::kIdentity}, {"*", Coding::kIdentity},
-        {"identity;q=0", Coding::kNone}, {"*;q=0", Coding::kNone}, {"gzip, *;q=0", Coding::kNone}, {"identity, *;q=0", Coding::kIdentity},
-        {"identity;q=0, zstd", Coding::kZstd}, {"zstdx", Coding::kIdentity}, {",,;;", Coding::kIdentity},
+        {"", Coding::kIdentity},
+        {"zstd", Coding::kZstd},
+        {"gzip, deflate, br, zstd", Coding::kZstd},
+        {"ZSTD;q=0.5", Coding::kZstd},
+        {"zstd;q=0", Coding::kIdentity},
+        {"zstd; q=0.000", Coding::kIdentity},
+        {"gzip", Coding::kIdentity},
+        {"*", Coding::kIdentity},
+        {"identity;q=0", Coding::kNone},
+        {"*;q=0", Coding::kNone},
+        {"gzip, *;q=0", Coding::kNone},
+        {"identity, *;q=0", Coding::kIdentity},
+        {"identity;q=0, zstd", Coding::kZstd},
+        {"zstdx", Coding::kIdentity},
+        {",,;;", Coding::kIdentity},
     }));
-    DYNAMIC_SECTION("'" << c.header << "'") { CHECK(choose_coding(c.header) == c.coding); }
+    DYNAMIC_SECTION("'" << c.header << "'") {
+        CHECK(choose_coding(c.header) == c.coding);
+    }
 }
 
 TEST_CASE("a header's value cannot end the header", "[voxelserver][http]") {
@@ -118,5 +143,7 @@ TEST_CASE("of a path in a message only the name at its end is told",
         {"read x:/data/a.laz", "read x:a.laz"},
         {"move /a/b, /c/d; /e/f", "move b, d; f"},
     }));
-    DYNAMIC_SECTION(c.text) { CHECK(terravox::http::without_folders(c.text) == c.told); }
+    DYNAMIC_SECTION(c.text) {
+        CHECK(terravox::http::without_folders(c.text) == c.told);
+    }
 }

@@ -8,7 +8,8 @@
 
 using namespace terravox;
 
-TEST_CASE("the ray tracer's client sees the served world as it is", "[voxelserver][http][raytracer]") {
+TEST_CASE("the ray tracer's client sees the served world as it is",
+          "[voxelserver][http][raytracer]") {
     test::FakeWorld world;
     world.failing.insert({0, 1, -1, 0});
     util::StageTimes times;
@@ -33,16 +34,21 @@ TEST_CASE("the ray tracer's client sees the served world as it is", "[voxelserve
                 for (std::int32_t by = range.min.by - 1; by <= range.max.by; ++by) {
                     const voxel::BoxKey key{level, bx, by, bz};
                     INFO(voxel::to_string(key));
-                    const bool fails = key.level == 0 ? world.failing.contains(key) : key.bx == 0 && key.by == -1 && key.bz == 0;
+                    const bool fails = key.level == 0 ? world.failing.contains(key)
+                                                      : key.bx == 0 && key.by == -1 && key.bz == 0;
                     if (fails) {
                         CHECK_THROWS_WITH(remote->box(key), test::contains("damaged"));
                         continue;
                     }
-                    const bool outside = bx < range.min.bx || bx >= range.max.bx || by < range.min.by || by >= range.max.by || bz < range.min.bz ||
-                                         bz >= range.max.bz;
-                    const auto expected = outside ? nullptr : world.box(key), got = remote->box(key);
+                    const bool outside = bx < range.min.bx || bx >= range.max.bx ||
+                                         by < range.min.by || by >= range.max.by ||
+                                         bz < range.min.bz || bz >= range.max.bz;
+                    const auto expected = outside ? nullptr : world.box(key),
+                               got = remote->box(key);
                     REQUIRE((got == nullptr) == (expected == nullptr));
-                    if (got) CHECK(std::equal(got->blob().begin(), got->blob().end(), expected->blob().begin(), expected->blob().end()));
+                    if (got)
+                        CHECK(std::equal(got->blob().begin(), got->blob().end(),
+                                         expected->blob().begin(), expected->blob().end()));
                 }
             }
     }

@@ -23,13 +23,17 @@ struct Fixture {
     boxes::BoxCache boxes{world, times, {.ahead = false}};
     http::Router router{http::Service{world, times, boxes}};
 
-    Response get(std::string_view path, std::vector<Header> headers = {}) { return router.handle(Request{"GET", path, std::move(headers)}); }
+    Response get(std::string_view path, std::vector<Header> headers = {}) {
+        return router.handle(Request{"GET", path, std::move(headers)});
+    }
     Response ask(std::string_view method, std::string_view path, std::vector<Header> headers = {}) {
         return router.handle(Request{method, path, std::move(headers)});
     }
 };
 
-nlohmann::json json_of(const Response& r) { return nlohmann::json::parse(r.body ? *r.body : ""); }
+nlohmann::json json_of(const Response& r) {
+    return nlohmann::json::parse(r.body ? *r.body : "");
+}
 
 }  // namespace
 
@@ -39,18 +43,54 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
         int status;
     };
     const auto c = GENERATE(values<Case>({
-        {"/healthz", 200}, {"/v2/world", 200}, {"/v2/stats", 200},
-        {"/v2/boxes/0/0/0/0", 200}, {"/v2/boxes/0/1/-1/-1", 200}, {"/v2/boxes/2/0/-1/0", 200},
-        {"/v2/boxes/0/0/1/0", 204}, {"/v2/boxes/0/2147483647/-2147483648/0", 204},
-        {"/v2/boxes/3/0/0/0", 404}, {"/v2/boxes/-1/0/0/0", 404}, {"/v2/boxes/2147483647/0/0/0", 404},
-        {"/v2/boxes/0/2147483648/0/0", 400}, {"/v2/boxes/0/-2147483649/0/0", 400}, {"/v2/boxes/0/99999999999999999999/0/0", 400},
-        {"/v2/boxes/0/x/0/0", 400}, {"/v2/boxes/0/1x/0/0", 400}, {"/v2/boxes/0/ 1/0/0", 400}, {"/v2/boxes/0/+1/0/0", 400},
-        {"/v2/boxes/0/-0/0/0", 400}, {"/v2/boxes/0/007/0/0", 400}, {"/v2/boxes/0/1.0/0/0", 400}, {"/v2/boxes/0/1e1/0/0", 400},
-        {"/v2/boxes/0/0x1/0/0", 400}, {"/v2/boxes/0/-/0/0", 400}, {"/v2/boxes/0//0/0", 400}, {"/v2/boxes/0/%31/0/0", 400},
-        {"/v2/boxes/0/0/0/", 400}, {"/v2/boxes/0/0/0", 404}, {"/v2/boxes/0/0/0/0/", 404}, {"/v2/boxes", 405},
-        {"/v2/columns/0/0/0", 200}, {"/v2/columns/0/99/0", 200}, {"/v2/columns/3/0/0", 404}, {"/v2/columns/0/a/0", 400}, {"/v2/columns/0/0", 404},
-        {"/v2/world/", 404}, {"/V2/world", 404}, {"//v2/world", 404}, {"/v2//world", 404}, {"/v2", 404}, {"/v1/world", 404},
-        {"/../etc/passwd", 404}, {"/v2/../v2/world", 404}, {"/%2e%2e/world", 404}, {"", 404}, {"*", 404}, {"v2/world", 404}, {"/index.html", 404},
+        {"/healthz", 200},
+        {"/v2/world", 200},
+        {"/v2/stats", 200},
+        {"/v2/boxes/0/0/0/0", 200},
+        {"/v2/boxes/0/1/-1/-1", 200},
+        {"/v2/boxes/2/0/-1/0", 200},
+        {"/v2/boxes/0/0/1/0", 204},
+        {"/v2/boxes/0/2147483647/-2147483648/0", 204},
+        {"/v2/boxes/3/0/0/0", 404},
+        {"/v2/boxes/-1/0/0/0", 404},
+        {"/v2/boxes/2147483647/0/0/0", 404},
+        {"/v2/boxes/0/2147483648/0/0", 400},
+        {"/v2/boxes/0/-2147483649/0/0", 400},
+        {"/v2/boxes/0/99999999999999999999/0/0", 400},
+        {"/v2/boxes/0/x/0/0", 400},
+        {"/v2/boxes/0/1x/0/0", 400},
+        {"/v2/boxes/0/ 1/0/0", 400},
+        {"/v2/boxes/0/+1/0/0", 400},
+        {"/v2/boxes/0/-0/0/0", 400},
+        {"/v2/boxes/0/007/0/0", 400},
+        {"/v2/boxes/0/1.0/0/0", 400},
+        {"/v2/boxes/0/1e1/0/0", 400},
+        {"/v2/boxes/0/0x1/0/0", 400},
+        {"/v2/boxes/0/-/0/0", 400},
+        {"/v2/boxes/0//0/0", 400},
+        {"/v2/boxes/0/%31/0/0", 400},
+        {"/v2/boxes/0/0/0/", 400},
+        {"/v2/boxes/0/0/0", 404},
+        {"/v2/boxes/0/0/0/0/", 404},
+        {"/v2/boxes", 405},
+        {"/v2/columns/0/0/0", 200},
+        {"/v2/columns/0/99/0", 200},
+        {"/v2/columns/3/0/0", 404},
+        {"/v2/columns/0/a/0", 400},
+        {"/v2/columns/0/0", 404},
+        {"/v2/world/", 404},
+        {"/V2/world", 404},
+        {"//v2/world", 404},
+        {"/v2//world", 404},
+        {"/v2", 404},
+        {"/v1/world", 404},
+        {"/../etc/passwd", 404},
+        {"/v2/../v2/world", 404},
+        {"/%2e%2e/world", 404},
+        {"", 404},
+        {"*", 404},
+        {"v2/world", 404},
+        {"/index.html", 404},
     }));
     DYNAMIC_SECTION(c.path) {
         Fixture f;
@@ -65,7 +105,8 @@ TEST_CASE("every path has its status", "[voxelserver][http][router]") {
 }
 
 TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][http][router]") {
-    const std::string method = GENERATE("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "get");
+    const std::string method =
+        GENERATE("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "get");
     Fixture f;
     for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/healthz"}) {
         const Response r = f.ask(method, path);
@@ -76,7 +117,8 @@ TEST_CASE("other methods are answered 405 with what is allowed", "[voxelserver][
     CHECK(f.world.asked == 0);
 }
 
-TEST_CASE("a request with a body is refused and its connection closed", "[voxelserver][http][router]") {
+TEST_CASE("a request with a body is refused and its connection closed",
+          "[voxelserver][http][router]") {
     Fixture f;
     const Response large = f.get("/v2/world", {{"Content-Length", "1000000000000"}});
     CHECK(large.status == 413);
@@ -93,7 +135,8 @@ TEST_CASE("a request with a body is refused and its connection closed", "[voxels
 }
 
 TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][router]") {
-    const std::string path = GENERATE("/healthz", "/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
+    const std::string path = GENERATE("/healthz", "/v2/world", "/v2/boxes/0/0/0/0",
+                                      "/v2/boxes/0/0/1/0", "/v2/columns/0/0/0", "/nothing");
     Fixture f;
     const Response head = f.ask("HEAD", path), get = f.get(path);
     CHECK(head.head_only);
@@ -103,8 +146,10 @@ TEST_CASE("HEAD is answered like GET, without the body", "[voxelserver][http][ro
     CHECK(head.header("ETag") == get.header("ETag"));
 }
 
-TEST_CASE("an entity tag that is still right is answered 304 without a body", "[voxelserver][http][router]") {
-    const std::string path = GENERATE("/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/boxes/0/1000/0/0");
+TEST_CASE("an entity tag that is still right is answered 304 without a body",
+          "[voxelserver][http][router]") {
+    const std::string path =
+        GENERATE("/v2/world", "/v2/boxes/0/0/0/0", "/v2/boxes/0/0/1/0", "/v2/boxes/0/1000/0/0");
     Fixture f;
     const Response first = f.get(path);
     const std::string etag = first.header("ETag");
@@ -115,9 +160,11 @@ TEST_CASE("an entity tag that is still right is answered 304 without a body", "[
     CHECK(f.get(path, {{"If-None-Match", "\"other\""}}).status == first.status);
 }
 
-TEST_CASE("a box is sent as a zstd frame to who takes that, and as it is to others", "[voxelserver][http][router]") {
+TEST_CASE("a box is sent as a zstd frame to who takes that, and as it is to others",
+          "[voxelserver][http][router]") {
     Fixture f;
-    const Response packed = f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "gzip, zstd"}}), plain = f.get("/v2/boxes/0/1/-1/-1");
+    const Response packed = f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "gzip, zstd"}}),
+                   plain = f.get("/v2/boxes/0/1/-1/-1");
     for (const Response* r : {&packed, &plain}) {
         CHECK(r->header("Content-Type") == voxel::kBoxMediaType);
         CHECK(r->header("Vary") == "Accept-Encoding");
@@ -127,7 +174,8 @@ TEST_CASE("a box is sent as a zstd frame to who takes that, and as it is to othe
     CHECK(packed.header("ETag") != plain.header("ETag"));
     const auto box = voxel::decompress_box(std::as_bytes(std::span(*packed.body)), "the reply");
     CHECK(box->key() == voxel::BoxKey{0, 1, -1, -1});
-    const bool same = std::string_view(reinterpret_cast<const char*>(box->blob().data()), box->blob().size()) == *plain.body;
+    const bool same = std::string_view(reinterpret_cast<const char*>(box->blob().data()),
+                                       box->blob().size()) == *plain.body;
     CHECK(same);
     CHECK(f.get("/v2/boxes/0/1/-1/-1", {{"Accept-Encoding", "identity;q=0"}}).status == 406);
 }
@@ -141,13 +189,15 @@ TEST_CASE("air is 204 without body and type", "[voxelserver][http][router]") {
     CHECK(r.header("ETag") == "\"air\"");
 }
 
-TEST_CASE("a box that cannot be made is a problem that says why, not air", "[voxelserver][http][router]") {
+TEST_CASE("a box that cannot be made is a problem that says why, not air",
+          "[voxelserver][http][router]") {
     Fixture f;
     f.world.failing.insert({0, 0, 0, 0});
     const Response r = f.get("/v2/boxes/0/0/0/0");
     CHECK(r.status == 500);
     CHECK(r.header("Content-Type") == "application/problem+json");
-    CHECK_THAT(json_of(r)["detail"].get<std::string>(), test::contains("decode the square 'a\"b': damaged"));
+    CHECK_THAT(json_of(r)["detail"].get<std::string>(),
+               test::contains("decode the square 'a\"b': damaged"));
     CHECK(r.header("ETag").empty());
     CHECK(f.get("/v2/boxes/0/1/0/0").status == 200);
     f.world.columns_fail = true;
@@ -162,11 +212,15 @@ TEST_CASE("the world is described as the client reads it", "[voxelserver][http][
     CHECK(info.levels == f.world.info().levels);
 }
 
-TEST_CASE("a column tells its boxes, and heights in voxels of level 0 within the world", "[voxelserver][http][router]") {
+TEST_CASE("a column tells its boxes, and heights in voxels of level 0 within the world",
+          "[voxelserver][http][router]") {
     Fixture f;
-    CHECK(json_of(f.get("/v2/columns/0/0/0")) == nlohmann::json{{"by_begin", -1}, {"by_end", 2}, {"min_y", -256}, {"max_y", 512}});
-    CHECK(json_of(f.get("/v2/columns/2/0/0")) == nlohmann::json{{"by_begin", -1}, {"by_end", 1}, {"min_y", -256}, {"max_y", 512}});
-    CHECK(json_of(f.get("/v2/columns/0/-7/0")) == nlohmann::json{{"by_begin", 0}, {"by_end", 0}, {"min_y", 0}, {"max_y", 0}});
+    CHECK(json_of(f.get("/v2/columns/0/0/0")) ==
+          nlohmann::json{{"by_begin", -1}, {"by_end", 2}, {"min_y", -256}, {"max_y", 512}});
+    CHECK(json_of(f.get("/v2/columns/2/0/0")) ==
+          nlohmann::json{{"by_begin", -1}, {"by_end", 1}, {"min_y", -256}, {"max_y", 512}});
+    CHECK(json_of(f.get("/v2/columns/0/-7/0")) ==
+          nlohmann::json{{"by_begin", 0}, {"by_end", 0}, {"min_y", 0}, {"max_y", 0}});
 }
 
 TEST_CASE("statistics count requests by route and status", "[voxelserver][http][router]") {
@@ -184,7 +238,8 @@ TEST_CASE("statistics count requests by route and status", "[voxelserver][http][
     CHECK(json["stages"].at(0)["name"] == "compression");
 }
 
-TEST_CASE("when the line is full, further boxes are refused with 503 and a time to ask again", "[voxelserver][http][router]") {
+TEST_CASE("when the line is full, further boxes are refused with 503 and a time to ask again",
+          "[voxelserver][http][router]") {
     test::FakeWorld world;
     util::StageTimes times;
     boxes::BoxCache boxes(world, times, {.makers = 1, .queue = 0, .ahead = false});
@@ -192,7 +247,8 @@ TEST_CASE("when the line is full, further boxes are refused with 503 and a time 
     world.hold();
     Response first;
     std::thread slow([&] { first = router.handle(Request{"GET", "/v2/boxes/0/0/0/0", {}}); });
-    while (world.asked == 0) std::this_thread::yield();
+    while (world.asked == 0)
+        std::this_thread::yield();
     const Response refused = router.handle(Request{"GET", "/v2/boxes/0/1/0/0", {}});
     CHECK(refused.status == 503);
     CHECK(refused.header("Retry-After") == "1");
@@ -206,13 +262,18 @@ TEST_CASE("when the line is full, further boxes are refused with 503 and a time 
 TEST_CASE("with a token, only open routes answer without it", "[voxelserver][http][router]") {
     Fixture f;
     http::Router router(http::Service{f.world, f.times, f.boxes}, "s3cret");
-    const auto status = [&](const char* path, std::vector<Header> headers = {}) { return router.handle(Request{"GET", path, std::move(headers)}).status; };
+    const auto status = [&](const char* path, std::vector<Header> headers = {}) {
+        return router.handle(Request{"GET", path, std::move(headers)}).status;
+    };
     CHECK(status("/healthz") == 200);
-    for (const char* path : {"/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/v2/stats", "/nothing"}) {
+    for (const char* path :
+         {"/v2/world", "/v2/boxes/0/0/0/0", "/metrics", "/v2/stats", "/nothing"}) {
         INFO(path);
         CHECK(status(path) == 401);
     }
-    for (const char* wrong : {"Bearer s3cre", "Bearer s3crets", "Bearer S3cret", "Bearer ", "Bearer", "Basic s3cret", "s3cret", "", "Bearer s3cret, Bearer s3cret"}) {
+    for (const char* wrong :
+         {"Bearer s3cre", "Bearer s3crets", "Bearer S3cret", "Bearer ", "Bearer", "Basic s3cret",
+          "s3cret", "", "Bearer s3cret, Bearer s3cret"}) {
         INFO(wrong);
         CHECK(status("/v2/world", {{"Authorization", wrong}}) == 401);
     }
@@ -227,7 +288,8 @@ TEST_CASE("a host name that is none of the server's is refused before all else",
     http::Router router(http::Service{f.world, f.times, f.boxes}, "",
                         net::HttpNames("127.0.0.1", {"voxels.example.org"}));
     for (const http::RouteFacts& route : http::routes()) {
-        if (route.path.front() != '/') continue;
+        if (route.path.front() != '/')
+            continue;
         INFO(route.path);
         const Response r = router.handle(
             Request{route.post ? "POST" : "GET", route.path, {{"Host", "attacker.example:8888"}}});
@@ -368,7 +430,8 @@ TEST_CASE("the page may load its own files alone, and be shown in no other page"
     }
 }
 
-TEST_CASE("metrics are in the text format of Prometheus, each family once", "[voxelserver][http][router]") {
+TEST_CASE("metrics are in the text format of Prometheus, each family once",
+          "[voxelserver][http][router]") {
     Fixture f;
     (void)f.get("/v2/boxes/0/0/0/0");
     const Response r = f.get("/metrics");
@@ -382,7 +445,8 @@ TEST_CASE("metrics are in the text format of Prometheus, each family once", "[vo
         std::string hash, what, name;
         if (line.front() == '#') {
             words >> hash >> what >> name;
-            if (what == "HELP") CHECK(families.insert(name).second);
+            if (what == "HELP")
+                CHECK(families.insert(name).second);
             family = name;
             continue;
         }
@@ -390,7 +454,8 @@ TEST_CASE("metrics are in the text format of Prometheus, each family once", "[vo
         CHECK_NOTHROW(std::stod(line.substr(line.rfind(' '))));
     }
     CHECK(r.body->find("terravox_boxes_made_total 1\n") != std::string::npos);
-    CHECK(r.body->find("terravox_http_replies_total{route=\"/v2/boxes/{level}/{bx}/{by}/{bz}\",status=\"200\"} 1\n") != std::string::npos);
+    CHECK(r.body->find("terravox_http_replies_total{route=\"/v2/boxes/{level}/{bx}/{by}/"
+                       "{bz}\",status=\"200\"} 1\n") != std::string::npos);
 }
 
 TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][http][router]") {
@@ -398,7 +463,8 @@ TEST_CASE("the squares are GeoJSON in the world's coordinates", "[voxelserver][h
     http::Service service{f.world, f.times, f.boxes};
     service.squares = [] {
         http::SquareEntry s;
-        s.name = "462_101", s.state = "failed", s.error = "cut \"short\" <b>", s.points = 400, s.min_x = 10, s.max_x = 30, s.min_z = -8, s.max_z = 2;
+        s.name = "462_101", s.state = "failed", s.error = "cut \"short\" <b>", s.points = 400,
+        s.min_x = 10, s.max_x = 30, s.min_z = -8, s.max_z = 2;
         return std::vector{s};
     };
     http::Router router(service);

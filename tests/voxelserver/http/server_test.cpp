@@ -46,12 +46,25 @@ std::string header(const HttpReply& r, const std::string& name) {
 // Mutations of a good request, and plain noise. The seed is all it depends on.
 std::string random_request(std::mt19937& random) {
     const auto below = [&](unsigned n) { return static_cast<std::size_t>(random() % n); };
-    static const std::vector<std::string> kPaths = {
-        "/", "/v2/world", "/v2/boxes/0/0/0/0", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%2f..%2fetc/passwd", "*", "",
-        "/v2/boxes/0/../../../etc/passwd", "//etc/passwd", "/\\..\\..\\etc\\passwd", "http://elsewhere/v2/world",
-        "/v2/world?x=%00&y=../..", "/v2/boxes/0/0/0/99999999999", "/" + std::string(3000, 'a')};
-    static const std::vector<std::string> kMethods = {"GET", "HEAD", "POST", "OPTIONS", "CONNECT", "PROPFIND", "FOO", "get", ""};
-    static const std::vector<std::string> kVersions = {"HTTP/1.1", "HTTP/1.0", "HTTP/0.9", "HTTP/2.0", "HTTP/", "FTP/1.1", ""};
+    static const std::vector<std::string> kPaths = {"/",
+                                                    "/v2/world",
+                                                    "/v2/boxes/0/0/0/0",
+                                                    "/../../etc/passwd",
+                                                    "/%2e%2e/%2e%2e/etc/passwd",
+                                                    "/..%2f..%2fetc/passwd",
+                                                    "*",
+                                                    "",
+                                                    "/v2/boxes/0/../../../etc/passwd",
+                                                    "//etc/passwd",
+                                                    "/\\..\\..\\etc\\passwd",
+                                                    "http://elsewhere/v2/world",
+                                                    "/v2/world?x=%00&y=../..",
+                                                    "/v2/boxes/0/0/0/99999999999",
+                                                    "/" + std::string(3000, 'a')};
+    static const std::vector<std::string> kMethods = {
+        "GET", "HEAD", "POST", "OPTIONS", "CONNECT", "PROPFIND", "FOO", "get", ""};
+    static const std::vector<std::string> kVersions = {
+        "HTTP/1.1", "HTTP/1.0", "HTTP/0.9", "HTTP/2.0", "HTTP/", "FTP/1.1", ""};
     static const std::vector<std::string> kHeaders = {
         "Host: localhost\r\n",
         "Host: x\r\n",
@@ -70,16 +83,20 @@ std::string random_request(std::mt19937& random) {
         "X: \x80\xff\r\n",
         "\r\n",
         "Authorization: Basic Zm9v\r\n"};
-    std::string out = kMethods[below(kMethods.size())] + " " + kPaths[below(kPaths.size())] + " " + kVersions[below(kVersions.size())] + "\r\n";
-    for (std::size_t i = below(5); i > 0; --i) out += kHeaders[below(kHeaders.size())];
+    std::string out = kMethods[below(kMethods.size())] + " " + kPaths[below(kPaths.size())] + " " +
+                      kVersions[below(kVersions.size())] + "\r\n";
+    for (std::size_t i = below(5); i > 0; --i)
+        out += kHeaders[below(kHeaders.size())];
     out += "\r\n";
     switch (below(4)) {
         case 0:  // noise instead
             out.clear();
-            for (std::size_t i = below(400); i > 0; --i) out += static_cast<char>(below(256));
+            for (std::size_t i = below(400); i > 0; --i)
+                out += static_cast<char>(below(256));
             break;
         case 1:  // some bytes changed
-            for (std::size_t i = below(6); i > 0; --i) out[below(static_cast<unsigned>(out.size()))] = static_cast<char>(below(256));
+            for (std::size_t i = below(6); i > 0; --i)
+                out[below(static_cast<unsigned>(out.size()))] = static_cast<char>(below(256));
             break;
         case 2: out.resize(below(static_cast<unsigned>(out.size()))); break;  // cut short
         default: break;
@@ -89,7 +106,8 @@ std::string random_request(std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("a connection serves several requests, one after the other or at once", "[voxelserver][http][server]") {
+TEST_CASE("a connection serves several requests, one after the other or at once",
+          "[voxelserver][http][server]") {
     Fixture f;
     HttpClient client(f.server.port());
     const HttpReply world = client.get("/v2/world");
@@ -97,7 +115,9 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
     CHECK(header(world, "connection") == "keep-alive");
     const HttpReply box = client.get("/v2/boxes/0/0/0/0?ignored=1");
     CHECK(box.status == 200);
-    CHECK(client.get("/v2/boxes/0/0/0/0", "If-None-Match: " + header(box, "etag") + "\r\n").status == 304);
+    CHECK(
+        client.get("/v2/boxes/0/0/0/0", "If-None-Match: " + header(box, "etag") + "\r\n").status ==
+        304);
     CHECK(client.get("/v2/boxes/0/0/1/0").status == 204);
     const HttpReply head = client.get("/v2/boxes/0/0/0/0", "", "HEAD");
     CHECK(header(head, "content-length") == std::to_string(box.body.size()));
@@ -117,14 +137,18 @@ TEST_CASE("a connection serves several requests, one after the other or at once"
     CHECK(old.read_to_end().empty());
 }
 
-TEST_CASE("many who ask for one cold box at once get it from one making", "[voxelserver][http][server]") {
+TEST_CASE("many who ask for one cold box at once get it from one making",
+          "[voxelserver][http][server]") {
     constexpr int kClients = 100;
     Fixture f;
     f.world.hold();
     std::vector<std::future<HttpReply>> replies;
     for (int i = 0; i < kClients; ++i)
-        replies.push_back(std::async(std::launch::async, [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/1/0/0"); }));
-    while (f.cache_waits() < kClients - 1) std::this_thread::yield();
+        replies.push_back(std::async(std::launch::async, [&] {
+            return HttpClient(f.server.port()).get("/v2/boxes/0/1/0/0");
+        }));
+    while (f.cache_waits() < kClients - 1)
+        std::this_thread::yield();
     f.world.release();
     const HttpReply first = replies.front().get();
     CHECK(first.status == 200);
@@ -136,14 +160,16 @@ TEST_CASE("many who ask for one cold box at once get it from one making", "[voxe
     CHECK(f.world.asked == 1);
 }
 
-TEST_CASE("what is no proper request is refused with a problem, and the connection closed", "[voxelserver][http][server]") {
+TEST_CASE("what is no proper request is refused with a problem, and the connection closed",
+          "[voxelserver][http][server]") {
     struct Case {
         const char* name;
         std::string bytes;
         int status;
     };
     std::string many_headers = "GET / HTTP/1.1\r\n";
-    for (int i = 0; i < 100; ++i) many_headers += "X-" + std::to_string(i) + ": 1\r\n";
+    for (int i = 0; i < 100; ++i)
+        many_headers += "X-" + std::to_string(i) + ": 1\r\n";
     const auto c = GENERATE_REF(values<Case>({
         {"noise", "\x01\x02\x03\r\n\r\n", 400},
         {"TLS instead of HTTP",
@@ -198,7 +224,8 @@ TEST_CASE("what is no proper request is refused with a problem, and the connecti
     }
 }
 
-TEST_CASE("500 random requests and path tricks neither stop the server nor make it fail", "[voxelserver][http][server]") {
+TEST_CASE("500 random requests and path tricks neither stop the server nor make it fail",
+          "[voxelserver][http][server]") {
     Fixture f;
     const std::uint32_t seed = 20240621;
     std::mt19937 random(seed);
@@ -274,16 +301,19 @@ TEST_CASE("clients that do not finish their requests give their threads to other
             slow.back()->send(c.sent);
         }
         if (c.replies)
-            for (const auto& client : slow) CHECK(client->read_reply());
+            for (const auto& client : slow)
+                CHECK(client->read_reply());
         for (int i = 0; i < 5; ++i)
             CHECK(HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0").status == 200);
-        // Those that are too many were closed, the longest-waiting ones first. Of the idle ones most
-        // were closed with their replies, as others waited: which are left cannot be said.
-        if (!c.replies) CHECK(slow.front()->wait_for_end());
+        // Those that are too many were closed, the longest-waiting ones first. Of the idle ones
+        // most were closed with their replies, as others waited: which are left cannot be said.
+        if (!c.replies)
+            CHECK(slow.front()->wait_for_end());
     }
 }
 
-TEST_CASE("more connections than threads are all served, and give way to each other", "[voxelserver][http][server]") {
+TEST_CASE("more connections than threads are all served, and give way to each other",
+          "[voxelserver][http][server]") {
     http::ServerOptions options = local();
     options.request_threads = 2;
     // With clients of this test, however busy the machine is.
@@ -293,19 +323,25 @@ TEST_CASE("more connections than threads are all served, and give way to each ot
     for (int i = 0; i < 16; ++i)
         ok.push_back(std::async(std::launch::async, [&] {
             int count = 0;
-            for (int n = 0; n < 20; ++n) count += HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0").status == 200;
+            for (int n = 0; n < 20; ++n)
+                count += HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0").status == 200;
             return count;
         }));
-    for (auto& o : ok) CHECK(o.get() == 20);
+    for (auto& o : ok)
+        CHECK(o.get() == 20);
 }
 
-TEST_CASE("stopping finishes the running request and refuses new ones", "[voxelserver][http][server]") {
+TEST_CASE("stopping finishes the running request and refuses new ones",
+          "[voxelserver][http][server]") {
     Fixture f;
     f.world.hold();
-    auto running = std::async(std::launch::async, [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0"); });
-    while (f.world.asked == 0) std::this_thread::yield();
+    auto running = std::async(std::launch::async,
+                              [&] { return HttpClient(f.server.port()).get("/v2/boxes/0/0/0/0"); });
+    while (f.world.asked == 0)
+        std::this_thread::yield();
     auto stopping = std::async(std::launch::async, [&] { f.server.stop(); });
-    while (HttpClient(f.server.port()).get("/healthz").status != 503) std::this_thread::yield();
+    while (HttpClient(f.server.port()).get("/healthz").status != 503)
+        std::this_thread::yield();
     f.world.release();
     const HttpReply reply = running.get();
     CHECK(reply.status == 200);
@@ -315,11 +351,14 @@ TEST_CASE("stopping finishes the running request and refuses new ones", "[voxels
     f.server.stop();  // once more changes nothing
 }
 
-TEST_CASE("a port in use or an address that is none is an error that names it", "[voxelserver][http][server]") {
+TEST_CASE("a port in use or an address that is none is an error that names it",
+          "[voxelserver][http][server]") {
     Fixture f;
     http::ServerOptions taken = local();
     taken.port = f.server.port();
-    CHECK_THROWS_WITH(http::check_can_listen(taken), test::contains("127.0.0.1:" + std::to_string(taken.port)) && test::contains("in use"));
+    CHECK_THROWS_WITH(
+        http::check_can_listen(taken),
+        test::contains("127.0.0.1:" + std::to_string(taken.port)) && test::contains("in use"));
     CHECK_THROWS_AS(http::Server(f.router, taken), Error);
     for (const char* bind : {"localhost", "127.0.0.1,8080", "", "1.2.3", "127.0.0.1s"}) {
         http::ServerOptions bad = local();

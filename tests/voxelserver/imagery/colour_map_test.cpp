@@ -22,7 +22,9 @@ namespace {
 class Palette {
 public:
     explicit Palette(const std::string& text) { write("test.toml", text); }
-    void write(const std::string& name, const std::string& text) const { std::ofstream(m_folder.path() / name) << text; }
+    void write(const std::string& name, const std::string& text) const {
+        std::ofstream(m_folder.path() / name) << text;
+    }
     [[nodiscard]] std::string path() const { return (m_folder.path() / "test.toml").string(); }
     [[nodiscard]] ColourMap load() const { return ColourMap::load(path()); }
 
@@ -58,10 +60,15 @@ colour = "#707070"
 
 /// CIELAB by the C library: the check on to_lab's own arithmetic.
 Lab lab_by_libm(Rgb8 c) {
-    const auto linear = [](int v) { return v <= 10 ? v / 255.0 / 12.92 : std::pow((v / 255.0 + 0.055) / 1.055, 2.4); };
+    const auto linear = [](int v) {
+        return v <= 10 ? v / 255.0 / 12.92 : std::pow((v / 255.0 + 0.055) / 1.055, 2.4);
+    };
     const double r = linear(c.r), g = linear(c.g), b = linear(c.b);
-    const auto f = [](double t) { return t > 216.0 / 24389 ? std::cbrt(t) : (24389.0 / 27 * t + 16) / 116; };
-    const double x = f((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047), y = f(0.2126729 * r + 0.7151522 * g + 0.0721750 * b),
+    const auto f = [](double t) {
+        return t > 216.0 / 24389 ? std::cbrt(t) : (24389.0 / 27 * t + 16) / 116;
+    };
+    const double x = f((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047),
+                 y = f(0.2126729 * r + 0.7151522 * g + 0.0721750 * b),
                  z = f((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883);
     return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }
@@ -74,15 +81,20 @@ Material nearest_by_trying(Rgb8 colour, std::uint32_t candidates, double& lead) 
     const Lab p = lab_by_libm(colour);
     for (const auto* row : files.back().rows("entry")) {
         const Material m = *voxel::material_from_name((*row)["material"].value_or(std::string()));
-        if ((candidates & bit_of(m)) == 0) continue;
+        if ((candidates & bit_of(m)) == 0)
+            continue;
         const auto v = std::stoul((*row)["colour"].value_or(std::string()).substr(1), nullptr, 16);
-        const Lab q = lab_by_libm({static_cast<std::uint8_t>(v >> 16), static_cast<std::uint8_t>(v >> 8 & 255), static_cast<std::uint8_t>(v & 255)});
+        const Lab q = lab_by_libm({static_cast<std::uint8_t>(v >> 16),
+                                   static_cast<std::uint8_t>(v >> 8 & 255),
+                                   static_cast<std::uint8_t>(v & 255)});
         const double w = files.back().root()["lightness_weight"].value_or(1.0);
         const double d = std::hypot(w * (p.l - q.l), p.a - q.a, p.b - q.b);
         if (d < best) {
-            if (m != out) other = best;
+            if (m != out)
+                other = best;
             best = d, out = m;
-        } else if (m != out) other = std::min(other, d);
+        } else if (m != out)
+            other = std::min(other, d);
     }
     lead = other - best;
     return out;
@@ -113,21 +125,26 @@ TEST_CASE("sRGB becomes CIELAB", "[voxelserver][imagery][colour]") {
     }
 }
 
-TEST_CASE("CIELAB and cube roots need no C library, and agree with it", "[voxelserver][imagery][colour]") {
+TEST_CASE("CIELAB and cube roots need no C library, and agree with it",
+          "[voxelserver][imagery][colour]") {
     double worst = 0, worst_root = 0;
     for (int r = 0; r < 256; r += 5)
         for (int g = 0; g < 256; g += 5)
             for (int b = 0; b < 256; b += 5) {
-                const Rgb8 c{static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(g), static_cast<std::uint8_t>(b)};
+                const Rgb8 c{static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(g),
+                             static_cast<std::uint8_t>(b)};
                 const Lab mine = to_lab(c), other = lab_by_libm(c);
-                worst = std::max({worst, std::abs(mine.l - other.l), std::abs(mine.a - other.a), std::abs(mine.b - other.b)});
+                worst = std::max({worst, std::abs(mine.l - other.l), std::abs(mine.a - other.a),
+                                  std::abs(mine.b - other.b)});
             }
     CHECK(worst < 2e-3);  // the published white has five digits
-    for (double x = 1e-6; x < 2; x *= 1.0007) worst_root = std::max(worst_root, std::abs(cube_root(x) / std::cbrt(x) - 1));
+    for (double x = 1e-6; x < 2; x *= 1.0007)
+        worst_root = std::max(worst_root, std::abs(cube_root(x) / std::cbrt(x) - 1));
     CHECK(worst_root < 1e-12);
 }
 
-TEST_CASE("the nearest entry is the one that trying them all finds", "[voxelserver][imagery][colour][property]") {
+TEST_CASE("the nearest entry is the one that trying them all finds",
+          "[voxelserver][imagery][colour][property]") {
     const ColourMap map = ColourMap::load("default");
     CHECK(map.entry_count() >= 40);
     const auto seed = GENERATE(take(1, random(0U, 1'000'000U)));
@@ -136,13 +153,17 @@ TEST_CASE("the nearest entry is the one that trying them all finds", "[voxelserv
     int compared = 0;
     for (int i = 0; i < 20'000; ++i) {
         const auto bits = random_numbers();
-        const Rgb8 c{static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8), static_cast<std::uint8_t>(bits >> 16)};
-        const Group group = std::array{Group::kGround, Group::kDryGround, Group::kBuilding}[(bits >> 24) % 3];
+        const Rgb8 c{static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                     static_cast<std::uint8_t>(bits >> 16)};
+        const Group group =
+            std::array{Group::kGround, Group::kDryGround, Group::kBuilding}[(bits >> 24) % 3];
         double lead = 0;
         const Material expected = nearest_by_trying(c, map.candidates(group), lead);
-        if (lead < 0.05) continue;  // as good as equal: places are rounded to 1/64
+        if (lead < 0.05)
+            continue;  // as good as equal: places are rounded to 1/64
         ++compared;
-        if (map.nearest(c, group) == expected) continue;
+        if (map.nearest(c, group) == expected)
+            continue;
         INFO("colour " << int{c.r} << " " << int{c.g} << " " << int{c.b});
         REQUIRE(map.nearest(c, group) == expected);
     }
@@ -168,7 +189,8 @@ TEST_CASE("near infrared rules out what cannot be", "[voxelserver][imagery][colo
     CHECK(map.nearest(grey, Group::kGround, 0.5F) == Material::kGrass);
     CHECK(map.nearest(grey, Group::kGround, -0.5F) == Material::kRoad);  // too bright for water
     CHECK(map.nearest(dark, Group::kGround, -0.5F) == Material::kWater);
-    CHECK(map.nearest(grey, Group::kBuilding, 0.5F) == Material::kGreyRoof);  // a rule that leaves a group nothing does not hold for it
+    CHECK(map.nearest(grey, Group::kBuilding, 0.5F) ==
+          Material::kGreyRoof);  // a rule that leaves a group nothing does not hold for it
     CHECK(map.by_ndvi(Group::kGround, 0.5F) == Material::kGrass);
     CHECK(map.by_ndvi(Group::kGround, -0.5F) == Material::kAir);  // how dark it is, is not known
     CHECK(map.by_ndvi(Group::kGround, kNoNdvi) == Material::kAir);
@@ -183,7 +205,8 @@ TEST_CASE("a palette extends another", "[voxelserver][imagery][colour]") {
     CHECK(ColourMap::load("paper-rgb").entry_count() >= 40);
 }
 
-TEST_CASE("a palette of one's own extends one that ships with the program, but first one beside it", "[voxelserver][imagery][colour]") {
+TEST_CASE("a palette of one's own extends one that ships with the program, but first one beside it",
+          "[voxelserver][imagery][colour]") {
     const Palette palette("extends = \"paper-rgb\"\n");
     CHECK(palette.load().entry_count() == ColourMap::load("paper-rgb").entry_count());
     const auto files = read_palette(palette.path());
@@ -194,32 +217,45 @@ TEST_CASE("a palette of one's own extends one that ships with the program, but f
     CHECK(palette.load().entry_count() == 4);
 }
 
-TEST_CASE("a bad palette is refused, naming file, field, value and what is allowed", "[voxelserver][imagery][colour][bad]") {
+TEST_CASE("a bad palette is refused, naming file, field, value and what is allowed",
+          "[voxelserver][imagery][colour][bad]") {
     struct Case {
         const char* name;
         std::string text, message;
     };
-    const std::string entries = "[candidates]\nground = [\"road\"]\n[[entry]]\nmaterial = \"road\"\ncolour = \"#808080\"\n";
+    const std::string entries =
+        "[candidates]\nground = [\"road\"]\n[[entry]]\nmaterial = \"road\"\ncolour = \"#808080\"\n";
     const auto c = GENERATE_COPY(values<Case>({
         {"no TOML", "space = \n", "line 1"},
         {"space", "space = \"hsv\"\n", "space = 'hsv'; allowed: cielab, rgb"},
         {"weight", "lightness_weight = 9\n", "lightness_weight = 9; allowed: 0.05 to 4"},
-        {"weight as text", "lightness_weight = \"1\"\n", "lightness_weight is not a number; allowed: 0.05 to 4"},
-        {"colour", "[[entry]]\nmaterial = \"road\"\ncolour = \"#80808\"\n", "[[entry]] row 1 colour = '#80808'; allowed: \"#rrggbb\""},
-        {"colour with a sign", "[[entry]]\nmaterial = \"road\"\ncolour = \"#-80808\"\n", "colour = '#-80808'"},
-        {"material", "[[entry]]\nmaterial = \"gold\"\ncolour = \"#808080\"\n", "[[entry]] row 1 material = 'gold'; allowed: a material"},
+        {"weight as text", "lightness_weight = \"1\"\n",
+         "lightness_weight is not a number; allowed: 0.05 to 4"},
+        {"colour", "[[entry]]\nmaterial = \"road\"\ncolour = \"#80808\"\n",
+         "[[entry]] row 1 colour = '#80808'; allowed: \"#rrggbb\""},
+        {"colour with a sign", "[[entry]]\nmaterial = \"road\"\ncolour = \"#-80808\"\n",
+         "colour = '#-80808'"},
+        {"material", "[[entry]]\nmaterial = \"gold\"\ncolour = \"#808080\"\n",
+         "[[entry]] row 1 material = 'gold'; allowed: a material"},
         {"air", "[[entry]]\nmaterial = \"air\"\ncolour = \"#808080\"\n", "material = 'air'"},
         {"candidate", "[candidates]\nground = [\"gold\"]\n", "[candidates] ground = 'gold'"},
-        {"candidates no list", "[candidates]\nground = \"road\"\n", "[candidates] ground is not a list"},
-        {"candidate without an entry", "[candidates]\nground = [\"road\", \"sand\"]\n[[entry]]\nmaterial = \"road\"\ncolour = \"#808080\"\n", "names 'sand'"},
+        {"candidates no list", "[candidates]\nground = \"road\"\n",
+         "[candidates] ground is not a list"},
+        {"candidate without an entry",
+         "[candidates]\nground = [\"road\", \"sand\"]\n[[entry]]\nmaterial = \"road\"\ncolour = "
+         "\"#808080\"\n",
+         "names 'sand'"},
         {"no candidates", "title = \"x\"\n", "[candidates] is missing or empty"},
         {"misspelt", "spacing = 1\n", "spacing is no field; allowed: title"},
-        {"misspelt in a row", entries + "[[ndvi]]\nabowe = 1\n", "[[ndvi]] row 1 abowe is no field"},
-        {"index", entries + "[[ndvi]]\nabove = 3\nonly = [\"road\"]\n", "[[ndvi]] row 1 above = 3; allowed: -1 to 1"},
+        {"misspelt in a row", entries + "[[ndvi]]\nabowe = 1\n",
+         "[[ndvi]] row 1 abowe is no field"},
+        {"index", entries + "[[ndvi]]\nabove = 3\nonly = [\"road\"]\n",
+         "[[ndvi]] row 1 above = 3; allowed: -1 to 1"},
         {"rule without effect", entries + "[[ndvi]]\nabove = 0.3\n", "needs one of: only, forbids"},
         {"entries no tables", "entry = 3\n", "entry is no list of tables; allowed: [[entry]]"},
         {"circle", "extends = \"test\"\n", "goes round in a circle"},
-        {"base", "extends = \"nothing\"\n", "extends = 'nothing'; allowed: a palette beside it, or default, paper-rgb"},
+        {"base", "extends = \"nothing\"\n",
+         "extends = 'nothing'; allowed: a palette beside it, or default, paper-rgb"},
         {"base", "extends = 3\n", "extends is no text"},
     }));
     DYNAMIC_SECTION(c.name) {

@@ -11,16 +11,31 @@ namespace fs = std::filesystem;
 
 namespace {
 
-voxel::Fingerprint identity(const fs::path& file) { return imagery::image_identity(file); }
+voxel::Fingerprint identity(const fs::path& file) {
+    return imagery::image_identity(file);
+}
 
-void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+void write(const fs::path& file, const std::string& text) {
+    std::ofstream(file) << text;
+}
 
 }  // namespace
 
 TEST_CASE("an image is another when the files beside it are", "[voxelserver][imagery][identity]") {
-    struct Case { const char* beside; bool other; };
-    const auto c = GENERATE(values<Case>({{"a.tfw", true}, {"a.tifw", true}, {"a.wld", true}, {"a.TFW", true}, {"a.tif.aux.xml", true}, {"a.tif.ovr", true},
-                                          {"a.tif.msk", true}, {"a.prj", true}, {"b.tfw", false}, {"a.txt", false}}));
+    struct Case {
+        const char* beside;
+        bool other;
+    };
+    const auto c = GENERATE(values<Case>({{"a.tfw", true},
+                                          {"a.tifw", true},
+                                          {"a.wld", true},
+                                          {"a.TFW", true},
+                                          {"a.tif.aux.xml", true},
+                                          {"a.tif.ovr", true},
+                                          {"a.tif.msk", true},
+                                          {"a.prj", true},
+                                          {"b.tfw", false},
+                                          {"a.txt", false}}));
     DYNAMIC_SECTION(c.beside) {
         const TemporaryFolder folder;
         const fs::path file = folder.path() / "a.tif";
@@ -46,13 +61,17 @@ TEST_CASE("an image stays what it is in another folder", "[voxelserver][imagery]
     CHECK_THROWS(identity(file));
 }
 
-TEST_CASE("a virtual image is another when an image that it is made of is", "[voxelserver][imagery][identity]") {
+TEST_CASE("a virtual image is another when an image that it is made of is",
+          "[voxelserver][imagery][identity]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "a.tif", vrt = folder.path() / "all.vrt";
     write_one_colour(file, 770'000, 6'277'000, 10, 10, {1, 2, 3});
-    write(vrt, "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><GeoTransform>770000, 1, 0, 6277010, 0, -1</GeoTransform>"
-               "<VRTRasterBand dataType=\"Byte\" band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">a.tif</SourceFilename>"
-               "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>");
+    write(vrt,
+          "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><GeoTransform>770000, 1, 0, 6277010, "
+          "0, -1</GeoTransform>"
+          "<VRTRasterBand dataType=\"Byte\" band=\"1\"><SimpleSource><SourceFilename "
+          "relativeToVRT=\"1\">a.tif</SourceFilename>"
+          "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>");
     const auto before = identity(vrt);
     CHECK((identity(vrt) == before));
     write_one_colour(file, 770'000, 6'277'000, 10, 10, {1, 2, 4});

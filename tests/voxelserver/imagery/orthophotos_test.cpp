@@ -32,7 +32,8 @@ std::string at(const Orthophotos& photos, double east, double north) {
 
 }  // namespace
 
-TEST_CASE("a column has the mean of a finer image's pixels, weighed by their area", "[voxelserver][imagery][ortho]") {
+TEST_CASE("a column has the mean of a finer image's pixels, weighed by their area",
+          "[voxelserver][imagery][ortho]") {
     const double pixel_m = GENERATE(0.1, 0.2, 0.25, 0.5, 1.0);
     INFO(pixel_m << " m a pixel");
     const TemporaryFolder folder;
@@ -42,7 +43,8 @@ TEST_CASE("a column has the mean of a finer image's pixels, weighed by their are
     image.value = noise;
     write_image(folder.path() / "a.tif", image);
     const auto f = frame();
-    const Raster raster = Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 20) , 20, 20);
+    const Raster raster =
+        Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 20), 20, 20);
     const int n = static_cast<int>(std::lround(1 / pixel_m));
     int wrong = 0;
     for (int z = 0; z < 20; ++z)
@@ -50,14 +52,19 @@ TEST_CASE("a column has the mean of a finer image's pixels, weighed by their are
             std::array<int, 3> sum{};
             for (int j = 0; j < n; ++j)
                 for (int i = 0; i < n; ++i)
-                    for (int b = 0; b < 3; ++b) sum[static_cast<std::size_t>(b)] += noise(x * n + i, z * n + j, b);
-            const auto mean = [&](int b) { return std::to_string((sum[static_cast<std::size_t>(b)] + n * n / 2) / (n * n)); };
-            if (column_text(raster, x, z) != mean(0) + "," + mean(1) + "," + mean(2) + " -") ++wrong;
+                    for (int b = 0; b < 3; ++b)
+                        sum[static_cast<std::size_t>(b)] += noise(x * n + i, z * n + j, b);
+            const auto mean = [&](int b) {
+                return std::to_string((sum[static_cast<std::size_t>(b)] + n * n / 2) / (n * n));
+            };
+            if (column_text(raster, x, z) != mean(0) + "," + mean(1) + "," + mean(2) + " -")
+                ++wrong;
         }
     CHECK(wrong == 0);
 }
 
-TEST_CASE("a coarser image is bilinear between its pixels' centres", "[voxelserver][imagery][ortho]") {
+TEST_CASE("a coarser image is bilinear between its pixels' centres",
+          "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     ImageFile image;
     image.width = 3, image.height = 2;
@@ -65,14 +72,17 @@ TEST_CASE("a coarser image is bilinear between its pixels' centres", "[voxelserv
     image.value = [](int x, int, int) { return 100 * x; };
     write_image(folder.path() / "a.tif", image);
     const Orthophotos photos({folder.path()}, frame());
-    CHECK(at(photos, 0.5, 10) == "0,0,0 -");        // left of the first centre: the edge's value
-    CHECK(at(photos, 10.5, 10) == "55,55,55 -");    // centres at 5, 15, 25 m
+    CHECK(at(photos, 0.5, 10) == "0,0,0 -");      // left of the first centre: the edge's value
+    CHECK(at(photos, 10.5, 10) == "55,55,55 -");  // centres at 5, 15, 25 m
     CHECK(at(photos, 15.5, 10) == "105,105,105 -");
     CHECK(at(photos, 29.5, 10) == "200,200,200 -");
     CHECK(at(photos, 30.5, 10) == "- -");
 }
 
-TEST_CASE("where images overlap the finer wins, then the newer, then the name; the order of naming says nothing", "[voxelserver][imagery][ortho]") {
+TEST_CASE(
+    "where images overlap the finer wins, then the newer, then the name; the order of naming says "
+    "nothing",
+    "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     const auto path = [&](const char* name) { return folder.path() / name; };
     SECTION("finer first") {
@@ -86,14 +96,18 @@ TEST_CASE("where images overlap the finer wins, then the newer, then the name; t
         write_image(path("b.tif"), plain(1, 20, "2019:06:01 12:00:00"));
         write_image(path("c.tif"), plain(1, 30, "2021:06:01 12:00:00"));
         write_image(path("d.tif"), plain(1, 40, "some day of 2030  !"));
-        CHECK(at(Orthophotos({path("a.tif"), path("b.tif"), path("c.tif"), path("d.tif")}, frame()), 5, 5) == "30,30,30 -");
-        CHECK(at(Orthophotos({path("d.tif"), path("c.tif"), path("b.tif"), path("a.tif")}, frame()), 5, 5) == "30,30,30 -");
+        CHECK(at(Orthophotos({path("a.tif"), path("b.tif"), path("c.tif"), path("d.tif")}, frame()),
+                 5, 5) == "30,30,30 -");
+        CHECK(at(Orthophotos({path("d.tif"), path("c.tif"), path("b.tif"), path("a.tif")}, frame()),
+                 5, 5) == "30,30,30 -");
         const auto order = Orthophotos({folder.path()}, frame()).order();
         REQUIRE(order.size() == 4);
-        CHECK((order[0].filename() == "c.tif" && order[1].filename() == "b.tif" && order[2].filename() == "a.tif" && order[3].filename() == "d.tif"));
+        CHECK((order[0].filename() == "c.tif" && order[1].filename() == "b.tif" &&
+               order[2].filename() == "a.tif" && order[3].filename() == "d.tif"));
     }
     SECTION("then the name, even from other folders") {
-        std::filesystem::create_directories(path("x")), std::filesystem::create_directories(path("y"));
+        std::filesystem::create_directories(path("x")),
+            std::filesystem::create_directories(path("y"));
         write_image(folder.path() / "y" / "a.tif", plain(1, 10));
         write_image(folder.path() / "x" / "b.tif", plain(1, 20));
         CHECK(at(Orthophotos({path("x"), path("y")}, frame()), 5, 5) == "10,10,10 -");
@@ -101,7 +115,9 @@ TEST_CASE("where images overlap the finer wins, then the newer, then the name; t
     SECTION("the finer image's gaps are filled by the coarser") {
         auto fine = plain(0.5, 20);
         fine.nodata = 0;
-        fine.value = [](int x, int, int) { return x < 60 ? 0 : 20; };  // the western 30 m have no data
+        fine.value = [](int x, int, int) {
+            return x < 60 ? 0 : 20;
+        };  // the western 30 m have no data
         write_image(path("a.tif"), fine);
         write_image(path("b.tif"), plain(2, 10));
         const Orthophotos photos({folder.path()}, frame());
@@ -111,20 +127,25 @@ TEST_CASE("where images overlap the finer wins, then the newer, then the name; t
     }
 }
 
-TEST_CASE("tiles of a mosaic meet without a gap, whatever their edges", "[voxelserver][imagery][ortho]") {
+TEST_CASE("tiles of a mosaic meet without a gap, whatever their edges",
+          "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     for (int i = 0; i < 3; ++i) {
         ImageFile image;
         image.width = 67, image.height = 300;
         image.geo = {kEast0 + 0.37 + i * 67 * 0.2, 0.2, 0, kNorth0 + 50, 0, -0.2};
-        image.value = [i](int x, int, int) { return i * 67 + x; };  // brighter to the east, by 5 a metre
+        image.value = [i](int x, int, int) {
+            return i * 67 + x;
+        };  // brighter to the east, by 5 a metre
         write_image(folder.path() / (std::to_string(i) + ".tif"), image);
     }
     const auto f = frame();
-    const Raster raster = Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 40), 42, 20);
+    const Raster raster =
+        Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 40), 42, 20);
     for (int x = 1; x < 40; ++x) {
         const double expected = (x + 0.5 - 0.37) * 5 - 0.5;
-        INFO("column " << x << ": " << column_text(raster, x, 7) << ", expected about " << expected);
+        INFO("column " << x << ": " << column_text(raster, x, 7) << ", expected about "
+                       << expected);
         REQUIRE(raster.flags[static_cast<std::size_t>(7 * 42 + x)] == Raster::kColour);
         CHECK(std::abs(raster.colour[static_cast<std::size_t>(7 * 42 + x)].r - expected) <= 2.5);
     }
@@ -134,7 +155,9 @@ TEST_CASE("a nodata value counts only where all colours have it", "[voxelserver]
     const TemporaryFolder folder;
     ImageFile image;
     image.nodata = 0;
-    image.value = [](int x, int, int band) { return x < 50 ? 0 : band == 0 ? 0 : 90; };  // the east is cyan: its red is 0
+    image.value = [](int x, int, int band) {
+        return x < 50 ? 0 : band == 0 ? 0 : 90;
+    };  // the east is cyan: its red is 0
     SECTION("8 bits") {}
     SECTION("16 bits") {
         image.type = GDT_UInt16;
@@ -161,57 +184,74 @@ TEST_CASE("of an image that is far too fine an overview is read", "[voxelserver]
     image.value = [](int x, int, int) { return x / 6; };
     write_image(folder.path() / "a.tif", image);
     {
-        GDALDatasetUniquePtr data(GDALDataset::Open((folder.path() / "a.tif").string().c_str(), GDAL_OF_UPDATE));
+        GDALDatasetUniquePtr data(
+            GDALDataset::Open((folder.path() / "a.tif").string().c_str(), GDAL_OF_UPDATE));
         std::array<int, 2> factors{2, 4};
-        REQUIRE(data->BuildOverviews("AVERAGE", 2, factors.data(), 0, nullptr, nullptr, nullptr) == CE_None);
+        REQUIRE(data->BuildOverviews("AVERAGE", 2, factors.data(), 0, nullptr, nullptr, nullptr) ==
+                CE_None);
         // Marked: so that the test sees which was read.
         std::vector<std::uint8_t> marked(300 * 300, 7);
-        REQUIRE(data->GetRasterBand(3)->GetOverview(1)->RasterIO(GF_Write, 0, 0, 300, 300, marked.data(), 300, 300, GDT_Byte, 0, 0, nullptr) == CE_None);
+        REQUIRE(data->GetRasterBand(3)->GetOverview(1)->RasterIO(GF_Write, 0, 0, 300, 300,
+                                                                 marked.data(), 300, 300, GDT_Byte,
+                                                                 0, 0, nullptr) == CE_None);
     }
     const Orthophotos photos({folder.path()}, frame());
     CHECK(at(photos, 30.5, 30) == "101,101,7 -");  // pixels 610 .. 629, a sixth each
 }
 
-TEST_CASE("a rectangle without images gives an empty raster, a far one too", "[voxelserver][imagery][ortho]") {
+TEST_CASE("a rectangle without images gives an empty raster, a far one too",
+          "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     write_image(folder.path() / "a.tif", plain(1, 10));
     const Orthophotos photos({folder.path()}, frame());
     CHECK(photos.read(0, 0, 64, 64).empty());
     CHECK(photos.read(-2'000'000'000, 2'000'000'000, 68, 68).empty());
     CHECK(photos.count() == 1);
-    CHECK_THROWS_WITH(photos.read(0, 0, 0, 64), contains("0 x 64 columns; allowed: 1 to 65536 each"));
+    CHECK_THROWS_WITH(photos.read(0, 0, 0, 64),
+                      contains("0 x 64 columns; allowed: 1 to 65536 each"));
 }
 
-TEST_CASE("an image in degrees, in another zone, or upside down lands in its place", "[voxelserver][imagery][ortho]") {
+TEST_CASE("an image in degrees, in another zone, or upside down lands in its place",
+          "[voxelserver][imagery][ortho]") {
     const std::string crs = GENERATE("EPSG:4326", "EPSG:32631", "EPSG:3857", "EPSG:2154 south up");
     INFO(crs);
     const TemporaryFolder folder;
     const bool same = crs == "EPSG:2154 south up";
     const auto own = geo::Crs::from_text(same ? kCrs : crs);
-    const geo::Transform there(geo::Crs::from_text(kCrs), own), back(own, geo::Crs::from_text(kCrs));
+    const geo::Transform there(geo::Crs::from_text(kCrs), own),
+        back(own, geo::Crs::from_text(kCrs));
     double x0 = kEast0 + 50, y0 = kNorth0 + 50;
     there.apply({&x0, 1}, {&y0, 1});
     const double step = own.geographic() ? 4e-6 : 0.4;
     ImageFile image;
     image.width = image.height = 400, image.crs = same ? kCrs : crs;
-    image.geo = {x0 - 200 * step, step, 0, y0 + (same ? -1 : 1) * 200 * step, 0, same ? step : -step};
+    image.geo = {x0 - 200 * step,    step, 0, y0 + (same ? -1 : 1) * 200 * step, 0,
+                 same ? step : -step};
     image.value = [&](int x, int y, int band) {  // brightness = metres east, north
-        double e = image.geo[0] + (x + 0.5) * image.geo[1], n = image.geo[3] + (y + 0.5) * image.geo[5];
+        double e = image.geo[0] + (x + 0.5) * image.geo[1],
+               n = image.geo[3] + (y + 0.5) * image.geo[5];
         back.apply({&e, 1}, {&n, 1});
-        return std::clamp(static_cast<int>(std::lround(band == 0 ? 2 * (e - kEast0) : band == 1 ? 2 * (n - kNorth0) : 50.0)), 0, 255);
+        return std::clamp(static_cast<int>(std::lround(band == 0   ? 2 * (e - kEast0)
+                                                       : band == 1 ? 2 * (n - kNorth0)
+                                                                   : 50.0)),
+                          0, 255);
     };
     write_image(folder.path() / "a.tif", image);
     const auto f = frame();
-    const Raster raster = Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 100), 100, 100);
+    const Raster raster =
+        Orthophotos({folder.path()}, f).read(voxel_x(f, 0), voxel_z(f, 100), 100, 100);
     REQUIRE(!raster.empty());
     int seen = 0, wrong = 0;
     for (int z = 0; z < 100; ++z)
         for (int x = 0; x < 100; ++x) {
             const auto i = static_cast<std::size_t>(z * 100 + x);
-            if (raster.flags[i] == 0) continue;
+            if (raster.flags[i] == 0)
+                continue;
             ++seen;
             const double north = 100 - z - 0.5, east = x + 0.5;
-            if (std::abs(raster.colour[i].r - 2 * east) > 2.01 || std::abs(raster.colour[i].g - 2 * north) > 2.01) ++wrong;
+            if (std::abs(raster.colour[i].r - 2 * east) > 2.01 ||
+                std::abs(raster.colour[i].g - 2 * north) > 2.01)
+                ++wrong;
         }
     CHECK(seen > 2500);
     CHECK(wrong == 0);
@@ -220,17 +260,22 @@ TEST_CASE("an image in degrees, in another zone, or upside down lands in its pla
 TEST_CASE("threads that read side by side get what one gets", "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     ImageFile image;
-    image.width = image.height = 800, image.geo = {kEast0, 0.25, 0, kNorth0 + 200, 0, -0.25}, image.value = noise;
+    image.width = image.height = 800, image.geo = {kEast0, 0.25, 0, kNorth0 + 200, 0, -0.25},
+    image.value = noise;
     write_image(folder.path() / "a.tif", image);
     const auto f = frame();
     const Orthophotos photos({folder.path()}, f);
     const auto x0 = voxel_x(f, 0), z0 = voxel_z(f, 200);
     std::vector<Raster> alone, together(9);
-    for (int i = 0; i < 9; ++i) alone.push_back(photos.read(x0 + i % 3 * 64 - 2, z0 + i / 3 * 64 - 2, 68, 68));
+    for (int i = 0; i < 9; ++i)
+        alone.push_back(photos.read(x0 + i % 3 * 64 - 2, z0 + i / 3 * 64 - 2, 68, 68));
     {
         std::vector<std::jthread> threads;
         for (int i = 0; i < 9; ++i)
-            threads.emplace_back([&, i] { together[static_cast<std::size_t>(i)] = photos.read(x0 + i % 3 * 64 - 2, z0 + i / 3 * 64 - 2, 68, 68); });
+            threads.emplace_back([&, i] {
+                together[static_cast<std::size_t>(i)] =
+                    photos.read(x0 + i % 3 * 64 - 2, z0 + i / 3 * 64 - 2, 68, 68);
+            });
     }
     for (std::size_t i = 0; i < 9; ++i) {
         CHECK(alone[i].colour == together[i].colour);
@@ -238,7 +283,8 @@ TEST_CASE("threads that read side by side get what one gets", "[voxelserver][ima
     }
 }
 
-TEST_CASE("more files than a process may open at once are read all the same", "[voxelserver][imagery][ortho]") {
+TEST_CASE("more files than a process may open at once are read all the same",
+          "[voxelserver][imagery][ortho]") {
     const TemporaryFolder folder;
     for (int i = 0; i < 300; ++i) {
         ImageFile image;
@@ -253,7 +299,8 @@ TEST_CASE("more files than a process may open at once are read all the same", "[
         int wrong = 0;
         for (int x = 0; x < 600; ++x) {
             const std::string low = std::to_string(x / 2 % 250), high = std::to_string(x / 2 / 250);
-            if (column_text(raster, x, 0) != low + "," + high + "," + high + " -") ++wrong;
+            if (column_text(raster, x, 0) != low + "," + high + "," + high + " -")
+                ++wrong;
         }
         CHECK(wrong == 0);
     }
@@ -281,14 +328,17 @@ TEST_CASE("images that lie beside the world are warned of, once", "[voxelserver]
     }
     SECTION("a metre beside it: where it lies, and where the world") {
         image_at("a.tif", 61, kCrs);
-        CHECK_THAT(said(), contains((folder.path() / "a.tif").string() + " covers nothing of the world"));
-        CHECK_THAT(said(), contains("it lies at E 770061 to 770121, N 6277000 to 6277060 (EPSG:2154)"));
+        CHECK_THAT(said(),
+                   contains((folder.path() / "a.tif").string() + " covers nothing of the world"));
+        CHECK_THAT(said(),
+                   contains("it lies at E 770061 to 770121, N 6277000 to 6277060 (EPSG:2154)"));
         CHECK_THAT(said(), contains("the world at E 770000 to 770060, N 6277000 to 6277060"));
         CHECK_THAT(said(), !contains("assumed"));
     }
     SECTION("far from it, the CRS a guess") {
         image_at("a.tif", -135'000, "");
-        CHECK_THAT(said(), contains("it lies at E 635000 to 635060, N 6277000 to 6277060 (EPSG:2154, assumed: the file names no CRS)"));
+        CHECK_THAT(said(), contains("it lies at E 635000 to 635060, N 6277000 to 6277060 "
+                                    "(EPSG:2154, assumed: the file names no CRS)"));
     }
     SECTION("several: one line for all") {
         image_at("a.tif", 100, kCrs), image_at("b.tif", 200, kCrs), image_at("c.tif", 300, "");

@@ -10,7 +10,8 @@ using voxel::Rgb8;
 
 namespace {
 
-constexpr Rgb8 kMeadow{112, 138, 66}, kAsphalt{116, 116, 120}, kTiles{178, 84, 56}, kSlate{118, 120, 126}, kLake{30, 84, 104};
+constexpr Rgb8 kMeadow{112, 138, 66}, kAsphalt{116, 116, 120}, kTiles{178, 84, 56},
+    kSlate{118, 120, 126}, kLake{30, 84, 104};
 
 /// One column of everything a column can be.
 struct OneColumn {
@@ -24,24 +25,29 @@ struct OneColumn {
 Grid specialized(const OneColumn& c) {
     static const ColourMap map = ColourMap::load("default");
     const std::vector<Rgb8> point{c.points.value_or(Rgb8{})};
-    const std::vector<std::uint8_t> has_point{static_cast<std::uint8_t>(c.points ? 1 : 0)}, covered{static_cast<std::uint8_t>(c.covered ? 1 : 0)};
+    const std::vector<std::uint8_t> has_point{static_cast<std::uint8_t>(c.points ? 1 : 0)},
+        covered{static_cast<std::uint8_t>(c.covered ? 1 : 0)};
     SurfaceColumns columns;
     columns.width = columns.height = 1;
     columns.group = {&c.group, 1}, columns.material = {&c.own, 1}, columns.covered = covered;
-    if (c.points) columns.point_colour = point, columns.has_point_colour = has_point;
+    if (c.points)
+        columns.point_colour = point, columns.has_point_colour = has_point;
     Raster raster;
     if (c.image || c.nir_red) {
         raster.width = raster.height = 1;
         raster.colour = {c.image.value_or(Rgb8{})};
-        raster.flags = {static_cast<std::uint8_t>((c.image ? Raster::kColour : 0) | (c.nir_red ? Raster::kNir : 0))};
-        if (c.nir_red) raster.nir = {(*c.nir_red)[0]}, raster.red = {(*c.nir_red)[1]};
+        raster.flags = {static_cast<std::uint8_t>((c.image ? Raster::kColour : 0) |
+                                                  (c.nir_red ? Raster::kNir : 0))};
+        if (c.nir_red)
+            raster.nir = {(*c.nir_red)[0]}, raster.red = {(*c.nir_red)[1]};
     }
     return specialize(columns, raster, map);
 }
 
 }  // namespace
 
-TEST_CASE("a surface takes the material of its colour, as far as its group allows", "[voxelserver][imagery][specialization]") {
+TEST_CASE("a surface takes the material of its colour, as far as its group allows",
+          "[voxelserver][imagery][specialization]") {
     struct Case {
         const char* name;
         OneColumn column;
@@ -49,23 +55,74 @@ TEST_CASE("a surface takes the material of its colour, as far as its group allow
         int flags;
     };
     const auto c = GENERATE(values<Case>({
-        {"green ground", {Group::kGround, Material::kGround, kMeadow, {}, {}, false}, Material::kGrass, 0},
-        {"grey ground", {Group::kDryGround, Material::kGround, kAsphalt, {}, {}, false}, Material::kRoad, 0},
-        {"blue ground", {Group::kGround, Material::kGround, kLake, {}, {}, false}, Material::kWater, 0},
-        {"red roof", {Group::kBuilding, Material::kRoof, kTiles, {}, {}, false}, Material::kOrangeRoof, 0},
-        {"grey roof", {Group::kBuilding, Material::kRoof, kSlate, {}, {}, false}, Material::kGreyRoof, 0},
-        {"white roof", {Group::kBuilding, Material::kRoof, Rgb8{240, 240, 238}, {}, {}, false}, Material::kFlatRoof, 0},
-        {"vegetation keeps its material", {Group::kVegetation, Material::kHighVegetation, kAsphalt, {}, {}, false}, Material::kHighVegetation, Grid::kFixed},
-        {"water of a class stays", {Group::kWater, Material::kWater, kMeadow, {}, {}, false}, Material::kWater, Grid::kFixed},
-        {"rails stay", {Group::kGround, Material::kRail, kMeadow, {}, {}, false}, Material::kRail, Grid::kFixed},
-        {"nothing there", {Group::kNone, Material::kAir, kMeadow, {}, {}, false}, Material::kAir, Grid::kFixed},
-        {"no colour", {Group::kGround, Material::kGround, {}, {}, {}, false}, Material::kGround, Grid::kSilent},
-        {"the points' colour", {Group::kGround, Material::kGround, {}, kMeadow, {}, false}, Material::kGrass, 0},
-        {"the image before the points", {Group::kGround, Material::kGround, kAsphalt, kMeadow, {}, false}, Material::kRoad, 0},
-        {"covered by a crown", {Group::kGround, Material::kGround, kMeadow, kMeadow, {}, true}, Material::kGround, Grid::kSilent},
-        {"grey with leaves", {Group::kGround, Material::kGround, kAsphalt, {}, {{200, 60}}, false}, Material::kGrass, 0},
-        {"near infrared only, leaves", {Group::kGround, Material::kGround, {}, {}, {{200, 60}}, false}, Material::kGrass, 0},
-        {"near infrared only, no leaves", {Group::kGround, Material::kGround, {}, {}, {{60, 60}}, false}, Material::kGround, Grid::kSilent},
+        {"green ground",
+         {Group::kGround, Material::kGround, kMeadow, {}, {}, false},
+         Material::kGrass,
+         0},
+        {"grey ground",
+         {Group::kDryGround, Material::kGround, kAsphalt, {}, {}, false},
+         Material::kRoad,
+         0},
+        {"blue ground",
+         {Group::kGround, Material::kGround, kLake, {}, {}, false},
+         Material::kWater,
+         0},
+        {"red roof",
+         {Group::kBuilding, Material::kRoof, kTiles, {}, {}, false},
+         Material::kOrangeRoof,
+         0},
+        {"grey roof",
+         {Group::kBuilding, Material::kRoof, kSlate, {}, {}, false},
+         Material::kGreyRoof,
+         0},
+        {"white roof",
+         {Group::kBuilding, Material::kRoof, Rgb8{240, 240, 238}, {}, {}, false},
+         Material::kFlatRoof,
+         0},
+        {"vegetation keeps its material",
+         {Group::kVegetation, Material::kHighVegetation, kAsphalt, {}, {}, false},
+         Material::kHighVegetation,
+         Grid::kFixed},
+        {"water of a class stays",
+         {Group::kWater, Material::kWater, kMeadow, {}, {}, false},
+         Material::kWater,
+         Grid::kFixed},
+        {"rails stay",
+         {Group::kGround, Material::kRail, kMeadow, {}, {}, false},
+         Material::kRail,
+         Grid::kFixed},
+        {"nothing there",
+         {Group::kNone, Material::kAir, kMeadow, {}, {}, false},
+         Material::kAir,
+         Grid::kFixed},
+        {"no colour",
+         {Group::kGround, Material::kGround, {}, {}, {}, false},
+         Material::kGround,
+         Grid::kSilent},
+        {"the points' colour",
+         {Group::kGround, Material::kGround, {}, kMeadow, {}, false},
+         Material::kGrass,
+         0},
+        {"the image before the points",
+         {Group::kGround, Material::kGround, kAsphalt, kMeadow, {}, false},
+         Material::kRoad,
+         0},
+        {"covered by a crown",
+         {Group::kGround, Material::kGround, kMeadow, kMeadow, {}, true},
+         Material::kGround,
+         Grid::kSilent},
+        {"grey with leaves",
+         {Group::kGround, Material::kGround, kAsphalt, {}, {{200, 60}}, false},
+         Material::kGrass,
+         0},
+        {"near infrared only, leaves",
+         {Group::kGround, Material::kGround, {}, {}, {{200, 60}}, false},
+         Material::kGrass,
+         0},
+        {"near infrared only, no leaves",
+         {Group::kGround, Material::kGround, {}, {}, {{60, 60}}, false},
+         Material::kGround,
+         Grid::kSilent},
     }));
     DYNAMIC_SECTION(c.name) {
         const Grid grid = specialized(c.column);
@@ -80,12 +137,14 @@ TEST_CASE("dry ground never becomes water", "[voxelserver][imagery][specializati
         for (int g = 0; g < 256; g += 15)
             for (int b = 0; b < 256; b += 15)
                 for (const float index : {kNoNdvi, -0.9F, 0.0F, 0.9F}) {
-                    const Rgb8 colour{static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(g), static_cast<std::uint8_t>(b)};
+                    const Rgb8 colour{static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(g),
+                                      static_cast<std::uint8_t>(b)};
                     REQUIRE(map.nearest(colour, Group::kDryGround, index) != Material::kWater);
                 }
 }
 
-TEST_CASE("the shipped colours mean what they were seen on", "[voxelserver][imagery][specialization]") {
+TEST_CASE("the shipped colours mean what they were seen on",
+          "[voxelserver][imagery][specialization]") {
     struct Case {
         const char* seen_on;
         Rgb8 colour;
@@ -123,10 +182,14 @@ TEST_CASE("the shipped colours mean what they were seen on", "[voxelserver][imag
         {"forest floor", {61, 84, 45}, Group::kGround, Material::kGrass},
     }));
     static const ColourMap map = ColourMap::load("default");
-    DYNAMIC_SECTION(c.seen_on) { CHECK(voxel::material_name(map.nearest(c.colour, c.group)) == voxel::material_name(c.material)); }
+    DYNAMIC_SECTION(c.seen_on) {
+        CHECK(voxel::material_name(map.nearest(c.colour, c.group)) ==
+              voxel::material_name(c.material));
+    }
 }
 
-TEST_CASE("lists that do not fit the rectangle are refused", "[voxelserver][imagery][specialization][bad]") {
+TEST_CASE("lists that do not fit the rectangle are refused",
+          "[voxelserver][imagery][specialization][bad]") {
     const ColourMap map = ColourMap::load("default");
     const std::vector<Group> group(6, Group::kGround);
     const std::vector<Material> own(6, Material::kGround);
@@ -138,16 +201,18 @@ TEST_CASE("lists that do not fit the rectangle are refused", "[voxelserver][imag
     CHECK_THROWS_WITH(specialize(columns, {}, map), contains("3 x 3 columns"));
 }
 
-TEST_CASE("cells look wet where most of what tells is water", "[voxelserver][imagery][specialization]") {
+TEST_CASE("cells look wet where most of what tells is water",
+          "[voxelserver][imagery][specialization]") {
     const auto w = Material::kWater, g = Material::kGrass, a = Material::kAir;
-    const std::vector<Material> land{w, w, g, g, w,   //
-                                     w, g, a, a, a,   //
+    const std::vector<Material> land{w, w, g, g, w,  //
+                                     w, g, a, a, a,  //
                                      a, a, w, w, w};
     CHECK(looks_wet(land, {}, 5, 3, 2) == std::vector<std::uint8_t>{1, 0, 1, 0, 1, 1});
     CHECK(looks_wet(land, {}, 5, 3, 2, 0.8) == std::vector<std::uint8_t>{0, 0, 1, 0, 1, 1});
     const std::vector<std::uint8_t> told{0, 0, 1, 1, 1, 0, 1, 1, 1, 1, 1, 1, 1, 1, 0};
     CHECK(looks_wet(land, told, 5, 3, 2) == std::vector<std::uint8_t>{0, 0, 1, 0, 1, 0});
-    CHECK(looks_wet(land, {}, 5, 3, 5, 0.5, 0.6) == std::vector<std::uint8_t>{1});   // 10 of 15 tell, 7 are wet
+    CHECK(looks_wet(land, {}, 5, 3, 5, 0.5, 0.6) ==
+          std::vector<std::uint8_t>{1});  // 10 of 15 tell, 7 are wet
     CHECK(looks_wet(land, {}, 5, 3, 5, 0.5, 0.7) == std::vector<std::uint8_t>{0});
     CHECK_THROWS_WITH(looks_wet(land, {}, 5, 4, 2), contains("5 x 4 columns"));
     CHECK_THROWS_WITH(looks_wet(land, {}, 5, 3, 0), contains("allowed: 1 to 4096"));

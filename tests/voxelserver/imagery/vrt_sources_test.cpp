@@ -21,73 +21,123 @@ namespace {
 
 constexpr std::size_t kMany = 4096;
 
-std::vector<fs::path> sources(const std::string& text, std::size_t most = kMany) { return imagery::vrt_sources(text, "/vrt", most); }
+std::vector<fs::path> sources(const std::string& text, std::size_t most = kMany) {
+    return imagery::vrt_sources(text, "/vrt", most);
+}
 
 std::string band(const std::string& source) {
-    return "<VRTRasterBand dataType=\"Byte\" band=\"1\"><SimpleSource>" + source + "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>";
+    return "<VRTRasterBand dataType=\"Byte\" band=\"1\"><SimpleSource>" + source +
+           "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>";
 }
 
 std::string vrt(const std::string& inside) {
-    return "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><GeoTransform>770000, 1, 0, 6277010, 0, -1</GeoTransform>" + inside + "</VRTDataset>";
+    return "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><GeoTransform>770000, 1, 0, 6277010, "
+           "0, -1</GeoTransform>" +
+           inside + "</VRTDataset>";
 }
 
 }  // namespace
 
 TEST_CASE("a virtual image names its sources", "[voxelserver][imagery][vrt]") {
-    struct Case { const char* name; const char* text; std::vector<fs::path> files; };
+    struct Case {
+        const char* name;
+        const char* text;
+        std::vector<fs::path> files;
+    };
     const auto c = GENERATE(values<Case>({
         {"relative", R"(<SourceFilename relativeToVRT="1">a.tif</SourceFilename>)", {"/vrt/a.tif"}},
-        {"relative, other marks", R"(<SourceFilename relativeToVRT = '1' >a.tif</SourceFilename>)", {"/vrt/a.tif"}},
-        {"not relative", R"(<SourceFilename relativeToVRT="0">/x/a.tif</SourceFilename>)", {"/x/a.tif"}},
-        {"relative to where the program runs", R"(<SourceFilename relativeToVRT="0">x/a.tif</SourceFilename>)", {"x/a.tif"}},
+        {"relative, other marks",
+         R"(<SourceFilename relativeToVRT = '1' >a.tif</SourceFilename>)",
+         {"/vrt/a.tif"}},
+        {"not relative",
+         R"(<SourceFilename relativeToVRT="0">/x/a.tif</SourceFilename>)",
+         {"/x/a.tif"}},
+        {"relative to where the program runs",
+         R"(<SourceFilename relativeToVRT="0">x/a.tif</SourceFilename>)",
+         {"x/a.tif"}},
         {"nothing said", "<SourceFilename>/x/a.tif</SourceFilename>", {"/x/a.tif"}},
-        {"relative, and yet not", R"(<SourceFilename relativeToVRT="1">/x/a.tif</SourceFilename>)", {"/x/a.tif"}},
-        {"other attributes", R"(<SourceFilename shared="0" a="x=1" relativeToVRT="1" b=''>a.tif</SourceFilename>)", {"/vrt/a.tif"}},
-        {"names in any case", R"(<sourcefilename RELATIVETOVRT="1">a.tif</sourcefilename>)", {"/vrt/a.tif"}},
-        {"of a warped image", R"(<SourceDataset relativeToVRT="1">a.tif</SourceDataset>)", {"/vrt/a.tif"}},
+        {"relative, and yet not",
+         R"(<SourceFilename relativeToVRT="1">/x/a.tif</SourceFilename>)",
+         {"/x/a.tif"}},
+        {"other attributes",
+         R"(<SourceFilename shared="0" a="x=1" relativeToVRT="1" b=''>a.tif</SourceFilename>)",
+         {"/vrt/a.tif"}},
+        {"names in any case",
+         R"(<sourcefilename RELATIVETOVRT="1">a.tif</sourcefilename>)",
+         {"/vrt/a.tif"}},
+        {"of a warped image",
+         R"(<SourceDataset relativeToVRT="1">a.tif</SourceDataset>)",
+         {"/vrt/a.tif"}},
         {"blanks around", "<SourceFilename>\n  /x/a b.tif\t</SourceFilename>", {"/x/a b.tif"}},
-        {"entities", "<SourceFilename>/x/&lt;a&amp;b&gt;&quot;&apos;&#65;&#x42;&#xfc;&#x20AC;&#x1F600;.tif</SourceFilename>",
+        {"entities",
+         "<SourceFilename>/x/&lt;a&amp;b&gt;&quot;&apos;&#65;&#x42;&#xfc;&#x20AC;&#x1F600;.tif</"
+         "SourceFilename>",
          {"/x/<a&b>\"'AB\xc3\xbc\xe2\x82\xac\xf0\x9f\x98\x80.tif"}},
-        {"no entities", "<SourceFilename>/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif</SourceFilename>", {"/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif"}},
-        {"each once", "<SourceFilename>/b</SourceFilename><SourceFilename>/a</SourceFilename><SourceFilename>/b</SourceFilename>", {"/b", "/a"}},
-        {"empty ones", "<SourceFilename></SourceFilename><SourceFilename/> <SourceFilename> </SourceFilename>", {}},
-        {"other elements", "<SourceFilenames>/a</SourceFilenames><SourceBand>/a</SourceBand><Source>/a</Source>", {}},
+        {"no entities",
+         "<SourceFilename>/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif</SourceFilename>",
+         {"/x/a&b &nbsp; &#; &#xg; &#1114112; &#0;&.tif"}},
+        {"each once",
+         "<SourceFilename>/b</SourceFilename><SourceFilename>/a</SourceFilename><SourceFilename>/"
+         "b</SourceFilename>",
+         {"/b", "/a"}},
+        {"empty ones",
+         "<SourceFilename></SourceFilename><SourceFilename/> <SourceFilename> </SourceFilename>",
+         {}},
+        {"other elements",
+         "<SourceFilenames>/a</SourceFilenames><SourceBand>/a</SourceBand><Source>/a</Source>",
+         {}},
         {"cut short in the name", "<SourceFilename>/a</SourceFilename><SourceFilename>/b", {"/a"}},
         {"cut short in the attribute", "<SourceFilename relativeToVRT=\"1", {}},
-        {"an attribute without end", "<SourceFilename relativeToVRT=\"1>a.tif</SourceFilename>", {"a.tif"}},
+        {"an attribute without end",
+         "<SourceFilename relativeToVRT=\"1>a.tif</SourceFilename>",
+         {"a.tif"}},
         {"no XML", "\x89PNG < > <<SourceFilename", {}},
         {"nothing", "", {}},
     }));
-    DYNAMIC_SECTION(c.name) { CHECK(sources(c.text) == c.files); }
+    DYNAMIC_SECTION(c.name) {
+        CHECK(sources(c.text) == c.files);
+    }
 }
 
 TEST_CASE("a virtual image names no more sources than wanted", "[voxelserver][imagery][vrt]") {
     std::string text;
-    for (int i = 0; i < 20; ++i) text += "<SourceFilename>/" + std::to_string(i) + "</SourceFilename>";
+    for (int i = 0; i < 20; ++i)
+        text += "<SourceFilename>/" + std::to_string(i) + "</SourceFilename>";
     CHECK(sources(text).size() == 20);
     CHECK(sources(text, 7).size() == 7);
     CHECK(sources(text, 0).empty());
 }
 
 TEST_CASE("long texts without an end are read in one go", "[voxelserver][imagery][vrt]") {
-    const char* part = GENERATE("<SourceFilename ", "<SourceFilename>", "<SourceFilename a=\"", "&", "<", "<SourceFilename>&#",
-                                "<SourceFilename relativeToVRT=\"1\">x<");
+    const char* part =
+        GENERATE("<SourceFilename ", "<SourceFilename>", "<SourceFilename a=\"", "&", "<",
+                 "<SourceFilename>&#", "<SourceFilename relativeToVRT=\"1\">x<");
     std::string text;
-    while (text.size() < (std::size_t{4} << 20)) text += part;
+    while (text.size() < (std::size_t{4} << 20))
+        text += part;
     CHECK(sources(text).size() <= 1);
     CHECK(sources(text + ">").size() <= 1);
 }
 
 TEST_CASE("the sources are those that GDAL finds", "[voxelserver][imagery][vrt]") {
-    struct Case { const char* name; const char* file; const char* written; };
-    const auto c = GENERATE(values<Case>({{"plain", "a.tif", "a.tif"}, {"in a folder", "f/a.tif", "f/a.tif"}, {"above", "a.tif", "f/../a.tif"},
-                                          {"marks", "a&b.tif", "a&amp;b.tif"}, {"umlaut", "\xc3\xbc.tif", "&#252;.tif"}, {"blank", "a b.tif", "a b.tif"}}));
+    struct Case {
+        const char* name;
+        const char* file;
+        const char* written;
+    };
+    const auto c = GENERATE(values<Case>({{"plain", "a.tif", "a.tif"},
+                                          {"in a folder", "f/a.tif", "f/a.tif"},
+                                          {"above", "a.tif", "f/../a.tif"},
+                                          {"marks", "a&b.tif", "a&amp;b.tif"},
+                                          {"umlaut", "\xc3\xbc.tif", "&#252;.tif"},
+                                          {"blank", "a b.tif", "a b.tif"}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         fs::create_directories(folder.path() / "f");
         write_one_colour(folder.path() / c.file, 770'000, 6'277'000, 10, 10, {1, 2, 3});
         const fs::path file = folder.path() / "all.vrt";
-        const std::string text = vrt(band(std::string("<SourceFilename relativeToVRT=\"1\">") + c.written + "</SourceFilename>"));
+        const std::string text = vrt(band(std::string("<SourceFilename relativeToVRT=\"1\">") +
+                                          c.written + "</SourceFilename>"));
         std::ofstream(file) << text;
         geo::start_gdal();
         const GDALDatasetUniquePtr data(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER));
@@ -95,26 +145,31 @@ TEST_CASE("the sources are those that GDAL finds", "[voxelserver][imagery][vrt]"
         char** names = data->GetFileList();
         std::vector<fs::path> theirs;
         for (char** n = names; n != nullptr && *n != nullptr; ++n)
-            if (fs::path(*n) != file) theirs.push_back(fs::canonical(*n));
+            if (fs::path(*n) != file)
+                theirs.push_back(fs::canonical(*n));
         CSLDestroy(names);
         std::vector<fs::path> ours;
-        for (const fs::path& f : imagery::vrt_sources(text, file.parent_path(), kMany)) ours.push_back(fs::canonical(f));
+        for (const fs::path& f : imagery::vrt_sources(text, file.parent_path(), kMany))
+            ours.push_back(fs::canonical(f));
         CHECK(ours == theirs);
     }
 }
 
 TEST_CASE("damaged virtual images name something or nothing", "[voxelserver][imagery][vrt]") {
-    const std::string good = vrt(band("<SourceFilename relativeToVRT=\"1\" shared='0'>a&amp;b&#x20;c.tif</SourceFilename>"));
+    const std::string good = vrt(
+        band("<SourceFilename relativeToVRT=\"1\" shared='0'>a&amp;b&#x20;c.tif</SourceFilename>"));
     REQUIRE(sources(good) == std::vector<fs::path>{"/vrt/a&b c.tif"});
     std::mt19937 random(12);
     int found = 0;
     for (int i = 0; i < 20'000; ++i) {
         std::string bad = good.substr(0, random() % 4 == 0 ? random() % good.size() : good.size());
-        for (unsigned n = random() % 4; n > 0 && !bad.empty(); --n) bad[random() % bad.size()] = static_cast<char>(random() % 256);
+        for (unsigned n = random() % 4; n > 0 && !bad.empty(); --n)
+            bad[random() % bad.size()] = static_cast<char>(random() % 256);
         INFO(bad);
         const auto files = sources(bad);
         CHECK(files.size() <= 1);
-        for (const fs::path& file : files) CHECK(!file.empty());
+        for (const fs::path& file : files)
+            CHECK(!file.empty());
         found += static_cast<int>(files.size());
     }
     CHECK(found > 1000);

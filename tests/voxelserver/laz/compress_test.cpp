@@ -20,16 +20,21 @@ std::uint64_t digest(const fs::path& path) {
     const auto info = lidar::read_las_info(path);
     laz::PointStream points(info);
     laz::PointDigest digest(info.point_format);
-    while (points.next()) digest.add(points.point());
+    while (points.next())
+        digest.add(points.point());
     return digest.value();
 }
 
-template <class T> T at(const std::string& bytes, std::size_t offset) {
+template <class T>
+T at(const std::string& bytes, std::size_t offset) {
     T value;
     std::memcpy(&value, bytes.data() + offset, sizeof value);
     return value;
 }
-template <class T> void put(std::string& bytes, std::size_t offset, T value) { std::memcpy(bytes.data() + offset, &value, sizeof value); }
+template <class T>
+void put(std::string& bytes, std::size_t offset, T value) {
+    std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
 
 std::string with_extended_record(std::string las, const std::string& payload) {
     const std::uint64_t start = las.size();
@@ -44,7 +49,8 @@ std::string with_extended_record(std::string las, const std::string& payload) {
 
 }  // namespace
 
-TEST_CASE("a compressed file has every field of every point, and its header", "[voxelserver][laz]") {
+TEST_CASE("a compressed file has every field of every point, and its header",
+          "[voxelserver][laz]") {
     const TemporaryFolder folder;
     const int format = GENERATE(0, 1, 2, 3, 6, 7, 8);
     CAPTURE(format);
@@ -61,7 +67,8 @@ TEST_CASE("a compressed file has every field of every point, and its header", "[
     CHECK(after.substr(131, 96) == before.substr(131, 96));
 }
 
-TEST_CASE("points that are all the same are compressed too, to less than any others", "[voxelserver][laz]") {
+TEST_CASE("points that are all the same are compressed too, to less than any others",
+          "[voxelserver][laz]") {
     const TemporaryFolder folder;
     const int format = GENERATE(0, 1, 6);
     CAPTURE(format);
@@ -69,18 +76,23 @@ TEST_CASE("points that are all the same are compressed too, to less than any oth
     write_sample(las, format, 1);
     constexpr std::uint32_t kPoints = 2'000'000;
     std::string bytes = file_bytes(las);
-    const std::string point = bytes.substr(at<std::uint32_t>(bytes, 96), at<std::uint16_t>(bytes, 105));
+    const std::string point =
+        bytes.substr(at<std::uint32_t>(bytes, 96), at<std::uint16_t>(bytes, 105));
     bytes.resize(at<std::uint32_t>(bytes, 96));
-    for (std::uint32_t i = 0; i < kPoints; ++i) bytes += point;
-    if (format < 6) put(bytes, 107, kPoints);
-    else put(bytes, 247, std::uint64_t{kPoints});
+    for (std::uint32_t i = 0; i < kPoints; ++i)
+        bytes += point;
+    if (format < 6)
+        put(bytes, 107, kPoints);
+    else
+        put(bytes, 247, std::uint64_t{kPoints});
     write_bytes(las, bytes);
     const auto done = laz::compress(las, laz);
     CHECK(done.points == kPoints);
     CHECK(laz::check(laz) == kPoints);
 }
 
-TEST_CASE("every format of the real files keeps its points, with waveforms and extra bytes", "[voxelserver][laz][data]") {
+TEST_CASE("every format of the real files keeps its points, with waveforms and extra bytes",
+          "[voxelserver][laz][data]") {
     const fs::path data = fs::path(TERRAVOX_SHARED_DATA) / "lazpy/testdata";
     if (!fs::exists(data)) {
         WARN("skipped: " << data.string() << " is not there");
@@ -89,7 +101,8 @@ TEST_CASE("every format of the real files keeps its points, with waveforms and e
     const TemporaryFolder folder;
     int seen = 0;
     for (const auto& entry : fs::directory_iterator(data)) {
-        if (entry.path().extension() != ".las") continue;
+        if (entry.path().extension() != ".las")
+            continue;
         CAPTURE(entry.path().string());
         const fs::path laz = folder.path() / "b.laz";
         const auto done = laz::compress(entry.path(), laz);
@@ -150,19 +163,26 @@ TEST_CASE("records behind the points move with their offset", "[voxelserver][laz
     CHECK(digest(las) == digest(laz));
 }
 
-TEST_CASE("what cannot be compressed is refused, and nothing is left behind", "[voxelserver][laz]") {
+TEST_CASE("what cannot be compressed is refused, and nothing is left behind",
+          "[voxelserver][laz]") {
     const TemporaryFolder folder;
     const fs::path las = folder.path() / "c.las", out = folder.path() / "out.laz";
     write_sample(las, 6, 1000);
     const std::string good = file_bytes(las);
-    struct Case { const char* name; std::string bytes; };
+    struct Case {
+        const char* name;
+        std::string bytes;
+    };
     std::string beyond = with_extended_record(good, "x");
     put(beyond, 235, std::uint64_t{10'000'000'000});
     std::string before = with_extended_record(good, "x");
     put(before, 235, std::uint64_t{100});
     const std::vector<Case> cases = {
-        {"cut short", good.substr(0, good.size() - 10)}, {"no LAS", "nothing of the kind"}, {"empty", ""},
-        {"record beyond the end", beyond},               {"record in the header", before},
+        {"cut short", good.substr(0, good.size() - 10)},
+        {"no LAS", "nothing of the kind"},
+        {"empty", ""},
+        {"record beyond the end", beyond},
+        {"record in the header", before},
     };
     for (const Case& c : cases) {
         CAPTURE(c.name);

@@ -1,4 +1,5 @@
-// Files with bytes changed at random: each is tried in a child of its own, so that a crash or a hang is a failure with its number.
+// Files with bytes changed at random: each is tried in a child of its own, so that a crash or a
+// hang is a failure with its number.
 #include <functional>
 #include <random>
 
@@ -16,7 +17,8 @@ namespace fs = std::filesystem;
 
 TEST_CASE("damaged files end in one line, never in a crash", "[voxelserver][laz][damage]") {
     const TemporaryFolder folder;
-    const fs::path las = folder.path() / "a.las", laz = folder.path() / "a.laz", bad = folder.path() / "bad.las", out = folder.path() / "out.laz";
+    const fs::path las = folder.path() / "a.las", laz = folder.path() / "a.laz",
+                   bad = folder.path() / "bad.las", out = folder.path() / "out.laz";
     const int format = GENERATE(3, 7);
     write_sample(las, format, 3000, "LOCAL_CS[\"x\"]");
     (void)laz::compress(las, laz);
@@ -27,14 +29,22 @@ TEST_CASE("damaged files end in one line, never in a crash", "[voxelserver][laz]
             std::mt19937 random(seed);
             std::string bytes = good;
             // Half of them in the header and its records, where counts and offsets are.
-            for (int i = 0; i < 4; ++i) bytes[random() % (seed % 2 == 0 ? std::min<std::size_t>(bytes.size(), 600) : bytes.size())] = static_cast<char>(random());
-            if (seed % 5 == 0) bytes.resize(random() % bytes.size());
+            for (int i = 0; i < 4; ++i)
+                bytes[random() % (seed % 2 == 0 ? std::min<std::size_t>(bytes.size(), 600)
+                                                : bytes.size())] = static_cast<char>(random());
+            if (seed % 5 == 0)
+                bytes.resize(random() % bytes.size());
             write_bytes(bad, bytes);
-            for (const auto& work : std::vector<std::function<void()>>{[&] { (void)laz::check(bad); }, [&] { (void)laz::info_json(bad); },
-                                                                       [&] { (void)laz::compress(bad, out); }, [&] { (void)laz::write_lax(bad); }}) {
+            for (const auto& work : std::vector<std::function<void()>>{
+                     [&] { (void)laz::check(bad); }, [&] { (void)laz::info_json(bad); },
+                     [&] { (void)laz::compress(bad, out); }, [&] { (void)laz::write_lax(bad); }}) {
                 const Outcome outcome = in_child(work);
-                const bool fine = outcome.kind == Outcome::Kind::kDone || (outcome.kind == Outcome::Kind::kError && outcome.text.find('\n') == std::string::npos);
-                CHECKED_ELSE(fine) { FAIL_CHECK(outcome.text); }
+                const bool fine = outcome.kind == Outcome::Kind::kDone ||
+                                  (outcome.kind == Outcome::Kind::kError &&
+                                   outcome.text.find('\n') == std::string::npos);
+                CHECKED_ELSE(fine) {
+                    FAIL_CHECK(outcome.text);
+                }
             }
         }
     }

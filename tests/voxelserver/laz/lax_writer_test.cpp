@@ -23,7 +23,9 @@ std::size_t unfound(const fs::path& cloud) {
     for (const auto& p : all_points(cloud)) {
         bool found = false;
         for (const auto& cell : *cells)
-            found = found || (number >= cell.points.begin && number < cell.points.end && p.x >= cell.min_x && p.x <= cell.max_x && p.y >= cell.min_y && p.y <= cell.max_y);
+            found = found ||
+                    (number >= cell.points.begin && number < cell.points.end && p.x >= cell.min_x &&
+                     p.x <= cell.max_x && p.y >= cell.min_y && p.y <= cell.max_y);
         missed += found ? 0 : 1;
         ++number;
     }
@@ -37,7 +39,8 @@ void write_points(const fs::path& path, std::size_t count, bool shuffled) {
     for (std::size_t i = 0; i < count; ++i) {
         lidar::LasWritePoint p;
         const std::size_t place = shuffled ? random() % 1'000'000 : i * 1'000'000 / count;
-        p.x = 462'000 + static_cast<double>(place % 1000), p.y = 101'000 + static_cast<double>(place / 1000), p.z = 500;
+        p.x = 462'000 + static_cast<double>(place % 1000),
+        p.y = 101'000 + static_cast<double>(place / 1000), p.z = 500;
         writer.write(p);
     }
     writer.close();

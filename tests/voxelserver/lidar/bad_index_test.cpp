@@ -17,33 +17,44 @@ namespace fs = std::filesystem;
 namespace {
 
 const fs::path kShared = TERRAVOX_SHARED_DATA;
-constexpr std::size_t kInfoAt = 375 + 54;  ///< of a COPC file: its record is the first one behind the header
+constexpr std::size_t kInfoAt =
+    375 + 54;  ///< of a COPC file: its record is the first one behind the header
 
 struct Bytes {
     std::string all;
-    template <class T> T get(std::size_t at) const {
+    template <class T>
+    T get(std::size_t at) const {
         T value;
         std::memcpy(&value, all.data() + at, sizeof value);
         return value;
     }
-    template <class T> void set(std::size_t at, T value) { std::memcpy(all.data() + at, &value, sizeof value); }
+    template <class T>
+    void set(std::size_t at, T value) {
+        std::memcpy(all.data() + at, &value, sizeof value);
+    }
     std::size_t root() const { return static_cast<std::size_t>(get<std::uint64_t>(kInfoAt + 40)); }
-    /// Byte of field 0 level, 4 x, 8 y, 12 z, 16 offset, 24 size, 28 points of an entry of the root page.
+    /// Byte of field 0 level, 4 x, 8 y, 12 z, 16 offset, 24 size, 28 points of an entry of the root
+    /// page.
     std::size_t entry(std::size_t i, std::size_t field) const { return root() + 32 * i + field; }
 };
 
 Outcome index_in_child(const fs::path& file) {
-    return in_child([&] { (void)lidar::read_spatial_index(lidar::read_las_info(file)); }, rlim_t{1} << 30, 5);
+    return in_child([&] { (void)lidar::read_spatial_index(lidar::read_las_info(file)); },
+                    rlim_t{1} << 30, 5);
 }
 
 }  // namespace
 
-TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be read", "[voxelserver][lidar][copc][data]") {
+TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be read",
+          "[voxelserver][lidar][copc][data]") {
     if (!fs::exists(kShared / "copcjs")) {
         WARN("skipped: " << kShared.string() << " is not there");
         return;
     }
-    struct Case { const char* name; std::function<void(Bytes&)> lie; };
+    struct Case {
+        const char* name;
+        std::function<void(Bytes&)> lie;
+    };
     const std::vector<Case> cases = {
         {"a page that holds itself",
          [](Bytes& b) {
@@ -63,31 +74,46 @@ TEST_CASE("a COPC hierarchy that lies is refused, and the points can still be re
              b.set(b.entry(1, 16), std::uint64_t{1} << 50);
              b.set(b.entry(1, 24), std::int32_t{32});
          }},
-        {"a page of negative size", [](Bytes& b) { b.set(b.entry(1, 28), std::int32_t{-1}), b.set(b.entry(1, 24), std::int32_t{-32}); }},
+        {"a page of negative size",
+         [](Bytes& b) {
+             b.set(b.entry(1, 28), std::int32_t{-1}), b.set(b.entry(1, 24), std::int32_t{-32});
+         }},
         {"a root page of nothing", [](Bytes& b) { b.set(kInfoAt + 48, std::uint64_t{0}); }},
-        {"a root page of a million gigabytes", [](Bytes& b) { b.set(kInfoAt + 48, std::uint64_t{1} << 50); }},
+        {"a root page of a million gigabytes",
+         [](Bytes& b) { b.set(kInfoAt + 48, std::uint64_t{1} << 50); }},
         {"a root page as large as the file",
          [](Bytes& b) {
              b.set(kInfoAt + 40, std::uint64_t{0});
              b.set(kInfoAt + 48, std::uint64_t{b.all.size() / 32 * 32});
          }},
-        {"a root page of half entries", [](Bytes& b) { b.set(kInfoAt + 48, b.get<std::uint64_t>(kInfoAt + 48) - 16); }},
-        {"a root page beyond the file", [](Bytes& b) { b.set(kInfoAt + 40, std::numeric_limits<std::uint64_t>::max() - 8); }},
-        {"a point too many", [](Bytes& b) { b.set(b.entry(2, 28), b.get<std::int32_t>(b.entry(2, 28)) + 1); }},
-        {"two thousand million points", [](Bytes& b) { b.set(b.entry(2, 28), std::numeric_limits<std::int32_t>::max()); }},
+        {"a root page of half entries",
+         [](Bytes& b) { b.set(kInfoAt + 48, b.get<std::uint64_t>(kInfoAt + 48) - 16); }},
+        {"a root page beyond the file",
+         [](Bytes& b) { b.set(kInfoAt + 40, std::numeric_limits<std::uint64_t>::max() - 8); }},
+        {"a point too many",
+         [](Bytes& b) { b.set(b.entry(2, 28), b.get<std::int32_t>(b.entry(2, 28)) + 1); }},
+        {"two thousand million points",
+         [](Bytes& b) { b.set(b.entry(2, 28), std::numeric_limits<std::int32_t>::max()); }},
         {"a negative number of points", [](Bytes& b) { b.set(b.entry(2, 28), std::int32_t{-2}); }},
         {"a node without its points", [](Bytes& b) { b.set(b.entry(2, 28), std::int32_t{0}); }},
         {"a node of negative size", [](Bytes& b) { b.set(b.entry(2, 24), std::int32_t{-1}); }},
-        {"a node a byte short", [](Bytes& b) { b.set(b.entry(2, 24), b.get<std::int32_t>(b.entry(2, 24)) - 1); }},
-        {"a node between chunks", [](Bytes& b) { b.set(b.entry(2, 16), b.get<std::uint64_t>(b.entry(2, 16)) + 1); }},
+        {"a node a byte short",
+         [](Bytes& b) { b.set(b.entry(2, 24), b.get<std::int32_t>(b.entry(2, 24)) - 1); }},
+        {"a node between chunks",
+         [](Bytes& b) { b.set(b.entry(2, 16), b.get<std::uint64_t>(b.entry(2, 16)) + 1); }},
         {"a node beyond the file", [](Bytes& b) { b.set(b.entry(2, 16), std::uint64_t{1} << 60); }},
-        {"two nodes with the same points", [](Bytes& b) { b.all.replace(b.entry(2, 16), 16, b.all.substr(b.entry(1, 16), 16)); }},
+        {"two nodes with the same points",
+         [](Bytes& b) { b.all.replace(b.entry(2, 16), 16, b.all.substr(b.entry(1, 16), 16)); }},
         {"a level too deep", [](Bytes& b) { b.set(b.entry(2, 0), std::int32_t{64}); }},
         {"a negative level", [](Bytes& b) { b.set(b.entry(2, 0), std::int32_t{-1}); }},
-        {"a node outside of the cube", [](Bytes& b) { b.set(b.entry(2, 4), std::int32_t{1} << 29); }},
+        {"a node outside of the cube",
+         [](Bytes& b) { b.set(b.entry(2, 4), std::int32_t{1} << 29); }},
         {"a cube of no size", [](Bytes& b) { b.set(kInfoAt + 24, 0.0); }},
         {"a cube that is no number", [](Bytes& b) { b.set(kInfoAt + 24, std::nan("")); }},
-        {"a cube elsewhere", [](Bytes& b) { b.set(kInfoAt, b.get<double>(kInfoAt) + 3 * b.get<double>(kInfoAt + 24)); }},
+        {"a cube elsewhere",
+         [](Bytes& b) {
+             b.set(kInfoAt, b.get<double>(kInfoAt) + 3 * b.get<double>(kInfoAt + 24));
+         }},
     };
     const TemporaryFolder folder;
     const Bytes good{file_bytes(kShared / "copcjs" / "ellipsoid.copc.laz")};
@@ -112,8 +138,12 @@ TEST_CASE("a .lax file that lies is refused", "[voxelserver][lidar][lax][data]")
         WARN("skipped: " << kShared.string() << " is not there");
         return;
     }
-    constexpr std::size_t kLevels = 24, kMinX = 36, kCells = 60, kCell = 64, kIntervals = 68, kPoints = 72, kFirst = 76, kLast = 80;
-    struct Case { const char* name; std::function<void(Bytes&)> lie; };
+    constexpr std::size_t kLevels = 24, kMinX = 36, kCells = 60, kCell = 64, kIntervals = 68,
+                          kPoints = 72, kFirst = 76, kLast = 80;
+    struct Case {
+        const char* name;
+        std::function<void(Bytes&)> lie;
+    };
     const std::vector<Case> cases = {
         {"no index at all", [](Bytes& b) { b.all = "LASX"; }},
         {"empty", [](Bytes& b) { b.all.clear(); }},
@@ -123,11 +153,13 @@ TEST_CASE("a .lax file that lies is refused", "[voxelserver][lidar][lax][data]")
         {"four thousand million cells", [](Bytes& b) { b.set(kCells, std::uint32_t{0xFFFFFFFF}); }},
         {"a cell less", [](Bytes& b) { b.set(kCells, b.get<std::uint32_t>(kCells) - 1); }},
         {"a negative cell", [](Bytes& b) { b.set(kCell, std::int32_t{-1}); }},
-        {"a cell below the tree", [](Bytes& b) { b.set(kCell, std::numeric_limits<std::int32_t>::max()); }},
+        {"a cell below the tree",
+         [](Bytes& b) { b.set(kCell, std::numeric_limits<std::int32_t>::max()); }},
         {"intervals without end", [](Bytes& b) { b.set(kIntervals, std::uint32_t{0xFFFFFFFF}); }},
         {"points too many", [](Bytes& b) { b.set(kPoints, b.get<std::uint32_t>(kPoints) + 1); }},
         {"an interval backwards", [](Bytes& b) { b.set(kFirst, b.get<std::uint32_t>(kLast) + 1); }},
-        {"an interval beyond the points", [](Bytes& b) { b.set(kLast, std::uint32_t{0xFFFFFFFF}); }},
+        {"an interval beyond the points",
+         [](Bytes& b) { b.set(kLast, std::uint32_t{0xFFFFFFFF}); }},
         {"bytes behind the last cell", [](Bytes& b) { b.all += "more"; }},
     };
     const TemporaryFolder folder;

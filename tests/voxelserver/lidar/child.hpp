@@ -13,7 +13,8 @@
 
 namespace terravox::test {
 
-/// A sanitizer keeps terabytes of addresses for its own use: under a limit on addresses it could not start.
+/// A sanitizer keeps terabytes of addresses for its own use: under a limit on addresses it could
+/// not start.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else
@@ -27,18 +28,22 @@ struct Outcome {
     std::string text;  ///< what was thrown, or the signal
 };
 
-/// Runs work in a child with limits on memory (but with sanitizers) and time, so that a crash or a hang of it is a result and not the end of the tests.
-/// The process must have no other threads.
-template <class Work> Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t cpu_s = 20) {
+/// Runs work in a child with limits on memory (but with sanitizers) and time, so that a crash or a
+/// hang of it is a result and not the end of the tests. The process must have no other threads.
+template <class Work>
+Outcome in_child(const Work& work, rlim_t memory_bytes = rlim_t{1} << 30, rlim_t cpu_s = 20) {
     int ends[2];
-    if (::pipe(ends) != 0) return {Outcome::Kind::kOther, "no pipe"};
+    if (::pipe(ends) != 0)
+        return {Outcome::Kind::kOther, "no pipe"};
     const pid_t child = ::fork();
     if (child == 0) {
         const rlimit memory{memory_bytes, memory_bytes}, cpu{cpu_s, cpu_s}, core{0, 0};
-        if (!kSanitized) ::setrlimit(RLIMIT_AS, &memory);
+        if (!kSanitized)
+            ::setrlimit(RLIMIT_AS, &memory);
         ::setrlimit(RLIMIT_CPU, &cpu);
         ::setrlimit(RLIMIT_CORE, &core);
-        for (const int fatal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM}) std::signal(fatal, SIG_DFL);  // the test framework's stay in the parent
+        for (const int fatal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM})
+            std::signal(fatal, SIG_DFL);  // the test framework's stay in the parent
         ::alarm(60);
         std::string said;
         try {
@@ -58,14 +63,21 @@ template <class Work> Outcome in_child(const Work& work, rlim_t memory_bytes = r
     ::close(ends[1]);
     std::string said(4096, '\0');
     std::size_t used = 0;
-    for (ssize_t n = 0; (n = ::read(ends[0], said.data() + used, said.size() - used)) > 0;) used += static_cast<std::size_t>(n);
+    for (ssize_t n = 0; (n = ::read(ends[0], said.data() + used, said.size() - used)) > 0;)
+        used += static_cast<std::size_t>(n);
     ::close(ends[0]);
     said.resize(used);
     int status = 0;
     ::waitpid(child, &status, 0);
-    if (WIFSIGNALED(status)) return {Outcome::Kind::kCrashed, "signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")"};
-    if (said.empty()) return {Outcome::Kind::kCrashed, "exit code " + std::to_string(WEXITSTATUS(status))};
-    return {said[0] == 'D' ? Outcome::Kind::kDone : said[0] == 'E' ? Outcome::Kind::kError : Outcome::Kind::kOther, said.substr(1)};
+    if (WIFSIGNALED(status))
+        return {Outcome::Kind::kCrashed, "signal " + std::to_string(WTERMSIG(status)) + " (" +
+                                             ::strsignal(WTERMSIG(status)) + ")"};
+    if (said.empty())
+        return {Outcome::Kind::kCrashed, "exit code " + std::to_string(WEXITSTATUS(status))};
+    return {said[0] == 'D'   ? Outcome::Kind::kDone
+            : said[0] == 'E' ? Outcome::Kind::kError
+                             : Outcome::Kind::kOther,
+            said.substr(1)};
 }
 
 }  // namespace terravox::test

@@ -1,4 +1,5 @@
-// Good files of many kinds, cut and changed at random: read in a child of their own, they end in an Error or with all their points.
+// Good files of many kinds, cut and changed at random: read in a child of their own, they end in an
+// Error or with all their points.
 #include <algorithm>
 #include <random>
 #include <stdexcept>
@@ -20,7 +21,9 @@ namespace {
 
 const fs::path kShared = TERRAVOX_SHARED_DATA;
 
-struct Kind { const char *name, *file; };
+struct Kind {
+    const char *name, *file;
+};
 
 /// One small file of every kind; skipped without the shared data.
 std::vector<Kind> kinds() {
@@ -47,10 +50,14 @@ Outcome read_all(const fs::path& file) {
         const auto info = lidar::read_las_info(file);
         std::uint64_t count = 0;
         const auto ranges = lidar::split_by_chunk(info, 20'000);
-        lidar::read_point_batches(info, ranges, [&](std::span<const lidar::RawPoint> batch) { count += batch.size(); });
-        if (count != info.point_count) throw std::logic_error(std::to_string(count) + " of " + std::to_string(info.point_count) + " points without an error");
+        lidar::read_point_batches(
+            info, ranges, [&](std::span<const lidar::RawPoint> batch) { count += batch.size(); });
+        if (count != info.point_count)
+            throw std::logic_error(std::to_string(count) + " of " +
+                                   std::to_string(info.point_count) + " points without an error");
         const auto sample = lidar::sample_points(info, 100);
-        if (sample.empty() && count > 0) throw std::logic_error("no sample");
+        if (sample.empty() && count > 0)
+            throw std::logic_error("no sample");
     });
 }
 
@@ -58,29 +65,39 @@ Outcome read_index(const fs::path& file) {
     return in_child([&] {
         const auto info = lidar::read_las_info(file);
         const auto index = lidar::read_spatial_index(info);
-        if (!index) return;
+        if (!index)
+            return;
         const auto ranges = index->ranges_over(-1e300, -1e300, 1e300, 1e300);
-        if (ranges.size() != 1 || ranges[0].begin != 0 || ranges[0].end != info.point_count) throw std::logic_error("an index that has lost points");
+        if (ranges.size() != 1 || ranges[0].begin != 0 || ranges[0].end != info.point_count)
+            throw std::logic_error("an index that has lost points");
     });
 }
 
 /// @return what is wrong with the outcome, empty when nothing is
 std::string complaint(const Outcome& outcome) {
-    if (outcome.kind == Outcome::Kind::kDone) return {};
-    if (outcome.kind == Outcome::Kind::kError) return outcome.text.find('\n') == std::string::npos ? "" : "the message has several lines: " + outcome.text;
+    if (outcome.kind == Outcome::Kind::kDone)
+        return {};
+    if (outcome.kind == Outcome::Kind::kError)
+        return outcome.text.find('\n') == std::string::npos
+                   ? ""
+                   : "the message has several lines: " + outcome.text;
     return outcome.text.empty() ? "crashed" : outcome.text;
 }
 
 bool there() {
-    if (fs::exists(kShared / "lazpy") && fs::exists(kShared / "laspy") && fs::exists(kShared / "copcjs")) return true;
+    if (fs::exists(kShared / "lazpy") && fs::exists(kShared / "laspy") &&
+        fs::exists(kShared / "copcjs"))
+        return true;
     WARN("skipped: " << kShared.string() << " is not there");
     return false;
 }
 
 }  // namespace
 
-TEST_CASE("every kind of file cut at random is refused, unless all its points are there", "[voxelserver][lidar][damage][data]") {
-    if (!there()) return;
+TEST_CASE("every kind of file cut at random is refused, unless all its points are there",
+          "[voxelserver][lidar][damage][data]") {
+    if (!there())
+        return;
     const TemporaryFolder folder;
     for (const Kind& kind : kinds()) {
         const std::string whole = file_bytes(kShared / kind.file);
@@ -88,19 +105,24 @@ TEST_CASE("every kind of file cut at random is refused, unless all its points ar
         const fs::path cut = folder.path() / "cut.laz";
         std::mt19937 random(11);
         for (int i = 0; i < 16; ++i) {
-            const std::size_t length = i < 3 ? whole.size() - 1 - random() % 200 : random() % whole.size();
+            const std::size_t length =
+                i < 3 ? whole.size() - 1 - random() % 200 : random() % whole.size();
             write_bytes(cut, whole.substr(0, length));
             const Outcome outcome = read_all(cut);
-            INFO(kind.name << ", seed 11, case " << i << ": " << length << " of " << whole.size() << " bytes: " << outcome.text);
+            INFO(kind.name << ", seed 11, case " << i << ": " << length << " of " << whole.size()
+                           << " bytes: " << outcome.text);
             CHECK(complaint(outcome) == "");
             CHECK(complaint(read_index(cut)) == "");
-            if (outcome.kind == Outcome::Kind::kDone) CHECK(all_raw(lidar::read_las_info(cut)) == wanted);
+            if (outcome.kind == Outcome::Kind::kDone)
+                CHECK(all_raw(lidar::read_las_info(cut)) == wanted);
         }
     }
 }
 
-TEST_CASE("every kind of file with random bytes changed is read whole or refused", "[voxelserver][lidar][damage][data]") {
-    if (!there()) return;
+TEST_CASE("every kind of file with random bytes changed is read whole or refused",
+          "[voxelserver][lidar][damage][data]") {
+    if (!there())
+        return;
     const TemporaryFolder folder;
     for (const Kind& kind : kinds()) {
         const std::string whole = file_bytes(kShared / kind.file);
@@ -110,12 +132,16 @@ TEST_CASE("every kind of file with random bytes changed is read whole or refused
         std::mt19937 random(12);
         for (int i = 0; i < 40; ++i) {
             std::string bytes = whole, told;
-            // Numbers that lead somewhere stand in the header, before and after the points; each also gets its share of anywhere.
+            // Numbers that lead somewhere stand in the header, before and after the points; each
+            // also gets its share of anywhere.
             for (int changes = 1 + i % 4; changes > 0; --changes) {
-                const std::size_t places[] = {random() % points_at, points_at + random() % 160, whole.size() - 1 - random() % 300, random() % whole.size()};
+                const std::size_t places[] = {random() % points_at, points_at + random() % 160,
+                                              whole.size() - 1 - random() % 300,
+                                              random() % whole.size()};
                 const std::size_t at = std::min(places[i % 4], whole.size() - 1);
                 bytes[at] = static_cast<char>(i % 7 == 0 ? 0xFF : i % 7 == 1 ? 0 : random());
-                told += " byte " + std::to_string(at) + " = " + std::to_string(static_cast<unsigned char>(bytes[at]));
+                told += " byte " + std::to_string(at) + " = " +
+                        std::to_string(static_cast<unsigned char>(bytes[at]));
             }
             write_bytes(changed, bytes);
             INFO(kind.name << ", seed 12, case " << i << ":" << told);
@@ -125,7 +151,9 @@ TEST_CASE("every kind of file with random bytes changed is read whole or refused
     }
 }
 
-TEST_CASE("stretches of equal bytes in compressed points end in an error or in points, not in a crash", "[voxelserver][lidar][damage]") {
+TEST_CASE(
+    "stretches of equal bytes in compressed points end in an error or in points, not in a crash",
+    "[voxelserver][lidar][damage]") {
     const int format = GENERATE(0, 1, 3, 6, 7);
     const TemporaryFolder folder;
     const fs::path good = folder.path() / "good.laz", changed = folder.path() / "changed.laz";
@@ -136,36 +164,49 @@ TEST_CASE("stretches of equal bytes in compressed points end in an error or in p
         std::mt19937 random(14);
         for (int i = 0; i < 120'000; ++i) {
             lidar::LasWritePoint p;
-            p.x = i % 1000, p.y = i / 1000 + 0.01 * static_cast<double>(random() % 100), p.z = 0.01 * static_cast<double>(random() % 3000);
-            p.return_number = p.return_count = 1, p.classification = static_cast<std::uint8_t>(random() % 7), p.gps_time_s = i * 1e-5 + static_cast<double>(random() % 3);
+            p.x = i % 1000, p.y = i / 1000 + 0.01 * static_cast<double>(random() % 100),
+            p.z = 0.01 * static_cast<double>(random() % 3000);
+            p.return_number = p.return_count = 1,
+            p.classification = static_cast<std::uint8_t>(random() % 7),
+            p.gps_time_s = i * 1e-5 + static_cast<double>(random() % 3);
             writer.write(p);
         }
         writer.close();
     }
     const std::string whole = file_bytes(good);
     std::mt19937 random(15);
-    // Where the packed bytes of a chunk begin: behind its first point and, from format 6 on, its counts.
+    // Where the packed bytes of a chunk begin: behind its first point and, from format 6 on, its
+    // counts.
     const auto info = lidar::read_las_info(good);
     const lidar::ChunkTable& chunks = *info.chunks;
-    const std::size_t packed = chunks.first_byte[1] + chunks.record_bytes + (chunks.layers > 0 ? 4 + 4 * std::size_t{chunks.layers} : 0);
+    const std::size_t packed = chunks.first_byte[1] + chunks.record_bytes +
+                               (chunks.layers > 0 ? 4 + 4 * std::size_t{chunks.layers} : 0);
     for (int i = 0; i < 12; ++i) {
         std::string bytes = whole;
         // Some from within a chunk to its end: whole layers of the formats that have them.
         const bool to_end = i % 3 == 1;
-        const std::size_t chunk_end = chunks.first_byte[2], from = packed + (chunk_end - packed) * static_cast<std::size_t>(i - i % 3) / 12;
+        const std::size_t chunk_end = chunks.first_byte[2],
+                          from = packed +
+                                 (chunk_end - packed) * static_cast<std::size_t>(i - i % 3) / 12;
         const std::size_t length = to_end ? chunk_end - from : std::size_t{1000} << random() % 6;
-        const std::size_t at = to_end ? from : whole.size() / 20 + random() % (whole.size() * 9 / 10);
+        const std::size_t at =
+            to_end ? from : whole.size() / 20 + random() % (whole.size() * 9 / 10);
         const char value = i % 3 == 0 ? char{0} : static_cast<char>(0xFF);
-        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), std::min(length, whole.size() - at), value);
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                    std::min(length, whole.size() - at), value);
         write_bytes(changed, bytes);
-        INFO("format " << format << ", seed 15, case " << i << ": " << length << " bytes from " << at << " of " << whole.size() << " are " << int{value});
+        INFO("format " << format << ", seed 15, case " << i << ": " << length << " bytes from "
+                       << at << " of " << whole.size() << " are " << int{value});
         CHECK(complaint(read_all(changed)) == "");
-        CHECK(complaint(in_child([&] { (void)lidar::sample_points(lidar::read_las_info(changed), 4096); })) == "");
+        CHECK(complaint(in_child(
+                  [&] { (void)lidar::sample_points(lidar::read_las_info(changed), 4096); })) == "");
     }
 }
 
-TEST_CASE("a .lax file cut or changed at random is refused, or loses no point", "[voxelserver][lidar][damage][lax][data]") {
-    if (!there()) return;
+TEST_CASE("a .lax file cut or changed at random is refused, or loses no point",
+          "[voxelserver][lidar][damage][lax][data]") {
+    if (!there())
+        return;
     const TemporaryFolder folder;
     fs::copy_file(kShared / "lazpy/testdata/pt1_v2.laz", folder.path() / "a.laz");
     const std::string whole = file_bytes(kShared / "lazpy/testdata/pt1_v2.lax");
@@ -173,13 +214,16 @@ TEST_CASE("a .lax file cut or changed at random is refused, or loses no point", 
     for (int i = 0; i < 150; ++i) {
         std::string bytes = whole.substr(0, i % 3 == 0 ? random() % whole.size() : whole.size());
         const std::size_t at = bytes.empty() ? 0 : random() % bytes.size();
-        if (i % 3 != 0) bytes[at] = static_cast<char>(i % 3 == 1 ? 0xFF : random());
+        if (i % 3 != 0)
+            bytes[at] = static_cast<char>(i % 3 == 1 ? 0xFF : random());
         write_bytes(folder.path() / "a.lax", bytes);
         INFO("seed 13, case " << i << ": " << bytes.size() << " bytes, byte " << at << " changed");
         const Outcome outcome = read_index(folder.path() / "a.laz");
         CHECK(complaint(outcome) == "");
-        if (i % 3 == 0) CHECK(outcome.kind == Outcome::Kind::kError);
+        if (i % 3 == 0)
+            CHECK(outcome.kind == Outcome::Kind::kError);
         // Whatever is beside it, the point cloud itself is read.
-        if (i % 50 == 0) CHECK(read_all(folder.path() / "a.laz").kind == Outcome::Kind::kDone);
+        if (i % 50 == 0)
+            CHECK(read_all(folder.path() / "a.laz").kind == Outcome::Kind::kDone);
     }
 }

@@ -21,7 +21,8 @@ namespace {
 const fs::path kShared = TERRAVOX_SHARED_DATA;
 
 bool there(const fs::path& folder) {
-    if (fs::exists(folder)) return true;
+    if (fs::exists(folder))
+        return true;
     WARN("skipped: " << folder.string() << " is not there");
     return false;
 }
@@ -29,20 +30,23 @@ bool there(const fs::path& folder) {
 std::vector<fs::path> clouds_in(const fs::path& folder) {
     std::vector<fs::path> out;
     for (const auto& entry : fs::recursive_directory_iterator(folder))
-        if (entry.path().extension() == ".las" || entry.path().extension() == ".laz") out.push_back(entry.path());
+        if (entry.path().extension() == ".las" || entry.path().extension() == ".laz")
+            out.push_back(entry.path());
     std::sort(out.begin(), out.end());
     return out;
 }
 
 std::size_t differences(const std::vector<LasPoint>& a, const std::vector<LasPoint>& b) {
     std::size_t n = a.size() > b.size() ? a.size() - b.size() : b.size() - a.size();
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) n += same_point(a[i], b[i]) ? 0 : 1;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+        n += same_point(a[i], b[i]) ? 0 : 1;
     return n;
 }
 
 }  // namespace
 
-TEST_CASE("what was written is read: every format, all classes, returns and colours", "[voxelserver][lidar]") {
+TEST_CASE("what was written is read: every format, all classes, returns and colours",
+          "[voxelserver][lidar]") {
     const int format = GENERATE(0, 1, 2, 3, 6, 7, 8);
     const std::string ending = GENERATE(".las", ".laz");
     INFO("format " << format << ending);
@@ -57,14 +61,16 @@ TEST_CASE("what was written is read: every format, all classes, returns and colo
     CHECK(differences(all_points(file), plain_points(plain)) == 0);
 }
 
-TEST_CASE("ranges that start at chunk borders, read at the same time, give the points of one read", "[voxelserver][lidar]") {
+TEST_CASE("ranges that start at chunk borders, read at the same time, give the points of one read",
+          "[voxelserver][lidar]") {
     const std::string ending = GENERATE(".las", ".laz");
     const TemporaryFolder folder;
     const auto file = folder.path() / ("sample" + ending);
     write_sample(file, 6, 180'000);
     const auto whole = all_points(file);
     const auto info = read_las_info(file);
-    for (const std::uint64_t size : {std::uint64_t{1}, std::uint64_t{60'000}, std::uint64_t{100'000}, std::uint64_t{1'000'000}}) {
+    for (const std::uint64_t size : {std::uint64_t{1}, std::uint64_t{60'000},
+                                     std::uint64_t{100'000}, std::uint64_t{1'000'000}}) {
         const auto ranges = split_by_chunk(info, size);
         INFO(ending << ", " << size << " points a range, " << ranges.size() << " ranges");
         std::uint64_t next = 0;
@@ -76,9 +82,12 @@ TEST_CASE("ranges that start at chunk borders, read at the same time, give the p
         }
         CHECK(next == info.point_count);
         std::vector<std::vector<LasPoint>> parts(ranges.size());
-        thread::parallel_for(ranges.size(), 4, [&](std::size_t i) { read_las_points(info, ranges[i], [&](const LasPoint& p) { parts[i].push_back(p); }); });
+        thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
+            read_las_points(info, ranges[i], [&](const LasPoint& p) { parts[i].push_back(p); });
+        });
         std::vector<LasPoint> joined;
-        for (const auto& part : parts) joined.insert(joined.end(), part.begin(), part.end());
+        for (const auto& part : parts)
+            joined.insert(joined.end(), part.begin(), part.end());
         CHECK(differences(joined, whole) == 0);
         CHECK(decode_only(info, 3) == info.point_count);
     }
@@ -100,7 +109,10 @@ TEST_CASE("an empty range or file has no points", "[voxelserver][lidar]") {
 
 TEST_CASE("a file that is no point cloud is refused, naming it", "[voxelserver][lidar]") {
     const TemporaryFolder folder;
-    struct Case { const char *name, *file; std::string bytes, said; };
+    struct Case {
+        const char *name, *file;
+        std::string bytes, said;
+    };
     const auto c = GENERATE(values<Case>({
         {"missing", "none.laz", "", "no such file"},
         {"empty", "empty.las", "", "not a LAS or LAZ file"},
@@ -110,7 +122,8 @@ TEST_CASE("a file that is no point cloud is refused, naming it", "[voxelserver][
     }));
     DYNAMIC_SECTION(c.name) {
         const auto file = folder.path() / c.file;
-        if (std::string(c.name) != "missing") write_bytes(file, c.bytes);
+        if (std::string(c.name) != "missing")
+            write_bytes(file, c.bytes);
         CHECK_THROWS_AS(read_las_info(file), Error);
         CHECK_THROWS_WITH(read_las_info(file), contains(file.string()) && contains(c.said));
     }
@@ -130,20 +143,25 @@ TEST_CASE("a coordinate system that names a file is none", "[voxelserver][lidar]
     const TemporaryFolder folder;
     const fs::path grid = folder.path() / "grid";
     write_bytes(grid, "nobody's business");
-    const std::string wkt = "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"GRS 1980\",6378137,298.257222101],EXTENSION[\"PROJ4_GRIDS\",\"" + grid.string() +
-                            "\"]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
+    const std::string wkt =
+        "GEOGCS[\"x\",DATUM[\"y\",SPHEROID[\"GRS "
+        "1980\",6378137,298.257222101],EXTENSION[\"PROJ4_GRIDS\",\"" +
+        grid.string() + "\"]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
     write_sample(folder.path() / "a.laz", 6, 10, wkt);
     const OpenWatch watch(grid);
     CHECK_FALSE(read_las_info(folder.path() / "a.laz").crs);
     CHECK_FALSE(watch.was_opened());
 }
 
-TEST_CASE("every uncompressed file of the zoo is read as its bytes say", "[voxelserver][lidar][data]") {
+TEST_CASE("every uncompressed file of the zoo is read as its bytes say",
+          "[voxelserver][lidar][data]") {
     const std::string set = GENERATE("pasture", "lazpy/testdata", "laspy", "pdal");
-    if (!there(kShared / set)) return;
+    if (!there(kShared / set))
+        return;
     int read = 0;
     for (const fs::path& file : clouds_in(kShared / set)) {
-        if (file.extension() != ".las" || file.string().find("malformed") != std::string::npos) continue;
+        if (file.extension() != ".las" || file.string().find("malformed") != std::string::npos)
+            continue;
         INFO(file.string());
         LasInfo info;
         try {
@@ -154,14 +172,17 @@ TEST_CASE("every uncompressed file of the zoo is read as its bytes say", "[voxel
             continue;
         }
         ++read;
-        if (info.compatible) continue;  // means more than its bytes say: las_points_test
+        if (info.compatible)
+            continue;  // means more than its bytes say: las_points_test
         CHECK(differences(all_points(file), plain_points(file)) == 0);
     }
     CHECK(read >= 4);
 }
 
-TEST_CASE("the compressed twin of a file holds the same points: all item versions of LASzip", "[voxelserver][lidar][data]") {
-    if (!there(kShared / "lazpy")) return;
+TEST_CASE("the compressed twin of a file holds the same points: all item versions of LASzip",
+          "[voxelserver][lidar][data]") {
+    if (!there(kShared / "lazpy"))
+        return;
     std::map<std::string, fs::path> plain;
     int pairs = 0;
     const auto stem_of = [](const fs::path& file) {
@@ -170,21 +191,25 @@ TEST_CASE("the compressed twin of a file holds the same points: all item version
     };
     const auto files = clouds_in(kShared / "lazpy" / "testdata");
     for (const fs::path& file : files)
-        if (file.extension() == ".las" && file.string().find("malformed") == std::string::npos) plain[stem_of(file)] = file;
+        if (file.extension() == ".las" && file.string().find("malformed") == std::string::npos)
+            plain[stem_of(file)] = file;
     for (const fs::path& file : files) {
-        if (file.extension() != ".laz" || file.string().find("malformed") != std::string::npos) continue;
+        if (file.extension() != ".laz" || file.string().find("malformed") != std::string::npos)
+            continue;
         INFO(file.string());
         const auto twin = plain.find(stem_of(file));
         REQUIRE(twin != plain.end());
         ++pairs;
         const auto compressed = all_points(file), uncompressed = all_points(twin->second);
         REQUIRE(compressed.size() == uncompressed.size());
-        // The uncompressed files of this set hold neither flags nor classes above 31; their twins do.
+        // The uncompressed files of this set hold neither flags nor classes above 31; their twins
+        // do.
         std::size_t different = 0;
         for (std::size_t i = 0; i < compressed.size(); ++i) {
             LasPoint twin_point = uncompressed[i];
             twin_point.withheld = compressed[i].withheld;
-            if (compressed[i].classification > 31) twin_point.classification = compressed[i].classification;
+            if (compressed[i].classification > 31)
+                twin_point.classification = compressed[i].classification;
             different += same_point(compressed[i], twin_point) ? 0 : 1;
         }
         CHECK(different == 0);
@@ -192,25 +217,35 @@ TEST_CASE("the compressed twin of a file holds the same points: all item version
     CHECK(pairs >= 25);
 }
 
-TEST_CASE("real LAZ and COPC files: ranges equal a sequential read, points lie in the stated bounds", "[voxelserver][lidar][data]") {
-    const std::string name = GENERATE("copcjs/ellipsoid.copc.laz", "laspy/tests/data/simple.copc.laz", "pdal/laz/autzen_trim.laz", "pdal/laz/simple-laszip-compressor-version-1.2r0.laz",
-                                      "ign-pdal-tools/test_data_77055_627760_LA93_IGN69.laz", "laspy/tests/data/append-bug.laz", "pasture/32-1-472-150-76.laz");
-    if (!there(kShared / name)) return;
+TEST_CASE(
+    "real LAZ and COPC files: ranges equal a sequential read, points lie in the stated bounds",
+    "[voxelserver][lidar][data]") {
+    const std::string name =
+        GENERATE("copcjs/ellipsoid.copc.laz", "laspy/tests/data/simple.copc.laz",
+                 "pdal/laz/autzen_trim.laz", "pdal/laz/simple-laszip-compressor-version-1.2r0.laz",
+                 "ign-pdal-tools/test_data_77055_627760_LA93_IGN69.laz",
+                 "laspy/tests/data/append-bug.laz", "pasture/32-1-472-150-76.laz");
+    if (!there(kShared / name))
+        return;
     INFO(name);
     const auto info = read_las_info(kShared / name);
     const auto whole = all_points(kShared / name);
     CHECK(whole.size() == info.point_count);
     const auto ranges = split_by_chunk(info, 1);
     std::vector<std::vector<LasPoint>> parts(ranges.size());
-    thread::parallel_for(ranges.size(), 4, [&](std::size_t i) { read_las_points(info, ranges[i], [&](const LasPoint& p) { parts[i].push_back(p); }); });
+    thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
+        read_las_points(info, ranges[i], [&](const LasPoint& p) { parts[i].push_back(p); });
+    });
     std::vector<LasPoint> joined;
-    for (const auto& part : parts) joined.insert(joined.end(), part.begin(), part.end());
+    for (const auto& part : parts)
+        joined.insert(joined.end(), part.begin(), part.end());
     CHECK(differences(joined, whole) == 0);
     std::size_t outside = 0;
     for (const LasPoint& p : whole)
         for (const auto& [v, a] : {std::pair{p.x, 0}, {p.y, 1}, {p.z, 2}}) {
             const auto i = static_cast<std::size_t>(a);
-            outside += v < info.min[i] - 2 * info.scale[i] || v > info.max[i] + 2 * info.scale[i] ? 1 : 0;
+            outside +=
+                v < info.min[i] - 2 * info.scale[i] || v > info.max[i] + 2 * info.scale[i] ? 1 : 0;
         }
     CHECK(outside == 0);
 }

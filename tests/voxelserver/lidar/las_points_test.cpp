@@ -19,7 +19,8 @@ namespace {
 const fs::path kShared = TERRAVOX_SHARED_DATA;
 
 bool there(const fs::path& file) {
-    if (fs::exists(file)) return true;
+    if (fs::exists(file))
+        return true;
     WARN("skipped: " << file.string() << " is not there");
     return false;
 }
@@ -49,16 +50,29 @@ TEST_CASE("batches hold what the points of one read hold", "[voxelserver][lidar]
     std::size_t different = 0;
     for (std::size_t i = 0; i < raw.size(); ++i) {
         const RawPoint& r = raw[i];
-        const LasPoint scaled{r.x * info.scale[0] + info.offset[0], r.y * info.scale[1] + info.offset[1], r.z * info.scale[2] + info.offset[2],
-                              r.classification, r.return_number, r.return_count, r.withheld, r.overlap, r.rgb};
+        const LasPoint scaled{r.x * info.scale[0] + info.offset[0],
+                              r.y * info.scale[1] + info.offset[1],
+                              r.z * info.scale[2] + info.offset[2],
+                              r.classification,
+                              r.return_number,
+                              r.return_count,
+                              r.withheld,
+                              r.overlap,
+                              r.rgb};
         different += same_point(scaled, points[i]) && r.overlap == points[i].overlap ? 0 : 1;
     }
     CHECK(different == 0);
 }
 
-TEST_CASE("ranges in any order, overlapping, empty or single points give the points of one read", "[voxelserver][lidar]") {
-    struct Case { const char* name; int format; const char* ending; };
-    const auto c = GENERATE(values<Case>({{"plain", 6, ".las"}, {"chunked", 1, ".laz"}, {"layered", 7, ".laz"}}));
+TEST_CASE("ranges in any order, overlapping, empty or single points give the points of one read",
+          "[voxelserver][lidar]") {
+    struct Case {
+        const char* name;
+        int format;
+        const char* ending;
+    };
+    const auto c = GENERATE(
+        values<Case>({{"plain", 6, ".las"}, {"chunked", 1, ".laz"}, {"layered", 7, ".laz"}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const fs::path file = folder.path() / (std::string("sample") + c.ending);
@@ -71,9 +85,11 @@ TEST_CASE("ranges in any order, overlapping, empty or single points give the poi
             std::vector<RawPoint> wanted;
             for (int k = 0; k < 1 + i % 5; ++k) {
                 const std::uint64_t begin = random() % whole.size(), most = i % 3 == 0 ? 3 : 60'000;
-                const std::uint64_t end = std::min<std::uint64_t>(whole.size(), begin + random() % most);
+                const std::uint64_t end =
+                    std::min<std::uint64_t>(whole.size(), begin + random() % most);
                 ranges.push_back({begin, end});
-                wanted.insert(wanted.end(), whole.begin() + static_cast<std::ptrdiff_t>(begin), whole.begin() + static_cast<std::ptrdiff_t>(end));
+                wanted.insert(wanted.end(), whole.begin() + static_cast<std::ptrdiff_t>(begin),
+                              whole.begin() + static_cast<std::ptrdiff_t>(end));
                 UNSCOPED_INFO("case " << i << ": " << begin << " to " << end);
             }
             CHECK(points_of(info, ranges) == wanted);
@@ -86,16 +102,24 @@ TEST_CASE("a range beyond the points is refused", "[voxelserver][lidar]") {
     write_sample(folder.path() / "few.laz", 6, 10);
     const auto info = read_las_info(folder.path() / "few.laz");
     const PointRange beyond{5, 11};
-    CHECK_THROWS_WITH(read_point_batches(info, {&beyond, 1}, [](std::span<const RawPoint>) {}), contains("points 5 to 11") && contains("few.laz"));
+    CHECK_THROWS_WITH(read_point_batches(info, {&beyond, 1}, [](std::span<const RawPoint>) {}),
+                      contains("points 5 to 11") && contains("few.laz"));
 }
 
 TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar][data]") {
-    struct Case { const char *file, *plain; std::size_t at; };
-    const auto c = GENERATE(values<Case>({{"pt8_v3.laz", "pt8_v0.las", 36}, {"pt8_v4.laz", "pt8_v0.las", 36},
-                                          {"pt10_v4.laz", "pt10_v0.las", 36}, {"pt8_v0.las", "pt8_v0.las", 36},
-                                          {"pt7_v4.laz", "pt7_v0.las", 0}, {"pt3_v2.laz", "pt3_v0.las", 0}}));
+    struct Case {
+        const char *file, *plain;
+        std::size_t at;
+    };
+    const auto c = GENERATE(values<Case>({{"pt8_v3.laz", "pt8_v0.las", 36},
+                                          {"pt8_v4.laz", "pt8_v0.las", 36},
+                                          {"pt10_v4.laz", "pt10_v0.las", 36},
+                                          {"pt8_v0.las", "pt8_v0.las", 36},
+                                          {"pt7_v4.laz", "pt7_v0.las", 0},
+                                          {"pt3_v2.laz", "pt3_v0.las", 0}}));
     const fs::path folder = kShared / "lazpy" / "testdata";
-    if (!there(folder)) return;
+    if (!there(folder))
+        return;
     DYNAMIC_SECTION(c.file) {
         const auto raw = all_raw(read_las_info(folder / c.file));
         const std::string bytes = file_bytes(folder / c.plain);
@@ -105,7 +129,8 @@ TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar]
         std::size_t different = 0, bright = 0;
         for (std::size_t i = 0; i < raw.size(); ++i) {
             std::uint16_t wanted = 0;
-            if (c.at != 0) std::memcpy(&wanted, bytes.data() + begin + i * record + c.at, 2);
+            if (c.at != 0)
+                std::memcpy(&wanted, bytes.data() + begin + i * record + c.at, 2);
             different += raw[i].nir == wanted ? 0 : 1;
             bright += raw[i].nir != 0 ? 1 : 0;
         }
@@ -116,8 +141,10 @@ TEST_CASE("near infrared is read where the format has it", "[voxelserver][lidar]
 }
 
 TEST_CASE("chunks of varying size can be read in any order", "[voxelserver][lidar][data]") {
-    const std::string name = GENERATE("copcjs/ellipsoid.copc.laz", "laspy/tests/data/simple.copc.laz");
-    if (!there(kShared / name)) return;
+    const std::string name =
+        GENERATE("copcjs/ellipsoid.copc.laz", "laspy/tests/data/simple.copc.laz");
+    if (!there(kShared / name))
+        return;
     const auto info = read_las_info(kShared / name);
     const auto whole = all_raw(info);
     REQUIRE(info.chunks);
@@ -128,22 +155,31 @@ TEST_CASE("chunks of varying size can be read in any order", "[voxelserver][lida
     std::reverse(ranges.begin(), ranges.end());
     std::vector<RawPoint> wanted;
     for (const PointRange& r : ranges)
-        wanted.insert(wanted.end(), whole.begin() + static_cast<std::ptrdiff_t>(r.begin), whole.begin() + static_cast<std::ptrdiff_t>(r.end));
+        wanted.insert(wanted.end(), whole.begin() + static_cast<std::ptrdiff_t>(r.begin),
+                      whole.begin() + static_cast<std::ptrdiff_t>(r.end));
     CHECK(points_of(info, ranges) == wanted);
     // Larger ranges are whole chunks too, and no larger than asked for unless one chunk is.
     for (const PointRange& r : split_by_chunk(info, 20'000)) {
         const auto& starts = info.chunks->first_point;
         CHECK(std::binary_search(starts.begin(), starts.end(), r.begin));
-        CHECK((r.end - r.begin <= 20'000 || info.chunks->chunk_of(r.begin) == info.chunks->chunk_of(r.end - 1)));
+        CHECK((r.end - r.begin <= 20'000 ||
+               info.chunks->chunk_of(r.begin) == info.chunks->chunk_of(r.end - 1)));
     }
 }
 
 TEST_CASE("a sample is spread over the file and always the same", "[voxelserver][lidar]") {
-    struct Case { const char* name; int format; std::size_t points, about, least, most; };
-    const auto c = GENERATE(values<Case>({{"many.laz", 6, 420'000, 900, 900, 909}, {"old.laz", 1, 420'000, 900, 900, 909},
+    struct Case {
+        const char* name;
+        int format;
+        std::size_t points, about, least, most;
+    };
+    const auto c = GENERATE(values<Case>({{"many.laz", 6, 420'000, 900, 900, 909},
+                                          {"old.laz", 1, 420'000, 900, 900, 909},
                                           {"plain.las", 6, 70'000, 640, 640, 704},
-                                          {"few.laz", 6, 50, 1000, 50, 50}, {"one.laz", 6, 3000, 1, 1, 1},
-                                          {"nothing.las", 6, 0, 100, 0, 0}, {"none.laz", 6, 100, 0, 0, 0}}));
+                                          {"few.laz", 6, 50, 1000, 50, 50},
+                                          {"one.laz", 6, 3000, 1, 1, 1},
+                                          {"nothing.las", 6, 0, 100, 0, 0},
+                                          {"none.laz", 6, 100, 0, 0, 0}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         write_sample(folder.path() / c.name, c.format, c.points);
@@ -152,22 +188,29 @@ TEST_CASE("a sample is spread over the file and always the same", "[voxelserver]
         CHECK(sample.size() >= c.least);
         CHECK(sample.size() <= c.most);
         CHECK(sample == sample_points(info, c.about));
-        // Points of the file in its order, from its first piece to its last (a chunk has 50,000 points).
+        // Points of the file in its order, from its first piece to its last (a chunk has 50,000
+        // points).
         auto at = whole.begin();
         for (const RawPoint& p : sample) {
             at = std::find(at, whole.end(), p);
             REQUIRE(at != whole.end());
         }
-        if (c.points > 60'000) CHECK(static_cast<std::size_t>(at - whole.begin()) + 60'000 > c.points);
+        if (c.points > 60'000)
+            CHECK(static_cast<std::size_t>(at - whole.begin()) + 60'000 > c.points);
     }
 }
 
-TEST_CASE("the sample of a COPC file is of its root node, that of an unseekable file its first points", "[voxelserver][lidar][data]") {
-    if (!there(kShared / "copcjs") || !there(kShared / "lazpy")) return;
+TEST_CASE(
+    "the sample of a COPC file is of its root node, that of an unseekable file its first points",
+    "[voxelserver][lidar][data]") {
+    if (!there(kShared / "copcjs") || !there(kShared / "lazpy"))
+        return;
     const auto copc = read_las_info(kShared / "copcjs" / "ellipsoid.copc.laz");
     const auto sample = sample_points(copc, 500);
     CHECK(sample.size() >= 500);
-    const auto [low, high] = std::minmax_element(sample.begin(), sample.end(), [](const RawPoint& a, const RawPoint& b) { return a.x < b.x; });
+    const auto [low, high] =
+        std::minmax_element(sample.begin(), sample.end(),
+                            [](const RawPoint& a, const RawPoint& b) { return a.x < b.x; });
     CHECK((high->x - low->x) * copc.scale[0] > 0.8 * (copc.max[0] - copc.min[0]));
     const auto pointwise = read_las_info(kShared / "lazpy" / "testdata" / "pt1_v1_pointwise.laz");
     CHECK_FALSE(pointwise.seekable);
@@ -175,12 +218,15 @@ TEST_CASE("the sample of a COPC file is of its root node, that of an unseekable 
     CHECK(sample_points(pointwise, 20) == std::vector<RawPoint>(whole.begin(), whole.begin() + 20));
 }
 
-TEST_CASE("points of formats 6-10 kept in an older one are read as LASzip reads them", "[voxelserver][lidar][data]") {
-    const std::string name = GENERATE("pt6_compat_v0.las", "pt6_compat_v2.laz", "pt7_compat_v2.laz", "pt8_compat_v2.laz", "pt8_compat_noextra_v0.las",
-                                      "pt8_compat_noextra_v2.laz",
-                                      "pt9_compat_v2.laz", "pt10_compat_v0.las", "pt10_compat_v2.laz");
+TEST_CASE("points of formats 6-10 kept in an older one are read as LASzip reads them",
+          "[voxelserver][lidar][data]") {
+    const std::string name =
+        GENERATE("pt6_compat_v0.las", "pt6_compat_v2.laz", "pt7_compat_v2.laz", "pt8_compat_v2.laz",
+                 "pt8_compat_noextra_v0.las", "pt8_compat_noextra_v2.laz", "pt9_compat_v2.laz",
+                 "pt10_compat_v0.las", "pt10_compat_v2.laz");
     const fs::path file = kShared / "lazpy" / "testdata" / name;
-    if (!there(file)) return;
+    if (!there(file))
+        return;
     INFO(name);
     const auto info = read_las_info(file);
     REQUIRE(info.compatible);
@@ -196,10 +242,14 @@ TEST_CASE("points of formats 6-10 kept in an older one are read as LASzip reads 
     std::size_t different = 0, only_there = 0;
     for (const RawPoint& p : points) {
         REQUIRE(laszip_read_point(reader) == 0);
-        const int flags = theirs->extended_classification_flags, nir = info.has_near_infrared() ? theirs->rgb[3] : 0;
-        different += p.x == theirs->X && p.y == theirs->Y && p.z == theirs->Z && p.classification == theirs->extended_classification &&
-                             p.return_number == theirs->extended_return_number && p.return_count == theirs->extended_number_of_returns &&
-                             p.withheld == ((flags & 4) != 0) && p.overlap == ((flags & 8) != 0) && p.nir == nir
+        const int flags = theirs->extended_classification_flags,
+                  nir = info.has_near_infrared() ? theirs->rgb[3] : 0;
+        different += p.x == theirs->X && p.y == theirs->Y && p.z == theirs->Z &&
+                             p.classification == theirs->extended_classification &&
+                             p.return_number == theirs->extended_return_number &&
+                             p.return_count == theirs->extended_number_of_returns &&
+                             p.withheld == ((flags & 4) != 0) && p.overlap == ((flags & 8) != 0) &&
+                             p.nir == nir
                          ? 0
                          : 1;
         only_there += p.classification > 31 && p.return_count > 7 ? 1 : 0;
@@ -207,5 +257,6 @@ TEST_CASE("points of formats 6-10 kept in an older one are read as LASzip reads 
     laszip_close_reader(reader);
     laszip_destroy(reader);
     CHECK(different == 0);
-    if (name.find("noextra") == std::string::npos) CHECK(only_there > 0);
+    if (name.find("noextra") == std::string::npos)
+        CHECK(only_there > 0);
 }

@@ -9,7 +9,8 @@ inline map::TopColours test_colours() {
     map::TopColours out;
     std::uint8_t i = 0;
     for (auto& entry : out.palette.entries) {
-        entry.colour = {static_cast<std::uint8_t>(10 * i), static_cast<std::uint8_t>(255 - 9 * i), static_cast<std::uint8_t>(40 + i)};
+        entry.colour = {static_cast<std::uint8_t>(10 * i), static_cast<std::uint8_t>(255 - 9 * i),
+                        static_cast<std::uint8_t>(40 + i)};
         ++i;
     }
     return out;

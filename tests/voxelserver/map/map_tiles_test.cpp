@@ -21,7 +21,8 @@ namespace {
 constexpr std::size_t kRoom = std::size_t{64} << 20;
 
 /// Box columns from (min) to (max), half-open.
-voxel::WorldInfo world_of(int levels, std::int32_t min_bx, std::int32_t min_bz, std::int32_t max_bx, std::int32_t max_bz) {
+voxel::WorldInfo world_of(int levels, std::int32_t min_bx, std::int32_t min_bz, std::int32_t max_bx,
+                          std::int32_t max_bz) {
     voxel::WorldInfo info;
     info.levels = levels;
     info.bounds = {{min_bx * 64, -500, min_bz * 64}, {max_bx * 64, 500, max_bz * 64}};
@@ -31,7 +32,9 @@ voxel::WorldInfo world_of(int levels, std::int32_t min_bx, std::int32_t min_bz, 
 /// What a column shows in a world of these bounds, where nothing is missing.
 map::ColumnTop column_in(const voxel::WorldInfo& info, std::int32_t x, std::int32_t z) {
     const auto& b = info.bounds;
-    if (x < b.min[0] || x >= b.max[0] || z < b.min[2] || z >= b.max[2] || MadeUpLand::empty_column(x >> 6, z >> 6)) return {};
+    if (x < b.min[0] || x >= b.max[0] || z < b.min[2] || z >= b.max[2] ||
+        MadeUpLand::empty_column(x >> 6, z >> 6))
+        return {};
     return test::land_at(x, z);
 }
 
@@ -53,7 +56,8 @@ std::vector<Rgba8> pixels_of(const map::Tile& tile) {
 
 int differing(const std::vector<Rgba8>& a, const std::vector<Rgba8>& b) {
     int out = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) out += a[i] == b[i] ? 0 : 1;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        out += a[i] == b[i] ? 0 : 1;
     return out;
 }
 
@@ -67,7 +71,8 @@ TEST_CASE("finest tiles are the shaded land, without seams at boxes and tiles", 
         for (std::int32_t tx = -3; tx <= 2; ++tx) {
             const auto tile = tiles.get(3, tx, ty);
             std::vector<Rgba8> expected;
-            for (int i = 0; i < 256 * 256; ++i) expected.push_back(plain_pixel(info, tx * 256 + i % 256, ty * 256 + i / 256));
+            for (int i = 0; i < 256 * 256; ++i)
+                expected.push_back(plain_pixel(info, tx * 256 + i % 256, ty * 256 + i / 256));
             INFO("tile " << tx << "/" << ty);
             CHECK(tile.complete);
             CHECK(differing(pixels_of(tile), expected) == 0);
@@ -83,19 +88,28 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
         const auto coarse = pixels_of(tiles.get(zoom, t, t));
         int wrong = 0, seen = 0;
         std::array<std::vector<Rgba8>, 4> fine;
-        for (int q = 0; q < 4; ++q) fine[static_cast<std::size_t>(q)] = pixels_of(tiles.get(zoom + 1, 2 * t + q % 2, 2 * t + q / 2));
+        for (int q = 0; q < 4; ++q)
+            fine[static_cast<std::size_t>(q)] =
+                pixels_of(tiles.get(zoom + 1, 2 * t + q % 2, 2 * t + q / 2));
         for (int i = 0; i < 256 * 256; ++i) {
             const int x = i % 256 * 2, z = i / 256 * 2;
             double alpha = 0, sums[3] = {};
             for (int k = 0; k < 4; ++k) {
                 const int fx = x + k % 2, fz = z + k / 2;
-                const Rgba8 p = fine[static_cast<std::size_t>(fz / 256 * 2 + fx / 256)][static_cast<std::size_t>(fz % 256 * 256 + fx % 256)];
+                const Rgba8 p = fine[static_cast<std::size_t>(fz / 256 * 2 + fx / 256)]
+                                    [static_cast<std::size_t>(fz % 256 * 256 + fx % 256)];
                 alpha += p.a;
-                sums[0] += p.a * double(map::to_linear(p.r)), sums[1] += p.a * double(map::to_linear(p.g)), sums[2] += p.a * double(map::to_linear(p.b));
+                sums[0] += p.a * double(map::to_linear(p.r)),
+                    sums[1] += p.a * double(map::to_linear(p.g)),
+                    sums[2] += p.a * double(map::to_linear(p.b));
             }
             const Rgba8 got = coarse[static_cast<std::size_t>(i)];
-            const auto channel = [&](int c) { return map::to_srgb(static_cast<std::uint32_t>(std::floor(sums[c] / alpha + 0.5))); };
-            const Rgba8 expected = alpha == 0 ? Rgba8{} : Rgba8{channel(0), channel(1), channel(2), static_cast<std::uint8_t>((alpha + 2) / 4)};
+            const auto channel = [&](int c) {
+                return map::to_srgb(static_cast<std::uint32_t>(std::floor(sums[c] / alpha + 0.5)));
+            };
+            const Rgba8 expected = alpha == 0 ? Rgba8{}
+                                              : Rgba8{channel(0), channel(1), channel(2),
+                                                      static_cast<std::uint8_t>((alpha + 2) / 4)};
             wrong += got == expected ? 0 : 1;
             seen += got.a != 0 && got.a != 255 ? 1 : 0;
         }
@@ -105,13 +119,15 @@ TEST_CASE("coarser tiles are means of four in linear light, weighted by alpha", 
     }
 }
 
-TEST_CASE("bytes do not depend on what was asked before, on the cache, or on threads", "[map][tiles]") {
+TEST_CASE("bytes do not depend on what was asked before, on the cache, or on threads",
+          "[map][tiles]") {
     const auto info = world_of(6, -9, -9, 9, 9);
     std::map<std::array<int, 3>, std::string> expected;
     std::vector<std::array<int, 3>> order;
     for (const int zoom : {5, 4, 3})
         for (int y = -3; y < 3; ++y)
-            for (int x = -3; x < 3; ++x) order.push_back({zoom, x, y});
+            for (int x = -3; x < 3; ++x)
+                order.push_back({zoom, x, y});
     const auto bytes_of = [](MapTiles& tiles, const std::array<int, 3>& at) {
         const auto tile = tiles.get(at[0], at[1], at[2]);
         return tile.complete ? (tile.png ? *tile.png : "nothing") : "incomplete";
@@ -131,9 +147,11 @@ TEST_CASE("bytes do not depend on what was asked before, on the cache, or on thr
                 auto mine = order;
                 std::shuffle(mine.begin(), mine.end(), std::mt19937_64(t));
                 mine.resize(60);
-                for (const auto& at : mine) wrong += bytes_of(tiles, at) == expected.at(at) ? 0 : 1;
+                for (const auto& at : mine)
+                    wrong += bytes_of(tiles, at) == expected.at(at) ? 0 : 1;
             });
-        for (auto& thread : threads) thread.join();
+        for (auto& thread : threads)
+            thread.join();
         CHECK(wrong == 0);
         CHECK(tiles.pixel_stats().bytes + tiles.png_stats().bytes <= room);
     }
@@ -161,7 +179,7 @@ TEST_CASE("coarse zooms show what is at hand and make nothing", "[map][tiles]") 
         (in_tile ? inside : outside) += pixels[static_cast<std::size_t>(i)].a != 0 ? 1 : 0;
     }
     CHECK(inside > 40);
-    CHECK(outside > 0);  // the ring around it
+    CHECK(outside > 0);                   // the ring around it
     CHECK(outside <= 4 * 8 * 2 + 4 * 4);  // two pixels wide
     CHECK(land.made() == made);
 
@@ -179,7 +197,8 @@ TEST_CASE("an overview is complete when everything has been made", "[map][tiles]
     MadeUpLand land(5);
     MapTiles tiles(info, land, kRoom);
     for (std::int32_t bz = 3; bz < 20; ++bz)
-        for (std::int32_t bx = -7; bx < 9; ++bx) static_cast<void>(land.top(bx, bz, true));
+        for (std::int32_t bx = -7; bx < 9; ++bx)
+            static_cast<void>(land.top(bx, bz, true));
     const auto overview = tiles.get(0, 0, 0);
     CHECK(overview.complete);
     REQUIRE(overview.png);
@@ -198,12 +217,14 @@ TEST_CASE("an overview is complete when everything has been made", "[map][tiles]
     CHECK(land.made().size() == 1);  // the finest tile was seen whole before
 }
 
-TEST_CASE("one call makes a bounded number of pictures, and the next go on from there", "[map][tiles]") {
+TEST_CASE("one call makes a bounded number of pictures, and the next go on from there",
+          "[map][tiles]") {
     const int side = 160;  // 40 x 40 finest tiles
     const auto info = world_of(8, 0, 0, side, side);
     MadeUpLand land(8, true);
     for (std::int32_t bz = 0; bz < side; ++bz)
-        for (std::int32_t bx = 0; bx < side; ++bx) static_cast<void>(land.top(bx, bz, true));
+        for (std::int32_t bx = 0; bx < side; ++bx)
+            static_cast<void>(land.top(bx, bz, true));
     MapTiles tiles(info, land, std::size_t{256} << 20);
     int calls = 0;
     bool complete = false;
@@ -223,7 +244,8 @@ TEST_CASE("tiles outside the world are empty and complete, and cost nothing", "[
     const auto info = world_of(21, -10, -10, 10, 10);
     MapTiles tiles(info, land, kRoom);
     for (const int zoom : {0, 1, 10, 18, 19, 20})
-        for (const std::int32_t x : {INT32_MIN, INT32_MIN + 1, -1000000, 1000000, INT32_MAX - 1, INT32_MAX})
+        for (const std::int32_t x :
+             {INT32_MIN, INT32_MIN + 1, -1000000, 1000000, INT32_MAX - 1, INT32_MAX})
             for (const std::int32_t y : {INT32_MIN, 0, INT32_MAX}) {
                 const auto tile = tiles.get(zoom, x, y);
                 CHECK(tile.complete);
@@ -231,7 +253,8 @@ TEST_CASE("tiles outside the world are empty and complete, and cost nothing", "[
                 CHECK(tile.reach.empty());
             }
     CHECK(land.asked == 0);
-    for (const int zoom : {-1, 21, INT_MAX, INT_MIN}) CHECK_THROWS_AS(tiles.get(zoom, 0, 0), UsageError);
+    for (const int zoom : {-1, 21, INT_MAX, INT_MIN})
+        CHECK_THROWS_AS(tiles.get(zoom, 0, 0), UsageError);
     CHECK_THROWS_WITH(tiles.get(21, 0, 0), test::contains("allowed: 0 to 20"));
 
     MapTiles none({}, land, kRoom);
@@ -247,11 +270,15 @@ TEST_CASE("a world as large as numbers go is looked at with bounded work", "[map
     MapTiles tiles(info, land, kRoom);
     std::mt19937_64 random(2);
     for (int i = 0; i < 300; ++i)
-        static_cast<void>(land.top(static_cast<std::int32_t>(random() % 60000000) - 30000000, static_cast<std::int32_t>(random() % 60000000) - 30000000, true));
-    for (const std::int32_t corner : {INT32_MIN >> 6, INT32_MAX >> 6}) static_cast<void>(land.top(corner, corner, true));
+        static_cast<void>(land.top(static_cast<std::int32_t>(random() % 60000000) - 30000000,
+                                   static_cast<std::int32_t>(random() % 60000000) - 30000000,
+                                   true));
+    for (const std::int32_t corner : {INT32_MIN >> 6, INT32_MAX >> 6})
+        static_cast<void>(land.top(corner, corner, true));
     const int asked = land.asked;
     for (int y = -4; y < 4; ++y)
-        for (int x = -4; x < 4; ++x) CHECK_FALSE(tiles.get(0, x, y).complete);
+        for (int x = -4; x < 4; ++x)
+            CHECK_FALSE(tiles.get(0, x, y).complete);
     CHECK(land.asked - asked <= 64 * MapTiles::kMostTiles * 36);
     CHECK(tiles.get(20, INT32_MAX / 256, INT32_MAX / 256).complete);
     CHECK(tiles.get(20, INT32_MIN / 256, INT32_MIN / 256).complete);

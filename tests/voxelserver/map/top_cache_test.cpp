@@ -18,11 +18,16 @@ struct Maker {
     std::atomic<bool> at_hand{false}, broken{false};
     std::optional<map::ColumnBoxes> operator()(std::int32_t bx, std::int32_t bz, bool make) {
         ++looked;
-        if (broken) throw Error("the square is damaged");
-        if (!make && !at_hand) return std::nullopt;
-        if (make) ++made;
-        return map::ColumnBoxes{{test::random_scene(static_cast<std::uint64_t>(bx + 100 * bz + 5000)).build({0, bx, 0, bz}, test::attr_of)},
-                                {bx - 2, bz - 2, bx + 3, bz + 3}};
+        if (broken)
+            throw Error("the square is damaged");
+        if (!make && !at_hand)
+            return std::nullopt;
+        if (make)
+            ++made;
+        return map::ColumnBoxes{
+            {test::random_scene(static_cast<std::uint64_t>(bx + 100 * bz + 5000))
+                 .build({0, bx, 0, bz}, test::attr_of)},
+            {bx - 2, bz - 2, bx + 3, bz + 3}};
     }
 };
 
@@ -49,10 +54,16 @@ TEST_CASE("a column is made once, and only when it shall be made", "[map][top-ca
 TEST_CASE("versions grow for every tile that shows a column or shades by it", "[map][top-cache]") {
     Maker maker;
     map::TopCache cache(fetch_from(maker), test::test_colours(), 3, std::size_t{1} << 20);
-    cache.note_made(3, -4);  // the north-eastern corner of tile (0, -1): its neighbours to the north and east look at it
-    struct Case { map::TileArea area; bool changed; };
-    const Case cases[] = {{{0, 0, -1}, true},  {{0, 1, -1}, true}, {{0, 0, -2}, true},  {{0, 1, -2}, true}, {{0, -1, -1}, false}, {{0, 0, 0}, false},
-                          {{1, 0, -1}, true},  {{1, 1, -1}, false}, {{2, 0, -1}, true}, {{2, 0, 0}, false}, {{3, 0, -1}, false}};
+    cache.note_made(3, -4);  // the north-eastern corner of tile (0, -1): its neighbours to the
+                             // north and east look at it
+    struct Case {
+        map::TileArea area;
+        bool changed;
+    };
+    const Case cases[] = {{{0, 0, -1}, true}, {{0, 1, -1}, true},   {{0, 0, -2}, true},
+                          {{0, 1, -2}, true}, {{0, -1, -1}, false}, {{0, 0, 0}, false},
+                          {{1, 0, -1}, true}, {{1, 1, -1}, false},  {{2, 0, -1}, true},
+                          {{2, 0, 0}, false}, {{3, 0, -1}, false}};
     for (const auto& c : cases) {
         INFO("area " << c.area.zooms_out << "/" << c.area.x << "/" << c.area.z);
         CHECK((cache.version(c.area) != 0) == c.changed);
@@ -81,15 +92,19 @@ TEST_CASE("failures reach the caller and are not remembered", "[map][top-cache]"
     CHECK(cache.top(0, 0, true).known);
 }
 
-TEST_CASE("what was made for somebody else is looked at, and evicted columns are asked for again", "[map][top-cache]") {
+TEST_CASE("what was made for somebody else is looked at, and evicted columns are asked for again",
+          "[map][top-cache]") {
     Maker maker;
-    map::TopCache cache(fetch_from(maker), test::test_colours(), 4, std::size_t{100} << 10);  // three columns
+    map::TopCache cache(fetch_from(maker), test::test_colours(), 4,
+                        std::size_t{100} << 10);  // three columns
     maker.at_hand = true;
     std::vector<std::shared_ptr<const map::BoxTop>> tops;
-    for (int i = 0; i < 6; ++i) tops.push_back(cache.top(i, 0, false).top);
+    for (int i = 0; i < 6; ++i)
+        tops.push_back(cache.top(i, 0, false).top);
     CHECK(maker.made == 0);
     CHECK(cache.stats().bytes <= std::size_t{100} << 10);
-    for (std::size_t i = 0; i < 6; ++i) CHECK(cache.top(static_cast<int>(i), 0, true).top->columns == tops[i]->columns);
+    for (std::size_t i = 0; i < 6; ++i)
+        CHECK(cache.top(static_cast<int>(i), 0, true).top->columns == tops[i]->columns);
     CHECK(maker.made > 0);
 }
 
@@ -99,8 +114,10 @@ TEST_CASE("many threads make a column once", "[map][top-cache]") {
     std::vector<std::thread> threads;
     for (int t = 0; t < 6; ++t)
         threads.emplace_back([&] {
-            for (int i = 0; i < 5; ++i) static_cast<void>(cache.top(i, 0, true));
+            for (int i = 0; i < 5; ++i)
+                static_cast<void>(cache.top(i, 0, true));
         });
-    for (auto& thread : threads) thread.join();
+    for (auto& thread : threads)
+        thread.join();
     CHECK(maker.made == 5);
 }

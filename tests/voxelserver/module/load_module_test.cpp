@@ -26,7 +26,8 @@ struct Outcome {
     std::string message;
 };
 
-template <class Body> Outcome outcome(const Body& body) {
+template <class Body>
+Outcome outcome(const Body& body) {
     try {
         body();
         return {};
@@ -40,7 +41,14 @@ template <class Body> Outcome outcome(const Body& body) {
 }  // namespace
 
 TEST_CASE("errors come out of the module with their types", "[voxelserver][module]") {
-    struct Case { const char* name; const char* file; const char* classes; int code; bool usage; const char* said; };
+    struct Case {
+        const char* name;
+        const char* file;
+        const char* classes;
+        int code;
+        bool usage;
+        const char* said;
+    };
     const auto c = GENERATE(values<Case>({
         {"no file", "", "asprs", 2, true, "no file or folder given"},
         {"a file that is not there", "none.laz", "asprs", 2, true, "none.laz"},
@@ -52,9 +60,11 @@ TEST_CASE("errors come out of the module with their types", "[voxelserver][modul
         std::ofstream(folder.path() / "text.laz") << std::string(500, 'x');
         voxelize::LidarWorldOptions options;
         options.classes = c.classes;
-        if (*c.file != '\0') options.files = {folder.path() / c.file};
+        if (*c.file != '\0')
+            options.files = {folder.path() / c.file};
         util::StageTimes times;
-        const Outcome out = outcome([&] { (void)module::open_lidar_world(options, times, kImageBytes); });
+        const Outcome out =
+            outcome([&] { (void)module::open_lidar_world(options, times, kImageBytes); });
         CHECK(out.code == c.code);
         CHECK(out.usage == c.usage);
         CHECK(out.message.find(c.said) != std::string::npos);
@@ -62,7 +72,8 @@ TEST_CASE("errors come out of the module with their types", "[voxelserver][modul
 }
 
 TEST_CASE("a module of another version is refused", "[voxelserver][module]") {
-    auto* open = reinterpret_cast<module::OpenLidarWorld*>(dlsym(util::open_beside_program("terravox-lidar.so", "LiDAR module"), module::kOpenLidarWorld));
+    auto* open = reinterpret_cast<module::OpenLidarWorld*>(dlsym(
+        util::open_beside_program("terravox-lidar.so", "LiDAR module"), module::kOpenLidarWorld));
     REQUIRE(open != nullptr);
     util::StageTimes times;
     const Outcome out = outcome([&] { delete open("0.0.0-other", {}, times, 0); });
@@ -81,8 +92,10 @@ TEST_CASE("the module gives away one name only", "[voxelserver][module]") {
 TEST_CASE("a library beside the program is found once", "[common][util]") {
     CHECK(util::beside_program("terravox-lidar.so") == module::lidar_module());
     CHECK(fs::is_regular_file(module::lidar_module()));
-    CHECK(util::open_beside_program("terravox-lidar.so", "LiDAR module") == util::open_beside_program("terravox-lidar.so", "LiDAR module"));
-    const Outcome out = outcome([] { (void)util::open_beside_program("terravox-none.so", "LiDAR module"); });
+    CHECK(util::open_beside_program("terravox-lidar.so", "LiDAR module") ==
+          util::open_beside_program("terravox-lidar.so", "LiDAR module"));
+    const Outcome out =
+        outcome([] { (void)util::open_beside_program("terravox-none.so", "LiDAR module"); });
     CHECK(out.code == 1);
     CHECK(out.message.find("load the LiDAR module") == 0);
     CHECK(out.message.find("terravox-none.so") != std::string::npos);

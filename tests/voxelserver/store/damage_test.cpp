@@ -1,9 +1,9 @@
 // Prepared squares and chunk indices that a crash, a disk or another program has changed.
 #include "common/util/error.hpp"
+#include "common/util/mapped_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/store/squares.hpp"
-#include "common/util/mapped_file.hpp"
 #include "voxelserver/store/square_file.hpp"
 
 using namespace terravox;
@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kVersionAt = 8;  // bytes from the start of the file: behind the magic
 
-/// Reads everything of a square. @return whether all of it is as it was; @throws Error where it is not read at all
+/// Reads everything of a square. @return whether all of it is as it was; @throws Error where it is
+/// not read at all
 bool read_all(const std::filesystem::path& file, const voxelize::Square& wanted) {
     const SquarePtr found = store::map_square(file);
     return found != nullptr && same_square(wanted, *found);
@@ -21,20 +22,37 @@ bool read_all(const std::filesystem::path& file, const voxelize::Square& wanted)
 
 /// Every length that means something, and some between.
 std::vector<std::size_t> cuts(std::size_t size, std::size_t header, std::size_t tables) {
-    std::vector<std::size_t> out{0, 1, 7, 8, 11, 12, 63, 64, header / 2, header - 1, header, header + 1, header + tables / 2, header + tables - 1, size - 1};
-    if (size > header + tables) out.insert(out.end(), {header + tables, header + tables + 1, (header + tables + size) / 2});
+    std::vector<std::size_t> out{0,
+                                 1,
+                                 7,
+                                 8,
+                                 11,
+                                 12,
+                                 63,
+                                 64,
+                                 header / 2,
+                                 header - 1,
+                                 header,
+                                 header + 1,
+                                 header + tables / 2,
+                                 header + tables - 1,
+                                 size - 1};
+    if (size > header + tables)
+        out.insert(out.end(), {header + tables, header + tables + 1, (header + tables + size) / 2});
     return out;
 }
 
 }  // namespace
 
-TEST_CASE("a prepared square that was cut short, or grew, is refused", "[voxelserver][store][damage]") {
+TEST_CASE("a prepared square that was cut short, or grew, is refused",
+          "[voxelserver][store][damage]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.square";
     const SquarePtr square = made_square(3, 5000, 12);
     store::write_square(file, *square);
     const std::string good = bytes_of(file);
-    const std::size_t tables = square->patches().size_bytes(), header = good.size() - tables - square->all().size_bytes();
+    const std::size_t tables = square->patches().size_bytes(),
+                      header = good.size() - tables - square->all().size_bytes();
     for (const std::size_t size : cuts(good.size(), header, tables)) {
         INFO("cut to " << size << " of " << good.size() << " bytes");
         write_bytes(file, good.substr(0, size));
@@ -64,7 +82,8 @@ TEST_CASE("a chunk index that was cut short, or grew, is refused", "[voxelserver
     CHECK_THROWS_AS(store::read_chunks(file), Error);
 }
 
-TEST_CASE("another version, another kind of file and no such file at all are told apart", "[voxelserver][store][damage]") {
+TEST_CASE("another version, another kind of file and no such file at all are told apart",
+          "[voxelserver][store][damage]") {
     const TemporaryFolder folder;
     const auto square = folder.path() / "a.square", chunks = folder.path() / "a.chunks";
     store::write_square(square, *made_square(3, 500, 2));
@@ -76,12 +95,14 @@ TEST_CASE("another version, another kind of file and no such file at all are tol
         newer[kVersionAt] = static_cast<char>(store::kSquareFileVersion + 1);
         write_bytes(file, newer);
     }
-    const std::string said = "version " + std::to_string(store::kSquareFileVersion + 1) + "; allowed: " + std::to_string(store::kSquareFileVersion);
+    const std::string said = "version " + std::to_string(store::kSquareFileVersion + 1) +
+                             "; allowed: " + std::to_string(store::kSquareFileVersion);
     CHECK_THROWS_WITH(store::map_square(square), contains(said));
     CHECK_THROWS_WITH(store::read_chunks(chunks), contains(said));
 }
 
-TEST_CASE("whatever bytes of a prepared square change, no wrong point is read", "[voxelserver][store][damage]") {
+TEST_CASE("whatever bytes of a prepared square change, no wrong point is read",
+          "[voxelserver][store][damage]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.square";
     const SquarePtr square = made_square(3, 400, 12);
@@ -91,8 +112,10 @@ TEST_CASE("whatever bytes of a prepared square change, no wrong point is read", 
     int at_once = 0, later = 0;
     for (int round = 0; round < 600; ++round) {
         std::string bad = good;
-        for (unsigned n = 1 + random() % 3; n > 0; --n) bad[random() % bad.size()] ^= static_cast<char>(1U << (random() % 8));
-        if (bad == good) continue;
+        for (unsigned n = 1 + random() % 3; n > 0; --n)
+            bad[random() % bad.size()] ^= static_cast<char>(1U << (random() % 8));
+        if (bad == good)
+            continue;
         write_bytes(file, bad);
         INFO("round " << round);
         SquarePtr found;
@@ -124,7 +147,9 @@ TEST_CASE("whatever bytes of a prepared square change, no wrong point is read", 
     CHECK(later > 50);
 }
 
-TEST_CASE("a prepared square that is cut short in place while it is mapped is refused where it is gone", "[voxelserver][store][damage]") {
+TEST_CASE(
+    "a prepared square that is cut short in place while it is mapped is refused where it is gone",
+    "[voxelserver][store][damage]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.square";
     const SquarePtr square = made_square(5, 200'000, 20);

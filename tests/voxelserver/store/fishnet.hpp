@@ -12,18 +12,21 @@
 
 namespace terravox::test {
 
-/// A store's fishnet.gpkg, made with the grabber's own migrations, so that both programs are tested against one schema.
+/// A store's fishnet.gpkg, made with the grabber's own migrations, so that both programs are tested
+/// against one schema.
 class Fishnet {
 public:
     explicit Fishnet(const std::filesystem::path& store) {
         std::filesystem::create_directories(store);
-        if (sqlite3_open((store / "fishnet.gpkg").string().c_str(), &m_database) != SQLITE_OK) throw std::runtime_error("open fishnet.gpkg");
+        if (sqlite3_open((store / "fishnet.gpkg").string().c_str(), &m_database) != SQLITE_OK)
+            throw std::runtime_error("open fishnet.gpkg");
         run("PRAGMA journal_mode = WAL; BEGIN");
         int version = 0;
         for (const auto& file : migrations()) {
             std::ifstream in(file, std::ios::binary);
             run(std::string(std::istreambuf_iterator<char>(in), {}));
-            run("INSERT INTO terravox_schema VALUES (" + std::to_string(++version) + ", 'test', '2026-01-01T00:00:00.000Z')");
+            run("INSERT INTO terravox_schema VALUES (" + std::to_string(++version) +
+                ", 'test', '2026-01-01T00:00:00.000Z')");
         }
         run("COMMIT");
     }
@@ -33,31 +36,46 @@ public:
 
     void run(const std::string& sql) {
         char* why = nullptr;
-        if (sqlite3_exec(m_database, sql.c_str(), nullptr, nullptr, &why) == SQLITE_OK) return;
-        const std::string message = (why != nullptr ? why : "?") + std::string(" in ") + sql.substr(0, 200);
+        if (sqlite3_exec(m_database, sql.c_str(), nullptr, nullptr, &why) == SQLITE_OK)
+            return;
+        const std::string message =
+            (why != nullptr ? why : "?") + std::string(" in ") + sql.substr(0, 200);
         sqlite3_free(why);
         throw std::runtime_error(message);
     }
 
-    /// @param columns and values beside those that every square of si-lss has, such as ", state" and ", 'failed'"
-    void add(const std::string& name, const std::string& state, const std::string& columns = "", const std::string& values = "") {
-        run("INSERT INTO squares (source, grid, name, state, urls, crs, class_table, licence, attribution, known_at" + columns + ") VALUES ('si-lss', 'si-lss', '" + name + "', '" + state +
-            "', '[]', 'EPSG:3794', 'si-lss', 'CC BY 4.0', 'ARSO \xc5\xbd', '2026-01-01T00:00:00.000Z'" + values + ")");
+    /// @param columns and values beside those that every square of si-lss has, such as ", state"
+    /// and ", 'failed'"
+    void add(const std::string& name, const std::string& state, const std::string& columns = "",
+             const std::string& values = "") {
+        run("INSERT INTO squares (source, grid, name, state, urls, crs, class_table, licence, "
+            "attribution, known_at" +
+            columns + ") VALUES ('si-lss', 'si-lss', '" + name + "', '" + state +
+            "', '[]', 'EPSG:3794', 'si-lss', 'CC BY 4.0', 'ARSO \xc5\xbd', "
+            "'2026-01-01T00:00:00.000Z'" +
+            values + ")");
     }
 
     /// With a file of 123 points that was verified.
-    void add_verified(const std::string& name, const std::string& path, int bytes = 5, const std::string& state = "verified") {
-        add(name, state, ", file_path, file_bytes, file_sha256, point_count, min_x, min_y, min_z, max_x, max_y, max_z, verified_at",
-            ", '" + path + "', " + std::to_string(bytes) + ", '00', 123, 1, 2, 3.5, 4, 5, 6, '2026-01-01T00:00:00.000Z'");
+    void add_verified(const std::string& name, const std::string& path, int bytes = 5,
+                      const std::string& state = "verified") {
+        add(name, state,
+            ", file_path, file_bytes, file_sha256, point_count, min_x, min_y, min_z, max_x, max_y, "
+            "max_z, verified_at",
+            ", '" + path + "', " + std::to_string(bytes) +
+                ", '00', 123, 1, 2, 3.5, 4, 5, 6, '2026-01-01T00:00:00.000Z'");
     }
 
     void add_failed(const std::string& name, const std::string& message) {
-        add(name, "failed", ", error_code, error_message, error_at", ", 'HTTP', '" + message + "', '2026-01-01T00:00:00.000Z'");
+        add(name, "failed", ", error_code, error_message, error_at",
+            ", 'HTTP', '" + message + "', '2026-01-01T00:00:00.000Z'");
     }
 
     [[nodiscard]] static std::vector<std::filesystem::path> migrations() {
         std::vector<std::filesystem::path> out;
-        for (const auto& entry : std::filesystem::directory_iterator(TERRAVOX_SOURCE_DIR "/grabber/migrations")) out.push_back(entry.path());
+        for (const auto& entry :
+             std::filesystem::directory_iterator(TERRAVOX_SOURCE_DIR "/grabber/migrations"))
+            out.push_back(entry.path());
         std::sort(out.begin(), out.end());
         return out;
     }

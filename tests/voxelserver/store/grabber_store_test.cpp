@@ -16,13 +16,15 @@ namespace {
 /// By name; fails the test when there is none.
 const store::StoredSquare& square(const store::GrabberStore& in, const std::string& name) {
     for (const auto& s : in.squares)
-        if (s.name == name) return s;
+        if (s.name == name)
+            return s;
     throw std::runtime_error("no square " + name);
 }
 
 }  // namespace
 
-TEST_CASE("the schema that is read is the one that the grabber makes", "[voxelserver][store][grabber]") {
+TEST_CASE("the schema that is read is the one that the grabber makes",
+          "[voxelserver][store][grabber]") {
     CHECK(Fishnet::migrations().size() == static_cast<std::size_t>(store::kGrabberSchema));
 }
 
@@ -35,14 +37,17 @@ TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][st
         Fishnet fishnet(root);
         fishnet.add("463_101", "missing");
         fishnet.add_verified("462_101", "lidar/si-lss/462_101.laz");
-        fishnet.add("464_101", "wanted", ", error_code, error_message, error_at, west, south, east, north", ", 'HTTP', 'x', '', 464000, 101000, 465000, 102000");
+        fishnet.add("464_101", "wanted",
+                    ", error_code, error_message, error_at, west, south, east, north",
+                    ", 'HTTP', 'x', '', 464000, 101000, 465000, 102000");
         fishnet.add("465_101", "fetching");
         fishnet.add_failed("466_101", "503\nback later");
         fishnet.add_verified("467_101", "lidar/si-lss/467_101.laz");
         fishnet.add_verified("468_101", "lidar/si-lss/462_101.laz", 6);
         fishnet.add_verified("469_101", "lidar/si-lss/469_101.las", 5, "converted");
         fishnet.add("470_101", "known");
-        fishnet.add("471_101", "fetched", ", file_path, file_bytes, file_sha256", ", 'lidar/si-lss/471_101.zlas', 5, '00'");
+        fishnet.add("471_101", "fetched", ", file_path, file_bytes, file_sha256",
+                    ", 'lidar/si-lss/471_101.zlas', 5, '00'");
     }
     const store::GrabberStore found = store::read_grabber_store(root);
     REQUIRE(found.squares.size() == 9);  // all but the one that is only known
@@ -63,7 +68,8 @@ TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][st
     CHECK(square(found, "463_101").state == StoredState::kMissing);
     const auto& wanted = square(found, "464_101");
     CHECK(wanted.state == StoredState::kWanted);
-    CHECK(wanted.error.empty());  // what went wrong before does not count while it is being fetched again
+    CHECK(wanted.error
+              .empty());  // what went wrong before does not count while it is being fetched again
     REQUIRE(wanted.bounds);
     CHECK(wanted.bounds->min == std::array{464000.0, 101000.0, 0.0});
     CHECK(wanted.bounds->max == std::array{465000.0, 102000.0, 0.0});
@@ -82,7 +88,8 @@ TEST_CASE("a store that the grabber filled tells its squares", "[voxelserver][st
     CHECK(std::string(store::name_of(StoredState::kWanted)) == "wanted");
 }
 
-TEST_CASE("a square that is asked for again keeps its old file until another takes its place", "[voxelserver][store][grabber]") {
+TEST_CASE("a square that is asked for again keeps its old file until another takes its place",
+          "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     write(folder.path() / "lidar/si-lss/a.laz", "12345");
     Fishnet(folder.path()).add_verified("a", "lidar/si-lss/a.laz", 5, "fetching");
@@ -100,22 +107,33 @@ TEST_CASE("orthophotos are those that can be used and are there", "[voxelserver]
         Fishnet fishnet(folder.path());
         int minute = 10;
         for (const char* name : {"whole", "cut", "gone", "begun"}) {
-            const std::string verified = name == std::string("begun") ? "NULL" : "'2026-01-01T00:" + std::to_string(++minute) + ":00.000Z'";
+            const std::string verified =
+                name == std::string("begun")
+                    ? "NULL"
+                    : "'2026-01-01T00:" + std::to_string(++minute) + ":00.000Z'";
             const std::string path = "ortho/si-dof/si-lss/" + std::string(name) + ".tif";
-            if (name != std::string("gone")) write(folder.path() / path, name == std::string("cut") ? "1" : "123");
-            fishnet.run("INSERT INTO orthophotos (source, grid, name, state, urls, known_at, file_path, file_bytes, file_sha256, verified_at) VALUES ('si-dof', 'si-lss', '" + std::string(name) +
-                        "', 'fetched', '[]', '', '" + path + "', 3, '00', " + verified + ")");
+            if (name != std::string("gone"))
+                write(folder.path() / path, name == std::string("cut") ? "1" : "123");
+            fishnet.run(
+                "INSERT INTO orthophotos (source, grid, name, state, urls, known_at, file_path, "
+                "file_bytes, file_sha256, verified_at) VALUES ('si-dof', 'si-lss', '" +
+                std::string(name) + "', 'fetched', '[]', '', '" + path + "', 3, '00', " + verified +
+                ")");
         }
     }
-    CHECK(store::read_grabber_store(folder.path()).orthophotos == std::vector<fs::path>{folder.path() / "ortho/si-dof/si-lss/whole.tif"});
+    CHECK(store::read_grabber_store(folder.path()).orthophotos ==
+          std::vector<fs::path>{folder.path() / "ortho/si-dof/si-lss/whole.tif"});
 }
 
-TEST_CASE("a store is read while the grabber writes to it, and leaves nothing behind when nobody does", "[voxelserver][store][grabber]") {
+TEST_CASE(
+    "a store is read while the grabber writes to it, and leaves nothing behind when nobody does",
+    "[voxelserver][store][grabber]") {
     const TemporaryFolder folder;
     std::optional<Fishnet> fishnet(folder.path());
     fishnet->add("a", "missing");
     REQUIRE(fs::file_size(folder.path() / "fishnet.gpkg-wal") > 0);
-    CHECK(store::read_grabber_store(folder.path()).squares.size() == 1);  // it stands in the log only
+    CHECK(store::read_grabber_store(folder.path()).squares.size() ==
+          1);  // it stands in the log only
     fishnet->run("BEGIN IMMEDIATE");
     fishnet->add("b", "missing");
     CHECK(store::read_grabber_store(folder.path()).squares.size() == 1);  // not committed
@@ -125,7 +143,8 @@ TEST_CASE("a store is read while the grabber writes to it, and leaves nothing be
     REQUIRE_FALSE(fs::exists(folder.path() / "fishnet.gpkg-wal"));
     CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
     CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
-    // Where no shared memory can be made, as on a disk without write access, the file itself is enough, or it is an error.
+    // Where no shared memory can be made, as on a disk without write access, the file itself is
+    // enough, or it is an error.
     fs::create_directories(folder.path() / "fishnet.gpkg-shm");
     CHECK(store::read_grabber_store(folder.path()).squares.size() == 2);
     write(folder.path() / "fishnet.gpkg-wal", std::string(100, 'x'));

@@ -11,7 +11,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Flat ground at 100.5 m, `step_m` between points, from `east` on for 70 m; a tower in its middle.
-void write_field(const fs::path& file, const std::string& crs, int format, double east, double step_m, double metres_per_height = 1) {
+void write_field(const fs::path& file, const std::string& crs, int format, double east,
+                 double step_m, double metres_per_height = 1) {
     Cloud cloud;
     cloud.cover(east, 0, east + 70, 70, step_m, 2, [](double, double) { return 100.5; });
     cloud.cover(east + 33, 33, east + 37, 37, 0.5, 15, [](double, double) { return 120.5; });
@@ -30,7 +31,8 @@ void write_field(const fs::path& file, const std::string& crs, int format, doubl
         p.x = kEast0 + c.east, p.y = kNorth0 + c.north;
         place.apply({&p.x, 1}, {&p.y, 1});
         p.z = c.height / metres_per_height, p.classification = c.source_class;
-        if (format == 7) p.rgb = {20'000, 40'000, 10'000};
+        if (format == 7)
+            p.rgb = {20'000, 40'000, 10'000};
         writer.write(p);
     }
     writer.close();
@@ -38,13 +40,17 @@ void write_field(const fs::path& file, const std::string& crs, int format, doubl
 
 }  // namespace
 
-TEST_CASE("files of different systems, formats, units and densities make one world, and the same after a restart", "[voxelserver][store][mixed]") {
+TEST_CASE(
+    "files of different systems, formats, units and densities make one world, and the same after a "
+    "restart",
+    "[voxelserver][store][mixed]") {
     const TemporaryFolder folder;
     const fs::path data = folder.path() / "data";
     constexpr double kUsFoot_m = 1200.0 / 3937.0;
     write_field(data / "a.laz", kCrs, 6, 0, 0.4);
     write_field(data / "b.las", "EPSG:32631", 7, 70, 0.7);
-    write_field(data / "c.laz", "EPSG:2154+6360", 6, 140, 0.4, kUsFoot_m);  // heights in US survey feet
+    write_field(data / "c.laz", "EPSG:2154+6360", 6, 140, 0.4,
+                kUsFoot_m);  // heights in US survey feet
     write_field(data / "d.laz", "EPSG:4326", 8, 210, 0.9);
     write_field(data / "e.laz", "EPSG:3857", 6, 280, 0.5);
     auto options = OpenWorld::with(data);
@@ -64,7 +70,8 @@ TEST_CASE("files of different systems, formats, units and densities make one wor
     TimedWorld second(options);
     CHECK((second.boxes(2) == boxes));
     CHECK(second.count("point load") == 0);
-    // In another company the same file is another square where the frame is another, and the same one where it is not.
+    // In another company the same file is another square where the frame is another, and the same
+    // one where it is not.
     options.files = {data / "a.laz"};
     TimedWorld alone(options);
     alone.boxes();
@@ -84,7 +91,8 @@ TEST_CASE("a file that cannot join the others is named", "[voxelserver][store][m
     Cloud lost;
     lost.cover(0, 0, 20, 20, 1, 2, [](double, double) { return 5.5; });
     lost.write(folder.path() / "lost.laz", "");
-    CHECK_THROWS_WITH(TimedWorld(OpenWorld::with(folder.path())), contains("lost.laz") && contains("no coordinate reference system"));
+    CHECK_THROWS_WITH(TimedWorld(OpenWorld::with(folder.path())),
+                      contains("lost.laz") && contains("no coordinate reference system"));
     fs::remove(folder.path() / "lost.laz");
     write_bytes(folder.path() / "text.las", "no point cloud");
     CHECK_THROWS_WITH(TimedWorld(OpenWorld::with(folder.path())), contains("text.las"));

@@ -20,23 +20,28 @@ void leave_index(const fs::path& file, const fs::path& cache) {
     options.cache_dir = cache;
     TimedWorld world(options);
     (void)world->box(all_keys(world->info(), 0).front());
-    for (const auto& square : files_ending(cache / "squares", ".square")) fs::remove(square);
+    for (const auto& square : files_ending(cache / "squares", ".square"))
+        fs::remove(square);
     REQUIRE(files_ending(cache / "squares", ".chunks").size() == 1);
 }
 
 /// Copies the points of a file in a random order.
 void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
     std::vector<lidar::LasPoint> points;
-    lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) { points.push_back(p); });
+    lidar::read_las_points(info, {0, info.point_count},
+                           [&](const lidar::LasPoint& p) { points.push_back(p); });
     std::shuffle(points.begin(), points.end(), std::mt19937(8));
     lidar::LasWriterOptions options;
-    options.point_format = info.point_format, options.scale = info.scale, options.offset = info.offset;
-    if (info.crs) options.wkt = info.crs->wkt();
+    options.point_format = info.point_format, options.scale = info.scale,
+    options.offset = info.offset;
+    if (info.crs)
+        options.wkt = info.crs->wkt();
     lidar::LasWriter writer(to, options);
     for (const lidar::LasPoint& p : points) {
         REQUIRE_FALSE((p.withheld || p.overlap));
         lidar::LasWritePoint out;
-        out.x = p.x, out.y = p.y, out.z = p.z, out.classification = p.classification, out.rgb = p.rgb;
+        out.x = p.x, out.y = p.y, out.z = p.z, out.classification = p.classification,
+        out.rgb = p.rgb;
         out.return_number = p.return_number, out.return_count = p.return_count;
         writer.write(out);
     }
@@ -45,7 +50,8 @@ void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
 
 }  // namespace
 
-TEST_CASE("with only the chunk index kept, boxes asked in any order are those of the whole", "[voxelserver][store][parts]") {
+TEST_CASE("with only the chunk index kept, boxes asked in any order are those of the whole",
+          "[voxelserver][store][parts]") {
     const Strip& strip = Strip::get();
     REQUIRE(strip.stretches >= 10);
     REQUIRE(solid_boxes(strip.boxes) >= 40);
@@ -68,7 +74,8 @@ TEST_CASE("with only the chunk index kept, boxes asked in any order are those of
     CHECK(world.count("point load") <= 3 * strip.stretches);
 }
 
-TEST_CASE("a file in which every part lies everywhere gives the same boxes", "[voxelserver][store][parts]") {
+TEST_CASE("a file in which every part lies everywhere gives the same boxes",
+          "[voxelserver][store][parts]") {
     const Strip& strip = Strip::get();
     const Checksums whole = TimedWorld(OpenWorld::with(strip.mixed)).boxes();
     const TemporaryFolder cache;
@@ -80,19 +87,29 @@ TEST_CASE("a file in which every part lies everywhere gives the same boxes", "[v
     CHECK(world.count("point load") <= 3 * strip.stretches);
 }
 
-TEST_CASE("a file larger than its share of memory is read in parts, never kept whole, and is the same", "[voxelserver][store][parts]") {
+TEST_CASE(
+    "a file larger than its share of memory is read in parts, never kept whole, and is the same",
+    "[voxelserver][store][parts]") {
     const Strip& strip = Strip::get();
-    struct Case { const char* name; std::size_t memory_bytes; bool cached; };
-    const auto c = GENERATE(values<Case>({{"16 MiB", std::size_t{16} << 20, false}, {"none", 1, false},
-                                          {"16 MiB, with a cache folder", std::size_t{16} << 20, true}}));
+    struct Case {
+        const char* name;
+        std::size_t memory_bytes;
+        bool cached;
+    };
+    const auto c =
+        GENERATE(values<Case>({{"16 MiB", std::size_t{16} << 20, false},
+                               {"none", 1, false},
+                               {"16 MiB, with a cache folder", std::size_t{16} << 20, true}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder cache;
         auto options = OpenWorld::with(strip.sorted);
         options.memory_bytes = c.memory_bytes;
-        if (c.cached) options.cache_dir = cache.path();
+        if (c.cached)
+            options.cache_dir = cache.path();
         TimedWorld world(options);
         CHECK((world.boxes(6) == strip.boxes));
-        if (!c.cached) return;
+        if (!c.cached)
+            return;
         CHECK(files_ending(cache.path() / "squares", ".square").empty());
         CHECK(files_ending(cache.path() / "squares", ".chunks").size() == 1);
         // The second time nobody has to look through the file first.
@@ -104,18 +121,23 @@ TEST_CASE("a file larger than its share of memory is read in parts, never kept w
     }
 }
 
-TEST_CASE("a file that turns out to be damaged is decoded once, however many boxes are asked for", "[voxelserver][store][parts][damage]") {
+TEST_CASE("a file that turns out to be damaged is decoded once, however many boxes are asked for",
+          "[voxelserver][store][parts][damage]") {
     const Strip& strip = Strip::get();
     const TemporaryFolder folder;
     std::string bytes = bytes_of(strip.sorted);
     write_bytes(folder.path() / "damaged.laz", bytes);
     auto options = OpenWorld::with(folder.path() / "damaged.laz");
-    options.memory_bytes = GENERATE(std::size_t{1} << 30, std::size_t{16} << 20);  // whole; in parts
+    options.memory_bytes =
+        GENERATE(std::size_t{1} << 30, std::size_t{16} << 20);  // whole; in parts
     TimedWorld world(options);
-    // Once it is open, which looks at a few points. Long enough to hold the beginning of a chunk, where its counts stand.
-    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.size() / 10, '\xFF');
+    // Once it is open, which looks at a few points. Long enough to hold the beginning of a chunk,
+    // where its counts stand.
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), bytes.size() / 10,
+                '\xFF');
     write_bytes(folder.path() / "damaged.laz", bytes);
-    // The first points of that chunk are looked at when the file is opened again. Without its guard LASzip's decoder leaves its tables here.
+    // The first points of that chunk are looked at when the file is opened again. Without its guard
+    // LASzip's decoder leaves its tables here.
     CHECK_THROWS_AS(TimedWorld(options), Error);
     const auto keys = all_keys(world->info(), 0);
     REQUIRE(keys.size() > 20);
@@ -133,7 +155,8 @@ TEST_CASE("a file that turns out to be damaged is decoded once, however many box
 
 TEST_CASE("points of many parts that share no patch are binned", "[voxelserver][store][parts]") {
     std::vector<voxelize::PatchedPoints> parts(200);
-    // Each part touches patches of its own: a table of all parts by all patches would hold 40 million numbers.
+    // Each part touches patches of its own: a table of all parts by all patches would hold 40
+    // million numbers.
     for (std::size_t i = 0; i < parts.size(); ++i)
         for (int k = 0; k < 1000; ++k) {
             voxelize::VoxelPoint p;
@@ -166,7 +189,10 @@ TEST_CASE("a damaged chunk index is made again", "[voxelserver][store][parts][da
     CHECK((bytes_of(index) == good));
 }
 
-TEST_CASE("a COPC file makes the same boxes through its hierarchy, in parts and whole, as its points in any order", "[voxelserver][store][parts][data]") {
+TEST_CASE(
+    "a COPC file makes the same boxes through its hierarchy, in parts and whole, as its points in "
+    "any order",
+    "[voxelserver][store][parts][data]") {
     if (!fs::exists(kCopc)) {
         WARN("skipped: " << kCopc.string() << " is not there");
         return;
@@ -176,8 +202,10 @@ TEST_CASE("a COPC file makes the same boxes through its hierarchy, in parts and 
     write_shuffled(info, folder.path() / "plain.laz");
     auto plain = OpenWorld::with(folder.path() / "plain.laz");
     plain.voxel_m = 0.5;  // so that the thing is more than a few boxes
-    if (!info.crs) plain.crs = kCrs;
-    // Ground far from any point is looked for far around, which takes long where no memory is left to remember it.
+    if (!info.crs)
+        plain.crs = kCrs;
+    // Ground far from any point is looked for far around, which takes long where no memory is left
+    // to remember it.
     plain.settings = folder.path() / "settings.toml";
     write_bytes(plain.settings, "[steps]\nground_fill = false\n");
     auto copc = plain;

@@ -1,17 +1,24 @@
 #include "voxelserver/store/square_file.hpp"
 
 #include "common/util/error.hpp"
+#include "common/util/mapped_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 #include "tests/voxelserver/store/squares.hpp"
-#include "common/util/mapped_file.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
 
 TEST_CASE("a prepared square is read back as it was written", "[voxelserver][store]") {
-    struct Case { const char* name; std::size_t points; int patches; };
-    const auto c = GENERATE(values<Case>({{"empty", 0, 1}, {"a single point", 1, 1}, {"one patch", 3000, 1}, {"twenty patches", 20'000, 20}}));
+    struct Case {
+        const char* name;
+        std::size_t points;
+        int patches;
+    };
+    const auto c = GENERATE(values<Case>({{"empty", 0, 1},
+                                          {"a single point", 1, 1},
+                                          {"one patch", 3000, 1},
+                                          {"twenty patches", 20'000, 20}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         const auto file = folder.path() / "a.square";
@@ -50,7 +57,8 @@ TEST_CASE("a chunk index is read back as it was written", "[voxelserver][store]"
     CHECK(same_index(written, *read));
 }
 
-TEST_CASE("a file that is not there is no error, and what is no plain file is one", "[voxelserver][store]") {
+TEST_CASE("a file that is not there is no error, and what is no plain file is one",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     CHECK(store::map_square(folder.path() / "none.square") == nullptr);
     CHECK(store::map_square(folder.path() / "none" / "below.square") == nullptr);
@@ -58,10 +66,12 @@ TEST_CASE("a file that is not there is no error, and what is no plain file is on
     write_bytes(folder.path() / "plain", "text");
     CHECK(store::map_square(folder.path() / "plain" / "below.square") == nullptr);
     std::filesystem::create_directory(folder.path() / "folder.square");
-    CHECK_THROWS_WITH(store::map_square(folder.path() / "folder.square"), contains("folder.square: not a plain file"));
+    CHECK_THROWS_WITH(store::map_square(folder.path() / "folder.square"),
+                      contains("folder.square: not a plain file"));
     const auto pipe = folder.path() / "pipe.square";
     REQUIRE(std::system(("mkfifo " + pipe.string()).c_str()) == 0);
-    CHECK_THROWS_WITH(store::map_square(pipe), contains("not a plain file"));  // and nobody waits for a writer
+    CHECK_THROWS_WITH(store::map_square(pipe),
+                      contains("not a plain file"));  // and nobody waits for a writer
     write_bytes(folder.path() / "empty", "");
     const auto empty = util::MappedFile::open(folder.path() / "empty");
     REQUIRE(empty);
@@ -88,11 +98,13 @@ TEST_CASE("what a mapped file no longer holds is not readable", "[voxelserver][s
     CHECK_FALSE(util::readable(bytes.subspan(2 * kPage, 1)));
     CHECK_FALSE(util::readable(bytes.subspan(2 * kPage - 1, 2)));
     CHECK_FALSE(util::readable(bytes.last(1)));
-    std::filesystem::resize_file(file, 4 * kPage);  // grown again: zeros, which a checksum tells from what was there
+    std::filesystem::resize_file(
+        file, 4 * kPage);  // grown again: zeros, which a checksum tells from what was there
     CHECK(util::readable(bytes));
 }
 
-TEST_CASE("the directory of a mapped square stays when its file is cut short in place", "[voxelserver][store]") {
+TEST_CASE("the directory of a mapped square stays when its file is cut short in place",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "a.square";
     const SquarePtr written = made_square(4, 20'000, 20);
@@ -101,7 +113,8 @@ TEST_CASE("the directory of a mapped square stays when its file is cut short in 
     REQUIRE(read);
     std::filesystem::resize_file(file, 0);
     REQUIRE(read->patches().size() == written->patches().size());
-    for (std::size_t i = 0; i < read->patches().size(); ++i) CHECK(read->patches()[i].key == written->patches()[i].key);
+    for (std::size_t i = 0; i < read->patches().size(); ++i)
+        CHECK(read->patches()[i].key == written->patches()[i].key);
     CHECK(read->points({1000, 1000}).empty());
 }
 
@@ -109,7 +122,9 @@ TEST_CASE("a square that cannot be written is an error that names it", "[voxelse
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 100, 3);
     write_bytes(folder.path() / "plain", "text");
-    CHECK_THROWS_WITH(store::write_square(folder.path() / "plain" / "a.square", *square), contains("a.square"));
+    CHECK_THROWS_WITH(store::write_square(folder.path() / "plain" / "a.square", *square),
+                      contains("a.square"));
     CHECK_THROWS_AS(store::write_square("/proc/terravox/a.square", *square), Error);
-    CHECK_THROWS_AS(store::write_chunks(folder.path() / "plain" / "a.chunks", made_index(1, 3)), Error);
+    CHECK_THROWS_AS(store::write_chunks(folder.path() / "plain" / "a.chunks", made_index(1, 3)),
+                    Error);
 }

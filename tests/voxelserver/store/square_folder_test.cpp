@@ -18,7 +18,8 @@ using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
 
-TEST_CASE("the folder never ends above its limit, and what was used longest ago goes first", "[voxelserver][store]") {
+TEST_CASE("the folder never ends above its limit, and what was used longest ago goes first",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 20'000, 4);  // much larger than the indices
     store::write_square(folder.path() / "probe", *square);
@@ -27,8 +28,10 @@ TEST_CASE("the folder never ends above its limit, and what was used longest ago 
     store::SquareFolder squares(cache, limit);
     const SquarePtr first = squares.put("s0", square);
     for (int i = 1; i < 8; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(15));  // times of files tell which was used last; systems round them to 10 ms
-        if (i != 6) CHECK(squares.find("s0"));                       // used again and again, until the end
+        std::this_thread::sleep_for(std::chrono::milliseconds(
+            15));  // times of files tell which was used last; systems round them to 10 ms
+        if (i != 6)
+            CHECK(squares.find("s0"));  // used again and again, until the end
         squares.put_index("s" + std::to_string(i), made_index(1, 3));
         CHECK(bytes_in(cache) <= limit);
         CHECK(same_square(*squares.put("s" + std::to_string(i), square), *square));
@@ -39,12 +42,14 @@ TEST_CASE("the folder never ends above its limit, and what was used longest ago 
     CHECK_FALSE(squares.holds("s1"));
     CHECK_FALSE(squares.holds("s4"));
     CHECK(squares.find_index("s1"));  // small, and nearly as good
-    for (int i = 8; i < 12; ++i) CHECK(squares.put("s" + std::to_string(i), square) != square);
+    for (int i = 8; i < 12; ++i)
+        CHECK(squares.put("s" + std::to_string(i), square) != square);
     CHECK_FALSE(squares.holds("s0"));
     CHECK(same_square(*first, *square));  // mapped: still there for who uses it
 }
 
-TEST_CASE("a square larger than the whole folder is not written, and indices alone keep the limit", "[voxelserver][store]") {
+TEST_CASE("a square larger than the whole folder is not written, and indices alone keep the limit",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 2000, 4);
     const Warnings warnings;
@@ -64,20 +69,24 @@ TEST_CASE("a square larger than the whole folder is not written, and indices alo
     CHECK(warnings.text().empty());
 }
 
-TEST_CASE("what another writer has not finished stays, what a crash has left behind goes", "[voxelserver][store]") {
+TEST_CASE("what another writer has not finished stays, what a crash has left behind goes",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 2000, 4);
     store::SquareFolder squares(folder.path(), 2 * square->memory_bytes());
-    const fs::path young = folder.path() / ".x.part-1-0.square", old = folder.path() / ".y.part-2-0.square";
+    const fs::path young = folder.path() / ".x.part-1-0.square",
+                   old = folder.path() / ".y.part-2-0.square";
     write_bytes(young, std::string(100'000, 'x'));
     write_bytes(old, std::string(100'000, 'y'));
     fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(3));
-    for (int i = 0; i < 4; ++i) CHECK(squares.put("s" + std::to_string(i), square) != square);
+    for (int i = 0; i < 4; ++i)
+        CHECK(squares.put("s" + std::to_string(i), square) != square);
     CHECK(fs::exists(young));
     CHECK_FALSE(fs::exists(old));
 }
 
-TEST_CASE("a folder that cannot be made or written is told once, and squares stay in memory", "[voxelserver][store]") {
+TEST_CASE("a folder that cannot be made or written is told once, and squares stay in memory",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     write_bytes(folder.path() / "plain", "text");
     const std::string below = GENERATE(as<std::string>(), "plain", "plain/below", "/proc/terravox");
@@ -105,7 +114,8 @@ TEST_CASE("a folder that stops taking files is still read", "[voxelserver][store
     const Warnings warnings;
     store::SquareFolder squares(folder.path() / "cache", 1 << 30);
     CHECK(squares.put("kept", square) != square);
-    fs::create_directory(folder.path() / "cache" / "blocked.square");  // a square of that name cannot be written
+    fs::create_directory(folder.path() / "cache" /
+                         "blocked.square");  // a square of that name cannot be written
     CHECK(squares.put("blocked", square) == square);
     CHECK(warnings.count("blocked.square") == 1);
     CHECK(squares.put("other", square) == square);
@@ -125,13 +135,15 @@ TEST_CASE("a folder that is removed while in use is made again", "[voxelserver][
     CHECK(squares.holds("s"));
 }
 
-TEST_CASE("damaged squares and indices count as absent with a warning, and are replaced", "[voxelserver][store]") {
+TEST_CASE("damaged squares and indices count as absent with a warning, and are replaced",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 200, 4);
     store::SquareFolder squares(folder.path(), 1 << 30);
     (void)squares.put("s", square);
     squares.put_index("s", made_index(1, 3));
-    for (const char* file : {"s.square", "s.chunks"}) write_bytes(folder.path() / file, bytes_of(folder.path() / file).substr(0, 2100));
+    for (const char* file : {"s.square", "s.chunks"})
+        write_bytes(folder.path() / file, bytes_of(folder.path() / file).substr(0, 2100));
     const Warnings warnings;
     CHECK(squares.find("s") == nullptr);
     CHECK_FALSE(squares.find_index("s"));
@@ -145,12 +157,15 @@ TEST_CASE("damaged squares and indices count as absent with a warning, and are r
     CHECK(same_index(*squares.find_index("s"), made_index(1, 3)));
 }
 
-TEST_CASE("threads that put and read the same squares in a small folder get whole squares only", "[voxelserver][store][threads]") {
+TEST_CASE("threads that put and read the same squares in a small folder get whole squares only",
+          "[voxelserver][store][threads]") {
     const TemporaryFolder folder;
     std::vector<SquarePtr> made;
-    for (unsigned i = 0; i < 4; ++i) made.push_back(made_square(i, 3000, 6));
+    for (unsigned i = 0; i < 4; ++i)
+        made.push_back(made_square(i, 3000, 6));
     const std::uint64_t limit = 2 * made[0]->memory_bytes();
-    store::SquareFolder one(folder.path(), limit), two(folder.path(), limit);  // as two processes would
+    store::SquareFolder one(folder.path(), limit),
+        two(folder.path(), limit);  // as two processes would
     std::atomic<int> wrong{0}, found{0};
     const Warnings warnings;
     std::vector<std::thread> threads;
@@ -161,30 +176,37 @@ TEST_CASE("threads that put and read the same squares in a small folder get whol
             for (int i = 0; i < 60; ++i) {
                 const unsigned which = random() % 4;
                 const std::string name = "s" + std::to_string(which);
-                const SquarePtr got = i % 3 == 0 ? squares.put(name, made[which]) : squares.find(name);
-                if (got) ++found, wrong += same_square(*got, *made[which]) ? 0 : 1;
+                const SquarePtr got =
+                    i % 3 == 0 ? squares.put(name, made[which]) : squares.find(name);
+                if (got)
+                    ++found, wrong += same_square(*got, *made[which]) ? 0 : 1;
                 squares.put_index(name, made_index(which, 10));
                 const auto index = squares.find_index(name);
-                if (index) wrong += same_index(*index, made_index(which, 10)) ? 0 : 1;
+                if (index)
+                    wrong += same_index(*index, made_index(which, 10)) ? 0 : 1;
             }
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     CHECK(wrong == 0);
     CHECK(found > 100);
     INFO(warnings.text());
     CHECK(warnings.text().empty());
     CHECK(one.put("last", made[0]) != made[0]);  // nobody has given up
     CHECK(bytes_in(folder.path()) <= limit);
-    for (const auto& entry : fs::directory_iterator(folder.path())) CHECK_FALSE(entry.path().filename().string().starts_with('.'));
+    for (const auto& entry : fs::directory_iterator(folder.path()))
+        CHECK_FALSE(entry.path().filename().string().starts_with('.'));
 }
 
-TEST_CASE("two processes that put the same square at once leave a whole one", "[voxelserver][store]") {
+TEST_CASE("two processes that put the same square at once leave a whole one",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const SquarePtr square = made_square(1, 50'000, 6);
     const auto work = [&] {
         store::SquareFolder squares(folder.path(), 1 << 30);
         for (int i = 0; i < 40; ++i)
-            if (!same_square(*squares.put("s", square), *square)) return false;
+            if (!same_square(*squares.put("s", square), *square))
+                return false;
         return true;
     };
     const pid_t child = ::fork();

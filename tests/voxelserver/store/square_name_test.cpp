@@ -21,7 +21,8 @@ lidar::LasInfo info_of(const fs::path& file) {
 
 }  // namespace
 
-TEST_CASE("the name of a prepared square changes with its file and its recipe", "[voxelserver][store]") {
+TEST_CASE("the name of a prepared square changes with its file and its recipe",
+          "[voxelserver][store]") {
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "a.laz";
     std::string bytes(200'000, 'p');
@@ -31,12 +32,20 @@ TEST_CASE("the name of a prepared square changes with its file and its recipe", 
     CHECK(store::square_name(info_of(file), "recipe") == name);
     CHECK(name.starts_with("a-"));
     CHECK(store::square_name(info_of(file), "recipe ") != name);
-    struct Case { const char* name; std::size_t at; bool longer, later; };
-    const auto c = GENERATE(values<Case>({{"first byte", 0, false, false}, {"last byte", 199'999, false, false}, {"byte 65535", 65'535, false, false},
-                                          {"longer", 100'000, true, false}, {"later", 100'000, false, true}}));
+    struct Case {
+        const char* name;
+        std::size_t at;
+        bool longer, later;
+    };
+    const auto c = GENERATE(values<Case>({{"first byte", 0, false, false},
+                                          {"last byte", 199'999, false, false},
+                                          {"byte 65535", 65'535, false, false},
+                                          {"longer", 100'000, true, false},
+                                          {"later", 100'000, false, true}}));
     DYNAMIC_SECTION(c.name) {
         bytes[c.at] = c.later || c.longer ? 'p' : 'q';
-        if (c.longer) bytes += 'p';
+        if (c.longer)
+            bytes += 'p';
         write_bytes(file, bytes);
         fs::last_write_time(file, c.later ? time + std::chrono::seconds(1) : time);
         CHECK(store::square_name(info_of(file), "recipe") != name);
@@ -49,7 +58,8 @@ TEST_CASE("the name of a prepared square changes with its file and its recipe", 
 
 TEST_CASE("squares of files with odd names are kept", "[voxelserver][store]") {
     const TemporaryFolder folder;
-    const std::string stem = GENERATE(as<std::string>(), std::string(250, 'n'), ".hidden", "..", "with space and \"quotes\"", "\xc5\xbd\xc4\x8d");
+    const std::string stem = GENERATE(as<std::string>(), std::string(250, 'n'), ".hidden", "..",
+                                      "with space and \"quotes\"", "\xc5\xbd\xc4\x8d");
     const fs::path file = folder.path() / (stem + ".laz");
     write_bytes(file, "abc");
     store::SquareFolder squares(folder.path() / "cache", 1 << 20);

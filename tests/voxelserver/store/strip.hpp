@@ -7,13 +7,16 @@ namespace terravox::test {
 
 inline constexpr std::size_t kStripPoints = 1'040'000;  ///< 21 chunks of a LAZ file
 
-/// A file of many chunks: a strip of hills, 1300 x 110 m. @param sorted by easting, so that a part of it lies in few chunks
+/// A file of many chunks: a strip of hills, 1300 x 110 m. @param sorted by easting, so that a part
+/// of it lies in few chunks
 inline void write_strip(const std::filesystem::path& file, bool sorted) {
     std::mt19937 random(31);
     const auto unit = [&] { return static_cast<double>(random() % 1'000'000) / 1'000'000; };
     std::vector<double> east(kStripPoints);
-    for (double& e : east) e = 1300 * unit();
-    if (sorted) std::sort(east.begin(), east.end());
+    for (double& e : east)
+        e = 1300 * unit();
+    if (sorted)
+        std::sort(east.begin(), east.end());
     lidar::LasWriterOptions options;
     options.scale = {0.001, 0.001, 0.001};
     options.offset = {kEast0, kNorth0, 0};
@@ -21,10 +24,13 @@ inline void write_strip(const std::filesystem::path& file, bool sorted) {
     lidar::LasWriter writer(file, options);
     for (const double e : east) {
         const double n = 110 * unit();
-        const bool lake = std::hypot(e - 600, n - 50) < 30, tree = !lake && std::sin(e / 7) * std::sin(n / 6) > 0.8 && unit() < 0.5;
+        const bool lake = std::hypot(e - 600, n - 50) < 30,
+                   tree = !lake && std::sin(e / 7) * std::sin(n / 6) > 0.8 && unit() < 0.5;
         lidar::LasWritePoint p;
         p.x = kEast0 + e, p.y = kNorth0 + n;
-        p.z = lake ? 148 : 155 + 6 * std::sin(e / 41) + 4 * std::cos(n / 19) + (tree ? 3 + 5 * unit() : 0);
+        p.z = lake
+                  ? 148
+                  : 155 + 6 * std::sin(e / 41) + 4 * std::cos(n / 19) + (tree ? 3 + 5 * unit() : 0);
         p.classification = lake ? 9 : tree ? 5 : 2;
         writer.write(p);
     }
@@ -34,7 +40,8 @@ inline void write_strip(const std::filesystem::path& file, bool sorted) {
 /// The strip, written once, and what its boxes hold when all of it is decoded at once.
 struct Strip {
     TemporaryFolder folder;
-    std::filesystem::path sorted = folder.path() / "sorted.laz", mixed = folder.path() / "mixed.laz";
+    std::filesystem::path sorted = folder.path() / "sorted.laz",
+                          mixed = folder.path() / "mixed.laz";
     std::uint64_t stretches = 0;  ///< in which the whole file is decoded
     Checksums boxes;
 

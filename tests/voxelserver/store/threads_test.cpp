@@ -22,16 +22,21 @@ void write_four(const fs::path& folder) {
     for (int i = 0; i < 60'000; ++i) {
         const double e = 160 * unit(), n = 160 * unit();
         const bool lake = std::hypot(e - 80, n - 80) < 25;
-        cloud.add(e, n, lake ? 95 : 100 + 5 * std::sin(e / 20) + 3 * std::cos(n / 15), lake ? 9 : 2);
-        if (i % 4 == 0 && !lake) cloud.add(e, n, 108 + 4 * unit(), 5);
+        cloud.add(e, n, lake ? 95 : 100 + 5 * std::sin(e / 20) + 3 * std::cos(n / 15),
+                  lake ? 9 : 2);
+        if (i % 4 == 0 && !lake)
+            cloud.add(e, n, 108 + 4 * unit(), 5);
     }
     for (int i = 0; i < 4; ++i) {
-        const auto mine = [&](const Cloud::Point& p) { return (p.east < 81.3) == ((i & 1) != 0) && (p.north < 79.6) == ((i & 2) != 0); };
+        const auto mine = [&](const Cloud::Point& p) {
+            return (p.east < 81.3) == ((i & 1) != 0) && (p.north < 79.6) == ((i & 2) != 0);
+        };
         cloud.write(folder / (std::to_string(i) + ".laz"), kCrs, 6, mine);
     }
 }
 
-/// Asks for all boxes from `count` threads, each in an order of its own. @return how many answers were wrong
+/// Asks for all boxes from `count` threads, each in an order of its own. @return how many answers
+/// were wrong
 int ask(TimedWorld& world, const Checksums& wanted, unsigned count) {
     std::atomic<int> wrong{0};
     std::vector<std::thread> threads;
@@ -43,32 +48,42 @@ int ask(TimedWorld& world, const Checksums& wanted, unsigned count) {
                 ++wrong;
             }
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     return wrong;
 }
 
 }  // namespace
 
-TEST_CASE("eight threads with little memory get the boxes that one gets with much", "[voxelserver][store][threads]") {
+TEST_CASE("eight threads with little memory get the boxes that one gets with much",
+          "[voxelserver][store][threads]") {
     const TemporaryFolder folder;
     write_four(folder.path() / "data");
     const Checksums wanted = TimedWorld(OpenWorld::with(folder.path() / "data")).boxes();
     REQUIRE(solid_boxes(wanted) >= 9);
-    struct Case { const char* name; std::size_t memory_bytes; std::uint64_t cache_bytes; bool cached; };
-    const auto c = GENERATE(values<Case>({{"no memory", 1, 0, false},
-                                          {"one square of four", 700'000, 0, false},
-                                          {"one square of four, room on disk for two", 700'000, 450'000, true},
-                                          {"all squares on disk", 700'000, std::uint64_t{1} << 30, true},
-                                          {"no memory, a cache folder", 1, std::uint64_t{1} << 30, true}}));
+    struct Case {
+        const char* name;
+        std::size_t memory_bytes;
+        std::uint64_t cache_bytes;
+        bool cached;
+    };
+    const auto c =
+        GENERATE(values<Case>({{"no memory", 1, 0, false},
+                               {"one square of four", 700'000, 0, false},
+                               {"one square of four, room on disk for two", 700'000, 450'000, true},
+                               {"all squares on disk", 700'000, std::uint64_t{1} << 30, true},
+                               {"no memory, a cache folder", 1, std::uint64_t{1} << 30, true}}));
     DYNAMIC_SECTION(c.name) {
         auto options = OpenWorld::with(folder.path() / "data");
         options.memory_bytes = c.memory_bytes;
-        if (c.cached) options.cache_dir = folder.path() / "cache", options.cache_bytes = c.cache_bytes;
+        if (c.cached)
+            options.cache_dir = folder.path() / "cache", options.cache_bytes = c.cache_bytes;
         for (int round = 0; round < 2; ++round) {
             TimedWorld world(options);
             CHECK(ask(world, wanted, 8) == 0);
         }
-        if (c.cached) CHECK(bytes_in(options.cache_dir / "squares") <= c.cache_bytes);
+        if (c.cached)
+            CHECK(bytes_in(options.cache_dir / "squares") <= c.cache_bytes);
     }
 }
 
@@ -90,7 +105,8 @@ TEST_CASE("callers may be tasks of a thread pool themselves", "[voxelserver][sto
     CHECK(wrong == 0);
 }
 
-TEST_CASE("two worlds over one cache folder at the same time disturb nobody", "[voxelserver][store][threads]") {
+TEST_CASE("two worlds over one cache folder at the same time disturb nobody",
+          "[voxelserver][store][threads]") {
     const TemporaryFolder folder;
     write_four(folder.path() / "data");
     const Checksums wanted = TimedWorld(OpenWorld::with(folder.path() / "data")).boxes();
@@ -106,7 +122,8 @@ TEST_CASE("two worlds over one cache folder at the same time disturb nobody", "[
     CHECK(bytes_in(options.cache_dir / "squares") <= options.cache_bytes);
 }
 
-TEST_CASE("when a file goes bad while eight threads wait for it, all are told and nobody hangs", "[voxelserver][store][threads]") {
+TEST_CASE("when a file goes bad while eight threads wait for it, all are told and nobody hangs",
+          "[voxelserver][store][threads]") {
     const TemporaryFolder folder;
     write_four(folder.path() / "data");
     TimedWorld world(OpenWorld::with(folder.path() / "data"));
@@ -129,7 +146,8 @@ TEST_CASE("when a file goes bad while eight threads wait for it, all are told an
                 }
             }
         });
-    for (auto& t : threads) t.join();
+    for (auto& t : threads)
+        t.join();
     CHECK(other == 0);
     CHECK(told >= 8);
 }

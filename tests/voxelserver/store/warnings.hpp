@@ -13,7 +13,8 @@ namespace terravox::test {
 class Warnings {
 public:
     Warnings() : m_before(spdlog::default_logger()) {
-        auto logger = std::make_shared<spdlog::logger>("warnings", std::make_shared<spdlog::sinks::ostream_sink_mt>(m_text));
+        auto logger = std::make_shared<spdlog::logger>(
+            "warnings", std::make_shared<spdlog::sinks::ostream_sink_mt>(m_text));
         logger->set_level(spdlog::level::warn);
         logger->set_pattern("%v");
         spdlog::set_default_logger(std::move(logger));
@@ -27,7 +28,8 @@ public:
     [[nodiscard]] int count(const std::string& part) const {
         std::istringstream lines(m_text.str());
         int found = 0;
-        for (std::string line; std::getline(lines, line);) found += line.find(part) != std::string::npos ? 1 : 0;
+        for (std::string line; std::getline(lines, line);)
+            found += line.find(part) != std::string::npos ? 1 : 0;
         return found;
     }
 

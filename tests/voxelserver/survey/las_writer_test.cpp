@@ -43,7 +43,9 @@ TEST_CASE("points come back as they were written", "[las_writer]") {
 
 TEST_CASE("a writer that is not closed leaves nothing behind", "[las_writer]") {
     const TemporaryFolder folder("las-open");
-    { LasWriter(folder.path() / "a.laz", {}).write({}); }
+    {
+        LasWriter(folder.path() / "a.laz", {}).write({});
+    }
     CHECK(std::filesystem::is_empty(folder.path()));
 }
 

@@ -7,17 +7,20 @@ using namespace terravox::survey;
 
 namespace {
 
-std::optional<SurveyOptions> parsed(std::vector<const char*> arguments, std::string* answer = nullptr) {
+std::optional<SurveyOptions> parsed(std::vector<const char*> arguments,
+                                    std::string* answer = nullptr) {
     arguments.insert(arguments.begin(), "terravox-survey");
     std::string text;
     auto options = parse_options(static_cast<int>(arguments.size()), arguments.data(), text);
-    if (answer != nullptr) *answer = text;
+    if (answer != nullptr)
+        *answer = text;
     return options;
 }
 
 }  // namespace
 
-TEST_CASE("values out of range are usage errors that name option, value and range", "[survey][options]") {
+TEST_CASE("values out of range are usage errors that name option, value and range",
+          "[survey][options]") {
     struct Case {
         const char* option;
         const char* value;
@@ -60,7 +63,8 @@ TEST_CASE("unknown flags and a missing folder are usage errors", "[survey][optio
 }
 
 TEST_CASE("the command line of the manual is understood", "[survey][options]") {
-    const auto options = parsed({"--seed", "9", "--squares", "2x3", "--density", "0.5", "-o", "out"});
+    const auto options =
+        parsed({"--seed", "9", "--squares", "2x3", "--density", "0.5", "-o", "out"});
     REQUIRE(options);
     CHECK(options->seed == 9);
     CHECK(options->density == 0.5);
@@ -70,7 +74,8 @@ TEST_CASE("the command line of the manual is understood", "[survey][options]") {
     CHECK(squares.back().name() == "TM_463_103");
 }
 
-TEST_CASE("a small square starts around the middle of the place, on a multiple of 16 m", "[survey][options]") {
+TEST_CASE("a small square starts around the middle of the place, on a multiple of 16 m",
+          "[survey][options]") {
     const auto options = parsed({"--square-m", "512", "-o", "out"});
     REQUIRE(options);
     CHECK(squares_of(*options).front().name() == "TM_462240_101232");

@@ -5,7 +5,9 @@ using namespace terravox::survey;
 
 namespace {
 
-SquareExtent middle_of_the_place() { return {462240, 101232, 512}; }
+SquareExtent middle_of_the_place() {
+    return {462240, 101232, 512};
+}
 
 }  // namespace
 
@@ -28,14 +30,16 @@ TEST_CASE("neighbouring squares agree on everything near their edge", "[survey][
     const auto trees_in = [&](const SquareModel& model) {
         std::vector<std::pair<double, double>> out;
         for (const Tree& tree : model.trees())
-            if (shared.contains(tree.at)) out.emplace_back(tree.at.x, tree.height_m);
+            if (shared.contains(tree.at))
+                out.emplace_back(tree.at.x, tree.height_m);
         std::sort(out.begin(), out.end());
         return out;
     };
     const auto buildings_in = [&](const SquareModel& model) {
         std::vector<std::pair<double, double>> out;
         for (const Building& building : model.buildings())
-            if (building.bounds().overlaps(shared)) out.emplace_back(building.centre.x, building.ridge_m);
+            if (building.bounds().overlaps(shared))
+                out.emplace_back(building.centre.x, building.ridge_m);
         std::sort(out.begin(), out.end());
         return out;
     };
@@ -46,12 +50,14 @@ TEST_CASE("neighbouring squares agree on everything near their edge", "[survey][
 }
 
 TEST_CASE("the place has what its description promises, for any seed", "[survey][model]") {
-    const std::uint64_t seed = GENERATE(std::uint64_t{7}, std::uint64_t{1}, std::uint64_t{20260621});
+    const std::uint64_t seed =
+        GENERATE(std::uint64_t{7}, std::uint64_t{1}, std::uint64_t{20260621});
     CAPTURE(seed);
     const SquareModel model(seed, middle_of_the_place(), 2);
     const Site* place = nullptr;
     for (const Site& site : model.terrain().sites())
-        if (site.is_the_place()) place = &site;
+        if (site.is_the_place())
+            place = &site;
     REQUIRE(place != nullptr);
     REQUIRE((place->lake && place->island && place->castle && place->brook));
 
@@ -62,31 +68,38 @@ TEST_CASE("the place has what its description promises, for any seed", "[survey]
 
     int houses = 0, castle = 0, church = 0;
     for (const Building& building : model.buildings()) {
-        houses += building.use == BuildingUse::kHouse, castle += building.use == BuildingUse::kCastle,
+        houses += building.use == BuildingUse::kHouse,
+            castle += building.use == BuildingUse::kCastle,
             church += building.use == BuildingUse::kChurch;
         CHECK(building.eaves_m > building.ground_m + 1.5);
         CHECK(building.ridge_m >= building.eaves_m);
-        CHECK_FALSE((building.use == BuildingUse::kHouse && model.water_m(building.centre).has_value()));
+        CHECK_FALSE(
+            (building.use == BuildingUse::kHouse && model.water_m(building.centre).has_value()));
     }
     CHECK(houses > 30);
     CHECK(castle > 12);
     CHECK(church >= 5);
 
     const auto& bridges = model.roads().bridges;
-    CHECK(std::any_of(bridges.begin(), bridges.end(), [](const Bridge& b) { return b.deck_m > b.water_m + 4.0 && b.half_width_m > 3.0; }));
+    CHECK(std::any_of(bridges.begin(), bridges.end(), [](const Bridge& b) {
+        return b.deck_m > b.water_m + 4.0 && b.half_width_m > 3.0;
+    }));
 }
 
 TEST_CASE("water falls along the river and houses do not overlap", "[survey][model]") {
     const River river(7, 0);
-    for (double x = -50000; x < 50000; x += 100) CHECK(river.level_m(x + 100) < river.level_m(x));
+    for (double x = -50000; x < 50000; x += 100)
+        CHECK(river.level_m(x + 100) < river.level_m(x));
 
     const SquareModel model(7, {462640, 101300, 256}, 1);
     int overlaps = 0;
     const auto& all = model.buildings();
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t k = i + 1; k < all.size(); ++k) {
-            const bool separate = all[i].use == BuildingUse::kFarm && all[k].use == BuildingUse::kFarm;
-            if (separate && footprints_overlap(all[i], all[k], 0)) ++overlaps;
+            const bool separate =
+                all[i].use == BuildingUse::kFarm && all[k].use == BuildingUse::kFarm;
+            if (separate && footprints_overlap(all[i], all[k], 0))
+                ++overlaps;
         }
     CHECK(overlaps == 0);
 }
@@ -98,6 +111,7 @@ TEST_CASE("far from the place the land goes on: villages, rivers, woods", "[surv
     bool wet = false;
     const Box2 box = model.extent().box();
     for (double x = box.x0; x < box.x1; x += 50)
-        for (double y = box.y0; y < box.y1; y += 5) wet = wet || model.water_m({x, y}).has_value();
+        for (double y = box.y0; y < box.y1; y += 5)
+            wet = wet || model.water_m({x, y}).has_value();
     CHECK(wet);
 }

@@ -14,7 +14,8 @@ using namespace terravox::survey::test;
 namespace {
 
 std::vector<std::string> files_of(const std::string& name) {
-    return {name + ".laz", "ortho/" + name + ".tif", "truth/ground_" + name + ".tif", "truth/kind_" + name + ".tif", "truth/truth_" + name + ".json"};
+    return {name + ".laz", "ortho/" + name + ".tif", "truth/ground_" + name + ".tif",
+            "truth/kind_" + name + ".tif", "truth/truth_" + name + ".json"};
 }
 
 const auto kQuiet = [](const SquareReport&, std::size_t) {};
@@ -44,7 +45,8 @@ TEST_CASE("another seed gives another place", "[survey]") {
     const auto reports = run_survey(options, kQuiet);
     options.folder = two.path(), options.seed = 8;
     run_survey(options, kQuiet);
-    for (const auto& file : files_of(reports.front().name)) CHECK(bytes_of(one.path() / file) != bytes_of(two.path() / file));
+    for (const auto& file : files_of(reports.front().name))
+        CHECK(bytes_of(one.path() / file) != bytes_of(two.path() / file));
 }
 
 TEST_CASE("a square does not depend on which survey it belongs to", "[survey]") {
@@ -54,7 +56,8 @@ TEST_CASE("a square does not depend on which survey it belongs to", "[survey]") 
     const auto reports = run_survey(options, kQuiet);
     options.folder = alone.path(), options.squares_east = 1, options.origin_east_m += 128;
     run_survey(options, kQuiet);
-    for (const auto& file : files_of(reports.back().name)) CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
+    for (const auto& file : files_of(reports.back().name))
+        CHECK(bytes_of(alone.path() / file) == bytes_of(among.path() / file));
 }
 
 TEST_CASE("points lie in their square and neighbours share none", "[survey]") {
@@ -69,7 +72,8 @@ TEST_CASE("points lie in their square and neighbours share none", "[survey]") {
         std::vector<double> bounds;
         const auto points = points_of(folder.path() / (extent.name() + ".laz"), &bounds);
         in_parts += points.size();
-        const auto east = static_cast<double>(extent.east_m), north = static_cast<double>(extent.north_m);
+        const auto east = static_cast<double>(extent.east_m),
+                   north = static_cast<double>(extent.north_m);
         CHECK(bounds[0] >= east - 1e-6);
         CHECK(bounds[1] < east + 128 - 5e-3);
         CHECK(bounds[2] >= north - 1e-6);
@@ -89,22 +93,30 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
 
     SECTION("the classes are those of the description") {
         std::set<int> classes;
-        for (const auto& point : points) classes.insert(point.classification);
-        for (const int wanted : {2, 3, 4, 5, 6, 9}) CHECK(classes.count(wanted) == 1);
+        for (const auto& point : points)
+            classes.insert(point.classification);
+        for (const int wanted : {2, 3, 4, 5, 6, 9})
+            CHECK(classes.count(wanted) == 1);
         const std::set<int> known = {2, 3, 4, 5, 6, 7, 9, 14, 15, 17, 18};
-        for (const int found : classes) CHECK(known.count(found) == 1);
+        for (const int found : classes)
+            CHECK(known.count(found) == 1);
     }
-    SECTION("time runs forward in each strip, and returns of a pulse come together, highest first") {
+    SECTION(
+        "time runs forward in each strip, and returns of a pulse come together, highest first") {
         std::map<int, double> last_time;
         int wrong_times = 0, wrong_returns = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
             const auto& point = points[i];
             const auto seen = last_time.find(point.strip);
-            if (seen != last_time.end() && point.time_s < seen->second) ++wrong_times;
+            if (seen != last_time.end() && point.time_s < seen->second)
+                ++wrong_times;
             last_time[point.strip] = point.time_s;
-            if (point.return_number < 1 || point.return_number > point.return_count) ++wrong_returns;
-            if (i > 0 && points[i - 1].time_s == point.time_s && points[i - 1].strip == point.strip &&
-                (points[i - 1].return_number >= point.return_number || points[i - 1].z < point.z - 1e-9))
+            if (point.return_number < 1 || point.return_number > point.return_count)
+                ++wrong_returns;
+            if (i > 0 && points[i - 1].time_s == point.time_s &&
+                points[i - 1].strip == point.strip &&
+                (points[i - 1].return_number >= point.return_number ||
+                 points[i - 1].z < point.z - 1e-9))
                 ++wrong_returns;
         }
         CHECK(wrong_times == 0);
@@ -112,19 +124,25 @@ TEST_CASE("the files of a square say what they are", "[survey]") {
     }
     SECTION("ground points lie on the true ground") {
         terravox::geo::start_gdal();
-        GDALDatasetUniquePtr image{
-            GDALDataset::Open((folder.path() / "truth" / ("ground_" + report.name + ".tif")).c_str(), GDAL_OF_RASTER)};
+        GDALDatasetUniquePtr image{GDALDataset::Open(
+            (folder.path() / "truth" / ("ground_" + report.name + ".tif")).c_str(),
+            GDAL_OF_RASTER)};
         REQUIRE(image);
         std::vector<float> truth(256 * 256);
-        REQUIRE(image->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 256, 256, truth.data(), 256, 256, GDT_Float32, 0, 0) == CE_None);
+        REQUIRE(image->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, 256, 256, truth.data(), 256, 256,
+                                                  GDT_Float32, 0, 0) == CE_None);
         double squares = 0;
         std::size_t count = 0, far = 0;
         for (const auto& point : points) {
-            if (point.classification != 2) continue;
-            const auto column = static_cast<std::size_t>(point.x - 462400.0), row = static_cast<std::size_t>(101240.0 + 256.0 - point.y);
+            if (point.classification != 2)
+                continue;
+            const auto column = static_cast<std::size_t>(point.x - 462400.0),
+                       row = static_cast<std::size_t>(101240.0 + 256.0 - point.y);
             const double off = point.z - truth[std::min<std::size_t>(row, 255) * 256 + column];
-            if (std::abs(off) > 1.5) ++far;  // only cliffs change as much within half a pixel
-            else squares += off * off, ++count;
+            if (std::abs(off) > 1.5)
+                ++far;  // only cliffs change as much within half a pixel
+            else
+                squares += off * off, ++count;
         }
         REQUIRE(count > 10000);
         CHECK(std::sqrt(squares / static_cast<double>(count)) < 0.25);

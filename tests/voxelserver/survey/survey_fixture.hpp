@@ -17,8 +17,9 @@ namespace terravox::survey::test {
 class TemporaryFolder {
 public:
     explicit TemporaryFolder(const std::string& name)
-        : m_path(std::filesystem::temp_directory_path() /
-                 ("terravox-" + name + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)))) {
+        : m_path(
+              std::filesystem::temp_directory_path() /
+              ("terravox-" + name + "-" + std::to_string(reinterpret_cast<std::uintptr_t>(this)))) {
         std::filesystem::create_directories(m_path);
     }
     ~TemporaryFolder() {
@@ -44,8 +45,10 @@ struct FilePoint {
     int classification, return_number, return_count, strip;
 };
 
-/// Reads all points of a LAS or LAZ file with LASzip itself. @param bounds gets the header's x0, x1, y0, y1, z0, z1
-inline std::vector<FilePoint> points_of(const std::filesystem::path& path, std::vector<double>* bounds = nullptr) {
+/// Reads all points of a LAS or LAZ file with LASzip itself. @param bounds gets the header's x0,
+/// x1, y0, y1, z0, z1
+inline std::vector<FilePoint> points_of(const std::filesystem::path& path,
+                                        std::vector<double>* bounds = nullptr) {
     laszip_POINTER reader = nullptr;
     laszip_BOOL compressed = 0;
     REQUIRE(laszip_create(&reader) == 0);
@@ -54,17 +57,22 @@ inline std::vector<FilePoint> points_of(const std::filesystem::path& path, std::
     laszip_point_struct* point = nullptr;
     REQUIRE(laszip_get_header_pointer(reader, &header) == 0);
     REQUIRE(laszip_get_point_pointer(reader, &point) == 0);
-    if (bounds != nullptr) *bounds = {header->min_x, header->max_x, header->min_y, header->max_y, header->min_z, header->max_z};
+    if (bounds != nullptr)
+        *bounds = {header->min_x, header->max_x, header->min_y,
+                   header->max_y, header->min_z, header->max_z};
     const bool extended = header->point_data_format >= 6;
-    const std::uint64_t count = extended ? header->extended_number_of_point_records : header->number_of_point_records;
+    const std::uint64_t count =
+        extended ? header->extended_number_of_point_records : header->number_of_point_records;
     std::vector<FilePoint> points;
     for (std::uint64_t i = 0; i < count; ++i) {
         REQUIRE(laszip_read_point(reader) == 0);
-        points.push_back({point->X * header->x_scale_factor + header->x_offset, point->Y * header->y_scale_factor + header->y_offset,
+        points.push_back({point->X * header->x_scale_factor + header->x_offset,
+                          point->Y * header->y_scale_factor + header->y_offset,
                           point->Z * header->z_scale_factor + header->z_offset, point->gps_time,
                           extended ? point->extended_classification : point->classification,
                           extended ? point->extended_return_number : point->return_number,
-                          extended ? point->extended_number_of_returns : point->number_of_returns, point->point_source_ID});
+                          extended ? point->extended_number_of_returns : point->number_of_returns,
+                          point->point_source_ID});
     }
     laszip_close_reader(reader);
     laszip_destroy(reader);

@@ -20,8 +20,12 @@ namespace terravox::test {
 inline constexpr double kEast0 = 770'000, kNorth0 = 6'277'000;
 inline constexpr const char* kCrs = "EPSG:2154";
 
-inline std::int32_t voxel_x(double east) { return static_cast<std::int32_t>(std::floor(kEast0 + east)); }
-inline std::int32_t voxel_z(double north) { return static_cast<std::int32_t>(std::floor(-(kNorth0 + north))); }
+inline std::int32_t voxel_x(double east) {
+    return static_cast<std::int32_t>(std::floor(kEast0 + east));
+}
+inline std::int32_t voxel_z(double north) {
+    return static_cast<std::int32_t>(std::floor(-(kNorth0 + north)));
+}
 
 /// A survey made up in a test: points by metres east and north of the corner.
 class Cloud {
@@ -31,27 +35,35 @@ public:
         std::uint8_t source_class;
         std::array<std::uint16_t, 3> rgb{};
     };
-    void add(double east, double north, double height, int source_class, std::array<std::uint16_t, 3> rgb = {}) {
+    void add(double east, double north, double height, int source_class,
+             std::array<std::uint16_t, 3> rgb = {}) {
         m_points.push_back({east, north, height, static_cast<std::uint8_t>(source_class), rgb});
     }
-    /// A point on every grid place of `step_m`, off the voxel borders, where `height_at` gives a height.
-    template <class HeightAt> void cover(double east0, double north0, double east1, double north1, double step_m, int source_class, const HeightAt& height_at) {
+    /// A point on every grid place of `step_m`, off the voxel borders, where `height_at` gives a
+    /// height.
+    template <class HeightAt>
+    void cover(double east0, double north0, double east1, double north1, double step_m,
+               int source_class, const HeightAt& height_at) {
         for (double n = north0 + step_m / 2; n < north1; n += step_m)
             for (double e = east0 + step_m / 2; e < east1; e += step_m)
-                if (const double h = height_at(e, n); !std::isnan(h)) add(e, n, h, source_class);
+                if (const double h = height_at(e, n); !std::isnan(h))
+                    add(e, n, h, source_class);
     }
     [[nodiscard]] const std::vector<Point>& points() const noexcept { return m_points; }
 
     /// @param crs empty = none in the file; the points are written as they are
-    void write(const std::filesystem::path& file, const std::string& crs = kCrs, int format = 6, const std::function<bool(const Point&)>& keep = {}) const {
+    void write(const std::filesystem::path& file, const std::string& crs = kCrs, int format = 6,
+               const std::function<bool(const Point&)>& keep = {}) const {
         lidar::LasWriterOptions options;
         options.point_format = format;
         options.scale = {0.001, 0.001, 0.001};
         options.offset = {kEast0, kNorth0, 0};
-        if (!crs.empty()) options.wkt = geo::Crs::from_text(crs).wkt();
+        if (!crs.empty())
+            options.wkt = geo::Crs::from_text(crs).wkt();
         lidar::LasWriter writer(file, options);
         for (const Point& p : m_points) {
-            if (keep && !keep(p)) continue;
+            if (keep && !keep(p))
+                continue;
             lidar::LasWritePoint out;
             out.x = kEast0 + p.east, out.y = kNorth0 + p.north, out.z = p.height;
             out.classification = p.source_class;
@@ -68,10 +80,13 @@ private:
 /// A world with voxels by absolute coordinates.
 class OpenWorld {
 public:
-    explicit OpenWorld(const voxelize::LidarWorldOptions& options) : m_world(voxelize::open_lidar_world(options, m_times)) {}
-    explicit OpenWorld(const std::filesystem::path& input, const std::string& classes = "asprs") : OpenWorld(with(input, classes)) {}
+    explicit OpenWorld(const voxelize::LidarWorldOptions& options)
+        : m_world(voxelize::open_lidar_world(options, m_times)) {}
+    explicit OpenWorld(const std::filesystem::path& input, const std::string& classes = "asprs")
+        : OpenWorld(with(input, classes)) {}
 
-    static voxelize::LidarWorldOptions with(const std::filesystem::path& input, const std::string& classes = "asprs") {
+    static voxelize::LidarWorldOptions with(const std::filesystem::path& input,
+                                            const std::string& classes = "asprs") {
         voxelize::LidarWorldOptions options;
         options.files = {input};
         options.classes = classes;
@@ -79,10 +94,12 @@ public:
         return options;
     }
 
-    [[nodiscard]] std::optional<voxel::VoxelAttr> at(std::int32_t x, std::int32_t y, std::int32_t z) {
+    [[nodiscard]] std::optional<voxel::VoxelAttr> at(std::int32_t x, std::int32_t y,
+                                                     std::int32_t z) {
         const voxel::BoxKey key{0, x >> 6, y >> 8, z >> 6};
         auto found = m_boxes.find(key);
-        if (found == m_boxes.end()) found = m_boxes.emplace(key, m_world->box(key)).first;
+        if (found == m_boxes.end())
+            found = m_boxes.emplace(key, m_world->box(key)).first;
         return found->second ? found->second->voxel(x & 63, y & 255, z & 63) : std::nullopt;
     }
     [[nodiscard]] voxel::Material material(std::int32_t x, std::int32_t y, std::int32_t z) {
@@ -90,9 +107,12 @@ public:
         return v ? v->material : voxel::Material::kAir;
     }
     /// The highest voxel of a column that `wanted` accepts.
-    template <class Wanted> [[nodiscard]] std::optional<std::int32_t> highest(std::int32_t x, std::int32_t z, const Wanted& wanted) {
+    template <class Wanted>
+    [[nodiscard]] std::optional<std::int32_t> highest(std::int32_t x, std::int32_t z,
+                                                      const Wanted& wanted) {
         for (std::int32_t y = info().bounds.max[1]; y >= info().bounds.min[1]; --y)
-            if (const auto v = at(x, y, z); v && wanted(*v)) return y;
+            if (const auto v = at(x, y, z); v && wanted(*v))
+                return y;
         return std::nullopt;
     }
     [[nodiscard]] std::optional<std::int32_t> top(std::int32_t x, std::int32_t z) {
@@ -117,7 +137,8 @@ inline std::vector<voxel::BoxKey> all_keys(const voxel::WorldInfo& info, int lev
     const auto range = voxel::boxes_over(info.bounds, level);
     for (auto bx = range.min.bx; bx < range.max.bx; ++bx)
         for (auto by = range.min.by; by < range.max.by; ++by)
-            for (auto bz = range.min.bz; bz < range.max.bz; ++bz) out.push_back({level, bx, by, bz});
+            for (auto bz = range.min.bz; bz < range.max.bz; ++bz)
+                out.push_back({level, bx, by, bz});
     return out;
 }
 

@@ -17,17 +17,23 @@ const KeepsPoint kAll = [](const lidar::RawPoint&) { return true; };
 Cloud shuffled(const Cloud& cloud, unsigned seed) {
     auto points = cloud.points();
     std::mt19937 random(seed);
-    for (std::size_t i = points.size(); i > 1; --i) std::swap(points[i - 1], points[random() % i]);
+    for (std::size_t i = points.size(); i > 1; --i)
+        std::swap(points[i - 1], points[random() % i]);
     Cloud out;
-    for (const auto& p : points) out.add(p.east, p.north, p.height, p.source_class);
+    for (const auto& p : points)
+        out.add(p.east, p.north, p.height, p.source_class);
     return out;
 }
 
-PointCluster cluster(std::uint64_t count, double wide) { return {count, {0, 0, 0}, {wide, wide, 0}}; }
+PointCluster cluster(std::uint64_t count, double wide) {
+    return {count, {0, 0, 0}, {wide, wide, 0}};
+}
 
 }  // namespace
 
-TEST_CASE("clusters are the same in every order of the points, packed or plain, on any number of threads", "[voxelserver][voxelize][clusters]") {
+TEST_CASE(
+    "clusters are the same in every order of the points, packed or plain, on any number of threads",
+    "[voxelserver][voxelize][clusters]") {
     const unsigned seed = GENERATE(range(1u, 6u));
     std::mt19937 random(seed);
     const TemporaryFolder folder;
@@ -43,35 +49,53 @@ TEST_CASE("clusters are the same in every order of the points, packed or plain, 
             cloud.add(east, north, 7, 2);
         }
     }
-    cloud.write(folder.path() / "a.laz"), shuffled(cloud, seed).write(folder.path() / "b.laz"), shuffled(cloud, seed + 1).write(folder.path() / "c.las");
+    cloud.write(folder.path() / "a.laz"), shuffled(cloud, seed).write(folder.path() / "b.laz"),
+        shuffled(cloud, seed + 1).write(folder.path() / "c.las");
     const auto found = find_clusters(lidar::read_las_info(folder.path() / "a.laz"), kAll, 1, 1);
     INFO("seed " << seed);
     REQUIRE(found.size() == static_cast<std::size_t>(places));
     std::uint64_t sum = 0;
-    for (const PointCluster& c : found) sum += c.count;
+    for (const PointCluster& c : found)
+        sum += c.count;
     CHECK(sum == points);
-    CHECK(std::is_sorted(found.begin(), found.end(), [](const PointCluster& a, const PointCluster& b) { return a.count > b.count; }));
-    for (const char* name : {"b.laz", "c.las"}) CHECK((find_clusters(lidar::read_las_info(folder.path() / name), kAll, 1, 2) == found));
+    CHECK(std::is_sorted(
+        found.begin(), found.end(),
+        [](const PointCluster& a, const PointCluster& b) { return a.count > b.count; }));
+    for (const char* name : {"b.laz", "c.las"})
+        CHECK((find_clusters(lidar::read_las_info(folder.path() / name), kAll, 1, 2) == found));
 }
 
-TEST_CASE("points less than a kilometre apart hang together, and dropped ones do not count", "[voxelserver][voxelize][clusters]") {
-    struct Case { const char* name; double step, unit_m; std::size_t clusters; };
-    const auto c = GENERATE(values<Case>({
-        {"a chain", 900, 1, 1}, {"too far", 1400, 1, 10}, {"a chain in feet", 2900, 0.3048, 1}, {"too far in feet", 4600, 0.3048, 10}
-    }));
+TEST_CASE("points less than a kilometre apart hang together, and dropped ones do not count",
+          "[voxelserver][voxelize][clusters]") {
+    struct Case {
+        const char* name;
+        double step, unit_m;
+        std::size_t clusters;
+    };
+    const auto c = GENERATE(values<Case>({{"a chain", 900, 1, 1},
+                                          {"too far", 1400, 1, 10},
+                                          {"a chain in feet", 2900, 0.3048, 1},
+                                          {"too far in feet", 4600, 0.3048, 10}}));
     DYNAMIC_SECTION(c.name) {
         const TemporaryFolder folder;
         Cloud cloud;
-        for (int i = 0; i < 10; ++i) cloud.add(c.step * i, 0, 1, 2), cloud.add(c.step * (i + 0.5), 50'000, 1, 7);
+        for (int i = 0; i < 10; ++i)
+            cloud.add(c.step * i, 0, 1, 2), cloud.add(c.step * (i + 0.5), 50'000, 1, 7);
         cloud.write(folder.path() / "a.laz");
         const KeepsPoint no_noise = [](const lidar::RawPoint& p) { return p.classification != 7; };
-        const auto found = find_clusters(lidar::read_las_info(folder.path() / "a.laz"), no_noise, c.unit_m, 2);
+        const auto found =
+            find_clusters(lidar::read_las_info(folder.path() / "a.laz"), no_noise, c.unit_m, 2);
         CHECK(found.size() == c.clusters);
     }
 }
 
-TEST_CASE("strays are few points, or many in one place, and always a small share", "[voxelserver][voxelize][clusters]") {
-    struct Case { const char* name; std::vector<PointCluster> clusters; std::size_t left; };
+TEST_CASE("strays are few points, or many in one place, and always a small share",
+          "[voxelserver][voxelize][clusters]") {
+    struct Case {
+        const char* name;
+        std::vector<PointCluster> clusters;
+        std::size_t left;
+    };
     const auto c = GENERATE(values<Case>({
         {"none", {}, 0},
         {"one point alone", {cluster(1, 0)}, 1},
@@ -87,6 +111,7 @@ TEST_CASE("strays are few points, or many in one place, and always a small share
         auto clusters = c.clusters;
         drop_strays(clusters, 1);
         CHECK(clusters.size() == c.left);
-        if (c.left > 0) CHECK((clusters.front() == c.clusters.front()));
+        if (c.left > 0)
+            CHECK((clusters.front() == c.clusters.front()));
     }
 }

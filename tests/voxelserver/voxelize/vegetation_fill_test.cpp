@@ -14,8 +14,10 @@ namespace {
 using Returns = MadeLand::Returns;
 constexpr double kGround = 10.5;
 
-Margined<Crown> crowns_of(MadeLand& land, PatchKey patch = {0, 0}, double voxel_m = 1, const Settings& settings = {}) {
-    return fill_crowns(land.window(patch), asprs(), GroundHeights(static_cast<float>(kGround)), settings, voxel_m);
+Margined<Crown> crowns_of(MadeLand& land, PatchKey patch = {0, 0}, double voxel_m = 1,
+                          const Settings& settings = {}) {
+    return fill_crowns(land.window(patch), asprs(), GroundHeights(static_cast<float>(kGround)),
+                       settings, voxel_m);
 }
 
 /// A crown like a cone over its middle, without returns of the ground below. @return NaN outside
@@ -25,13 +27,16 @@ double cone(double x, double z, double mid_x, double mid_z, double top, double r
 }
 
 void put(Returns& out, double crown) {
-    if (std::isnan(crown)) out.push_back({kGround, kGroundClass});
-    else out.push_back({crown, kTree});
+    if (std::isnan(crown))
+        out.push_back({kGround, kGroundClass});
+    else
+        out.push_back({crown, kTree});
 }
 
 std::string text_of(const std::vector<std::pair<int, int>>& columns) {
     std::string out;
-    for (const auto& [x, z] : columns) out += " (" + std::to_string(x) + ", " + std::to_string(z) + ")";
+    for (const auto& [x, z] : columns)
+        out += " (" + std::to_string(x) + ", " + std::to_string(z) + ")";
     return out;
 }
 
@@ -43,7 +48,8 @@ std::vector<std::pair<int, int>> trunks_of(MadeLand& land, double voxel_m = 1) {
             const auto crowns = crowns_of(land, {px, pz}, voxel_m);
             for (int z = 0; z < 64; ++z)
                 for (int x = 0; x < 64; ++x)
-                    if (crowns.at(x, z).trunk) out.emplace_back(px * 64 + x, pz * 64 + z);
+                    if (crowns.at(x, z).trunk)
+                        out.emplace_back(px * 64 + x, pz * 64 + z);
         }
     return out;
 }
@@ -62,12 +68,15 @@ Plateau plateau_at(const Margined<Crown>& crowns, int x, int z, Grid<char, 2>& m
         const auto [own_x, own_z] = columns[i];
         const Crown& own = crowns.at(own_x, own_z);
         out.trunks += own.trunk ? 1 : 0;
-        min_x = std::min(min_x, own_x), max_x = std::max(max_x, own_x), max_z = std::max(max_z, own_z);
+        min_x = std::min(min_x, own_x), max_x = std::max(max_x, own_x),
+        max_z = std::max(max_z, own_z);
         for (int dz = -1; dz <= 1; ++dz)
             for (int dx = -1; dx <= 1; ++dx) {
                 const Crown& next = crowns.at(own_x + dx, own_z + dz);
                 out.hidden = out.hidden || (next.seen() && next.height > own.height);
-                if (next.seen() && next.height == own.height && met.at(own_x + dx, own_z + dz)++ == 0) columns.emplace_back(own_x + dx, own_z + dz);
+                if (next.seen() && next.height == own.height &&
+                    met.at(own_x + dx, own_z + dz)++ == 0)
+                    columns.emplace_back(own_x + dx, own_z + dz);
             }
     }
     out.wide = max_x - min_x + 1, out.deep = max_z - z + 1;
@@ -76,36 +85,62 @@ Plateau plateau_at(const Margined<Crown>& crowns, int x, int z, Grid<char, 2>& m
 
 }  // namespace
 
-TEST_CASE("a column without returns among crown columns is closed, unless something else was seen in it", "[voxelserver][voxelize][vegetation]") {
-    struct Case { const char* name; int code; bool closed; };
+TEST_CASE(
+    "a column without returns among crown columns is closed, unless something else was seen in it",
+    "[voxelserver][voxelize][vegetation]") {
+    struct Case {
+        const char* name;
+        int code;
+        bool closed;
+    };
     constexpr int kNothing = -1;
-    const auto c = GENERATE(values<Case>({{"no return", kNothing, true}, {"the ground", kGroundClass, false}, {"a roof", kBuilding, false}, {"water",
-        kWater, false}, {"a deck", kBridge, false}}));
+    const auto c = GENERATE(values<Case>({{"no return", kNothing, true},
+                                          {"the ground", kGroundClass, false},
+                                          {"a roof", kBuilding, false},
+                                          {"water", kWater, false},
+                                          {"a deck", kBridge, false}}));
     DYNAMIC_SECTION(c.name) {
         MadeLand land([&](int x, int z, Returns& out) {
-            if (x != 31 || z != 30) put(out, cone(x, z, 30, 30, 25.5, 5));
-            else if (c.code != kNothing) out.push_back({kGround, static_cast<std::uint8_t>(c.code)});
+            if (x != 31 || z != 30)
+                put(out, cone(x, z, 30, 30, 25.5, 5));
+            else if (c.code != kNothing)
+                out.push_back({kGround, static_cast<std::uint8_t>(c.code)});
         });
         const auto crowns = crowns_of(land);
         CHECK(crowns.at(31, 30).seen() == c.closed);
-        if (c.closed) CHECK((crowns.at(31, 30).top >= 23 && crowns.at(31, 30).top <= 25 && crowns.at(31, 30).look.source_class == kTree));
+        if (c.closed)
+            CHECK((crowns.at(31, 30).top >= 23 && crowns.at(31, 30).top <= 25 &&
+                   crowns.at(31, 30).look.source_class == kTree));
         CHECK_FALSE(crowns.at(37, 30).seen());
     }
 }
 
 TEST_CASE("only plants higher than a shrub have crowns", "[voxelserver][voxelize][vegetation]") {
-    struct Case { const char* name; double above_m, voxel_m; std::uint8_t code; bool crown; };
+    struct Case {
+        const char* name;
+        double above_m, voxel_m;
+        std::uint8_t code;
+        bool crown;
+    };
     const auto c = GENERATE(values<Case>({
-        {"a tree", 12, 1, kTree, true}, {"a shrub", 1.5, 1, kTree, false}, {"a tall unsorted thing", 12, 1, kUnsorted, true},
-        {"a mast", 12, 1, 15, false}, {"a tree in half metres", 6, 0.5, kTree, true}, {"a shrub in half metres", 1.5, 0.5, kTree, false},
+        {"a tree", 12, 1, kTree, true},
+        {"a shrub", 1.5, 1, kTree, false},
+        {"a tall unsorted thing", 12, 1, kUnsorted, true},
+        {"a mast", 12, 1, 15, false},
+        {"a tree in half metres", 6, 0.5, kTree, true},
+        {"a shrub in half metres", 1.5, 0.5, kTree, false},
     }));
     DYNAMIC_SECTION(c.name) {
         MadeLand land([&](int x, int z, Returns& out) {
-            if (std::hypot(x - 30, z - 30) > 3) out.push_back({kGround, kGroundClass});
-            else out.push_back({kGround + c.above_m / c.voxel_m, c.code});
+            if (std::hypot(x - 30, z - 30) > 3)
+                out.push_back({kGround, kGroundClass});
+            else
+                out.push_back({kGround + c.above_m / c.voxel_m, c.code});
         });
         const auto crowns = crowns_of(land, {0, 0}, c.voxel_m);
-        Margined<Crown>::each([&](int x, int z) { REQUIRE(crowns.at(x, z).seen() == (c.crown && std::hypot(x - 30, z - 30) <= 3)); });
+        Margined<Crown>::each([&](int x, int z) {
+            REQUIRE(crowns.at(x, z).seen() == (c.crown && std::hypot(x - 30, z - 30) <= 3));
+        });
     }
 }
 
@@ -115,13 +150,15 @@ TEST_CASE("a bird is no crown", "[voxelserver][voxelize][vegetation]") {
         settings.points.drop_isolated = drop;
         MadeLand land([](int x, int z, Returns& out) {
             out.push_back({kGround, kGroundClass});
-            if (x == 20 && z == 20) out.push_back({60, kTree});
+            if (x == 20 && z == 20)
+                out.push_back({60, kTree});
         });
         CHECK(crowns_of(land, {0, 0}, 1, settings).at(20, 20).seen() == !drop);
     }
 }
 
-TEST_CASE("a crown is one body: foliage reaches down to lower neighbours' tops", "[voxelserver][voxelize][vegetation]") {
+TEST_CASE("a crown is one body: foliage reaches down to lower neighbours' tops",
+          "[voxelserver][voxelize][vegetation]") {
     const double steepness = GENERATE(1.0, 2.0, 3.0);
     MadeLand land([&](int x, int z, Returns& out) {
         const double d = std::hypot(x - 30, z - 30);
@@ -133,39 +170,61 @@ TEST_CASE("a crown is one body: foliage reaches down to lower neighbours' tops",
         for (int x = 26; x <= 34; ++x)
             for (const auto& [dx, dz] : {std::pair{1, 0}, {0, 1}}) {
                 const Crown &a = crowns.at(x, z), &b = crowns.at(x + dx, z + dz);
-                if (!a.seen() || !b.seen()) continue;
+                if (!a.seen() || !b.seen())
+                    continue;
                 ++pairs;
-                INFO("columns " << x << ", " << z << " and " << x + dx << ", " << z + dz << ": [" << a.bottom << ", " << a.top << "] and [" << b.bottom
-                    << ", " << b.top << "]");
+                INFO("columns " << x << ", " << z << " and " << x + dx << ", " << z + dz << ": ["
+                                << a.bottom << ", " << a.top << "] and [" << b.bottom << ", "
+                                << b.top << "]");
                 CHECK(a.bottom <= a.top);
                 CHECK((a.bottom <= b.top && b.bottom <= a.top));
             }
     CHECK(pairs > 50);
 }
 
-TEST_CASE("a much lower plant beside a tree does not pull its crown down to the ground", "[voxelserver][voxelize][vegetation]") {
-    MadeLand land([](int x, int z, Returns& out) { put(out, std::hypot(x - 30, z - 30) <= 3 ? 40.5 : std::hypot(x - 37, z - 30) <= 4 ? 15.5 : std::nan("")); });
+TEST_CASE("a much lower plant beside a tree does not pull its crown down to the ground",
+          "[voxelserver][voxelize][vegetation]") {
+    MadeLand land([](int x, int z, Returns& out) {
+        put(out, std::hypot(x - 30, z - 30) <= 3   ? 40.5
+                 : std::hypot(x - 37, z - 30) <= 4 ? 15.5
+                                                   : std::nan(""));
+    });
     const auto crowns = crowns_of(land);
     REQUIRE(crowns.at(33, 30).top == 40);
     CHECK(crowns.at(33, 30).bottom > 20);
 }
 
-TEST_CASE("each tree has one trunk, under its top, wherever patches meet", "[voxelserver][voxelize][vegetation]") {
-    const auto [mid_x, mid_z] = GENERATE(table<int, int>({{30, 30}, {0, 0}, {-1, 0}, {63, 64}, {64, 20}, {20, -1}, {2, 62}}));
-    struct Case { const char* name; double top, radius; };
+TEST_CASE("each tree has one trunk, under its top, wherever patches meet",
+          "[voxelserver][voxelize][vegetation]") {
+    const auto [mid_x, mid_z] = GENERATE(
+        table<int, int>({{30, 30}, {0, 0}, {-1, 0}, {63, 64}, {64, 20}, {20, -1}, {2, 62}}));
+    struct Case {
+        const char* name;
+        double top, radius;
+    };
     const auto c = GENERATE(values<Case>({{"small", 16.75, 2}, {"tall", 35.75, 6}}));
     DYNAMIC_SECTION(c.name << ", at " << mid_x << " " << mid_z) {
-        MadeLand land([&, mx = mid_x, mz = mid_z](int x, int z, Returns& out) { put(out, cone(x, z, mx, mz, c.top, c.radius)); });
+        MadeLand land([&, mx = mid_x, mz = mid_z](int x, int z, Returns& out) {
+            put(out, cone(x, z, mx, mz, c.top, c.radius));
+        });
         const auto trunks = trunks_of(land);
         REQUIRE(trunks.size() == 1);
         CHECK(trunks.front() == std::pair(mid_x, mid_z));
     }
 }
 
-TEST_CASE("a plateau within the window has one trunk, wherever patches meet", "[voxelserver][voxelize][vegetation]") {
-    const auto [mid_x, mid_z] = GENERATE(table<int, int>({{30, 30}, {0, 0}, {63, 64}, {64, 20}, {20, -1}}));
-    struct Case { const char* name; int wide, deep; };
-    const auto c = GENERATE(values<Case>({{"two columns", 2, 1}, {"two rows", 1, 2}, {"two by two", 2, 2}, {"three by three", 3, 3}}));
+TEST_CASE("a plateau within the window has one trunk, wherever patches meet",
+          "[voxelserver][voxelize][vegetation]") {
+    const auto [mid_x, mid_z] =
+        GENERATE(table<int, int>({{30, 30}, {0, 0}, {63, 64}, {64, 20}, {20, -1}}));
+    struct Case {
+        const char* name;
+        int wide, deep;
+    };
+    const auto c = GENERATE(values<Case>({{"two columns", 2, 1},
+                                          {"two rows", 1, 2},
+                                          {"two by two", 2, 2},
+                                          {"three by three", 3, 3}}));
     DYNAMIC_SECTION(c.name << ", at " << mid_x << " " << mid_z) {
         MadeLand land([&, mx = mid_x, mz = mid_z](int x, int z, Returns& out) {
             const bool top = x >= mx && x < mx + c.wide && z >= mz && z < mz + c.deep;
@@ -175,24 +234,43 @@ TEST_CASE("a plateau within the window has one trunk, wherever patches meet", "[
     }
 }
 
-TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever patches meet", "[voxelserver][voxelize][vegetation]") {
-    struct Case { const char* name; double half_wide, half_deep, turn_rad; bool round; double offset; };
+TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever patches meet",
+          "[voxelserver][voxelize][vegetation]") {
+    struct Case {
+        const char* name;
+        double half_wide, half_deep, turn_rad;
+        bool round;
+        double offset;
+    };
     const auto c = GENERATE(values<Case>({
-        {"disc of radius 3", 3, 3, 0, true, 1.75}, {"disc of radius 3.4", 3.4, 3.4, 0, true, 1.75}, {"disc of radius 6", 6, 6, 0, true, 4.5},
-        {"disc of radius 12", 12, 12, 0, true, 10.5}, {"oval", 6, 3, 0.4, true, 3.5}, {"narrow oval", 6, 2, 0.2, true, 5.5}, {"square", 5, 5, 0, false, 4.5},
-        {"hedge along x", 15, 1, 0, false, 15.5}, {"hedge along z", 1, 15, 0, false, 15.5}, {"hedge across", 15, 1.5, 0.785, false, 15.5},
+        {"disc of radius 3", 3, 3, 0, true, 1.75},
+        {"disc of radius 3.4", 3.4, 3.4, 0, true, 1.75},
+        {"disc of radius 6", 6, 6, 0, true, 4.5},
+        {"disc of radius 12", 12, 12, 0, true, 10.5},
+        {"oval", 6, 3, 0.4, true, 3.5},
+        {"narrow oval", 6, 2, 0.2, true, 5.5},
+        {"square", 5, 5, 0, false, 4.5},
+        {"hedge along x", 15, 1, 0, false, 15.5},
+        {"hedge along z", 1, 15, 0, false, 15.5},
+        {"hedge across", 15, 1.5, 0.785, false, 15.5},
     }));
-    const auto [mid_x, mid_z] = GENERATE(table<double, double>({{30, 30}, {0.3, 0.6}, {63.5, 64}, {20.2, -1}}));
+    const auto [mid_x, mid_z] =
+        GENERATE(table<double, double>({{30, 30}, {0.3, 0.6}, {63.5, 64}, {20.2, -1}}));
     DYNAMIC_SECTION(c.name << ", at " << mid_x << " " << mid_z) {
         const auto on_top = [&, mx = mid_x, mz = mid_z](double x, double z) {
-            const double along = ((x - mx) * std::cos(c.turn_rad) + (z - mz) * std::sin(c.turn_rad)) / c.half_wide;
-            const double across = ((z - mz) * std::cos(c.turn_rad) - (x - mx) * std::sin(c.turn_rad)) / c.half_deep;
-            return c.round ? std::hypot(along, across) <= 1 : std::max(std::abs(along), std::abs(across)) <= 1;
+            const double along =
+                ((x - mx) * std::cos(c.turn_rad) + (z - mz) * std::sin(c.turn_rad)) / c.half_wide;
+            const double across =
+                ((z - mz) * std::cos(c.turn_rad) - (x - mx) * std::sin(c.turn_rad)) / c.half_deep;
+            return c.round ? std::hypot(along, across) <= 1
+                           : std::max(std::abs(along), std::abs(across)) <= 1;
         };
         const bool skirt = GENERATE(true, false);  // lower foliage around, or cut off as a hedge is
         INFO((skirt ? "with" : "without") << " a skirt");
         MadeLand land([&, mx = mid_x, mz = mid_z](int x, int z, Returns& out) {
-            put(out, on_top(x, z) ? 25.5 : skirt ? 15 + cone(x, z, mx, mz, 36, 18) / 4 : std::nan(""));
+            put(out, on_top(x, z) ? 25.5
+                     : skirt      ? 15 + cone(x, z, mx, mz, 36, 18) / 4
+                                  : std::nan(""));
         });
         const auto trunks = trunks_of(land);
         INFO("trunks at" << text_of(trunks));
@@ -202,30 +280,42 @@ TEST_CASE("a flat crown wider than the window has one trunk, inside, wherever pa
     }
 }
 
-TEST_CASE("a flat crown beside a higher top leaves the trunk to it", "[voxelserver][voxelize][vegetation]") {
+TEST_CASE("a flat crown beside a higher top leaves the trunk to it",
+          "[voxelserver][voxelize][vegetation]") {
     MadeLand land([](int x, int z, Returns& out) {
-        put(out, std::max(std::abs(x - 30), std::abs(z - 30)) <= 1 ? 26.5 : std::hypot(x - 30, z - 30) <= 3 ? 25.5 : std::nan(""));
+        put(out, std::max(std::abs(x - 30), std::abs(z - 30)) <= 1 ? 26.5
+                 : std::hypot(x - 30, z - 30) <= 3                 ? 25.5
+                                                                   : std::nan(""));
     });
     CHECK(text_of(trunks_of(land)) == " (30, 30)");
 }
 
-TEST_CASE("in a wood of plateaus of any shape each highest one keeps a trunk, and a small one has no second", "[voxelserver][voxelize][vegetation]") {
+TEST_CASE(
+    "in a wood of plateaus of any shape each highest one keeps a trunk, and a small one has no "
+    "second",
+    "[voxelserver][voxelize][vegetation]") {
     const auto seed = static_cast<std::uint32_t>(GENERATE(range(1, 9)));
     MadeLand land([&](int x, int z, Returns& out) {
         const bool wood = x >= 4 && x < 60 && z >= 4 && z < 60;
-        if (wood) out.push_back({20.5 + std::floor(3 * dice(x >> 1, z >> 1, seed)), kTree});
-        else out.push_back({kGround, kGroundClass});
+        if (wood)
+            out.push_back({20.5 + std::floor(3 * dice(x >> 1, z >> 1, seed)), kTree});
+        else
+            out.push_back({kGround, kGroundClass});
     });
     const auto crowns = crowns_of(land);
     Grid<char, 2> met(0);
     int highest = 0;
     Margined<Crown>::each([&](int first_x, int first_z) {
-        if (!crowns.at(first_x, first_z).seen() || met.at(first_x, first_z)++ != 0) return;
+        if (!crowns.at(first_x, first_z).seen() || met.at(first_x, first_z)++ != 0)
+            return;
         const Plateau plateau = plateau_at(crowns, first_x, first_z, met);
-        INFO("seed " << seed << ", plateau with " << first_x << " " << first_z << ", " << plateau.wide << " x " << plateau.deep);
+        INFO("seed " << seed << ", plateau with " << first_x << " " << first_z << ", "
+                     << plateau.wide << " x " << plateau.deep);
         constexpr int kSight = 5;
-        if (std::max(plateau.wide, plateau.deep) <= kSight + 1) REQUIRE(plateau.trunks <= 1);
-        if (plateau.hidden) return;
+        if (std::max(plateau.wide, plateau.deep) <= kSight + 1)
+            REQUIRE(plateau.trunks <= 1);
+        if (plateau.hidden)
+            return;
         ++highest;
         REQUIRE(plateau.trunks >= 1);
     });
@@ -241,23 +331,32 @@ TEST_CASE("two trees apart have two trunks", "[voxelserver][voxelize][vegetation
     CHECK(trunks == std::vector{std::pair(60, 30), std::pair(70, 31)});
 }
 
-TEST_CASE("windows of neighbouring patches see the same wood", "[voxelserver][voxelize][vegetation]") {
+TEST_CASE("windows of neighbouring patches see the same wood",
+          "[voxelserver][voxelize][vegetation]") {
     const double voxel_m = GENERATE(0.5, 1.0, 2.0);
     const bool plateaus = GENERATE(false, true);
     INFO(voxel_m << " m" << (plateaus ? ", heights in whole voxels" : ""));
     MadeLand land([&](int x, int z, Returns& out) {
-        if (dice(x, z, 1) < 0.2) return;
-        if (dice(x / 8, z / 8, 2) < 0.3) out.push_back({kGround, kGroundClass});
-        else if (plateaus) out.push_back({20.5 + std::floor(3 * dice(x >> 1, z >> 1, 4)), kTree});
-        else out.push_back({20 + 6 * std::sin(x / 2.0) * std::sin(z / 3.0) + std::floor(4 * dice(x, z, 3)) / 2, kTree});
+        if (dice(x, z, 1) < 0.2)
+            return;
+        if (dice(x / 8, z / 8, 2) < 0.3)
+            out.push_back({kGround, kGroundClass});
+        else if (plateaus)
+            out.push_back({20.5 + std::floor(3 * dice(x >> 1, z >> 1, 4)), kTree});
+        else
+            out.push_back(
+                {20 + 6 * std::sin(x / 2.0) * std::sin(z / 3.0) + std::floor(4 * dice(x, z, 3)) / 2,
+                 kTree});
     });
-    const auto a = crowns_of(land, {0, 0}, voxel_m), b = crowns_of(land, {1, 0}, voxel_m), d = crowns_of(land, {0, 1}, voxel_m);
+    const auto a = crowns_of(land, {0, 0}, voxel_m), b = crowns_of(land, {1, 0}, voxel_m),
+               d = crowns_of(land, {0, 1}, voxel_m);
     int crowns = 0, trunks = 0;
     const auto same = [&](const Crown& p, const Crown& q) {
         crowns += p.seen() ? 1 : 0, trunks += p.trunk ? 1 : 0;
         REQUIRE(p.seen() == q.seen());
-        if (p.seen()) REQUIRE((p.top == q.top && p.bottom == q.bottom && p.trunk == q.trunk && p.height == q.height
-            && p.look.source_class == q.look.source_class));
+        if (p.seen())
+            REQUIRE((p.top == q.top && p.bottom == q.bottom && p.trunk == q.trunk &&
+                     p.height == q.height && p.look.source_class == q.look.source_class));
     };
     for (int along = -2; along < 66; ++along)
         for (int across = 62; across < 66; ++across) {

@@ -14,65 +14,82 @@ namespace {
 // A landscape's water as one body, its levels, and ways to look at them by place.
 class Levelled {
 public:
-    explicit Levelled(Landscape& land, double noise_m = 0.04, double strays = 0.03, const LevelOptions& options = {}) : m_land(land) {
+    explicit Levelled(Landscape& land, double noise_m = 0.04, double strays = 0.03,
+                      const LevelOptions& options = {})
+        : m_land(land) {
         const std::vector<WaterCell> seen = land.scan(noise_m, strays);
         for (int z = 0; z < land.height(); ++z)
             for (int x = 0; x < land.width(); ++x) {
-                if (std::isnan(land.truth(x, z))) continue;
+                if (std::isnan(land.truth(x, z)))
+                    continue;
                 const WaterCell& c = seen[land.index(x, z)];
                 m_body.places.push_back({x, z});
-                m_body.samples.push_back(c.water_points > 0 ? LevelSample{c.water, c.water_points} : LevelSample{});
+                m_body.samples.push_back(c.water_points > 0 ? LevelSample{c.water, c.water_points}
+                                                            : LevelSample{});
             }
         m_level.assign(seen.size(), kNoLevel);
         const std::vector<float> levels = body_levels(m_body, options);
-        for (std::size_t i = 0; i < levels.size(); ++i) m_level[land.index(m_body.places[i].x, m_body.places[i].z)] = levels[i];
+        for (std::size_t i = 0; i < levels.size(); ++i)
+            m_level[land.index(m_body.places[i].x, m_body.places[i].z)] = levels[i];
     }
-    [[nodiscard]] float at(std::int32_t x, std::int32_t z) const { return m_land.inside(x, z) ? m_level[m_land.index(x, z)] : kNoLevel; }
+    [[nodiscard]] float at(std::int32_t x, std::int32_t z) const {
+        return m_land.inside(x, z) ? m_level[m_land.index(x, z)] : kNoLevel;
+    }
     [[nodiscard]] const Body& body() const { return m_body; }
 
     [[nodiscard]] double rmse() const {
         double sum = 0;
         for (const CellPlace p : m_body.places) {
-            const double error = static_cast<double>(at(p.x, p.z)) - static_cast<double>(m_land.truth(p.x, p.z));
+            const double error =
+                static_cast<double>(at(p.x, p.z)) - static_cast<double>(m_land.truth(p.x, p.z));
             sum += error * error;
         }
         return std::sqrt(sum / static_cast<double>(m_body.places.size()));
     }
 
-    // The most that water must rise on the best way from any cell to one of the outlets (all cells around these places).
+    // The most that water must rise on the best way from any cell to one of the outlets (all cells
+    // around these places).
     [[nodiscard]] double deepest_pit(const std::vector<std::pair<int, int>>& outlets) const {
         constexpr int kAround = 10;
         using Waiting = std::tuple<float, int, int>;
         std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> queue;
         std::vector<float> filled(m_level.size(), kNoLevel);
         const auto reach = [&](int x, int z, float from) {
-            if (std::isnan(at(x, z)) || !std::isnan(filled[m_land.index(x, z)])) return;
+            if (std::isnan(at(x, z)) || !std::isnan(filled[m_land.index(x, z)]))
+                return;
             queue.emplace(filled[m_land.index(x, z)] = std::max(from, at(x, z)), x, z);
         };
         for (const auto& [x, z] : outlets)
             for (int dz = -kAround; dz <= kAround; ++dz)
-                for (int dx = -kAround; dx <= kAround; ++dx) reach(x + dx, z + dz, -1e9f);
+                for (int dx = -kAround; dx <= kAround; ++dx)
+                    reach(x + dx, z + dz, -1e9f);
         double deepest = 0;
         while (!queue.empty()) {
             const auto [level, x, z] = queue.top();
             queue.pop();
             deepest = std::max(deepest, static_cast<double>(level) - static_cast<double>(at(x, z)));
-            for (int dz = -1; dz <= 1; ++dz)  // corners too: a cross-section that lies aslant hangs together there
-                for (int dx = -1; dx <= 1; ++dx) reach(x + dx, z + dz, level);
+            for (int dz = -1; dz <= 1;
+                 ++dz)  // corners too: a cross-section that lies aslant hangs together there
+                for (int dx = -1; dx <= 1; ++dx)
+                    reach(x + dx, z + dz, level);
         }
         for (const CellPlace p : m_body.places)
-            if (std::isnan(filled[m_land.index(p.x, p.z)])) return 1e9;
+            if (std::isnan(filled[m_land.index(p.x, p.z)]))
+                return 1e9;
         return deepest;
     }
 
-    // The most that the level rises from one place of a course to a later one; every sixth cell, for a course drawn in cells goes to and fro
-    // over the edge between two cross-sections. Its last cells are left out: a river's end is drawn round and level.
+    // The most that the level rises from one place of a course to a later one; every sixth cell,
+    // for a course drawn in cells goes to and fro over the edge between two cross-sections. Its
+    // last cells are left out: a river's end is drawn round and level.
     // @param from first cell looked at: where arms part, cross-sections of one reach into the other
-    [[nodiscard]] double rise_along(const std::vector<std::pair<int, int>>& course, std::size_t from = 0) const {
+    [[nodiscard]] double rise_along(const std::vector<std::pair<int, int>>& course,
+                                    std::size_t from = 0) const {
         double lowest = 1e9, rise = 0;
         for (std::size_t i = from; i + 12 < course.size(); i += 6) {
             const auto [x, z] = course[i];
-            if (std::isnan(at(x, z))) continue;
+            if (std::isnan(at(x, z)))
+                continue;
             rise = std::max(rise, static_cast<double>(at(x, z)) - lowest);
             lowest = std::min(lowest, static_cast<double>(at(x, z)));
         }
@@ -96,13 +113,22 @@ TEST_CASE("a noisy lake has exactly one level, within 5 cm of the truth", "[wate
     INFO("seed " << seed);
     const float level = found.at(60, 50);
     CHECK(std::abs(static_cast<double>(level) - 475.98) < 0.05);
-    for (const CellPlace p : found.body().places) REQUIRE(found.at(p.x, p.z) == level);
+    for (const CellPlace p : found.body().places)
+        REQUIRE(found.at(p.x, p.z) == level);
 }
 
-TEST_CASE("a river with bends, an island and a tributary falls on every way down", "[water][levels]") {
-    struct Case { const char* name; double slope_per_cell; double radius; };
+TEST_CASE("a river with bends, an island and a tributary falls on every way down",
+          "[water][levels]") {
+    struct Case {
+        const char* name;
+        double slope_per_cell;
+        double radius;
+    };
     const auto c = GENERATE(values<Case>({
-        {"0.1 %", 0.002, 8}, {"0.5 %", 0.01, 6}, {"1 %", 0.02, 8}, {"3 %", 0.06, 4},
+        {"0.1 %", 0.002, 8},
+        {"0.5 %", 0.01, 6},
+        {"1 %", 0.02, 8},
+        {"3 %", 0.06, 4},
     }));
     const auto seed = GENERATE(range(1u, 4u));
     DYNAMIC_SECTION(c.name << ", seed " << seed) {
@@ -110,10 +136,14 @@ TEST_CASE("a river with bends, an island and a tributary falls on every way down
         const auto course = land.river(wave(5, 690, 150, 60, 300), c.radius, 100, c.slope_per_cell);
         const auto mouth = course[course.size() * 6 / 10];
         const double mouth_level = static_cast<double>(land.truth(mouth.first, mouth.second));
-        const Landscape::Place spring{static_cast<double>(mouth.first) - 60, mouth.second > 150 ? 5.0 : 255.0};
+        const Landscape::Place spring{static_cast<double>(mouth.first) - 60,
+                                      mouth.second > 150 ? 5.0 : 255.0};
         const double way = std::hypot(spring.x - mouth.first, spring.z - mouth.second);
-        const auto side = land.river(line(spring, {mouth.first + 0.5, mouth.second + 0.5}), 3, mouth_level + way * c.slope_per_cell * 2, c.slope_per_cell * 2);
-        land.island({wave(5, 690, 150, 60, 300)[3000].x, wave(5, 690, 150, 60, 300)[3000].z}, c.radius * 0.5);
+        const auto side =
+            land.river(line(spring, {mouth.first + 0.5, mouth.second + 0.5}), 3,
+                       mouth_level + way * c.slope_per_cell * 2, c.slope_per_cell * 2);
+        land.island({wave(5, 690, 150, 60, 300)[3000].x, wave(5, 690, 150, 60, 300)[3000].z},
+                    c.radius * 0.5);
         const Levelled found(land);
         INFO("RMSE " << found.rmse() << " m over " << found.body().places.size() << " cells");
         CHECK(found.rmse() < 0.1);
@@ -128,8 +158,11 @@ TEST_CASE("a river is level from bank to bank", "[water][levels]") {
     land.river(line({5, 30}, {395, 30}), 10, 50, 0.02);
     const Levelled found(land);
     double widest = 0;
-    for (int x = 30; x < 370; ++x) widest = std::max(widest, std::abs(static_cast<double>(found.at(x, 22)) - static_cast<double>(found.at(x, 38))));
-    CHECK(widest < 0.15);  // 32 m apart where the river falls 1 %: three cross-sections, for distances are not quite Euclidean
+    for (int x = 30; x < 370; ++x)
+        widest = std::max(widest, std::abs(static_cast<double>(found.at(x, 22)) -
+                                           static_cast<double>(found.at(x, 38))));
+    CHECK(widest < 0.15);  // 32 m apart where the river falls 1 %: three cross-sections, for
+                           // distances are not quite Euclidean
 }
 
 TEST_CASE("both arms around a long island fall, though one is far longer", "[water][levels]") {
@@ -141,7 +174,8 @@ TEST_CASE("both arms around a long island fall, though one is far longer", "[wat
     auto straight = land.river(line({120, 150}, {380, 150}), 5, split, slope);
     const double joined = split - 260 * slope;
     std::vector<Landscape::Place> detour;
-    for (const auto& part : {line({120, 150}, {150, 30}), line({150, 30}, {350, 30}), line({350, 30}, {380, 150})})
+    for (const auto& part :
+         {line({120, 150}, {150, 30}), line({150, 30}, {350, 30}), line({350, 30}, {380, 150})})
         detour.insert(detour.end(), part.begin(), part.end());
     const double detour_way = 2 * std::hypot(30, 120) + 200;
     auto longer = land.river(detour, 4, split, (split - joined) / detour_way);
@@ -167,7 +201,8 @@ TEST_CASE("a lake inside a river is flat, the river above and below it falls", "
     CHECK(std::abs(static_cast<double>(level) - 99.98) < 0.05);
     std::size_t cells = 0, flat = 0;
     for (const CellPlace p : found.body().places) {
-        if (std::hypot(p.x - 400, p.z - 110) > 95) continue;
+        if (std::hypot(p.x - 400, p.z - 110) > 95)
+            continue;
         ++cells;
         flat += found.at(p.x, p.z) == level ? 1 : 0;
     }
@@ -197,8 +232,14 @@ TEST_CASE("a river that divides falls in both arms", "[water][levels]") {
 
 TEST_CASE("few returns never lift a lake above its low shore", "[water][levels]") {
     Body body;
-    for (int i = 0; i < 30; ++i) body.places.push_back({i, 0}), body.samples.push_back({});
-    struct Case { const char* name; std::vector<LevelSample> seen; std::vector<float> shore; float level; };
+    for (int i = 0; i < 30; ++i)
+        body.places.push_back({i, 0}), body.samples.push_back({});
+    struct Case {
+        const char* name;
+        std::vector<LevelSample> seen;
+        std::vector<float> shore;
+        float level;
+    };
     const auto c = GENERATE(values<Case>({
         {"nothing seen, shore only", {}, {5, 5.1f, 5.2f, 5.3f, 6, 7, 8, 9, 9, 9}, 5.1f},
         {"three returns below the shore", {{4.5f, 3}}, {5, 5.1f, 5.2f}, 4.5f},
@@ -207,22 +248,27 @@ TEST_CASE("few returns never lift a lake above its low shore", "[water][levels]"
         {"returns and no shore", {{5.6f, 2}}, {}, 5.6f},
     }));
     DYNAMIC_SECTION(c.name) {
-        for (std::size_t i = 0; i < c.seen.size(); ++i) body.samples[i] = c.seen[i];
+        for (std::size_t i = 0; i < c.seen.size(); ++i)
+            body.samples[i] = c.seen[i];
         body.shore = c.shore;
-        for (const float level : body_levels(body, {})) REQUIRE(level == c.level);
+        for (const float level : body_levels(body, {}))
+            REQUIRE(level == c.level);
     }
 }
 
 TEST_CASE("nothing seen and no shore: no level", "[water][levels]") {
     Body body;
-    for (int i = 0; i < 30; ++i) body.places.push_back({i, 0}), body.samples.push_back({});
-    for (const float level : body_levels(body, {})) CHECK(std::isnan(level));
+    for (int i = 0; i < 30; ++i)
+        body.places.push_back({i, 0}), body.samples.push_back({});
+    for (const float level : body_levels(body, {}))
+        CHECK(std::isnan(level));
     CHECK(body_levels({}, {}).empty());
 }
 
 TEST_CASE("without equalization cells keep what was seen in them", "[water][levels]") {
     Body body;
-    for (int i = 0; i < 6; ++i) body.places.push_back({i, 0}), body.samples.push_back({});
+    for (int i = 0; i < 6; ++i)
+        body.places.push_back({i, 0}), body.samples.push_back({});
     body.samples[1] = {3, 1}, body.samples[5] = {4, 2};
     CHECK(body_levels(body, {2, 1, false}) == std::vector<float>{3, 3, 3, 3, 4, 4});
 }
@@ -241,11 +287,14 @@ TEST_CASE("levels stand up to any body", "[water][levels]") {
     for (const auto& [cz, cx] : cells) {
         body.places.push_back({cx, cz});
         const float level = random() % 10 == 0 ? 1e30f : static_cast<float>(random() % 100) - 50;
-        body.samples.push_back(random() % 3 == 0 ? LevelSample{level, static_cast<std::uint32_t>(1 + random() % 65535)} : LevelSample{});
+        body.samples.push_back(
+            random() % 3 == 0 ? LevelSample{level, static_cast<std::uint32_t>(1 + random() % 65535)}
+                              : LevelSample{});
     }
     INFO("seed " << seed);
     const std::vector<float> levels = body_levels(body, {});
     REQUIRE(levels.size() == body.places.size());
-    for (const float l : levels) REQUIRE(!std::isinf(l));
+    for (const float l : levels)
+        REQUIRE(!std::isinf(l));
     CHECK((std::isnan(levels[0]) || body_levels(body, {}) == levels));
 }

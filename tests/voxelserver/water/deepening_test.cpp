@@ -19,7 +19,8 @@ struct Mask {
 Mask random_mask(std::mt19937& random) {
     Mask m{1 + static_cast<int>(random() % 40), 1 + static_cast<int>(random() % 40), {}};
     const unsigned dry = 1 + random() % 60;
-    for (int i = 0; i < m.width * m.height; ++i) m.water.push_back(random() % (dry * dry) == 0 ? 0 : 1);
+    for (int i = 0; i < m.width * m.height; ++i)
+        m.water.push_back(random() % (dry * dry) == 0 ? 0 : 1);
     return m;
 }
 
@@ -27,13 +28,15 @@ float slow_distance(const Mask& m, int x, int z, int reach) {
     int best = reach * reach;
     for (int v = 0; v < m.height; ++v)
         for (int u = 0; u < m.width; ++u)
-            if (m.water[static_cast<std::size_t>(v * m.width + u)] == 0) best = std::min(best, (u - x) * (u - x) + (v - z) * (v - z));
+            if (m.water[static_cast<std::size_t>(v * m.width + u)] == 0)
+                best = std::min(best, (u - x) * (u - x) + (v - z) * (v - z));
     return static_cast<float>(std::sqrt(static_cast<double>(best)));
 }
 
 }  // namespace
 
-TEST_CASE("shore distance is the distance to the nearest dry column, exactly, up to the reach", "[water][deepening]") {
+TEST_CASE("shore distance is the distance to the nearest dry column, exactly, up to the reach",
+          "[water][deepening]") {
     const auto seed = GENERATE(range(1u, 40u));
     std::mt19937 random(seed);
     const Mask m = random_mask(random);
@@ -43,7 +46,8 @@ TEST_CASE("shore distance is the distance to the nearest dry column, exactly, up
     for (int z = 0; z < m.height; ++z)
         for (int x = 0; x < m.width; ++x) {
             INFO("column " << x << ", " << z);
-            REQUIRE(found[static_cast<std::size_t>(z * m.width + x)] == slow_distance(m, x, z, reach));
+            REQUIRE(found[static_cast<std::size_t>(z * m.width + x)] ==
+                    slow_distance(m, x, z, reach));
         }
 }
 
@@ -51,24 +55,33 @@ TEST_CASE("depths of a patch depend on nothing farther than the reach", "[water]
     std::mt19937 random(7);
     const int reach = 9, side = 60;
     Mask whole{200, 150, {}};
-    for (int i = 0; i < whole.width * whole.height; ++i) whole.water.push_back(random() % 90 == 0 ? 0 : 1);
+    for (int i = 0; i < whole.width * whole.height; ++i)
+        whole.water.push_back(random() % 90 == 0 ? 0 : 1);
     const Deepening shape{0.3, 0.2, 2, reach};
     const std::vector<float> all = depths_m(whole.water, whole.width, whole.height, 1, shape);
     for (int round = 0; round < 20; ++round) {
         const int x0 = static_cast<int>(random() % 120), z0 = static_cast<int>(random() % 70);
         std::vector<std::uint8_t> cut;
         for (int z = 0; z < side; ++z)
-            for (int x = 0; x < side; ++x) cut.push_back(whole.water[static_cast<std::size_t>((z0 + z) * whole.width + x0 + x)]);
+            for (int x = 0; x < side; ++x)
+                cut.push_back(
+                    whole.water[static_cast<std::size_t>((z0 + z) * whole.width + x0 + x)]);
         const std::vector<float> part = depths_m(cut, side, side, 1, shape);
         INFO("cut at " << x0 << ", " << z0);
         for (int z = reach; z < side - reach; ++z)
             for (int x = reach; x < side - reach; ++x)
-                REQUIRE(part[static_cast<std::size_t>(z * side + x)] == all[static_cast<std::size_t>((z0 + z) * whole.width + x0 + x)]);
+                REQUIRE(part[static_cast<std::size_t>(z * side + x)] ==
+                        all[static_cast<std::size_t>((z0 + z) * whole.width + x0 + x)]);
     }
 }
 
 TEST_CASE("depth grows from the waterline by the slope, between its bounds", "[water][deepening]") {
-    struct Case { const char* name; float distance; double voxel_m; float depth; };
+    struct Case {
+        const char* name;
+        float distance;
+        double voxel_m;
+        float depth;
+    };
     const auto c = GENERATE(values<Case>({
         {"dry", 0, 1, 0},
         {"beside the shore", 1, 1, 0.2f},
@@ -76,17 +89,21 @@ TEST_CASE("depth grows from the waterline by the slope, between its bounds", "[w
         {"the same in small voxels", 22.5f, 0.25, 1.65f},
         {"far out", 1000, 1, 4},
     }));
-    DYNAMIC_SECTION(c.name) { CHECK(depth_m(c.distance, c.voxel_m, {0.3, 0.2, 4, 32}) == Approx(c.depth)); }
+    DYNAMIC_SECTION(c.name) {
+        CHECK(depth_m(c.distance, c.voxel_m, {0.3, 0.2, 4, 32}) == Approx(c.depth));
+    }
 }
 
 TEST_CASE("deepening refuses what it cannot mean", "[water][deepening]") {
     const std::vector<std::uint8_t> mask(6, 1);
     CHECK(shore_distance({}, 0, 5, 3).empty());
-    CHECK_THROWS_WITH(shore_distance(mask, 2, 2, 3), test::contains("6 columns") && test::contains("2 x 2"));
+    CHECK_THROWS_WITH(shore_distance(mask, 2, 2, 3),
+                      test::contains("6 columns") && test::contains("2 x 2"));
     CHECK_THROWS_AS(shore_distance(mask, -2, -3, 3), Error);
     CHECK_THROWS_WITH(shore_distance(mask, 3, 2, 0), test::contains("1 to 1024"));
     CHECK_THROWS_AS(depths_m(mask, 3, 2, 1, {-1, 0, 1, 4}), Error);
     CHECK_THROWS_AS(depths_m(mask, 3, 2, 1, {0.3, 2, 1, 4}), Error);
     CHECK_THROWS_AS(depths_m(mask, 3, 2, 0, {0.3, 0, 1, 4}), Error);
-    CHECK(depths_m(mask, 3, 2, 1, {0.3, 0, 9, 4}) == std::vector<float>(6, depth_m(4, 1, {0.3, 0, 9, 4})));  // no shore within reach
+    CHECK(depths_m(mask, 3, 2, 1, {0.3, 0, 9, 4}) ==
+          std::vector<float>(6, depth_m(4, 1, {0.3, 0, 9, 4})));  // no shore within reach
 }

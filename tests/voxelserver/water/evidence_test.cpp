@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kSide = 32;
 
-bool within(std::int32_t x, std::int32_t z, std::int32_t x0, std::int32_t z0, std::int32_t w, std::int32_t h) {
+bool within(std::int32_t x, std::int32_t z, std::int32_t x0, std::int32_t z0, std::int32_t w,
+            std::int32_t h) {
     return x >= x0 && z >= z0 && x < x0 + w && z < z0 + h;
 }
 
@@ -25,44 +26,83 @@ float level_of(const FunctionSource::Make& make, const Evidence& evidence = {}) 
     return WaterBodies(source, options).level(20, 20);
 }
 
-bool covered(std::int32_t x, std::int32_t z) { return within(x, z, -200, -200, 400, 400); }
+bool covered(std::int32_t x, std::int32_t z) {
+    return within(x, z, -200, -200, 400, 400);
+}
 
 // The hole that most cases have: 320 m2 around the cell asked for.
-bool hole(std::int32_t x, std::int32_t z) { return within(x, z, 15, 16, 10, 8); }
+bool hole(std::int32_t x, std::int32_t z) {
+    return within(x, z, 15, 16, 10, 8);
+}
 
-WaterCell ripple(std::int32_t x, std::int32_t z, float height) { return ground_at(height + 0.05f * static_cast<float>((x * 7 + z * 13) % 5)); }
+WaterCell ripple(std::int32_t x, std::int32_t z, float height) {
+    return ground_at(height + 0.05f * static_cast<float>((x * 7 + z * 13) % 5));
+}
 
 }  // namespace
 
 TEST_CASE("a void in the ground is water only within a level shore", "[water][evidence]") {
-    struct Case { const char* name; FunctionSource::Make make; bool water; };
+    struct Case {
+        const char* name;
+        FunctionSource::Make make;
+        bool water;
+    };
     const auto c = GENERATE(values<Case>({
-        {"a pond of 10 x 8 cells", [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40); }, true},
+        {"a pond of 10 x 8 cells",
+         [](auto x, auto z) {
+             return !covered(x, z) ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40);
+         },
+         true},
         {"banks on one half of the shore",
          [](auto x, auto z) {
-             if (!covered(x, z)) return WaterCell{};
-             if (hole(x, z)) return nothing_seen();
+             if (!covered(x, z))
+                 return WaterCell{};
+             if (hole(x, z))
+                 return nothing_seen();
              return ripple(x, z, 40.0f + 0.4f * static_cast<float>((x * 5 + z * 3) % 5 / 2));
          },
          true},
-        {"too small", [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : within(x, z, 18, 18, 6, 6) ? nothing_seen() : ripple(x, z, 40); }, false},
-        {"a hillside of 7 %",
-         [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40.0f + 0.14f * static_cast<float>(x)); },
+        {"too small",
+         [](auto x, auto z) {
+             return !covered(x, z)               ? WaterCell{}
+                    : within(x, z, 18, 18, 6, 6) ? nothing_seen()
+                                                 : ripple(x, z, 40);
+         },
          false},
-        {"at the survey's edge", [](auto x, auto z) { return x < 15 ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40); }, false},
+        {"a hillside of 7 %",
+         [](auto x, auto z) {
+             return !covered(x, z) ? WaterCell{}
+                    : hole(x, z)   ? nothing_seen()
+                                   : ripple(x, z, 40.0f + 0.14f * static_cast<float>(x));
+         },
+         false},
+        {"at the survey's edge",
+         [](auto x, auto z) {
+             return x < 15 ? WaterCell{} : hole(x, z) ? nothing_seen() : ripple(x, z, 40);
+         },
+         false},
         {"a black roof among roofs",
          [](auto x, auto z) {
-             if (!covered(x, z)) return WaterCell{};
-             return hole(x, z) ? nothing_seen() : within(x, z, 14, 15, 12, 10) ? thing() : ripple(x, z, 40);
+             if (!covered(x, z))
+                 return WaterCell{};
+             return hole(x, z)                     ? nothing_seen()
+                    : within(x, z, 14, 15, 12, 10) ? thing()
+                                                   : ripple(x, z, 40);
          },
          false},
         {"the thin shadow of a tower",
-         [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : within(x, z, 0, 20, 60, 2) ? nothing_seen() : ripple(x, z, 40); },
+         [](auto x, auto z) {
+             return !covered(x, z)               ? WaterCell{}
+                    : within(x, z, 0, 20, 60, 2) ? nothing_seen()
+                                                 : ripple(x, z, 40);
+         },
          false},
         {"among trees through which the ground is seen",
          [](auto x, auto z) {
-             if (!covered(x, z)) return WaterCell{};
-             if (hole(x, z)) return nothing_seen();
+             if (!covered(x, z))
+                 return WaterCell{};
+             if (hole(x, z))
+                 return nothing_seen();
              WaterCell cell = ripple(x, z, 40);
              cell.other_points = 60;
              return cell;
@@ -71,8 +111,10 @@ TEST_CASE("a void in the ground is water only within a level shore", "[water][ev
     }));
     DYNAMIC_SECTION(c.name) {
         const float level = level_of(c.make);
-        if (c.water) CHECK((level >= 39.99f && level <= 40.2f));
-        else CHECK(std::isnan(level));
+        if (c.water)
+            CHECK((level >= 39.99f && level <= 40.2f));
+        else
+            CHECK(std::isnan(level));
         Evidence without;
         without.by_void = false;
         CHECK(std::isnan(level_of(c.make, without)));
@@ -80,51 +122,80 @@ TEST_CASE("a void in the ground is water only within a level shore", "[water][ev
 }
 
 TEST_CASE("what looks wet is water when it is flat and wide", "[water][evidence]") {
-    struct Case { const char* name; FunctionSource::Make make; bool water; };
+    struct Case {
+        const char* name;
+        FunctionSource::Make make;
+        bool water;
+    };
     const auto c = GENERATE(values<Case>({
         {"a pond that was classified as ground",
-         [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : hole(x, z) ? wet(ripple(x, z, 40)) : ripple(x, z, 41); },
+         [](auto x, auto z) {
+             return !covered(x, z) ? WaterCell{}
+                    : hole(x, z)   ? wet(ripple(x, z, 40))
+                                   : ripple(x, z, 41);
+         },
          true},
         {"a meadow on a slope of 5 %",
          [](auto x, auto z) {
              const float h = 40.0f + 0.1f * static_cast<float>(x);
-             return !covered(x, z) ? WaterCell{} : hole(x, z) ? wet(ripple(x, z, h)) : ripple(x, z, h);
+             return !covered(x, z) ? WaterCell{}
+                    : hole(x, z)   ? wet(ripple(x, z, h))
+                                   : ripple(x, z, h);
          },
          false},
         {"a puddle",
-         [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : within(x, z, 18, 18, 5, 5) ? wet(ripple(x, z, 40)) : ripple(x, z, 41); },
+         [](auto x, auto z) {
+             return !covered(x, z)               ? WaterCell{}
+                    : within(x, z, 18, 18, 5, 5) ? wet(ripple(x, z, 40))
+                                                 : ripple(x, z, 41);
+         },
          false},
-        {"dark trees", [](auto x, auto z) { return !covered(x, z) ? WaterCell{} : hole(x, z) ? wet(thing()) : ripple(x, z, 41); }, false},
+        {"dark trees",
+         [](auto x, auto z) {
+             return !covered(x, z) ? WaterCell{} : hole(x, z) ? wet(thing()) : ripple(x, z, 41);
+         },
+         false},
         {"outside the survey", [](auto, auto) { return wet(WaterCell{}); }, false},
         {"nothing but wet voids in flat ground, at the edge",
-         [](auto x, auto z) { return x < 15 ? WaterCell{} : hole(x, z) ? wet(nothing_seen()) : ripple(x, z, 41); },
+         [](auto x, auto z) {
+             return x < 15 ? WaterCell{} : hole(x, z) ? wet(nothing_seen()) : ripple(x, z, 41);
+         },
          false},
     }));
     DYNAMIC_SECTION(c.name) {
         const float level = level_of(c.make);
-        if (c.water) CHECK((level >= 39.99f && level <= 40.2f));
-        else CHECK(std::isnan(level));
+        if (c.water)
+            CHECK((level >= 39.99f && level <= 40.2f));
+        else
+            CHECK(std::isnan(level));
         Evidence without;
         without.by_photo = false;
         CHECK(std::isnan(level_of(c.make, without)));
     }
 }
 
-TEST_CASE("water by class needs three returns and takes the voids around them", "[water][evidence]") {
+TEST_CASE("water by class needs three returns and takes the voids around them",
+          "[water][evidence]") {
     const auto returns = GENERATE(2, 3);
     const auto make = [&](std::int32_t x, std::int32_t z) {
-        if (!covered(x, z)) return WaterCell{};
-        if (!within(x, z, 17, 17, 6, 6)) return ripple(x, z, 41);
-        return x == 17 && z == 17 ? water_at(40.25f, static_cast<std::uint16_t>(returns)) : nothing_seen();
+        if (!covered(x, z))
+            return WaterCell{};
+        if (!within(x, z, 17, 17, 6, 6))
+            return ripple(x, z, 41);
+        return x == 17 && z == 17 ? water_at(40.25f, static_cast<std::uint16_t>(returns))
+                                  : nothing_seen();
     };
-    if (returns == 3) CHECK(level_of(make) == 40.25f);
-    else CHECK(std::isnan(level_of(make)));
+    if (returns == 3)
+        CHECK(level_of(make) == 40.25f);
+    else
+        CHECK(std::isnan(level_of(make)));
     Evidence without;
     without.by_class = false;
     CHECK(std::isnan(level_of(make, without)));
 }
 
-TEST_CASE("a cell is open when water returns outnumber others by more than two to one", "[water][evidence]") {
+TEST_CASE("a cell is open when water returns outnumber others by more than two to one",
+          "[water][evidence]") {
     WaterCell c = water_at(3, 5);
     c.ground_points = 1, c.other_points = 1;
     CHECK(is_open(c));
@@ -139,15 +210,23 @@ TEST_CASE("a cell is open when water returns outnumber others by more than two t
     CHECK_FALSE(is_open(c));
 }
 
-TEST_CASE("class, photo and voids meet in one body, and a wet slope beside it stays dry", "[water][evidence]") {
-    // From west to east: returns of class water, a void (glint), wet cells taken for ground; south of it a wet-looking slope.
+TEST_CASE("class, photo and voids meet in one body, and a wet slope beside it stays dry",
+          "[water][evidence]") {
+    // From west to east: returns of class water, a void (glint), wet cells taken for ground; south
+    // of it a wet-looking slope.
     const auto make = [](std::int32_t x, std::int32_t z) {
-        if (!covered(x, z)) return WaterCell{};
-        if (within(x, z, 0, 10, 12, 20)) return (x + z) % 3 == 0 ? water_at(40, 4) : nothing_seen();
-        if (within(x, z, 12, 10, 3, 20)) return nothing_seen();
-        if (within(x, z, 15, 10, 25, 20)) return x > 30 && x < 33 && z > 15 && z < 20 ? nothing_seen() : wet(ground_at(40.02f));
-        if (within(x, z, 70, 0, 30, 60)) return wet(ground_at(41.0f + 0.3f * static_cast<float>(z)));
-        if (within(x, z, 40, 20, 30, 2)) return wet(ground_at(40.02f));  // joins the two
+        if (!covered(x, z))
+            return WaterCell{};
+        if (within(x, z, 0, 10, 12, 20))
+            return (x + z) % 3 == 0 ? water_at(40, 4) : nothing_seen();
+        if (within(x, z, 12, 10, 3, 20))
+            return nothing_seen();
+        if (within(x, z, 15, 10, 25, 20))
+            return x > 30 && x < 33 && z > 15 && z < 20 ? nothing_seen() : wet(ground_at(40.02f));
+        if (within(x, z, 70, 0, 30, 60))
+            return wet(ground_at(41.0f + 0.3f * static_cast<float>(z)));
+        if (within(x, z, 40, 20, 30, 2))
+            return wet(ground_at(40.02f));  // joins the two
         return ripple(x, z, 41);
     };
     FunctionSource source(kSide, make);
@@ -155,11 +234,17 @@ TEST_CASE("class, photo and voids meet in one body, and a wet slope beside it st
     const float level = bodies.level(2, 12);
     CHECK(level == Approx(40.02).margin(0.03));
     CHECK(bodies.level(13, 12) == level);
-    CHECK(bodies.level(31, 17) != bodies.level(31, 17));  // the wet part touches a slope: it is not flat, so only class and voids remain
+    CHECK(bodies.level(31, 17) !=
+          bodies.level(
+              31,
+              17));  // the wet part touches a slope: it is not flat, so only class and voids remain
     CHECK(std::isnan(bodies.level(80, 50)));
-    FunctionSource apart(kSide, [&](std::int32_t x, std::int32_t z) { return within(x, z, 40, 20, 30, 2) ? ripple(x, z, 41) : make(x, z); });
+    FunctionSource apart(kSide, [&](std::int32_t x, std::int32_t z) {
+        return within(x, z, 40, 20, 30, 2) ? ripple(x, z, 41) : make(x, z);
+    });
     WaterBodies parted(apart, {});
     const float one = parted.level(2, 12);
-    for (const auto& [x, z] : {std::pair{13, 12}, {20, 20}, {31, 17}, {39, 29}}) CHECK(parted.level(x, z) == one);
+    for (const auto& [x, z] : {std::pair{13, 12}, {20, 20}, {31, 17}, {39, 29}})
+        CHECK(parted.level(x, z) == one);
     CHECK(std::isnan(parted.level(80, 50)));
 }

@@ -14,7 +14,9 @@
 namespace terravox::minecraft {
 
 /// What a block says of itself: `lit` = `true`.
-struct Property { std::string_view name, value; };
+struct Property {
+    std::string_view name, value;
+};
 using Properties = std::span<const Property>;
 
 /// [lit=true]: one property and the values that are meant.
@@ -49,9 +51,11 @@ struct Expanded {
     std::map<std::string, const Word*, std::less<>> chosen;  ///< which word stands for {name}
 };
 
-/// All names that a pattern with {words} and (alternatives|of|text) stands for, in order; alternatives may hold words.
+/// All names that a pattern with {words} and (alternatives|of|text) stands for, in order;
+/// alternatives may hold words.
 /// @throws what `fail` throws: an unknown word, a brace that is not closed, more than 4096 names
-[[nodiscard]] std::vector<Expanded> expand(std::string_view pattern, const Words& words, const Fail& fail);
+[[nodiscard]] std::vector<Expanded> expand(std::string_view pattern, const Words& words,
+                                           const Fail& fail);
 
 /// How many letters of a pattern stand outside of braces and parentheses, '*' left out.
 [[nodiscard]] std::size_t own_letters(std::string_view pattern) noexcept;

@@ -19,11 +19,13 @@ struct BlockLook {
     voxel::Material material = voxel::Material::kUnknown;
     bool has_colour = false;
     voxel::Rgb8 colour;
-    bool known = false;  ///< some entry of the table fits; else the material is kUnknown, which is seen
+    bool known =
+        false;  ///< some entry of the table fits; else the material is kUnknown, which is seen
     friend bool operator==(const BlockLook&, const BlockLook&) = default;
 };
 
-/// Which material and colour each block of Minecraft has (config/blocks/blocks.toml, old-blocks.toml). Safe to share between threads once it is made.
+/// Which material and colour each block of Minecraft has (config/blocks/blocks.toml,
+/// old-blocks.toml). Safe to share between threads once it is made.
 class BlockTable {
 public:
     /// @param folder holds blocks.toml and old-blocks.toml
@@ -34,11 +36,12 @@ public:
     [[nodiscard]] BlockLook of(std::string_view name, Properties properties) const;
     /// A block of a world before 1.13. @param data 0 to 15, other bits are left out
     [[nodiscard]] BlockLook of_number(int id, int data) const;
-    /// The name that the block has today, with what it says of itself ("snow[layers=3]"); "id:data" for one that no version had.
+    /// The name that the block has today, with what it says of itself ("snow[layers=3]"); "id:data"
+    /// for one that no version had.
     [[nodiscard]] std::string name_of_number(int id, int data) const;
 
-    /// These blocks, by name and whatever they say of themselves, are of these materials: what an exported world's side-car says. Colours stay.
-    /// Numbers stay as they were.
+    /// These blocks, by name and whatever they say of themselves, are of these materials: what an
+    /// exported world's side-car says. Colours stay. Numbers stay as they were.
     void overlay(const std::map<std::string, voxel::Material>& blocks);
 
 private:
@@ -59,9 +62,12 @@ private:
     };
     struct TextHash {
         using is_transparent = void;
-        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept { return std::hash<std::string_view>{}(text); }
+        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
+            return std::hash<std::string_view>{}(text);
+        }
     };
-    template <class Value> using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
+    template <class Value>
+    using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
     static constexpr int kNumbers = 256, kData = 16;
 
     [[nodiscard]] BlockLook look_of(std::string_view name, Properties properties) const;
@@ -70,9 +76,11 @@ private:
     ByName<std::vector<Candidate>> m_names;  ///< best first
     std::vector<Wildcard> m_wildcards;       ///< best first
     ByName<Renamed> m_renamed;
-    std::array<bool, voxel::kMaterialCount> m_drowned{};  ///< materials that are water when waterlogged
-    std::vector<std::vector<std::string>> m_number_names; ///< by number, then data; empty: no such number
-    std::vector<BlockLook> m_number_looks;                ///< number * 16 + data
+    std::array<bool, voxel::kMaterialCount>
+        m_drowned{};  ///< materials that are water when waterlogged
+    std::vector<std::vector<std::string>>
+        m_number_names;                     ///< by number, then data; empty: no such number
+    std::vector<BlockLook> m_number_looks;  ///< number * 16 + data
 };
 
 }  // namespace terravox::minecraft

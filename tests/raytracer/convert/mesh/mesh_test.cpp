@@ -18,22 +18,29 @@ using voxel::Material;
 
 namespace {
 
-// A face: the voxel it belongs to, which way it looks (0 to 5: -x, +x, -y, +y, -z, +z), and its look.
+// A face: the voxel it belongs to, which way it looks (0 to 5: -x, +x, -y, +y, -z, +z), and its
+// look.
 using Face = std::tuple<int, int, int, int, Look>;
 constexpr int kSteps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
 // The rule once more, voxel by voxel.
 std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Job& job) {
     std::vector<Face> out;
-    const auto material = [&](int x, int y, int z) { return part.holds(x, y, z) ? world.at(x, y, z) : Material::kAir; };
+    const auto material = [&](int x, int y, int z) {
+        return part.holds(x, y, z) ? world.at(x, y, z) : Material::kAir;
+    };
     for (int y = part.bounds.min[1]; y < part.bounds.max[1]; ++y)
         for (int z = part.bounds.min[2]; z < part.bounds.max[2]; ++z)
             for (int x = part.bounds.min[0]; x < part.bounds.max[0]; ++x) {
-                if (material(x, y, z) == Material::kAir) continue;
+                if (material(x, y, z) == Material::kAir)
+                    continue;
                 const auto attr = world.attr_at(x, y, z);
                 for (int d = 0; d < 6; ++d) {
-                    const Material beside = material(x + kSteps[d][0], y + kSteps[d][1], z + kSteps[d][2]);
-                    if (!voxel::see_through(beside) || (beside == material(x, y, z) && beside != Material::kAir)) continue;
+                    const Material beside =
+                        material(x + kSteps[d][0], y + kSteps[d][1], z + kSteps[d][2]);
+                    if (!voxel::see_through(beside) ||
+                        (beside == material(x, y, z) && beside != Material::kAir))
+                        continue;
                     out.emplace_back(x, y, z, d, look_of(attr.material, job.colour_of(attr)));
                 }
             }
@@ -45,10 +52,12 @@ std::vector<Face> faces_of(const PaintedWorld& world, const Part& part, const Jo
 void split(const std::array<std::array<int, 3>, 4>& c, Look look, std::vector<Face>& out) {
     std::array<int, 3> lo = c[0], hi = c[0], n{};
     for (const auto& p : c)
-        for (std::size_t a = 0; a < 3; ++a) lo[a] = std::min(lo[a], p[a]), hi[a] = std::max(hi[a], p[a]);
+        for (std::size_t a = 0; a < 3; ++a)
+            lo[a] = std::min(lo[a], p[a]), hi[a] = std::max(hi[a], p[a]);
     for (std::size_t a = 0; a < 3; ++a) {
         const std::size_t b = (a + 1) % 3, e = (a + 2) % 3;
-        n[a] = (c[1][b] - c[0][b]) * (c[2][e] - c[0][e]) - (c[1][e] - c[0][e]) * (c[2][b] - c[0][b]);
+        n[a] =
+            (c[1][b] - c[0][b]) * (c[2][e] - c[0][e]) - (c[1][e] - c[0][e]) * (c[2][b] - c[0][b]);
     }
     const std::size_t axis = n[0] != 0 ? 0 : n[1] != 0 ? 1 : 2;
     REQUIRE(lo[axis] == hi[axis]);
@@ -56,7 +65,8 @@ void split(const std::array<std::array<int, 3>, 4>& c, Look look, std::vector<Fa
     hi[axis] = lo[axis] + 1;
     for (int y = lo[1]; y < hi[1]; ++y)
         for (int z = lo[2]; z < hi[2]; ++z)
-            for (int x = lo[0]; x < hi[0]; ++x) out.emplace_back(x - (d == 1), y - (d == 3), z - (d == 5), d, look);
+            for (int x = lo[0]; x < hi[0]; ++x)
+                out.emplace_back(x - (d == 1), y - (d == 3), z - (d == 5), d, look);
 }
 
 std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t, 3>& origin) {
@@ -65,8 +75,10 @@ std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t
         for (const auto& q : part.quads) {
             std::array<std::array<int, 3>, 4> corners{};
             for (std::size_t i = 0; i < 4; ++i)
-                for (std::size_t a = 0; a < 3; ++a) corners[i][a] = part.vertices[q[i]].at[a] + origin[a];
-            for (const auto i : q) REQUIRE(part.vertices[i].look == part.vertices[q[0]].look);
+                for (std::size_t a = 0; a < 3; ++a)
+                    corners[i][a] = part.vertices[q[i]].at[a] + origin[a];
+            for (const auto i : q)
+                REQUIRE(part.vertices[i].look == part.vertices[q[0]].look);
             REQUIRE(material_of(part.vertices[q[0]].look) == material);
             split(corners, part.vertices[q[0]].look, out);
         }
@@ -76,7 +88,13 @@ std::vector<Face> faces_of(const ColumnMesh& mesh, const std::array<std::int32_t
 }  // namespace
 
 TEST_CASE("every exposed face is covered once and nothing else is", "[convert][mesh]") {
-    struct Case { const char* name; unsigned seed; std::uint32_t colours; bool merge; voxel::VoxelBounds bounds; };
+    struct Case {
+        const char* name;
+        unsigned seed;
+        std::uint32_t colours;
+        bool merge;
+        voxel::VoxelBounds bounds;
+    };
     const voxel::VoxelBounds all{{-70, -12, -9}, {75, 300, 80}};
     const auto c = GENERATE_COPY(values<Case>({
         {"all of it, colours of materials", 1, 0, true, all},
@@ -99,7 +117,8 @@ TEST_CASE("every exposed face is covered once and nothing else is", "[convert][m
         for (int bz = range.min.bz; bz < range.max.bz; ++bz)
             for (int bx = range.min.bx; bx < range.max.bx; ++bx) {
                 const ColumnMesh mesh = mesher.make(bx, bz);
-                for (const auto& [material, part] : mesh.parts) quads += part.quads.size();
+                for (const auto& [material, part] : mesh.parts)
+                    quads += part.quads.size();
                 const auto faces = faces_of(mesh, origin_of(e.job.part));
                 found.insert(found.end(), faces.begin(), faces.end());
             }
@@ -109,12 +128,15 @@ TEST_CASE("every exposed face is covered once and nothing else is", "[convert][m
         CHECK(found.size() == wanted.size());
         CHECK(std::adjacent_find(found.begin(), found.end()) == found.end());
         CHECK(found == wanted);
-        if (c.merge) CHECK(quads < wanted.size());
-        else CHECK(quads == wanted.size());
+        if (c.merge)
+            CHECK(quads < wanted.size());
+        else
+            CHECK(quads == wanted.size());
     }
 }
 
-TEST_CASE("a wall of one look is one quad in each box, and one colour more is three", "[convert][mesh]") {
+TEST_CASE("a wall of one look is one quad in each box, and one colour more is three",
+          "[convert][mesh]") {
     PaintedWorld world({0, 0, 0}, {64, 64, 64}, 0);
     world.fill({0, 0, 0}, {64, 64, 64}, Material::kWall);
     test::ExportJob e(world, "a.glb");
@@ -143,9 +165,11 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
             for (int x = b.min[0]; x < b.max[0]; ++x) {
-                if (world->at(x, y, z) == Material::kAir) continue;
+                if (world->at(x, y, z) == Material::kAir)
+                    continue;
                 ++solid;
-                if (!world->hidden(x, y, z)) ++seen;
+                if (!world->hidden(x, y, z))
+                    ++seen;
             }
     constexpr double kArea = 0.25, kVolume = 0.125;  // voxels of 0.5 m
     CHECK(mesh.area() == Approx(static_cast<double>(wanted.size()) * kArea).epsilon(1e-9));
@@ -161,17 +185,23 @@ TEST_CASE("mesh files enclose what is solid, at its place, in its colours", "[co
         const double length = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
         std::array<double, 3> p{};
         for (std::size_t a = 0; a < 3; ++a) {
-            for (const auto& corner : face.corners) p[a] += corner[a] / static_cast<double>(face.corners.size());
+            for (const auto& corner : face.corners)
+                p[a] += corner[a] / static_cast<double>(face.corners.size());
             p[a] = (p[a] - 0.1 * n[a] / length) / 0.5;
         }
         const std::array<double, 3> q = glb ? p : std::array<double, 3>{p[0], p[2], -p[1]};
-        const auto attr = world->attr_at(static_cast<int>(std::floor(q[0])) + o[0], static_cast<int>(std::floor(q[1])) + o[1],
+        const auto attr = world->attr_at(static_cast<int>(std::floor(q[0])) + o[0],
+                                         static_cast<int>(std::floor(q[1])) + o[1],
                                          static_cast<int>(std::floor(q[2])) + o[2]);
         const voxel::Rgb8 c = e.job.colour_of(attr);
-        const std::array<double, 3> colour = glb ? std::array<double, 3>{srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)}
-                                                 : std::array<double, 3>{c.r / 255.0, c.g / 255.0, c.b / 255.0};
-        for (std::size_t a = 0; a < 3; ++a) wrong += std::abs(colour[a] - face.colour[a]) > 1e-5;
-        wrong += face.material != (glb ? std::string(voxel::material_name(attr.material)) : std::to_string(static_cast<int>(attr.material)));
+        const std::array<double, 3> colour =
+            glb ? std::array<double, 3>{srgb_to_linear(c.r), srgb_to_linear(c.g),
+                                        srgb_to_linear(c.b)}
+                : std::array<double, 3>{c.r / 255.0, c.g / 255.0, c.b / 255.0};
+        for (std::size_t a = 0; a < 3; ++a)
+            wrong += std::abs(colour[a] - face.colour[a]) > 1e-5;
+        wrong += face.material != (glb ? std::string(voxel::material_name(attr.material))
+                                       : std::to_string(static_cast<int>(attr.material)));
     }
     CHECK(wrong == 0);
     CHECK(test::files_in(e.folder.path()).size() == 2);  // and the side-car
@@ -188,8 +218,10 @@ TEST_CASE("a part of a coarser level has larger voxels", "[convert][mesh]") {
     std::array<double, 3> low{1e9, 1e9, 1e9};
     for (const auto& face : mesh.faces)
         for (const auto& corner : face.corners)
-            for (std::size_t a = 0; a < 3; ++a) low[a] = std::min(low[a], corner[a]);
-    CHECK(low == std::array<double, 3>{-12, -20, 0});  // the middle is at x = 0, z = -65, y = 5 voxels of 4 m
+            for (std::size_t a = 0; a < 3; ++a)
+                low[a] = std::min(low[a], corner[a]);
+    CHECK(low == std::array<double, 3>{-12, -20,
+                                       0});  // the middle is at x = 0, z = -65, y = 5 voxels of 4 m
 }
 
 TEST_CASE("water, glass and lamps have materials that show it", "[convert][mesh]") {
@@ -198,7 +230,8 @@ TEST_CASE("water, glass and lamps have materials that show it", "[convert][mesh]
     write_mesh(e.job, MeshFormat::kGlb);
     const auto head = test::read_glb(test::bytes_of_file(e.job.out)).head;
     std::map<std::string, nlohmann::json> of;
-    for (const auto& m : head["materials"]) of[m["name"]] = m;
+    for (const auto& m : head["materials"])
+        of[m["name"]] = m;
     CHECK(of.at("water")["alphaMode"] == "BLEND");
     CHECK(of.at("glass")["pbrMetallicRoughness"]["baseColorFactor"][3] == 0.25);
     CHECK(of.at("lamp")["emissiveFactor"][0] > 0.5);
@@ -215,9 +248,11 @@ TEST_CASE("the bytes of a mesh do not depend on threads or memory", "[convert][m
     for (const int threads : {1, 2, 5}) {
         test::ExportJob e(*world, "a");
         e.job.threads = threads;
-        if (threads == 5) e.job.memory_bytes = 0;
+        if (threads == 5)
+            e.job.memory_bytes = 0;
         write_mesh(e.job, format);
-        if (first.empty()) first = test::bytes_of_file(e.job.out);
+        if (first.empty())
+            first = test::bytes_of_file(e.job.out);
         CHECK(test::bytes_of_file(e.job.out) == first);
     }
 }
@@ -231,9 +266,12 @@ TEST_CASE("fewer steps of colours make fewer faces", "[convert][mesh]") {
         write_mesh(e.job, MeshFormat::kPly, options);
         const auto mesh = test::read_ply(test::bytes_of_file(e.job.out));
         std::set<double> values;
-        for (const auto& face : mesh.faces) values.insert(face.colour.begin(), face.colour.end());
-        if (steps > 0) CHECK(values.size() <= static_cast<std::size_t>(steps));
-        if (steps == 2) CHECK(values == std::set<double>{0, 1});
+        for (const auto& face : mesh.faces)
+            values.insert(face.colour.begin(), face.colour.end());
+        if (steps > 0)
+            CHECK(values.size() <= static_cast<std::size_t>(steps));
+        if (steps == 2)
+            CHECK(values == std::set<double>{0, 1});
         return mesh.faces.size();
     };
     const std::size_t all = faces_with(0), sixteen = faces_with(16), two = faces_with(2);
@@ -251,7 +289,8 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[convert][mesh
         test::ExportJob e(*world, "a.glb");
         MeshOptions options;
         options.most_glb_bytes = 100000;
-        CHECK_THROWS_WITH(write_mesh(e.job, MeshFormat::kGlb, options), test::contains("more than 100000 bytes"));
+        CHECK_THROWS_WITH(write_mesh(e.job, MeshFormat::kGlb, options),
+                          test::contains("more than 100000 bytes"));
         CHECK(test::files_in(e.folder.path()).empty());
     }
     SECTION("nothing solid") {

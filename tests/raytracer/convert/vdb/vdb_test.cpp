@@ -24,34 +24,43 @@ ReadVdb read_vdb(const std::filesystem::path& path) {
     openvdb::initialize();
     openvdb::io::File file(path.string());
     file.open(false);
-    return {openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("density")), openvdb::gridPtrCast<openvdb::Int32Grid>(file.readGrid("material")),
+    return {openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("density")),
+            openvdb::gridPtrCast<openvdb::Int32Grid>(file.readGrid("material")),
             openvdb::gridPtrCast<openvdb::Vec3SGrid>(file.readGrid("Cd"))};
 }
 
-// How many voxels of the part differ from what is found at their places, by metres, in one of the files.
-std::size_t differences(const test::PaintedWorld& world, const Job& job, const std::vector<ReadVdb>& files, VdbUp up) {
+// How many voxels of the part differ from what is found at their places, by metres, in one of the
+// files.
+std::size_t differences(const test::PaintedWorld& world, const Job& job,
+                        const std::vector<ReadVdb>& files, VdbUp up) {
     std::size_t out = 0;
     const auto& b = job.part.bounds;
     const auto o = origin_of(job.part);
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
             for (int x = b.min[0]; x < b.max[0]; ++x) {
-                const double e = (x + 0.5 - o[0]) * 0.5, h = (y + 0.5 - o[1]) * 0.5, s = (z + 0.5 - o[2]) * 0.5;
-                const openvdb::Vec3d at = up == VdbUp::kY ? openvdb::Vec3d(e, h, s) : openvdb::Vec3d(e, -s, h);
-                const bool solid = world.at(x, y, z) != Material::kAir, seen = solid && !world.hidden(x, y, z);
+                const double e = (x + 0.5 - o[0]) * 0.5, h = (y + 0.5 - o[1]) * 0.5,
+                             s = (z + 0.5 - o[2]) * 0.5;
+                const openvdb::Vec3d at =
+                    up == VdbUp::kY ? openvdb::Vec3d(e, h, s) : openvdb::Vec3d(e, -s, h);
+                const bool solid = world.at(x, y, z) != Material::kAir,
+                           seen = solid && !world.hidden(x, y, z);
                 const auto attr = world.attr_at(x, y, z);
                 const voxel::Rgb8 c = job.colour_of(attr);
                 std::size_t found = 0;
                 for (const ReadVdb& f : files) {
                     const auto i = f.density->transform().worldToIndexCellCentered(at);
                     if (!f.density->tree().isValueOn(i)) {
-                        out += f.density->tree().getValue(i) != 0 || f.material->tree().isValueOn(i) || f.colour->tree().isValueOn(i);
+                        out += f.density->tree().getValue(i) != 0 ||
+                               f.material->tree().isValueOn(i) || f.colour->tree().isValueOn(i);
                         continue;
                     }
                     ++found;
-                    out += f.density->tree().getValue(i) != 1 || f.material->tree().getValue(i) != static_cast<int>(attr.material)
-                        || f.colour->tree().isValueOn(i) != seen;
-                    const openvdb::Vec3s wanted(srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b));
+                    out += f.density->tree().getValue(i) != 1 ||
+                           f.material->tree().getValue(i) != static_cast<int>(attr.material) ||
+                           f.colour->tree().isValueOn(i) != seen;
+                    const openvdb::Vec3s wanted(srgb_to_linear(c.r), srgb_to_linear(c.g),
+                                                srgb_to_linear(c.b));
                     out += seen && f.colour->tree().getValue(i) != wanted;
                 }
                 out += found != (solid ? 1u : 0u);
@@ -63,14 +72,19 @@ std::size_t solid_voxels(const test::PaintedWorld& world, const voxel::VoxelBoun
     std::size_t out = 0;
     for (int y = b.min[1]; y < b.max[1]; ++y)
         for (int z = b.min[2]; z < b.max[2]; ++z)
-            for (int x = b.min[0]; x < b.max[0]; ++x) out += world.at(x, y, z) != Material::kAir;
+            for (int x = b.min[0]; x < b.max[0]; ++x)
+                out += world.at(x, y, z) != Material::kAir;
     return out;
 }
 
 }  // namespace
 
 TEST_CASE("a vdb file holds every voxel, at its place in metres", "[convert][vdb]") {
-    struct Case { const char* name; VdbUp up; voxel::VoxelBounds bounds; };
+    struct Case {
+        const char* name;
+        VdbUp up;
+        voxel::VoxelBounds bounds;
+    };
     const voxel::VoxelBounds all{{-70, -12, -9}, {75, 300, 80}};
     const auto c = GENERATE_COPY(values<Case>({
         {"z up", VdbUp::kZ, all},
@@ -81,7 +95,8 @@ TEST_CASE("a vdb file holds every voxel, at its place in metres", "[convert][vdb
         const auto world = test::lumps(31, 1000);
         test::ExportJob e(*world, c.bounds, "a.vdb");
         write_vdb(e.job, {c.up});
-        CHECK(test::files_in(e.folder.path()) == std::set<std::string>{"a.vdb", "a.vdb.georef.json"});
+        CHECK(test::files_in(e.folder.path()) ==
+              std::set<std::string>{"a.vdb", "a.vdb.georef.json"});
         const ReadVdb file = read_vdb(e.job.out);
         const std::size_t solid = solid_voxels(*world, c.bounds);
         CHECK(e.job.voxels() == solid);
@@ -106,7 +121,8 @@ TEST_CASE("hidden rock costs next to nothing in a vdb file", "[convert][vdb]") {
     CHECK(file.colour->activeVoxelCount() == 128u * 256 * 64 - 126u * 254 * 62);
 }
 
-TEST_CASE("where memory is scarce there are several vdb files that fit together", "[convert][vdb]") {
+TEST_CASE("where memory is scarce there are several vdb files that fit together",
+          "[convert][vdb]") {
     const auto world = test::lumps(32, 9);
     test::ExportJob e(*world, "town.vdb");
     e.job.memory_bytes = GENERATE(std::size_t{0}, std::size_t{3} << 20, std::size_t{16} << 20);
@@ -114,7 +130,8 @@ TEST_CASE("where memory is scarce there are several vdb files that fit together"
     std::vector<ReadVdb> files;
     const auto names = test::files_in(e.folder.path());
     for (const auto& name : names)
-        if (name.ends_with(".vdb")) files.push_back(read_vdb(e.folder.path() / name));
+        if (name.ends_with(".vdb"))
+            files.push_back(read_vdb(e.folder.path() / name));
     INFO(e.job.memory_bytes);
     CHECK(files.size() * 2 == names.size());
     CHECK((files.size() > 1 && files.size() <= 12));
@@ -131,7 +148,8 @@ TEST_CASE("the bytes of a vdb file do not depend on threads, nor on chance", "[c
         test::ExportJob e(*world, "a.vdb");
         e.job.threads = threads;
         write_vdb(e.job);
-        if (first.empty()) first = test::bytes_of_file(e.job.out);
+        if (first.empty())
+            first = test::bytes_of_file(e.job.out);
         CHECK((test::bytes_of_file(e.job.out) == first));
     }
 }

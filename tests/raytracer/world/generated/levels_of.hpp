@@ -13,49 +13,63 @@
 namespace terravox::test {
 
 /// A box of any level made from boxes of level 0 by the downsampler.
-inline std::shared_ptr<const voxel::Box> downsampled(voxel::World& world, const voxel::BoxKey& key) {
-    if (key.level == 0) return world.box(key);
+inline std::shared_ptr<const voxel::Box> downsampled(voxel::World& world,
+                                                     const voxel::BoxKey& key) {
+    if (key.level == 0)
+        return world.box(key);
     std::array<std::shared_ptr<const voxel::Box>, 8> children;
     for (int i = 0; i < 8; ++i)
-        children[static_cast<std::size_t>(i)] = downsampled(world, {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)});
+        children[static_cast<std::size_t>(i)] =
+            downsampled(world, {key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
+                                2 * key.bz + (i >> 1 & 1)});
     return voxel::downsample(key, children);
 }
 
 /// What a stack of boxes looks like from above.
 struct FromAbove {
     std::map<voxel::Material, int> materials;  ///< columns
-    double ground = 0;                         ///< mean height of what is no plant and no water, level-0 voxels
-    std::array<double, 3> colour{};            ///< mean, of the columns with one
+    double ground = 0;  ///< mean height of what is no plant and no water, level-0 voxels
+    std::array<double, 3> colour{};  ///< mean, of the columns with one
     int columns = 0, coloured = 0;
-    [[nodiscard]] double share(voxel::Material m) const { return materials.contains(m) ? materials.at(m) / static_cast<double>(columns) : 0; }
+    [[nodiscard]] double share(voxel::Material m) const {
+        return materials.contains(m) ? materials.at(m) / static_cast<double>(columns) : 0;
+    }
     [[nodiscard]] double channel(std::size_t i) const { return colour[i] / coloured; }
     void add(const FromAbove& other) {
-        for (const auto& [material, count] : other.materials) materials[material] += count;
+        for (const auto& [material, count] : other.materials)
+            materials[material] += count;
         ground += other.ground, columns += other.columns, coloured += other.coloured;
-        for (std::size_t i = 0; i < 3; ++i) colour[i] += other.colour[i];
+        for (std::size_t i = 0; i < 3; ++i)
+            colour[i] += other.colour[i];
     }
 };
 
-/// @param box_of gives the boxes of the stack @param by_begin, by_end which there are; every column holds ground
-inline FromAbove from_above(int level, std::int32_t bx, std::int32_t bz, std::int32_t by_begin, std::int32_t by_end,
-                            const std::function<std::shared_ptr<const voxel::Box>(const voxel::BoxKey&)>& box_of) {
+/// @param box_of gives the boxes of the stack @param by_begin, by_end which there are; every column
+/// holds ground
+inline FromAbove from_above(
+    int level, std::int32_t bx, std::int32_t bz, std::int32_t by_begin, std::int32_t by_end,
+    const std::function<std::shared_ptr<const voxel::Box>(const voxel::BoxKey&)>& box_of) {
     using voxel::Material;
     FromAbove out;
     std::array<bool, 4096> seen{}, grounded{};
     for (std::int32_t by = by_end - 1; by >= by_begin; --by) {
         const auto box = box_of({level, bx, by, bz});
-        if (!box) continue;
+        if (!box)
+            continue;
         for (int i = 0; i < 4096; ++i) {
             for (int y = box->top() - 1; y >= 0 && !grounded[static_cast<std::size_t>(i)]; --y) {
                 const auto voxel = box->voxel(i & 63, y, i >> 6);
-                if (!voxel) continue;
+                if (!voxel)
+                    continue;
                 if (!seen[static_cast<std::size_t>(i)]) {
                     seen[static_cast<std::size_t>(i)] = true;
                     ++out.materials[voxel->material], ++out.columns;
-                    if (voxel->has_colour()) out.colour[0] += voxel->colour.r, out.colour[1] += voxel->colour.g, out.colour[2] += voxel->colour.b,
-                        ++out.coloured;
+                    if (voxel->has_colour())
+                        out.colour[0] += voxel->colour.r, out.colour[1] += voxel->colour.g,
+                            out.colour[2] += voxel->colour.b, ++out.coloured;
                 }
-                if (see_through(voxel->material) || voxel->material == Material::kTrunk) continue;
+                if (see_through(voxel->material) || voxel->material == Material::kTrunk)
+                    continue;
                 grounded[static_cast<std::size_t>(i)] = true;
                 out.ground += std::ldexp(y + 1 + 256.0 * by, level);
             }

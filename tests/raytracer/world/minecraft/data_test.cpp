@@ -11,20 +11,26 @@ namespace fs = std::filesystem;
 const fs::path kData = TERRAVOX_SHARED_DATA;
 
 TEST_CASE("real worlds of every generation load, whole", "[raytracer][minecraft]") {
-    struct Case { const char* path; const char* format; int chunks, unfinished; std::int64_t blocks; };
+    struct Case {
+        const char* path;
+        const char* format;
+        int chunks, unfinished;
+        std::int64_t blocks;
+    };
     // Blocks as tests/bench/minecraft/histogram.py counts them, with another reader.
-    const auto c = GENERATE(values<Case>({{"mc-pymclevel/PyTestWorld", "McRegion", 445, 0, 7'326'144},
-                                          {"mc-pymclevel/AnvilWorld", "Anvil", 583, 0, 10'144'291},
-                                          {"mc-pymclevel/PrimordialDesert", "Anvil", 256, 0, 4'667'103},
-                                          {"mc-pymclevel/TileTicks_chunks", "Alpha", 289, 0, 4'689'276},
-                                          {"mc-prismarine/1.8.9", "Anvil", 300, 0, 4'948'489},
-                                          {"mc-prismarine/1.12.2", "Anvil", 105, 0, 1'751'731},
-                                          {"mc-prismarine/1.13.2", "Anvil", 189, 114, 3'137'732},
-                                          {"mc-prismarine/1.16", "Anvil", 253, 0, 5'082'508},
-                                          {"mc-prismarine/1.18.2", "Anvil", 280, 253, 1'701'238},
-                                          {"mc-prismarine/1.20.6", "Anvil", 225, 209, 1'062'650},
-                                          {"mc-fastanvil-crate/resources/1.19.4.mca", "Anvil", 676, 451, 8'896'316},
-                                          {"mc-fastanvil-crate/resources/1.17.1-custom-heights.chunk", "one chunk", 1, 0, 47'821}}));
+    const auto c = GENERATE(values<Case>(
+        {{"mc-pymclevel/PyTestWorld", "McRegion", 445, 0, 7'326'144},
+         {"mc-pymclevel/AnvilWorld", "Anvil", 583, 0, 10'144'291},
+         {"mc-pymclevel/PrimordialDesert", "Anvil", 256, 0, 4'667'103},
+         {"mc-pymclevel/TileTicks_chunks", "Alpha", 289, 0, 4'689'276},
+         {"mc-prismarine/1.8.9", "Anvil", 300, 0, 4'948'489},
+         {"mc-prismarine/1.12.2", "Anvil", 105, 0, 1'751'731},
+         {"mc-prismarine/1.13.2", "Anvil", 189, 114, 3'137'732},
+         {"mc-prismarine/1.16", "Anvil", 253, 0, 5'082'508},
+         {"mc-prismarine/1.18.2", "Anvil", 280, 253, 1'701'238},
+         {"mc-prismarine/1.20.6", "Anvil", 225, 209, 1'062'650},
+         {"mc-fastanvil-crate/resources/1.19.4.mca", "Anvil", 676, 451, 8'896'316},
+         {"mc-fastanvil-crate/resources/1.17.1-custom-heights.chunk", "one chunk", 1, 0, 47'821}}));
     if (!fs::exists(kData / c.path)) {
         WARN("the shared data are not here: " << c.path);
         return;
@@ -37,9 +43,11 @@ TEST_CASE("real worlds of every generation load, whole", "[raytracer][minecraft]
     CHECK(world.unfinished == c.unfinished);
     CHECK(world.damaged == 0);
     std::int64_t blocks = 0;
-    for (const auto& [name, count] : world.blocks) blocks += count;
+    for (const auto& [name, count] : world.blocks)
+        blocks += count;
     CHECK(blocks == c.blocks);
-    CHECK_THAT(to_text(facts, &test::shipped_blocks()), test::contains("chunks: " + std::to_string(c.chunks)));
+    CHECK_THAT(to_text(facts, &test::shipped_blocks()),
+               test::contains("chunks: " + std::to_string(c.chunks)));
     CHECK_THAT(to_json(facts), test::contains("\"format\": \"" + std::string(c.format)));
 }
 
@@ -51,7 +59,8 @@ TEST_CASE("single chunks of many versions load, whole", "[raytracer][minecraft]"
     }
     int chunks = 0;
     for (const auto& file : fs::directory_iterator(folder)) {
-        if (file.path().extension() == ".mca") continue;
+        if (file.path().extension() == ".mca")
+            continue;
         INFO(file.path().string());
         const WorldFacts facts = describe({file.path(), "", true, 1});
         CHECK(facts.dimensions.at(0).damage.empty());

@@ -17,12 +17,16 @@ namespace terravox::test {
 
 /// The tables that ship with the programs.
 inline const minecraft::BlockTable& shipped_blocks() {
-    static const minecraft::BlockTable table = minecraft::BlockTable::load(std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config" / "blocks");
+    static const minecraft::BlockTable table = minecraft::BlockTable::load(
+        std::filesystem::path(TERRAVOX_SOURCE_DIR) / "config" / "blocks");
     return table;
 }
 
-inline std::unique_ptr<voxel::World> open_made(const std::filesystem::path& path, const std::string& dimension = "overworld", int threads = 2) {
-    return minecraft::open_minecraft_world({path, dimension, std::size_t{64} << 20, threads}, shipped_blocks());
+inline std::unique_ptr<voxel::World> open_made(const std::filesystem::path& path,
+                                               const std::string& dimension = "overworld",
+                                               int threads = 2) {
+    return minecraft::open_minecraft_world({path, dimension, std::size_t{64} << 20, threads},
+                                           shipped_blocks());
 }
 
 /// Some chunks, and the files that they make.
@@ -43,32 +47,41 @@ struct MadeWorld {
         std::map<std::string, MadeRegion> regions;
         const std::string ending = made == Made::kColumns ? ".mcr" : ".mca";
         for (const auto& [place, chunk] : chunks) {
-            const std::string name = "region/r." + std::to_string(voxel::floor_div(chunk.x, 32)) + "." + std::to_string(voxel::floor_div(chunk.z, 32)) + ending;
+            const std::string name = "region/r." + std::to_string(voxel::floor_div(chunk.x, 32)) +
+                                     "." + std::to_string(voxel::floor_div(chunk.z, 32)) + ending;
             regions[name].put((chunk.x & 31) + 32 * (chunk.z & 31), chunk_nbt(chunk, made), kind);
         }
         std::map<std::string, Bytes> out;
-        for (auto& [name, region] : regions) out[name] = std::move(region.bytes);
+        for (auto& [name, region] : regions)
+            out[name] = std::move(region.bytes);
         return out;
     }
 };
 
-inline void write_files(const std::filesystem::path& folder, const std::map<std::string, Bytes>& files) {
-    for (const auto& [name, bytes] : files) write_bytes(folder / name, bytes);
+inline void write_files(const std::filesystem::path& folder,
+                        const std::map<std::string, Bytes>& files) {
+    for (const auto& [name, bytes] : files)
+        write_bytes(folder / name, bytes);
 }
 
-/// A few chunks around a corner of boxes: layered ground with holes, water and glass, and some that lack.
+/// A few chunks around a corner of boxes: layered ground with holes, water and glass, and some that
+/// lack.
 inline MadeWorld random_world(std::uint64_t seed, int low_y, int high_y) {
     std::mt19937_64 random(seed);
     MadeWorld world;
     for (int cz = -2; cz < 6; ++cz)
         for (int cx = -3; cx < 3; ++cx) {
-            if (random() % 7 == 0) continue;
+            if (random() % 7 == 0)
+                continue;
             MadeChunk& chunk = world.chunk(cx, cz);
             for (int z = 0; z < 16; ++z)
                 for (int x = 0; x < 16; ++x) {
-                    const int top = low_y + static_cast<int>(random() % static_cast<unsigned>(high_y - low_y));
+                    const int top =
+                        low_y + static_cast<int>(random() % static_cast<unsigned>(high_y - low_y));
                     for (int y = low_y; y < top; ++y) {
-                        const std::size_t block = random() % 40 == 0 ? random() % kMadeBlocks.size() : y < top - 3 ? 1u : 2u;
+                        const std::size_t block = random() % 40 == 0 ? random() % kMadeBlocks.size()
+                                                  : y < top - 3      ? 1u
+                                                                     : 2u;
                         chunk.set(x, y, z, static_cast<std::uint16_t>(block));
                     }
                 }
@@ -76,14 +89,21 @@ inline MadeWorld random_world(std::uint64_t seed, int low_y, int high_y) {
     return world;
 }
 
-inline voxel::Material material_of(std::uint16_t block) { return shipped_blocks().of(kMadeBlocks[block].name, {}).material; }
+inline voxel::Material material_of(std::uint16_t block) {
+    return shipped_blocks().of(kMadeBlocks[block].name, {}).material;
+}
 
-/// How many voxels of the world are not what was put there. Rock that nothing can see may stand for whatever is hidden there.
+/// How many voxels of the world are not what was put there. Rock that nothing can see may stand for
+/// whatever is hidden there.
 /// @param offset world voxel minus the made world's
-inline int differing_voxels(voxel::World& world, const MadeWorld& made, const std::array<std::int32_t, 3>& offset = {}) {
-    const auto opaque = [&](int x, int y, int z) { return !voxel::see_through(material_of(made.at(x, y, z))); };
+inline int differing_voxels(voxel::World& world, const MadeWorld& made,
+                            const std::array<std::int32_t, 3>& offset = {}) {
+    const auto opaque = [&](int x, int y, int z) {
+        return !voxel::see_through(material_of(made.at(x, y, z)));
+    };
     const auto hidden = [&](int x, int y, int z) {
-        return opaque(x, y, z) && opaque(x - 1, y, z) && opaque(x + 1, y, z) && opaque(x, y - 1, z) && opaque(x, y + 1, z) && opaque(x, y, z - 1) &&
+        return opaque(x, y, z) && opaque(x - 1, y, z) && opaque(x + 1, y, z) &&
+               opaque(x, y - 1, z) && opaque(x, y + 1, z) && opaque(x, y, z - 1) &&
                opaque(x, y, z + 1);
     };
     const voxel::VoxelBounds b = world.info().bounds;
@@ -91,10 +111,12 @@ inline int differing_voxels(voxel::World& world, const MadeWorld& made, const st
     for (int y = b.min[1] - 2; y < b.max[1] + 2; ++y)
         for (int z = b.min[2] - 2; z < b.max[2] + 2; ++z)
             for (int x = b.min[0] - 2; x < b.max[0] + 2; ++x) {
-                const auto box = world.box({0, voxel::floor_div(x, 64), voxel::floor_div(y, 256), voxel::floor_div(z, 64)});
+                const auto box = world.box({0, voxel::floor_div(x, 64), voxel::floor_div(y, 256),
+                                            voxel::floor_div(z, 64)});
                 const auto voxel = box ? box->voxel(x & 63, y & 255, z & 63) : std::nullopt;
                 const int mx = x - offset[0], my = y - offset[1], mz = z - offset[2];
-                const voxel::Material expected = hidden(mx, my, mz) ? voxel::Material::kRock : material_of(made.at(mx, my, mz));
+                const voxel::Material expected =
+                    hidden(mx, my, mz) ? voxel::Material::kRock : material_of(made.at(mx, my, mz));
                 wrong += (voxel ? voxel->material : voxel::Material::kAir) != expected ? 1 : 0;
             }
     return wrong;
