@@ -34,7 +34,9 @@ def load_commands():
     """stress-ng where there is one, else as many processes of Python's."""
     if shutil.which("stress-ng"):
         return [["stress-ng", "--quiet", "--cpu", str(BUSY), "--io", str(WRITING)]]
-    return [[sys.executable, "-c", "while True: pass"]] * BUSY + [[sys.executable, "-c", WRITER]] * WRITING
+    return [[sys.executable, "-c", "while True: pass"]] * BUSY + [
+        [sys.executable, "-c", WRITER]
+    ] * WRITING
 
 
 @contextlib.contextmanager
@@ -42,7 +44,9 @@ def load(wanted):
     processes = []
     try:
         for command in load_commands() if wanted else []:
-            processes.append(subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL))
+            processes.append(
+                subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
+            )
         yield
     finally:
         for process in processes:
@@ -57,7 +61,11 @@ def ctest(folder, *arguments):
 
 def names_of(folder, patterns):
     """The tests that a pattern matches as a whole. @throws SystemExit where a pattern matches none"""
-    listing = json.loads(subprocess.run(ctest(folder, "--show-only=json-v1"), capture_output=True, text=True, check=True).stdout)
+    listing = json.loads(
+        subprocess.run(
+            ctest(folder, "--show-only=json-v1"), capture_output=True, text=True, check=True
+        ).stdout
+    )
     names = {}
     for test in listing["tests"]:
         properties = {p["name"]: p["value"] for p in test.get("properties", [])}
@@ -68,7 +76,9 @@ def names_of(folder, patterns):
     for pattern in patterns:
         found = [name for name in names if re.fullmatch(pattern, name)]
         if not found:
-            sys.exit(f"loaded.py: no test is called '{pattern}'; `ctest --test-dir {folder} -N` lists them")
+            sys.exit(
+                f"loaded.py: no test is called '{pattern}'; `ctest --test-dir {folder} -N` lists them"
+            )
         out += [name for name in found if name not in out]
     return out
 
@@ -77,11 +87,23 @@ def run_round(folder, names, round_number, prefix, jobs):
     """Runs each test once, `jobs` at a time, in an order of chance; yields name, seconds, and whether it passed."""
     pattern = "^(" + "|".join(re.escape(name) for name in names) + ")$"
     command = ctest(
-        folder, "--parallel", str(jobs), "--schedule-random", "--output-on-failure", "--tests-regex", pattern)
+        folder,
+        "--parallel",
+        str(jobs),
+        "--schedule-random",
+        "--output-on-failure",
+        "--tests-regex",
+        pattern,
+    )
     lines = []
     all_passed = True
     process = subprocess.Popen(
-        [*prefix, *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+        [*prefix, *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
     with process:
         for line in process.stdout:
             lines.append(line)
@@ -99,18 +121,31 @@ def table(runs):
     lines = [f"{'test':32} {'runs':>5} {'failed':>7} {'slowest_s':>10}"]
     for name, results in runs.items():
         failed = sum(not passed for _, passed in results)
-        lines.append(f"{name:32} {len(results):5} {failed:7} {max(seconds for seconds, _ in results):10.1f}")
+        lines.append(
+            f"{name:32} {len(results):5} {failed:7} {max(seconds for seconds, _ in results):10.1f}"
+        )
     return "\n".join(lines)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("names", nargs="*", help="names of CTest entries, as regular expressions")
     parser.add_argument("--times", type=int, default=5, help="runs of each test (default: 5)")
     parser.add_argument("--jobs", type=int, default=1, help="tests at a time (default: 1)")
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build" / "release", help="folder that was built (default: build/release)")
-    parser.add_argument("--one-core", action="store_true", help="tests have one core and the lowest priority")
-    parser.add_argument("--no-load", action="store_true", help="start no load: the machine has some")
+    parser.add_argument(
+        "--build",
+        type=pathlib.Path,
+        default=ROOT / "build" / "release",
+        help="folder that was built (default: build/release)",
+    )
+    parser.add_argument(
+        "--one-core", action="store_true", help="tests have one core and the lowest priority"
+    )
+    parser.add_argument(
+        "--no-load", action="store_true", help="start no load: the machine has some"
+    )
     args = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     prefix = ["taskset", "--cpu-list", "0", "nice", "-n", "19"] if args.one_core else []
@@ -120,9 +155,14 @@ def main():
         # Round by round: what fails seldom fails in some of them, whenever this is stopped.
         try:
             for round_number in range(1, args.times + 1):
-                for name, seconds, passed in run_round(args.build, names, round_number, prefix, args.jobs):
+                for name, seconds, passed in run_round(
+                    args.build, names, round_number, prefix, args.jobs
+                ):
                     runs.setdefault(name, []).append((seconds, passed))
-                    print(f"{round_number}/{args.times} {name}: {'passed' if passed else 'FAILED'}, {seconds:.1f} s", flush=True)
+                    print(
+                        f"{round_number}/{args.times} {name}: {'passed' if passed else 'FAILED'}, {seconds:.1f} s",
+                        flush=True,
+                    )
         except KeyboardInterrupt:
             print("stopped", file=sys.stderr)
     if not runs:

@@ -27,11 +27,31 @@ REQUEST_LINES = {
     "HTTP/1.2": (line(b"GET /healthz HTTP/1.2"), [200, 505], 1),
     "HTTP/3.0": (line(b"GET /healthz HTTP/3.0"), [400, 505], 1),
     "another protocol": (line(b"GET /healthz HTTQ/1.1"), [400, CLOSED], 1),
-    "HTTP/2 preface": (b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0", [400, 505, CLOSED], 1),
+    "HTTP/2 preface": (
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0",
+        [400, 505, CLOSED],
+        1,
+    ),
     "TLS hello": (bytes.fromhex("16030100c8010000c403033f") + b"\x11" * 190, [400, CLOSED], 1),
-    "asks for HTTP/2": (health(b"Connection: Upgrade, HTTP2-Settings", b"Upgrade: h2c", b"HTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA"), [200], 1),
-    "asks for a web socket": (health(b"Connection: Upgrade", b"Upgrade: websocket", b"Sec-WebSocket-Version: 13", b"Sec-WebSocket-Key: dGhlIHNhbXBsZQ=="),
-                              [200, 400, 404], 1),
+    "asks for HTTP/2": (
+        health(
+            b"Connection: Upgrade, HTTP2-Settings",
+            b"Upgrade: h2c",
+            b"HTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA",
+        ),
+        [200],
+        1,
+    ),
+    "asks for a web socket": (
+        health(
+            b"Connection: Upgrade",
+            b"Upgrade: websocket",
+            b"Sec-WebSocket-Version: 13",
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZQ==",
+        ),
+        [200, 400, 404],
+        1,
+    ),
     "line feeds alone": (b"GET /healthz HTTP/1.1\nHost: localhost\n\n", [200, 400], 1),
     "an empty line first": (b"\r\n" + health(), [200, 400], 1),
     "nothing but empty lines": (b"\r\n\r\n\r\n", [400, CLOSED], 1),
@@ -55,7 +75,11 @@ REQUEST_LINES = {
     "a method in small letters": (line(b"get /healthz HTTP/1.1"), [400, 405, 501], 1),
     "DELETE": (line(b"DELETE /healthz HTTP/1.1"), [405], 1),
     "PUT": (line(b"PUT /healthz HTTP/1.1", b"Content-Length: 3", body=b"abc"), [405, 413], 1),
-    "POST where there is none": (line(b"POST /healthz HTTP/1.1", b"Content-Length: 3", body=b"abc"), [405, 413], 1),
+    "POST where there is none": (
+        line(b"POST /healthz HTTP/1.1", b"Content-Length: 3", body=b"abc"),
+        [405, 413],
+        1,
+    ),
     "an address of 15 KB": (get("/" + "a" * 15000), [404, 414], 1),
     "an address of 100 KB": (get("/" + "a" * 100_000), [400, 414, 431], 1),
     "three requests at once": (get("/healthz") + get("/v2/world") + get("/nothing"), [200], 3),
@@ -72,7 +96,11 @@ BODIES = {
     "a header without a name": (health(b": x"), [200, 400], 1),
     "NUL in a header": (health(b"A: b\0c"), [400, CLOSED], 1),
     "a folded header": (health(b"X: y", b" z"), [200, 400], 1),
-    "Transfer-Encoding in a fold": (health(b"X: y", b" Transfer-Encoding: chunked", body=b"0\r\n\r\n"), [200, 400], 2),
+    "Transfer-Encoding in a fold": (
+        health(b"X: y", b" Transfer-Encoding: chunked", body=b"0\r\n\r\n"),
+        [200, 400],
+        2,
+    ),
     "Content-Length 10^12": (health(b"Content-Length: 1000000000000"), [413], 1),
     "Content-Length 2^64": (health(b"Content-Length: 18446744073709551616"), [400, 413], 1),
     "Content-Length -1": (health(b"Content-Length: -1"), [400, 411], 1),
@@ -80,19 +108,55 @@ BODIES = {
     "Content-Length 0x0": (health(b"Content-Length: 0x0"), [400], 1),
     "Content-Length of nothing": (health(b"Content-Length:"), [400, 411], 1),
     "Content-Length 0": (health(b"Content-Length: 0"), [200], 1),
-    "the same Content-Length twice": (health(b"Content-Length: 0", b"Content-Length: 0"), [200, 400], 1),
-    "two Content-Lengths": (health(b"Content-Length: 0", b"Content-Length: 5", body=b"GET /"), [400, 413], 1),
+    "the same Content-Length twice": (
+        health(b"Content-Length: 0", b"Content-Length: 0"),
+        [200, 400],
+        1,
+    ),
+    "two Content-Lengths": (
+        health(b"Content-Length: 0", b"Content-Length: 5", body=b"GET /"),
+        [400, 413],
+        1,
+    ),
     "two in one Content-Length": (health(b"Content-Length: 0, 5", body=b"GET /"), [400, 413], 1),
     "a blank before the colon": (health(b"Content-Length : 5", body=b"GET /"), [400, 413], 1),
     "chunked": (health(b"Transfer-Encoding: chunked", body=b"0\r\n\r\n"), [400, 411, 413], 1),
-    "chunked and a length": (health(b"Content-Length: 6", b"Transfer-Encoding: chunked", body=b"0\r\n\r\nG"), [400], 1),
-    "chunked twice": (health(b"Transfer-Encoding: chunked", b"Transfer-Encoding: identity", body=b"0\r\n\r\n"), [400, 413], 1),
+    "chunked and a length": (
+        health(b"Content-Length: 6", b"Transfer-Encoding: chunked", body=b"0\r\n\r\nG"),
+        [400],
+        1,
+    ),
+    "chunked twice": (
+        health(b"Transfer-Encoding: chunked", b"Transfer-Encoding: identity", body=b"0\r\n\r\n"),
+        [400, 413],
+        1,
+    ),
     "chunked, misspelt": (health(b"Transfer-Encoding: xchunked", body=b"0\r\n\r\n"), [400, 501], 1),
-    "chunked, a blank before the colon": (health(b"Transfer-Encoding : chunked", body=b"0\r\n\r\n"), [400], 1),
-    "chunked, behind a tab": (health(b"Transfer-Encoding:\tchunked", body=b"0\r\n\r\n"), [400, 411, 413], 1),
-    "chunked, behind a vertical tab": (health(b"\x0bTransfer-Encoding: chunked", body=b"0\r\n\r\n"), [400], 1),
-    "chunked, behind a bare carriage return": (health(b"X: a\rTransfer-Encoding: chunked", body=b"0\r\n\r\n"), [400], 1),
-    "chunked, behind a bare line feed": (health(b"X: a\nTransfer-Encoding: chunked", body=b"0\r\n\r\n"), [400, 411, 413], 1),
+    "chunked, a blank before the colon": (
+        health(b"Transfer-Encoding : chunked", body=b"0\r\n\r\n"),
+        [400],
+        1,
+    ),
+    "chunked, behind a tab": (
+        health(b"Transfer-Encoding:\tchunked", body=b"0\r\n\r\n"),
+        [400, 411, 413],
+        1,
+    ),
+    "chunked, behind a vertical tab": (
+        health(b"\x0bTransfer-Encoding: chunked", body=b"0\r\n\r\n"),
+        [400],
+        1,
+    ),
+    "chunked, behind a bare carriage return": (
+        health(b"X: a\rTransfer-Encoding: chunked", body=b"0\r\n\r\n"),
+        [400],
+        1,
+    ),
+    "chunked, behind a bare line feed": (
+        health(b"X: a\nTransfer-Encoding: chunked", body=b"0\r\n\r\n"),
+        [400, 411, 413],
+        1,
+    ),
     "identity": (health(b"Transfer-Encoding: identity"), [200, 400], 1),
     "waits for a go-ahead": (health(b"Expect: 100-continue", b"Content-Length: 5"), [413, 417], 1),
     "expects what there is not": (health(b"Expect: banana"), [200, 417], 1),
@@ -100,35 +164,89 @@ BODIES = {
 
 # path: allowed statuses
 ADDRESSES = {
-    "/v2/boxes/-0/1/1/1": [400], "/v2/boxes/007/1/1/1": [400], "/v2/boxes/+1/1/1/1": [400], "/v2/boxes/0/1/1/1e3": [400],
-    "/v2/boxes/0/1/1/": [400, 404], "/v2/boxes/0/1/1": [400, 404], "/v2/boxes/0/1/1/1/1": [400, 404], "/v2/boxes": [404, 405], "/v2/boxes/": [404],
-    "/v2/boxes/-1/1/1/1": [400, 404], "/v2/boxes/99/1/1/1": [404], "/v2/boxes/2147483647/1/1/1": [404],
-    "/v2/boxes/0/-2147483648/-2147483648/-2147483648": [204], "/v2/boxes/0/2147483647/2147483647/2147483647": [204],
+    "/v2/boxes/-0/1/1/1": [400],
+    "/v2/boxes/007/1/1/1": [400],
+    "/v2/boxes/+1/1/1/1": [400],
+    "/v2/boxes/0/1/1/1e3": [400],
+    "/v2/boxes/0/1/1/": [400, 404],
+    "/v2/boxes/0/1/1": [400, 404],
+    "/v2/boxes/0/1/1/1/1": [400, 404],
+    "/v2/boxes": [404, 405],
+    "/v2/boxes/": [404],
+    "/v2/boxes/-1/1/1/1": [400, 404],
+    "/v2/boxes/99/1/1/1": [404],
+    "/v2/boxes/2147483647/1/1/1": [404],
+    "/v2/boxes/0/-2147483648/-2147483648/-2147483648": [204],
+    "/v2/boxes/0/2147483647/2147483647/2147483647": [204],
     "/v2/boxes/3/-2147483648/2147483647/-2147483648": [204],
-    "/v2/boxes/0/2147483648/1/1": [400], "/v2/boxes/0/99999999999999999999/1/1": [400], "/v2/boxes/0/1%2f1/1/1": [400, 404], "/v2/boxes/0/%31/1/1": [400, 404],
-    "/v2/columns/0/-2147483648/2147483647": [200], "/v2/columns/3/2147483647/-2147483648": [200], "/v2/columns/0/x/1": [400], "/v2/columns/0/1": [400, 404],
-    "/healthz/": [404], "//healthz": [404], "/./healthz": [400, 404], "/v2/../healthz": [400, 404], "/HEALTHZ": [404], "/v2/world/": [404],
+    "/v2/boxes/0/2147483648/1/1": [400],
+    "/v2/boxes/0/99999999999999999999/1/1": [400],
+    "/v2/boxes/0/1%2f1/1/1": [400, 404],
+    "/v2/boxes/0/%31/1/1": [400, 404],
+    "/v2/columns/0/-2147483648/2147483647": [200],
+    "/v2/columns/3/2147483647/-2147483648": [200],
+    "/v2/columns/0/x/1": [400],
+    "/v2/columns/0/1": [400, 404],
+    "/healthz/": [404],
+    "//healthz": [404],
+    "/./healthz": [400, 404],
+    "/v2/../healthz": [400, 404],
+    "/HEALTHZ": [404],
+    "/v2/world/": [404],
     "/v2/world%00": [400, 404],
-    "/v1/world": [404], "/v3/world": [404], "/favicon.ico": [200, 204, 404],
+    "/v1/world": [404],
+    "/v3/world": [404],
+    "/favicon.ico": [200, 204, 404],
 }
 
 GKOT = "format=raw&tmx={e}&tmy={n}&tmz=0&x=0&y=0&z=0&sx=64&sy=256&sz=64"
 # What replaces or joins the usual arguments of /gkot/box, and what may be answered.
 GKOT_CHANGES = {
-    "sx=63": [400], "sx=0": [400], "sx=-64": [400], "sy=3": [400], "sz=65536": [400], "sx=2147483648": [400], "sx=1e2": [400], "sx=": [400], "sx=%00": [400],
-    "x=nan": [400], "x=0x10": [400], "x=1.5": [400], "x=99999999999999999999": [400], "tmx=nan": [400], "tmx=inf": [400], "tmx=1e300": [400], "tmy=": [400],
-    "tmz=abc": [400], "format=amf": [400], "format=": [400], "x=2147483647": [200, 400], "x=-2147483648": [200, 400], "y=-2147483648": [200, 400],
+    "sx=63": [400],
+    "sx=0": [400],
+    "sx=-64": [400],
+    "sy=3": [400],
+    "sz=65536": [400],
+    "sx=2147483648": [400],
+    "sx=1e2": [400],
+    "sx=": [400],
+    "sx=%00": [400],
+    "x=nan": [400],
+    "x=0x10": [400],
+    "x=1.5": [400],
+    "x=99999999999999999999": [400],
+    "tmx=nan": [400],
+    "tmx=inf": [400],
+    "tmx=1e300": [400],
+    "tmy=": [400],
+    "tmz=abc": [400],
+    "format=amf": [400],
+    "format=": [400],
+    "x=2147483647": [200, 400],
+    "x=-2147483648": [200, 400],
+    "y=-2147483648": [200, 400],
     "tmx=-1e9": [200, 400],
 }
 
 BATCHES = {
-    "no JSON": (b"hello", [400]), "nothing": (b"", [400, 411]), "a list": (b"[]", [400]), "no boxes": (b"{}", [400]),
+    "no JSON": (b"hello", [400]),
+    "nothing": (b"", [400, 411]),
+    "a list": (b"[]", [400]),
+    "no boxes": (b"{}", [400]),
     "boxes of another kind": (b'{"boxes":1}', [400]),
-    "numbers, not boxes": (b'{"boxes":[1,2]}', [400]), "three numbers": (b'{"boxes":[[0,1,2]]}', [400]), "five numbers": (b'{"boxes":[[0,1,2,3,4]]}', [400]),
-    "words": (b'{"boxes":[["0","1","2","3"]]}', [400]), "fractions": (b'{"boxes":[[0,1.5,2,3]]}', [400]), "huge": (b'{"boxes":[[0,1e30,2,3]]}', [400]),
-    "beyond 32 bits": (b'{"boxes":[[0,2147483648,0,0]]}', [400]), "no such level": (b'{"boxes":[[99,0,0,0]]}', [200, 400, 404]),
-    "a deep nest": (b'{"boxes":' + b"[" * 100_000, [400, 413]), "not UTF-8": (b'{"boxes":[["\xff\xfe"]]}', [400]), "cut": (b'{"boxes":[[0,1', [400]),
-    "100,000 boxes": (b'{"boxes":[' + b",".join([b"[0,0,0,0]"] * 100_000) + b"]}", [400, 413]), "NUL bytes": (b"\0" * 100, [400]),
+    "numbers, not boxes": (b'{"boxes":[1,2]}', [400]),
+    "three numbers": (b'{"boxes":[[0,1,2]]}', [400]),
+    "five numbers": (b'{"boxes":[[0,1,2,3,4]]}', [400]),
+    "words": (b'{"boxes":[["0","1","2","3"]]}', [400]),
+    "fractions": (b'{"boxes":[[0,1.5,2,3]]}', [400]),
+    "huge": (b'{"boxes":[[0,1e30,2,3]]}', [400]),
+    "beyond 32 bits": (b'{"boxes":[[0,2147483648,0,0]]}', [400]),
+    "no such level": (b'{"boxes":[[99,0,0,0]]}', [200, 400, 404]),
+    "a deep nest": (b'{"boxes":' + b"[" * 100_000, [400, 413]),
+    "not UTF-8": (b'{"boxes":[["\xff\xfe"]]}', [400]),
+    "cut": (b'{"boxes":[[0,1', [400]),
+    "100,000 boxes": (b'{"boxes":[' + b",".join([b"[0,0,0,0]"] * 100_000) + b"]}", [400, 413]),
+    "NUL bytes": (b"\0" * 100, [400]),
 }
 
 
@@ -137,13 +255,15 @@ def damaged(random_numbers, good):
     data = bytearray(random_numbers.choice(good))
     kind = random_numbers.randrange(8)
     if kind == 0:
-        data = data[:random_numbers.randrange(1, len(data))]
+        data = data[: random_numbers.randrange(1, len(data))]
     elif kind == 1:
         for _ in range(random_numbers.randrange(1, 9)):
             data[random_numbers.randrange(len(data))] = random_numbers.randrange(256)
     elif kind == 2:
         at = random_numbers.randrange(len(data))
-        data[at:at] = bytes(random_numbers.randrange(256) for _ in range(random_numbers.randrange(1, 200)))
+        data[at:at] = bytes(
+            random_numbers.randrange(256) for _ in range(random_numbers.randrange(1, 200))
+        )
     elif kind == 3:
         words = bytes(data).split(b" ")
         random_numbers.shuffle(words)
@@ -151,13 +271,40 @@ def damaged(random_numbers, good):
     elif kind == 4:
         data = bytearray(random_numbers.randbytes(random_numbers.randrange(1, 3000)))
     elif kind == 5:
-        data = bytearray(bytes(data).replace(b"\r\n", random_numbers.choice([b"\n", b"\r", b"\r\r\n", b"\n\r", b"\0\n"])))
+        data = bytearray(
+            bytes(data).replace(
+                b"\r\n", random_numbers.choice([b"\n", b"\r", b"\r\r\n", b"\n\r", b"\0\n"])
+            )
+        )
     elif kind == 6:
         a, b = sorted(random_numbers.randrange(len(data)) for _ in range(2))
         data[b:b] = data[a:b] * random_numbers.randrange(1, 40)
     else:
-        header = random_numbers.choice([b"Content-Length: ", b"Transfer-Encoding: ", b"Connection: ", b"If-None-Match: ", b"Expect: ", b"Host: ", b"Range: "])
-        value = random_numbers.choice([b"-1", b"99999999999999999999", b"chunked", b"*", b'W/"', b"\xff", b"0,0", b"", b"close, close", b"bytes=9-1,-0"])
+        header = random_numbers.choice(
+            [
+                b"Content-Length: ",
+                b"Transfer-Encoding: ",
+                b"Connection: ",
+                b"If-None-Match: ",
+                b"Expect: ",
+                b"Host: ",
+                b"Range: ",
+            ]
+        )
+        value = random_numbers.choice(
+            [
+                b"-1",
+                b"99999999999999999999",
+                b"chunked",
+                b"*",
+                b'W/"',
+                b"\xff",
+                b"0,0",
+                b"",
+                b"close, close",
+                b"bytes=9-1,-0",
+            ]
+        )
         data[-2:-2] = (header + value + b"\r\n") * random_numbers.randrange(1, 70)
     return bytes(data)
 
@@ -165,10 +312,59 @@ def damaged(random_numbers, good):
 def path_tricks(count, seed):
     """Addresses that try to leave whatever folder a server might serve."""
     numbers = random.Random(seed)
-    ups = ["../", "..%2f", "%2e%2e/", "%2e%2e%2f", "..\\", "..%5c", "%252e%252e%252f", "..;/", ".%00./", "..%c0%af", "..%u2215", "....//", ".././", "%2e./"]
-    starts = ["/", "//", "/v2/", "/v2/boxes/", "/v2/boxes/0/", "/map/", "/map/0/", "/page/", "/gkot/", "/static/", "/./", "/page/x/", "/%2f", "/page//",
-              "/file:/", "/~root/"]
-    goals = ["etc/passwd", "etc/shadow", "proc/self/environ", "proc/self/cmdline", "canary.txt", "survey/canary.txt", "etc/passwd%00.png", "etc/passwd?x",
-             "etc//passwd",
-             "page.html", "/etc/passwd", "%2fetc%2fpasswd", "canary.txt%20", "CANARY.TXT"]
-    return [numbers.choice(starts) + "".join(numbers.choice(ups) for _ in range(numbers.randrange(0, 12))) + numbers.choice(goals) for _ in range(count)]
+    ups = [
+        "../",
+        "..%2f",
+        "%2e%2e/",
+        "%2e%2e%2f",
+        "..\\",
+        "..%5c",
+        "%252e%252e%252f",
+        "..;/",
+        ".%00./",
+        "..%c0%af",
+        "..%u2215",
+        "....//",
+        ".././",
+        "%2e./",
+    ]
+    starts = [
+        "/",
+        "//",
+        "/v2/",
+        "/v2/boxes/",
+        "/v2/boxes/0/",
+        "/map/",
+        "/map/0/",
+        "/page/",
+        "/gkot/",
+        "/static/",
+        "/./",
+        "/page/x/",
+        "/%2f",
+        "/page//",
+        "/file:/",
+        "/~root/",
+    ]
+    goals = [
+        "etc/passwd",
+        "etc/shadow",
+        "proc/self/environ",
+        "proc/self/cmdline",
+        "canary.txt",
+        "survey/canary.txt",
+        "etc/passwd%00.png",
+        "etc/passwd?x",
+        "etc//passwd",
+        "page.html",
+        "/etc/passwd",
+        "%2fetc%2fpasswd",
+        "canary.txt%20",
+        "CANARY.TXT",
+    ]
+    return [
+        numbers.choice(starts)
+        + "".join(numbers.choice(ups) for _ in range(numbers.randrange(0, 12)))
+        + numbers.choice(goals)
+        for _ in range(count)
+    ]

@@ -31,20 +31,44 @@ class BadInput(Case):
         no_crs = bytearray(whole)
         at = no_crs.find(b"LASF_Projection")
         self.assertGreater(at, 0)
-        no_crs[at:at + 4] = b"NONE"
+        no_crs[at : at + 4] = b"NONE"
         cases = {
             "missing file": (2, [self.inputs / "none.laz"], "none.laz"),
             "missing folder": (2, [self.inputs / "none"], "none"),
             "empty folder": (2, [self.inputs / "empty"], "empty"),
             "an empty file": (1, [laz_with_bytes(self.inputs, "zero.laz", b"")], "zero.laz"),
-            "not a LAS": (1, [laz_with_bytes(self.inputs, "text.laz", b"no points here\n" * 50)], "text.laz"),
-            "a truncated LAZ": (1, [laz_with_bytes(self.inputs, "cut.laz", whole[:len(whole) // 2])], "cut.laz"),
-            "a truncated header": (1, [laz_with_bytes(self.inputs, "header.laz", whole[:100])], "header.laz"),
-            "one good, one cut": (1, [square(), laz_with_bytes(self.inputs, "cut2.laz", whole[:-5000])], "cut2.laz"),
-            "no CRS": (2, [laz_with_bytes(self.inputs, "nowhere.laz", bytes(no_crs))], "--crs EPSG:"),
+            "not a LAS": (
+                1,
+                [laz_with_bytes(self.inputs, "text.laz", b"no points here\n" * 50)],
+                "text.laz",
+            ),
+            "a truncated LAZ": (
+                1,
+                [laz_with_bytes(self.inputs, "cut.laz", whole[: len(whole) // 2])],
+                "cut.laz",
+            ),
+            "a truncated header": (
+                1,
+                [laz_with_bytes(self.inputs, "header.laz", whole[:100])],
+                "header.laz",
+            ),
+            "one good, one cut": (
+                1,
+                [square(), laz_with_bytes(self.inputs, "cut2.laz", whole[:-5000])],
+                "cut2.laz",
+            ),
+            "no CRS": (
+                2,
+                [laz_with_bytes(self.inputs, "nowhere.laz", bytes(no_crs))],
+                "--crs EPSG:",
+            ),
             "an address beside files": (2, [square(), "http://127.0.0.1:1"], "http://127.0.0.1:1"),
             "orthophoto missing": (2, [square(), "--ortho", self.inputs / "none.tif"], "none.tif"),
-            "orthophoto that is no image": (1, [square(), "--ortho", laz_with_bytes(self.inputs, "bad.tif", b"no image")], "bad.tif"),
+            "orthophoto that is no image": (
+                1,
+                [square(), "--ortho", laz_with_bytes(self.inputs, "bad.tif", b"no image")],
+                "bad.tif",
+            ),
         }
         for name, (code, arguments, said) in cases.items():
             with self.subTest(name):
@@ -55,13 +79,25 @@ class BadInput(Case):
             "unknown flag": (2, ["--no-such-flag"], "--no-such-flag"),
             "a flag without its value": (2, ["--fov"], "--camera-fov-deg"),
             "a word for a number": (2, ["--fov", "wide"], "'wide'"),
-            "light out of range": (2, ["--sun-light", "1e39,1,1"], "sun.light = 1e+39; allowed: 0 to 1e+06"),
-            "out of range": (2, ["--fov", "200"], "camera.fov_deg = 200; allowed for a perspective: 1 to 170"),
+            "light out of range": (
+                2,
+                ["--sun-light", "1e39,1,1"],
+                "sun.light = 1e+39; allowed: 0 to 1e+06",
+            ),
+            "out of range": (
+                2,
+                ["--fov", "200"],
+                "camera.fov_deg = 200; allowed for a perspective: 1 to 170",
+            ),
             "a size given twice": (2, ["--output-size", "4x4"], "--output-size"),
             "another word": (2, ["--colour", "red"], "allowed: material, true, mix"),
             "unknown class table": (2, ["--classes", "nonsense"], "asprs"),
             "unknown CRS": (2, ["--crs", "EPSG:99999999"], "EPSG:99999999"),
-            "a CRS in degrees, for coordinates that are none": (1, ["--crs", "EPSG:4326"], "EPSG:4326"),
+            "a CRS in degrees, for coordinates that are none": (
+                1,
+                ["--crs", "EPSG:4326"],
+                "EPSG:4326",
+            ),
             "a level too high": (2, ["--level", "15"], "quality.level = 15; this world has 0 to"),
             "a bad date": (2, ["--sun-date", "yesterday"], "sun.date = 'yesterday'"),
             "a bad step": (2, ["--quality-coarse-step", "3"], "quality.coarse_step = 3"),
@@ -72,14 +108,22 @@ class BadInput(Case):
         }
         for name, (code, flags, said) in cases.items():
             with self.subTest(name):
-                run = render(square(), *(SMALL[:-1] if "--log" in flags else SMALL), "-o", self.picture, *flags)
+                run = render(
+                    square(),
+                    *(SMALL[:-1] if "--log" in flags else SMALL),
+                    "-o",
+                    self.picture,
+                    *flags,
+                )
                 self.assertRefused(run, code, said)
                 self.assertEqual(entries(self.out), [])
 
     def test_sizes(self):
         for size in ("axb", "640", "0x0", "640x480x", "70000x1", "-1x5", ""):
             with self.subTest(size):
-                self.assertRefused(render(square(), "--quiet", "--size=" + size, "-o", self.picture), 2)
+                self.assertRefused(
+                    render(square(), "--quiet", "--size=" + size, "-o", self.picture), 2
+                )
                 self.assertEqual(entries(self.out), [])
 
     def test_no_command_and_no_arguments(self):
@@ -89,15 +133,28 @@ class BadInput(Case):
 
     def test_a_camera_inside_rock(self):
         # The middle of the square, far below its ground.
-        run = render(square(), *SMALL, "-o", self.picture, "--camera-position", "462500,101490,462", "--camera-target", "462600,101490,462")
+        run = render(
+            square(),
+            *SMALL,
+            "-o",
+            self.picture,
+            "--camera-position",
+            "462500,101490,462",
+            "--camera-target",
+            "462600,101490,462",
+        )
         if run.code == 0:
             self.skipTest("the invented place has no rock there")
         self.assertRefused(run, 2, "is solid", "m higher, or --camera-inside-rock yes")
         self.assertEqual(entries(self.out), [])
 
     def test_scene_files(self):
-        for text, said in {"[camera]\nfov = 40\n": "unknown field 'camera.fov'", "version = 9\n": "version = 9; allowed: 1", "[camera\n": "line 1",
-                           "[camera]\nfov_deg = \"x\"\n": "camera.fov_deg"}.items():
+        for text, said in {
+            "[camera]\nfov = 40\n": "unknown field 'camera.fov'",
+            "version = 9\n": "version = 9; allowed: 1",
+            "[camera\n": "line 1",
+            '[camera]\nfov_deg = "x"\n': "camera.fov_deg",
+        }.items():
             with self.subTest(text):
                 scene = self.inputs / "scene.toml"
                 scene.write_text(text)
@@ -106,7 +163,11 @@ class BadInput(Case):
     def test_outputs(self):
         (self.inputs / "file").write_text("in the way")
         for name, (code, target, said) in {
-            "unknown ending": (2, self.out / "a.bmp", "allowed: .png .jpg (8-bit), .exr .tif (float)"),
+            "unknown ending": (
+                2,
+                self.out / "a.bmp",
+                "allowed: .png .jpg (8-bit), .exr .tif (float)",
+            ),
             "no ending": (2, self.out / "picture", "allowed: .png"),
             "a folder": (2, self.out, "allowed: .png"),
             "a folder with an ending": (2, self.inputs / "dir.png", "this is a folder"),
@@ -119,7 +180,11 @@ class BadInput(Case):
         self.assertEqual((self.inputs / "file").read_text(), "in the way")
 
     def test_one_of_two_outputs_that_cannot_be_written_stops_before_any_work(self):
-        self.refused(1, "/proc/terravox", arguments=[square(), "-o", self.picture, "-o", "/proc/terravox/a.exr"])
+        self.refused(
+            1,
+            "/proc/terravox",
+            arguments=[square(), "-o", self.picture, "-o", "/proc/terravox/a.exr"],
+        )
 
     @unittest.skipIf(os.geteuid() == 0, "root may write everywhere")
     def test_a_folder_without_permission(self):
@@ -132,7 +197,17 @@ class BadInput(Case):
     def full_disk(self, ending):
         target = self.out / ("a" + ending)
         target.write_text("older")
-        run = render(square(), "--size", "640x360", "--samples", "1", "--quiet", "-o", target, file_bytes=16384)
+        run = render(
+            square(),
+            "--size",
+            "640x360",
+            "--samples",
+            "1",
+            "--quiet",
+            "-o",
+            target,
+            file_bytes=16384,
+        )
         self.assertEqual(run.code, 1, str(run))
         self.assertEqual(entries(self.out), [target.name], "something was left behind")
         self.assertEqual(target.read_bytes(), b"older")

@@ -26,8 +26,20 @@ _READ_BYTES = 16 << 10
 class BadLink:
     """Listens at `port` of 127.0.0.1 and carries what comes there to another port of it, and back. For as long as the block lasts."""
 
-    def __init__(self, to_port, seed, *, delay_s=(0, 0), stall_every_bytes=0, stall_s=1.0, piece_bytes=None, bytes_per_s=0, fates=(), fate_bytes=(1, 1),
-                 silent_s=math.inf):
+    def __init__(
+        self,
+        to_port,
+        seed,
+        *,
+        delay_s=(0, 0),
+        stall_every_bytes=0,
+        stall_s=1.0,
+        piece_bytes=None,
+        bytes_per_s=0,
+        fates=(),
+        fate_bytes=(1, 1),
+        silent_s=math.inf,
+    ):
         """
         @param delay_s           from, to: of each read, each way; what comes later never overtakes
         @param stall_every_bytes on average nothing goes on for stall_s after so many bytes of a connection and way; 0: never
@@ -40,7 +52,11 @@ class BadLink:
         self._to_port, self._seed = to_port, seed
         self._delay_s, self._piece_bytes, self._bytes_per_s = delay_s, piece_bytes, bytes_per_s
         self._stall_every_bytes, self._stall_s = stall_every_bytes, stall_s
-        self._fates, self._fate_bytes, self._silent_s = collections.deque(fates), fate_bytes, silent_s
+        self._fates, self._fate_bytes, self._silent_s = (
+            collections.deque(fates),
+            fate_bytes,
+            silent_s,
+        )
         self._counts = collections.Counter()
         self._listening = socket.create_server(("127.0.0.1", 0), backlog=128)
         self._listening.setblocking(False)
@@ -76,7 +92,9 @@ class BadLink:
         try:
             while True:
                 near, _ = await self._loop.sock_accept(self._listening)
-                one = self._loop.create_task(_Connection(self, self._counts["connections"]).carry(near))
+                one = self._loop.create_task(
+                    _Connection(self, self._counts["connections"]).carry(near)
+                )
                 self._counts["connections"] += 1
                 connections.add(one)
                 one.add_done_callback(connections.discard)
@@ -103,7 +121,11 @@ class _Connection:
             await loop.sock_connect(far, ("127.0.0.1", self._link._to_port))
             for end in (near, far):
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            ways = [loop.create_task(step) for name, source, to in (("forth", near, far), ("back", far, near)) for step in self._way(name, source, to)]
+            ways = [
+                loop.create_task(step)
+                for name, source, to in (("forth", near, far), ("back", far, near))
+                for step in self._way(name, source, to)
+            ]
             await asyncio.gather(*ways)
         except OSError:  # one end has reset it, or a fate: so the other sees the same
             for end in (near, far):
@@ -182,7 +204,11 @@ class _Connection:
         self._counts[fate] += 1
         if fate == RESET:
             raise ConnectionResetError
-        self._silent = {SILENT_FORTH: {"forth"}, SILENT_BACK: {"back"}, SILENT_BOTH: {"forth", "back"}}[fate]
+        self._silent = {
+            SILENT_FORTH: {"forth"},
+            SILENT_BACK: {"back"},
+            SILENT_BOTH: {"forth", "back"},
+        }[fate]
 
 
 async def _cancelled(tasks):

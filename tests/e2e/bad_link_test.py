@@ -13,11 +13,23 @@ import unittest
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from bad_link import RESET, SILENT_BACK, SILENT_BOTH, SILENT_FORTH, BadLink
-from support import HANGS_S, Case, Program, Run, Server, binary, hold_port, survey, temporary_folder, wait_until
+from support import (
+    HANGS_S,
+    Case,
+    Program,
+    Run,
+    Server,
+    binary,
+    hold_port,
+    survey,
+    temporary_folder,
+    wait_until,
+)
 
 TOKEN = "kv7r2mx9q4tz8wpd5hcn"
 DEFAULTS = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "0"}
 SHORT_TIMES = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
+
 
 class Echo(socketserver.ThreadingTCPServer):
     """Sends back what comes."""
@@ -71,9 +83,22 @@ class TheLinkItself(Case):
         data = random.Random(1).randbytes(20_000)
         seen = []
         for seed in (1, 1, 2):
-            with BadLink(self.echo.port, seed, delay_s=(0.001, 0.005), stall_every_bytes=4000, stall_s=0.01, piece_bytes=(1, 7), bytes_per_s=200_000) as link:
+            with BadLink(
+                self.echo.port,
+                seed,
+                delay_s=(0.001, 0.005),
+                stall_every_bytes=4000,
+                stall_s=0.01,
+                piece_bytes=(1, 7),
+                bytes_per_s=200_000,
+            ) as link:
                 self.assertEqual(self.through(link, data), (data, False))
-                seen.append({name: link.counts[name] for name in ("connections", "bytes_forth", "bytes_back", "stalls")})
+                seen.append(
+                    {
+                        name: link.counts[name]
+                        for name in ("connections", "bytes_forth", "bytes_back", "stalls")
+                    }
+                )
                 self.assertGreater(link.counts["pieces"], 2 * len(data) // 7)
                 self.assertGreater(link.counts["delayed"], 0)
         self.assertEqual(seen[0], seen[1])
@@ -93,11 +118,21 @@ class TheLinkItself(Case):
     def test_a_silence_carries_nothing_one_way_and_what_was_held_comes_when_it_ends(self):
         data = bytes(50_000)
         for fate in (SILENT_FORTH, SILENT_BACK, SILENT_BOTH):
-            with self.subTest(fate), BadLink(self.echo.port, 3, fates=(fate,), fate_bytes=(1000, 1000), silent_s=0.2) as link:
+            with (
+                self.subTest(fate),
+                BadLink(
+                    self.echo.port, 3, fates=(fate,), fate_bytes=(1000, 1000), silent_s=0.2
+                ) as link,
+            ):
                 self.assertEqual(self.through(link, data), (data, False))
                 self.assertEqual(link.counts[fate], 1)
-            with self.subTest(fate, lasts=True), BadLink(self.echo.port, 3, fates=(fate,), fate_bytes=(1000, 1000)) as link:
-                with socket.create_connection(("127.0.0.1", link.port), timeout=HANGS_S) as connection:
+            with (
+                self.subTest(fate, lasts=True),
+                BadLink(self.echo.port, 3, fates=(fate,), fate_bytes=(1000, 1000)) as link,
+            ):
+                with socket.create_connection(
+                    ("127.0.0.1", link.port), timeout=HANGS_S
+                ) as connection:
                     connection.sendall(data)
                     wait_until(lambda link=link: link.counts[fate] == 1, "the silence")
                     connection.settimeout(0.2)  # what has come before it
@@ -123,7 +158,9 @@ class FileServer(ThreadingHTTPServer):
 
             def do_GET(self):
                 asked = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
-                begin, end = (int(asked[1]), min(int(asked[2]) + 1, len(data))) if asked else (0, len(data))
+                begin, end = (
+                    (int(asked[1]), min(int(asked[2]) + 1, len(data))) if asked else (0, len(data))
+                )
                 self.send_response(206 if asked else 200)
                 if asked:
                     self.send_header("Content-Range", f"bytes {begin}-{end - 1}/{len(data)}")
@@ -149,7 +186,18 @@ class Rendering(Case):
 
     @classmethod
     def picture(cls, world, name, *arguments):
-        run = Run([binary("RAYTRACER"), "render", world, *cls.PICTURE, *arguments, "--quiet", "-o", cls.out / name])
+        run = Run(
+            [
+                binary("RAYTRACER"),
+                "render",
+                world,
+                *cls.PICTURE,
+                *arguments,
+                "--quiet",
+                "-o",
+                cls.out / name,
+            ]
+        )
         if run.code != 0:
             raise AssertionError(str(run))
         return (cls.out / name).read_bytes()
@@ -172,25 +220,48 @@ class Farm(Rendering):
         return program
 
     def coordinator(self, name, *arguments, **options):
-        return self.program("render", survey(), *self.PICTURE, "--threads", "0", "--report", self.out / f"{name}.json", "-o", self.out / f"{name}.png", *arguments, **options)
+        return self.program(
+            "render",
+            survey(),
+            *self.PICTURE,
+            "--threads",
+            "0",
+            "--report",
+            self.out / f"{name}.json",
+            "-o",
+            self.out / f"{name}.png",
+            *arguments,
+            **options,
+        )
 
     def by_worker(self, name, seed, environment=DEFAULTS, **faults):
         """A picture by one worker that is dialled through a link with these faults. @return the link, when the picture is done, and its report"""
-        worker = self.program("worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=environment)
+        worker = self.program(
+            "worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=environment
+        )
         port = int(worker.saw(r"on port (\d+)").group(1))
         with BadLink(port, seed, **faults) as link:
-            coordinator = self.coordinator(name, "--worker", f"127.0.0.1:{link.port}", environment=environment)
+            coordinator = self.coordinator(
+                name, "--worker", f"127.0.0.1:{link.port}", environment=environment
+            )
             return link, self.check(coordinator, name)
 
     def check(self, coordinator, name):
         self.assertEqual(coordinator.end(), 0, coordinator.log())
-        self.assertTrue((self.out / f"{name}.png").read_bytes() == self.wanted, f"another picture\n{coordinator.log()}")
+        self.assertTrue(
+            (self.out / f"{name}.png").read_bytes() == self.wanted,
+            f"another picture\n{coordinator.log()}",
+        )
         report = json.loads((self.out / f"{name}.json").read_text())
-        self.assertEqual((report["tiles"], report["tiles_missing"], report["holes"]), (self.TILES, 0, 0), report)
+        self.assertEqual(
+            (report["tiles"], report["tiles_missing"], report["holes"]), (self.TILES, 0, 0), report
+        )
         return report
 
     def test_a_worker_behind_a_slow_link_that_stalls(self):
-        link, _ = self.by_worker("slow", 11, delay_s=(0.05, 0.15), stall_every_bytes=15_000, stall_s=1)
+        link, _ = self.by_worker(
+            "slow", 11, delay_s=(0.05, 0.15), stall_every_bytes=15_000, stall_s=1
+        )
         self.assert_happened(link, delayed=10, stalls=2)
 
     def test_frames_that_come_in_pieces_of_some_bytes(self):
@@ -201,19 +272,36 @@ class Farm(Rendering):
         # From the handshake, whose parts have some dozens of bytes, to the middle of the boxes and tiles.
         for name, most in (("handshake", 300), ("picture", 12_000)):
             with self.subTest(name):
-                link, _ = self.by_worker(name, 13, environment=SHORT_TIMES, fates=[RESET] * 3, fate_bytes=(1, most))
+                link, _ = self.by_worker(
+                    name, 13, environment=SHORT_TIMES, fates=[RESET] * 3, fate_bytes=(1, most)
+                )
                 self.assert_happened(link, reset=3, connections=4)
 
     def test_a_connection_that_falls_silent_is_given_up_and_made_again(self):
-        link, report = self.by_worker("silent", 14, environment=SHORT_TIMES, fates=[SILENT_BACK, SILENT_FORTH, SILENT_BOTH], fate_bytes=(1000, 12_000))
+        link, report = self.by_worker(
+            "silent",
+            14,
+            environment=SHORT_TIMES,
+            fates=[SILENT_BACK, SILENT_FORTH, SILENT_BOTH],
+            fate_bytes=(1000, 12_000),
+        )
         self.assert_happened(link, silent_back=1, silent_forth=1, silent_both_ways=1, connections=4)
         self.assertGreaterEqual(report["farm"]["lost"], 1, report)
 
     def test_a_worker_that_joins_through_a_narrow_link_with_resets(self):
         coordinator = self.coordinator("join", "--listen", "127.0.0.1:0", environment=SHORT_TIMES)
         port = int(coordinator.saw(r"on port (\d+)").group(1))
-        with BadLink(port, 15, bytes_per_s=100_000, fates=[RESET, RESET], fate_bytes=(1, 12_000)) as link:
-            self.program("worker", "--join", f"127.0.0.1:{link.port}", "--threads", "1", environment=SHORT_TIMES)
+        with BadLink(
+            port, 15, bytes_per_s=100_000, fates=[RESET, RESET], fate_bytes=(1, 12_000)
+        ) as link:
+            self.program(
+                "worker",
+                "--join",
+                f"127.0.0.1:{link.port}",
+                "--threads",
+                "1",
+                environment=SHORT_TIMES,
+            )
             self.check(coordinator, "join")
             self.assert_happened(link, reset=2, connections=3)
 
@@ -221,12 +309,18 @@ class Farm(Rendering):
 class Boxes(Rendering):
     PICTURE = ["--size", "320x180", "--samples", "1"]
     FAULTS = {
-        "slow, with stalls": (dict(delay_s=(0.05, 0.15), stall_every_bytes=40_000, stall_s=1), dict(delayed=10, stalls=1)),
+        "slow, with stalls": (
+            dict(delay_s=(0.05, 0.15), stall_every_bytes=40_000, stall_s=1),
+            dict(delayed=10, stalls=1),
+        ),
         "in pieces": (dict(piece_bytes=(1, 7)), dict(pieces=10_000)),
         "narrow": (dict(bytes_per_s=50_000), {}),
         # Fewer than there are tries of a box, should all meet the same one.
         "reset": (dict(fates=[RESET] * 3, fate_bytes=(1, 4000)), dict(reset=3)),
-        "silent for a while": (dict(fates=[SILENT_BACK, SILENT_FORTH, SILENT_BOTH], fate_bytes=(1, 4000), silent_s=1), dict(silent_back=1, silent_forth=1, silent_both_ways=1)),
+        "silent for a while": (
+            dict(fates=[SILENT_BACK, SILENT_FORTH, SILENT_BOTH], fate_bytes=(1, 4000), silent_s=1),
+            dict(silent_back=1, silent_forth=1, silent_both_ways=1),
+        ),
     }
 
     def through_each(self, port, path):
@@ -236,7 +330,10 @@ class Boxes(Rendering):
 
         # At once, since they mostly wait.
         with concurrent.futures.ThreadPoolExecutor(len(self.FAULTS)) as pool:
-            tried = {name: pool.submit(work, seed, faults) for seed, (name, (faults, _)) in enumerate(self.FAULTS.items())}
+            tried = {
+                name: pool.submit(work, seed, faults)
+                for seed, (name, (faults, _)) in enumerate(self.FAULTS.items())
+            }
         for name, (_, happened) in self.FAULTS.items():
             with self.subTest(name):
                 link, made = tried[name].result()

@@ -12,7 +12,17 @@ import time
 import unittest
 
 from pictures import Tags
-from support import HANGS_S, Case, Run, binary, entries, render, square, temporary_folder, wait_until
+from support import (
+    HANGS_S,
+    Case,
+    Run,
+    binary,
+    entries,
+    render,
+    square,
+    temporary_folder,
+    wait_until,
+)
 
 MIB = 1 << 20
 # What the process takes beside its limits: libraries with their tables (GDAL, PROJ, OpenImageIO, gRPC), textures, sky, tiles in flight.
@@ -21,7 +31,16 @@ FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats.md
 
 
 class BigPictures(Case):
-    def streamed(self, width, height, memory_mib, world_mib, *flags, endings=(".exr", ".tif"), timeout_s=HANGS_S):
+    def streamed(
+        self,
+        width,
+        height,
+        memory_mib,
+        world_mib,
+        *flags,
+        endings=(".exr", ".tif"),
+        timeout_s=HANGS_S,
+    ):
         """Renders a picture that cannot be kept. @return the folder with the files"""
         out = temporary_folder()
         most_mib = BASE_MIB + memory_mib + world_mib
@@ -29,8 +48,23 @@ class BigPictures(Case):
         self.assertGreater(film_mib, memory_mib / 2, "this one would be kept")
         self.assertGreater(film_mib, most_mib, "this one would not show whether it was kept")
         files = [out / f"a{ending}" for ending in endings]
-        run = render(square(), "--size", f"{width}x{height}", "--samples", "1", "--quiet",
-                     "--memory-mib", str(memory_mib), "--world-memory-mib", str(world_mib), "--report", out / "r.json", *flags, *(x for f in files for x in ("-o", f)), timeout_s=timeout_s)
+        run = render(
+            square(),
+            "--size",
+            f"{width}x{height}",
+            "--samples",
+            "1",
+            "--quiet",
+            "--memory-mib",
+            str(memory_mib),
+            "--world-memory-mib",
+            str(world_mib),
+            "--report",
+            out / "r.json",
+            *flags,
+            *(x for f in files for x in ("-o", f)),
+            timeout_s=timeout_s,
+        )
         self.assertDone(run)
         report = json.loads((out / "r.json").read_text())
         self.assertLess(report["peak_rss_bytes"] / MIB, most_mib)
@@ -58,13 +92,30 @@ class BigPictures(Case):
 
     def test_huge_tiles_do_not_fill_the_memory(self):
         # The whole picture would be one tile of 448 MiB.
-        out = self.streamed(4096, 4096, 60, 64, "--zoom", "0.1", "--tile", "100%", endings=(".exr",))
+        out = self.streamed(
+            4096, 4096, 60, 64, "--zoom", "0.1", "--tile", "100%", endings=(".exr",)
+        )
         self.assertLess(self.header(out / "a.exr")["tile"][0], 2048)
 
     def begun(self, out, ending):
         """A picture that takes long, when the first of its bytes are on the disk."""
-        command = [binary("RAYTRACER"), "render", square(), "--size", "8192x8192", "--samples", "64", "--quiet", "--memory-mib", "60", "-o", out / f"a{ending}"]
-        child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        command = [
+            binary("RAYTRACER"),
+            "render",
+            square(),
+            "--size",
+            "8192x8192",
+            "--samples",
+            "64",
+            "--quiet",
+            "--memory-mib",
+            "60",
+            "-o",
+            out / f"a{ending}",
+        ]
+        child = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
         wait_until(lambda: entries(out) or child.poll() is not None, "its first bytes")
         self.assertIsNone(child.poll(), "it has ended")
         self.assertTrue(entries(out))
@@ -77,7 +128,10 @@ class BigPictures(Case):
                 child = self.begun(out, ending)
                 child.send_signal(signal.SIGTERM)
                 _, said = child.communicate(timeout=HANGS_S)
-                self.assertEqual((child.returncode, said.strip()), (1, "terravox: render: interrupted; no picture was written"))
+                self.assertEqual(
+                    (child.returncode, said.strip()),
+                    (1, "terravox: render: interrupted; no picture was written"),
+                )
                 self.assertEqual(entries(out), [])
 
     def test_killed_it_leaves_nothing_under_the_pictures_name(self):
@@ -91,17 +145,42 @@ class BigPictures(Case):
         for ending in (".exr", ".tif"):
             with self.subTest(ending):
                 out = temporary_folder()
-                run = render(square(), "--size", "2048x2048", "--samples", "1", "--quiet", "--memory-mib", "60", "-o", out / f"a{ending}", file_bytes=100_000)
+                run = render(
+                    square(),
+                    "--size",
+                    "2048x2048",
+                    "--samples",
+                    "1",
+                    "--quiet",
+                    "--memory-mib",
+                    "60",
+                    "-o",
+                    out / f"a{ending}",
+                    file_bytes=100_000,
+                )
                 self.assertRefused(run, 1, f"a{ending}")
                 self.assertEqual(entries(out), [])
 
 
 class LongPictures(BigPictures):
     def test_a_poster_of_a_thousand_million_pixels(self):
-        out = self.streamed(32768, 32768, 300, 64, "--zoom", "0.2", "--quality-shadows", "no", endings=(".exr",), timeout_s=3000)
+        out = self.streamed(
+            32768,
+            32768,
+            300,
+            64,
+            "--zoom",
+            "0.2",
+            "--quality-shadows",
+            "no",
+            endings=(".exr",),
+            timeout_s=3000,
+        )
         said = self.header(out / "a.exr")
         self.assertEqual((said["width"], said["height"]), (32768, 32768))
-        print(f"{(out / 'a.exr').stat().st_size / MIB:.0f} MiB, report: {(out / 'r.json').read_text()}")
+        print(
+            f"{(out / 'a.exr').stat().st_size / MIB:.0f} MiB, report: {(out / 'r.json').read_text()}"
+        )
 
 
 if __name__ == "__main__":

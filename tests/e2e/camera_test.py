@@ -25,7 +25,17 @@ _pictures = {}
 def picture(projection):
     if projection not in _pictures:
         file = temporary_folder() / "a.exr"
-        run = render(square(), *WIDE, "--layers", "all", "--projection", projection, *PROJECTIONS[projection], "-o", file)
+        run = render(
+            square(),
+            *WIDE,
+            "--layers",
+            "all",
+            "--projection",
+            projection,
+            *PROJECTIONS[projection],
+            "-o",
+            file,
+        )
         if run.code != 0:
             raise AssertionError(str(run))
         _pictures[projection] = Picture(file)
@@ -37,13 +47,19 @@ def pixel_of(projection, picture, place):
     if projection in ("perspective", "orthographic", "isometric"):
         u, v, _ = transformed(picture.metadata["worldToNDC"], place)
         return u * picture.width, v * picture.height
-    x, y, z = transformed(picture.metadata["worldToCamera"], place)  # x right, y up, looking down -z
+    x, y, z = transformed(
+        picture.metadata["worldToCamera"], place
+    )  # x right, y up, looking down -z
     if projection == "panorama":
         turn, height = math.atan2(x, -z), math.atan2(y, math.hypot(x, z))
-        return (turn / math.pi + 1) * picture.width / 2, picture.height / 2 - height / math.pi * picture.width / 2
+        return (
+            turn / math.pi + 1
+        ) * picture.width / 2, picture.height / 2 - height / math.pi * picture.width / 2
     angle, shorter = math.atan2(math.hypot(x, y), -z), min(picture.width, picture.height)
     radius = angle / math.radians(200 / 2) * shorter / 2
-    return picture.width / 2 + radius * x / math.hypot(x, y), picture.height / 2 - radius * y / math.hypot(x, y)
+    return picture.width / 2 + radius * x / math.hypot(
+        x, y
+    ), picture.height / 2 - radius * y / math.hypot(x, y)
 
 
 class Projections(Case):
@@ -51,14 +67,21 @@ class Projections(Case):
         for projection in PROJECTIONS:
             with self.subTest(projection):
                 p = picture(projection)
-                self.assertEqual("worldToNDC" in p.metadata, projection not in ("panorama", "fisheye"))
+                self.assertEqual(
+                    "worldToNDC" in p.metadata, projection not in ("panorama", "fisheye")
+                )
                 eye, seen = camera_place(p), 0
-                for i, (a, z, *place) in enumerate(p.channels("A", "Z", "position.X", "position.Y", "position.Z")):
+                for i, (a, z, *place) in enumerate(
+                    p.channels("A", "Z", "position.X", "position.Y", "position.Z")
+                ):
                     if a == 0:
                         continue
                     seen += 1
                     x, y = pixel_of(projection, p, place)
-                    self.assertTrue(-0.02 <= x - i % p.width <= 1.02 and -0.02 <= y - i // p.width <= 1.02, f"pixel {i} shows what lies at {x}, {y}")
+                    self.assertTrue(
+                        -0.02 <= x - i % p.width <= 1.02 and -0.02 <= y - i // p.width <= 1.02,
+                        f"pixel {i} shows what lies at {x}, {y}",
+                    )
                     depth = distance(place, eye)
                     if projection in ("orthographic", "isometric"):
                         depth = -transformed(p.metadata["worldToCamera"], place)[2]
@@ -75,9 +98,17 @@ class Projections(Case):
 
         def step(left, right):
             """Median distance between neighbours of two columns, in shares of how far away they are."""
-            both = [y for y in range(p.height) if p.channel("A")[y * p.width + left] and p.channel("A")[y * p.width + right]]
+            both = [
+                y
+                for y in range(p.height)
+                if p.channel("A")[y * p.width + left] and p.channel("A")[y * p.width + right]
+            ]
             self.assertGreater(len(both), 20)
-            steps = sorted(distance(places[y * p.width + left], places[y * p.width + right]) / p.channel("Z")[y * p.width + left] for y in both)
+            steps = sorted(
+                distance(places[y * p.width + left], places[y * p.width + right])
+                / p.channel("Z")[y * p.width + left]
+                for y in both
+            )
             return steps[len(steps) // 2]
 
         inner = [step(x, x + 1) for x in range(10, p.width - 10, 20)]
@@ -86,8 +117,13 @@ class Projections(Case):
 
     def test_outside_of_a_fisheyes_circle_all_is_black(self):
         p = picture("fisheye")
-        for i, values in enumerate(p.channels("R", "G", "B", "A", "albedo.G", "CryptoMaterial00.g")):
-            away = math.hypot(i % p.width + 0.5 - p.width / 2, i // p.width + 0.5 - p.height / 2) - min(p.width, p.height) / 2
+        for i, values in enumerate(
+            p.channels("R", "G", "B", "A", "albedo.G", "CryptoMaterial00.g")
+        ):
+            away = (
+                math.hypot(i % p.width + 0.5 - p.width / 2, i // p.width + 0.5 - p.height / 2)
+                - min(p.width, p.height) / 2
+            )
             if away > 0.75:
                 self.assertEqual(set(values), {0.0}, f"pixel {i}")
             elif away < -0.75:
@@ -96,21 +132,40 @@ class Projections(Case):
     def test_straight_down_and_straight_up_have_north_above(self):
         out = temporary_folder()
         for name, height in (("down", "400"), ("up", "1200")):
-            self.assertDone(render(square(), *WIDE, "--layers", "all", "--camera-position", "462500,101500,900", "--camera-target", f"462500,101500,{height}",
-                                   "-o", out / f"{name}.exr"))
+            self.assertDone(
+                render(
+                    square(),
+                    *WIDE,
+                    "--layers",
+                    "all",
+                    "--camera-position",
+                    "462500,101500,900",
+                    "--camera-target",
+                    f"462500,101500,{height}",
+                    "-o",
+                    out / f"{name}.exr",
+                )
+            )
         down, up = Picture(out / "down.exr"), Picture(out / "up.exr")
         self.assertGreater(sum(down.channel("A")), 3000)
         self.assertEqual(sum(up.channel("A")), 0)
         hits = [i for i, a in enumerate(down.channel("A")) if a]
         # z grows to the south, and so do rows.
-        self.assertGreater(down.channel("position.Z")[hits[-1]], down.channel("position.Z")[hits[0]])
+        self.assertGreater(
+            down.channel("position.Z")[hits[-1]], down.channel("position.Z")[hits[0]]
+        )
 
     def test_a_view_of_another_place_is_warned_of(self):
         loud = [x for x in WIDE if x != "--quiet"]
         out = temporary_folder()
         far = ("--camera-position", "462620,101500,700", "--camera-target", "432620,101500,600")
-        for flags, said in {("--look", "Bled island"): "the view 'Bled island' shows nothing of the world: it stands at 43",
-                            far: "the camera looks at what is far from the world"}.items():
+        for flags, said in {
+            (
+                "--look",
+                "Bled island",
+            ): "the view 'Bled island' shows nothing of the world: it stands at 43",
+            far: "the camera looks at what is far from the world",
+        }.items():
             with self.subTest(said):
                 run = render(square(), *loud, *flags, "-o", out / "a.png")
                 self.assertDone(run)
@@ -131,20 +186,53 @@ class Refused(Case):
             "a field of view of 0": (["--fov", "0"], "camera.fov_deg = 0; allowed: 1 to 360"),
             "of 1000": (["--fov", "1000"], "camera.fov_deg = 1000"),
             "of no number": (["--fov", "NaN"], "camera.fov_deg = nan"),
-            "of 175, perspective": (["--fov", "175"], "camera.fov_deg = 175; allowed for a perspective: 1 to 170"),
-            "a fisheye of 361": (["--projection", "fisheye", "--fov", "361"], "camera.fov_deg = 361"),
-            "a panorama with a lens": (["--projection", "panorama", "--camera-aperture-m", "1"], "camera.aperture_m = 1; allowed for a panorama: 0"),
-            "another projection": (["--projection", "mercator"], "allowed: perspective, orthographic, isometric, panorama, fisheye"),
-            "a map of no height": (["--projection", "orthographic", "--camera-height-m", "0"], "camera.height_m = 0"),
+            "of 175, perspective": (
+                ["--fov", "175"],
+                "camera.fov_deg = 175; allowed for a perspective: 1 to 170",
+            ),
+            "a fisheye of 361": (
+                ["--projection", "fisheye", "--fov", "361"],
+                "camera.fov_deg = 361",
+            ),
+            "a panorama with a lens": (
+                ["--projection", "panorama", "--camera-aperture-m", "1"],
+                "camera.aperture_m = 1; allowed for a panorama: 0",
+            ),
+            "another projection": (
+                ["--projection", "mercator"],
+                "allowed: perspective, orthographic, isometric, panorama, fisheye",
+            ),
+            "a map of no height": (
+                ["--projection", "orthographic", "--camera-height-m", "0"],
+                "camera.height_m = 0",
+            ),
             "target where the camera is": ([*point, "462400,101400,700"], "the same point"),
-            "a place that is no number": ([*point, "nan,1,2"], "camera.target = (nan, 1, 2); allowed: three finite numbers"),
-            "a place beyond all maps": ([*point, "1e300,1,2"], "camera.target = (1e+300, 1, 2) lies beyond 10^9 voxels"),
-            "a latitude of 91": ([*on_earth, "--camera-position", "91,14,900"], "latitude = 91; allowed: -90 to 90"),
-            "a longitude of 500": ([*on_earth, "--camera-position", "46,500,900"], "longitude = 500"),
+            "a place that is no number": (
+                [*point, "nan,1,2"],
+                "camera.target = (nan, 1, 2); allowed: three finite numbers",
+            ),
+            "a place beyond all maps": (
+                [*point, "1e300,1,2"],
+                "camera.target = (1e+300, 1, 2) lies beyond 10^9 voxels",
+            ),
+            "a latitude of 91": (
+                [*on_earth, "--camera-position", "91,14,900"],
+                "latitude = 91; allowed: -90 to 90",
+            ),
+            "a longitude of 500": (
+                [*on_earth, "--camera-position", "46,500,900"],
+                "longitude = 500",
+            ),
             "an unknown view": (["--look", "Bled iland"], "names no view; near: Bled island"),
             "a view in no file": (["--look", "./nothing.toml"], "nothing.toml"),
-            "30 February": (["--sun-date", "2026-02-30"], "sun.date = '2026-02-30' is no day of the calendar"),
-            "month 13": (["--sun-date", "2026-13-01"], "sun.date = '2026-13-01' is no day of the calendar"),
+            "30 February": (
+                ["--sun-date", "2026-02-30"],
+                "sun.date = '2026-02-30' is no day of the calendar",
+            ),
+            "month 13": (
+                ["--sun-date", "2026-13-01"],
+                "sun.date = '2026-13-01' is no day of the calendar",
+            ),
             "the year 99999": (["--sun-date", "99999-01-01"], "allowed: YYYY-MM-DD"),
             "25 o'clock": (["--sun-time-h", "25"], "sun.time_h = 25; allowed: 0 to 24"),
             "no time": (["--sun-time-h", "nan"], "sun.time_h = nan"),
@@ -167,30 +255,85 @@ class Refused(Case):
     def test_sizes(self):
         cases = {
             "0x0": (["-o", "a.exr"], "output.size = 0; allowed: whole numbers from 1 to 65536"),
-            "100000x100000": (["-o", "a.exr"], "output.size = 100000; allowed: whole numbers from 1 to 65536"),
-            "65536x65536": (["-o", "a.png"], "need 114688 MiB, more than there is for a picture, and '.png' cannot be written in parts; allowed at this size: "
-                                             ".exr .tif, or --memory-mib 229376 and more"),
-            "8192x8192": (["--time", "9", "-o", "a.exr"], "quality.time_s is set; allowed: 0, or --memory-mib 3584 and more"),
-            "8200x8192": (["--tile", "7", "-o", "a.tif"], "tiles of 7 pixels; allowed for .tif at this size: multiples of 16, or --memory-mib"),
-            "3840x2160": (["--layers", "all", "-o", "a.exr", "-o", "a.png"], "allowed at this size: .exr .tif, or --memory-mib 3101 and more"),
+            "100000x100000": (
+                ["-o", "a.exr"],
+                "output.size = 100000; allowed: whole numbers from 1 to 65536",
+            ),
+            "65536x65536": (
+                ["-o", "a.png"],
+                "need 114688 MiB, more than there is for a picture, and '.png' cannot be written in parts; allowed at this size: "
+                ".exr .tif, or --memory-mib 229376 and more",
+            ),
+            "8192x8192": (
+                ["--time", "9", "-o", "a.exr"],
+                "quality.time_s is set; allowed: 0, or --memory-mib 3584 and more",
+            ),
+            "8200x8192": (
+                ["--tile", "7", "-o", "a.tif"],
+                "tiles of 7 pixels; allowed for .tif at this size: multiples of 16, or --memory-mib",
+            ),
+            "3840x2160": (
+                ["--layers", "all", "-o", "a.exr", "-o", "a.png"],
+                "allowed at this size: .exr .tif, or --memory-mib 3101 and more",
+            ),
         }
         for size, (flags, said) in cases.items():
             with self.subTest(size):
                 out = temporary_folder()
-                self.assertRefused(render(square(), "--quiet", "--size", size, *flags, cwd=out), 2, said)
+                self.assertRefused(
+                    render(square(), "--quiet", "--size", size, *flags, cwd=out), 2, said
+                )
                 self.assertEqual(entries(out), [])
 
     def test_layers_that_no_file_takes_cost_nothing(self):
         # Kept, they would need 16 MB, and a PNG cannot be streamed.
         out = temporary_folder()
-        self.assertDone(render(square(), "--size", "320x256", "--samples", "1", "--quiet", "--layers", "all", "--memory-mib", "8", "-o", out / "all.png"))
-        self.assertDone(render(square(), "--size", "320x256", "--samples", "1", "--quiet", "--memory-mib", "8", "-o", out / "beauty.png"))
+        self.assertDone(
+            render(
+                square(),
+                "--size",
+                "320x256",
+                "--samples",
+                "1",
+                "--quiet",
+                "--layers",
+                "all",
+                "--memory-mib",
+                "8",
+                "-o",
+                out / "all.png",
+            )
+        )
+        self.assertDone(
+            render(
+                square(),
+                "--size",
+                "320x256",
+                "--samples",
+                "1",
+                "--quiet",
+                "--memory-mib",
+                "8",
+                "-o",
+                out / "beauty.png",
+            )
+        )
         self.assertAlike(out / "all.png", out / "beauty.png", exact=True)
 
     def test_denoising_without_its_library(self):
         out, empty = temporary_folder(), temporary_folder()
-        run = render(square(), *WIDE, "--denoise", "yes", "-o", out / "a.png", environment={"TERRAVOX_OIDN": str(empty)})
-        self.assertRefused(run, 2, "denoise the picture: TERRAVOX_OIDN", "no libOpenImageDenoise.so there")
+        run = render(
+            square(),
+            *WIDE,
+            "--denoise",
+            "yes",
+            "-o",
+            out / "a.png",
+            environment={"TERRAVOX_OIDN": str(empty)},
+        )
+        self.assertRefused(
+            run, 2, "denoise the picture: TERRAVOX_OIDN", "no libOpenImageDenoise.so there"
+        )
         self.assertEqual(entries(out), [])
 
     def test_files_of_materials(self):
@@ -211,12 +354,27 @@ class Refused(Case):
                 if text is not None:
                     materials.write_text(text)
                 out = temporary_folder()
-                run = render(square(), *WIDE, "-o", out / "a.png", environment={"TERRAVOX_CONFIG": str(config)})
+                run = render(
+                    square(),
+                    *WIDE,
+                    "-o",
+                    out / "a.png",
+                    environment={"TERRAVOX_CONFIG": str(config)},
+                )
                 self.assertRefused(run, run.code, "materials.toml", said)
                 self.assertIn(run.code, (1, 2))
                 self.assertEqual(entries(out), [])
         materials.write_text(whole.replace(grass, ""))
-        run = render(square(), "--size", "160x90", "--samples", "1", "-o", out / "a.png", environment={"TERRAVOX_CONFIG": str(config)})
+        run = render(
+            square(),
+            "--size",
+            "160x90",
+            "--samples",
+            "1",
+            "-o",
+            out / "a.png",
+            environment={"TERRAVOX_CONFIG": str(config)},
+        )
         self.assertDone(run)
         (warning,) = [line for line in run.err.splitlines() if line.startswith("[warning]")]
         self.assertIn("grass", warning)

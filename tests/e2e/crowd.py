@@ -64,4 +64,8 @@ def slow_header(connection, step):
 
 
 def slow_body(connection, step):
-    connection.sendall(b"POST /v2/boxes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 200000\r\n\r\n" if step == 0 else b" ")
+    connection.sendall(
+        b"POST /v2/boxes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 200000\r\n\r\n"
+        if step == 0
+        else b" "
+    )

@@ -17,8 +17,24 @@ class Desktop:
     def __init__(self, width=1280, height=800):
         self.folder = temporary_folder()
         read, write = os.pipe()
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", str(self.folder), "-nolisten", "tcp", "-noreset"], pass_fds=[write],
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.server = subprocess.Popen(
+            [
+                "Xvfb",
+                "-displayfd",
+                str(write),
+                "-screen",
+                "0",
+                f"{width}x{height}x24",
+                "-fbdir",
+                str(self.folder),
+                "-nolisten",
+                "tcp",
+                "-noreset",
+            ],
+            pass_fds=[write],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         os.close(write)
         with os.fdopen(read) as told:
             self.display = ":" + told.readline().strip()
@@ -30,7 +46,13 @@ class Desktop:
 
     def do(self, *words):
         """As the person does: words of xdotool."""
-        subprocess.run(["xdotool", *map(str, words)], env={**os.environ, **self.environment}, check=True, timeout=HANGS_S, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            ["xdotool", *map(str, words)],
+            env={**os.environ, **self.environment},
+            check=True,
+            timeout=HANGS_S,
+            stdout=subprocess.DEVNULL,
+        )
 
     def key(self, *keys):
         self.do("key", *keys)
@@ -57,9 +79,25 @@ class Desktop:
             program.process.send_signal(signal.SIGCONT)
 
     def drag(self, x0, y0, x1, y1, steps=10, button=1):
-        words = ["mousemove", round(x0), round(y0), "sleep", "0.1", "mousedown", button, "sleep", "0.1"]
+        words = [
+            "mousemove",
+            round(x0),
+            round(y0),
+            "sleep",
+            "0.1",
+            "mousedown",
+            button,
+            "sleep",
+            "0.1",
+        ]
         for i in range(1, steps + 1):
-            words += ["mousemove", round(x0 + (x1 - x0) * i / steps), round(y0 + (y1 - y0) * i / steps), "sleep", "0.03"]
+            words += [
+                "mousemove",
+                round(x0 + (x1 - x0) * i / steps),
+                round(y0 + (y1 - y0) * i / steps),
+                "sleep",
+                "0.03",
+            ]
         self.do(*words, "mouseup", button)
 
     def see(self):
@@ -67,7 +105,14 @@ class Desktop:
         data = pathlib.Path(self.folder / "Xvfb_screen0").read_bytes()
         # The X window dump: XWDFile.h of the X.Org Foundation.
         header = struct.unpack(">25I", data[:100])
-        size, width, height, bits, row_bytes, colours = header[0], header[4], header[5], header[11], header[12], header[19]
+        size, width, height, bits, row_bytes, colours = (
+            header[0],
+            header[4],
+            header[5],
+            header[11],
+            header[12],
+            header[19],
+        )
         assert bits == 32, bits
         start = size + colours * 12
         rows = []
@@ -94,5 +139,9 @@ def colours(seen, box):
 def changed(before, after, box):
     """The share of pixels in x0, y0, x1, y1 that are not the same."""
     x0, y0, x1, y1 = box
-    other = sum(a[x * 3 : x * 3 + 3] != b[x * 3 : x * 3 + 3] for a, b in zip(before[2][y0:y1], after[2][y0:y1]) for x in range(x0, x1))
+    other = sum(
+        a[x * 3 : x * 3 + 3] != b[x * 3 : x * 3 + 3]
+        for a, b in zip(before[2][y0:y1], after[2][y0:y1])
+        for x in range(x0, x1)
+    )
     return other / ((x1 - x0) * (y1 - y0))

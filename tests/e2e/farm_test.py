@@ -12,26 +12,53 @@ import subprocess
 import time
 import unittest
 
-from support import HANGS_S, Program, Run, Server, binary, render, survey, temporary_folder, wait_until
+from support import (
+    HANGS_S,
+    Program,
+    Run,
+    Server,
+    binary,
+    render,
+    survey,
+    temporary_folder,
+    wait_until,
+)
 
 TOKEN = "kv7r2mx9q4tz8wpd5hcn"
 ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
 # Some seconds on one thread: long enough to be killed in the middle of.
-SCENE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--samples", "40", "--bounces", "4"]
+SCENE = [
+    "--size",
+    "256x144",
+    "--tile",
+    "16",
+    "--integrator",
+    "path",
+    "--samples",
+    "40",
+    "--bounces",
+    "4",
+]
 os.environ["TERRAVOX_FARM_TEST"] = "1"
 
 
 def unread_bytes(port):
     """What connections to a port of this machine have brought, and the program there has not read. Ref: proc_net_tcp.rst of Linux."""
     lines = [line.split() for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]]
-    return sum(int(queues.split(":")[1], 16) for _, local, _, _, queues, *_ in lines if int(local.split(":")[1], 16) == port)
+    return sum(
+        int(queues.split(":")[1], 16)
+        for _, local, _, _, queues, *_ in lines
+        if int(local.split(":")[1], 16) == port
+    )
 
 
 class Farm(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.out = temporary_folder()
-        run = render(survey(), *SCENE, "--quiet", "-o", cls.out / "wanted.png", "-o", cls.out / "wanted.exr")
+        run = render(
+            survey(), *SCENE, "--quiet", "-o", cls.out / "wanted.png", "-o", cls.out / "wanted.exr"
+        )
         assert run.code == 0, run
         cls.wanted = (cls.out / "wanted.png").read_bytes()
 
@@ -43,21 +70,41 @@ class Farm(unittest.TestCase):
 
     def worker(self, *arguments, **options):
         """A daemon that listens. Returns it and its address."""
-        daemon = self.program("worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments, **options)
+        daemon = self.program(
+            "worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments, **options
+        )
         return daemon, "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
 
     def coordinator(self, name, *arguments, **options):
-        return self.program("render", survey(), *SCENE, "-o", self.out / name, *arguments, **options)
+        return self.program(
+            "render", survey(), *SCENE, "-o", self.out / name, *arguments, **options
+        )
 
     def check(self, program, name, code=0):
         self.assertEqual(program.end(), code, program.log())
-        self.assertTrue((self.out / name).read_bytes() == self.wanted, f"{name} is another picture\n{program.log()}")
+        self.assertTrue(
+            (self.out / name).read_bytes() == self.wanted,
+            f"{name} is another picture\n{program.log()}",
+        )
         self.assertFalse((self.out / (name + ".tiles")).exists())
 
     def test_workers_that_listen(self):
         (_, a), (_, b) = self.worker(), self.worker()
         for name, threads in (("listen.png", "0"), ("mixed.png", "1")):
-            self.check(self.coordinator(name, "--worker", a, "--worker", b, "--threads", threads, "--report", self.out / "report.json"), name)
+            self.check(
+                self.coordinator(
+                    name,
+                    "--worker",
+                    a,
+                    "--worker",
+                    b,
+                    "--threads",
+                    threads,
+                    "--report",
+                    self.out / "report.json",
+                ),
+                name,
+            )
         hands = json.loads((self.out / "report.json").read_text())["farm"]["processors"]
         self.assertEqual(sorted(h["kind"] for h in hands), ["socket", "socket", "threads"])
 
@@ -66,11 +113,35 @@ class Farm(unittest.TestCase):
         token.write_text(TOKEN + "\n")
         token.chmod(0o600)
         bare = {"TERRAVOX_FARM_TEST": "1", "TERRAVOX_FARM_TOKEN": ""}
-        coordinator = self.coordinator("join.png", "--listen", "127.0.0.1:0", "--threads", "0", "--token-file", token, environment=bare)
+        coordinator = self.coordinator(
+            "join.png",
+            "--listen",
+            "127.0.0.1:0",
+            "--threads",
+            "0",
+            "--token-file",
+            token,
+            environment=bare,
+        )
         address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
-        workers = [self.program("worker", "--join", address, "--threads", "1", "--once", "--token-file", token, environment=bare) for _ in range(2)]
+        workers = [
+            self.program(
+                "worker",
+                "--join",
+                address,
+                "--threads",
+                "1",
+                "--once",
+                "--token-file",
+                token,
+                environment=bare,
+            )
+            for _ in range(2)
+        ]
         workers[0].saw("works for")
-        status = Run([binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT)
+        status = Run(
+            [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
+        )
         self.assertEqual(status.code, 0, status)
         told = json.loads(status.out)[0]
         self.assertEqual((told["role"], told["tiles_total"]), ("coordinator", 144))
@@ -79,23 +150,39 @@ class Farm(unittest.TestCase):
             self.assertEqual(worker.end(), 0, worker.log())
 
     def test_a_generated_token_is_told(self):
-        coordinator = self.coordinator("told.png", "--listen", "127.0.0.1:0", "--threads", "0", environment={"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1"})
+        coordinator = self.coordinator(
+            "told.png",
+            "--listen",
+            "127.0.0.1:0",
+            "--threads",
+            "0",
+            environment={"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1"},
+        )
         token = coordinator.saw(r"token: (\S+)").group(1)
         address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
-        self.program("worker", "--join", address, environment={"TERRAVOX_FARM_TOKEN": token, "TERRAVOX_FARM_TEST": "1"})
+        self.program(
+            "worker",
+            "--join",
+            address,
+            environment={"TERRAVOX_FARM_TOKEN": token, "TERRAVOX_FARM_TEST": "1"},
+        )
         self.check(coordinator, "told.png")
 
     def test_green_alone_and_beside_others(self):
         self.check(self.coordinator("green.png", "--green"), "green.png")
         _, a = self.worker()
-        self.check(self.coordinator("green2.png", "--green", "--threads", "1", "--worker", a), "green2.png")
+        self.check(
+            self.coordinator("green2.png", "--green", "--threads", "1", "--worker", a), "green2.png"
+        )
 
     def test_workers_killed_and_stopped_in_the_middle(self):
         for sign in (signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP):
             with self.subTest(sign.name):
                 (victim, a), (_, b) = self.worker(), self.worker()
                 name = f"{sign.name}.png"
-                coordinator = self.coordinator(name, "--worker", a, "--worker", b, "--threads", "0", "--log", "debug")
+                coordinator = self.coordinator(
+                    name, "--worker", a, "--worker", b, "--threads", "0", "--log", "debug"
+                )
                 self.busy(a)
                 victim.process.send_signal(sign)
                 if sign == signal.SIGTERM:
@@ -107,14 +194,18 @@ class Farm(unittest.TestCase):
         """Waits until a worker has finished so many tiles."""
         end = time.monotonic() + HANGS_S
         while time.monotonic() < end:
-            status = Run([binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT)
+            status = Run(
+                [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
+            )
             if status.code == 0 and json.loads(status.out)[0]["tiles_done"] >= tiles:
                 return
         self.fail(f"{address} never finished {tiles} tiles")
 
     def test_all_workers_lost(self):
         worker, a = self.worker()
-        coordinator = self.coordinator("lost.png", "--worker", a, "--threads", "0", "--give-up", "1s", "--log", "debug")
+        coordinator = self.coordinator(
+            "lost.png", "--worker", a, "--threads", "0", "--give-up", "1s", "--log", "debug"
+        )
         # From its own log: asking the worker would take a program's start, in which a picture may be finished.
         coordinator.saw("answer: tile", times=4)
         worker.kill()
@@ -135,10 +226,26 @@ class Farm(unittest.TestCase):
         _, a = self.worker()
         _, b = self.worker()
         for tiles in (3, 12):
-            coordinator = self.coordinator("killed.png", "--worker", a, "--worker", b, "--threads", "0", "--resume", "--log", "debug")
+            coordinator = self.coordinator(
+                "killed.png",
+                "--worker",
+                a,
+                "--worker",
+                b,
+                "--threads",
+                "0",
+                "--resume",
+                "--log",
+                "debug",
+            )
             coordinator.saw("answer: tile", times=tiles)
             coordinator.kill()
-        self.check(self.coordinator("killed.png", "--worker", a, "--worker", b, "--threads", "0", "--resume"), "killed.png")
+        self.check(
+            self.coordinator(
+                "killed.png", "--worker", a, "--worker", b, "--threads", "0", "--resume"
+            ),
+            "killed.png",
+        )
 
     def test_certificates(self):
         folder = self.out / "certs"
@@ -147,43 +254,96 @@ class Farm(unittest.TestCase):
             self.assertEqual(made.code, 0, made)
 
         def flags(where, name):
-            return ["--tls-ca", where / "ca.pem", "--tls-cert", where / f"{name}.pem", "--tls-key", where / f"{name}.key"]
+            return [
+                "--tls-ca",
+                where / "ca.pem",
+                "--tls-cert",
+                where / f"{name}.pem",
+                "--tls-key",
+                where / f"{name}.key",
+            ]
 
         bare = {"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1"}
         _, a = self.worker(*flags(folder, "worker"), environment=bare)
-        self.check(self.coordinator("tls.png", "--worker", a, "--threads", "0", *flags(folder, "coordinator"), environment=bare), "tls.png")
-        stranger = Run([binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")])
+        self.check(
+            self.coordinator(
+                "tls.png",
+                "--worker",
+                a,
+                "--threads",
+                "0",
+                *flags(folder, "coordinator"),
+                environment=bare,
+            ),
+            "tls.png",
+        )
+        stranger = Run(
+            [binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")]
+        )
         self.assertEqual(stranger.code, 1, stranger)
         # A worker's certificate gives no orders, and one that is revoked opens nothing.
-        refused = Run([binary("RAYTRACER"), "farm", "pause", a, *flags(folder, "worker")], environment=bare)
+        refused = Run(
+            [binary("RAYTRACER"), "farm", "pause", a, *flags(folder, "worker")], environment=bare
+        )
         self.assertEqual(refused.code, 1, refused)
         self.assertIn("an observer with the certificate of a worker", refused.err)
-        self.assertEqual(Run([binary("RAYTRACER"), "farm", "status", a, *flags(folder, "coordinator")], environment=bare).code, 0)
-        revoked = Run([binary("RAYTRACER"), "farm", "certs", "-o", folder, "--revoke", "coordinator"])
+        self.assertEqual(
+            Run(
+                [binary("RAYTRACER"), "farm", "status", a, *flags(folder, "coordinator")],
+                environment=bare,
+            ).code,
+            0,
+        )
+        revoked = Run(
+            [binary("RAYTRACER"), "farm", "certs", "-o", folder, "--revoke", "coordinator"]
+        )
         self.assertEqual(revoked.code, 0, revoked)
-        late = Run([binary("RAYTRACER"), "farm", "status", a, *flags(folder, "coordinator")], environment=bare)
+        late = Run(
+            [binary("RAYTRACER"), "farm", "status", a, *flags(folder, "coordinator")],
+            environment=bare,
+        )
         self.assertEqual(late.code, 1, late)
         self.assertIn("its certificate is revoked", late.err)
 
     def test_the_unwelcome_are_refused_and_harm_nothing(self):
         daemon, a = self.worker()
         port = int(a.rsplit(":", 1)[1])
-        wrong = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"})
+        wrong = Run(
+            [binary("RAYTRACER"), "farm", "status", a],
+            environment={"TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"},
+        )
         self.assertEqual(wrong.code, 1, wrong)
         self.assertIn("token", wrong.err)
-        none = Run([binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": ""})
+        none = Run(
+            [binary("RAYTRACER"), "farm", "status", a], environment={"TERRAVOX_FARM_TOKEN": ""}
+        )
         self.assertEqual(none.code, 2, none)
         held = []
-        for garbage in (b"", b"GET / HTTP/1.1\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\x16\x03\x01\x02\x00\x01\x00", os.urandom(4096)):
+        for garbage in (
+            b"",
+            b"GET / HTTP/1.1\r\n\r\n",
+            b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+            b"\x16\x03\x01\x02\x00\x01\x00",
+            os.urandom(4096),
+        ):
             stranger = socket.create_connection(("127.0.0.1", port))
             stranger.sendall(garbage)
             held.append(stranger)
-        self.check(self.coordinator("unwelcome.png", "--worker", a, "--threads", "0"), "unwelcome.png")
+        self.check(
+            self.coordinator("unwelcome.png", "--worker", a, "--threads", "0"), "unwelcome.png"
+        )
         for stranger in held:
             stranger.close()
         self.assertIsNone(daemon.process.poll(), daemon.log())
         # A worker that nobody wants says so, and a render that its only worker refuses goes on by itself.
-        coordinator = self.coordinator("alone.png", "--worker", a, "--threads", "2", environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"})
+        coordinator = self.coordinator(
+            "alone.png",
+            "--worker",
+            a,
+            "--threads",
+            "2",
+            environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"},
+        )
         self.check(coordinator, "alone.png")
 
     def test_a_busy_worker_works_for_one_after_the_other(self):
@@ -204,7 +364,9 @@ class Farm(unittest.TestCase):
         connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANGS_S)
         connection.request("GET", "/metrics")
         page = connection.getresponse().read().decode()
-        self.assertGreaterEqual(float(re.search(r"^terravox_worker_tiles_total (\S+)", page, re.M).group(1)), 144, page)
+        self.assertGreaterEqual(
+            float(re.search(r"^terravox_worker_tiles_total (\S+)", page, re.M).group(1)), 144, page
+        )
         config.write_text(text.replace("threads = 1", "threads = 2"))
         daemon.process.send_signal(signal.SIGHUP)
         daemon.saw("changed: threads")
@@ -217,7 +379,17 @@ class Farm(unittest.TestCase):
     def test_a_worker_that_opens_a_silent_server_ends_when_told(self):
         server = Server(survey())
         self.addCleanup(server.stop)
-        coordinator = self.program("render", server.url, *SCENE, "-o", self.out / "stalled.png", "--listen", "127.0.0.1:0", "--threads", "0")
+        coordinator = self.program(
+            "render",
+            server.url,
+            *SCENE,
+            "-o",
+            self.out / "stalled.png",
+            "--listen",
+            "127.0.0.1:0",
+            "--threads",
+            "0",
+        )
         address = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
         server.process.send_signal(signal.SIGSTOP)
         self.addCleanup(server.process.send_signal, signal.SIGCONT)
@@ -230,7 +402,9 @@ class Farm(unittest.TestCase):
 
     def test_paused_and_resumed(self):
         def state(address):
-            status = Run([binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT)
+            status = Run(
+                [binary("RAYTRACER"), "farm", "status", address, "--json"], environment=ENVIRONMENT
+            )
             self.assertEqual(status.code, 0, status)
             members = json.loads(status.out)[0]["members"]
             return members[0]["state"] if members else "not there yet"
@@ -241,7 +415,9 @@ class Farm(unittest.TestCase):
         # Paused before there is a picture, which then stands still until the last of these.
         _, a = self.worker()
         self.assertEqual(tell("pause", a).code, 0)
-        coordinator = self.coordinator("paused.png", "--worker", a, "--threads", "0", "--listen", "127.0.0.1:0")
+        coordinator = self.coordinator(
+            "paused.png", "--worker", a, "--threads", "0", "--listen", "127.0.0.1:0"
+        )
         b = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
         wait_until(lambda: state(b) == "paused", "the coordinator sees the pause")
         unknown = tell("pause", b, "--worker", "nobody")
@@ -254,39 +430,103 @@ class Farm(unittest.TestCase):
 
     def test_workers_that_announce_themselves(self):
         path = os.environ["PATH"] + ":/usr/sbin:/sbin"
-        missing = [p for p in ("dbus-daemon", "avahi-daemon", "unshare", "nsenter", "ip") if not shutil.which(p, path=path)]
+        missing = [
+            p
+            for p in ("dbus-daemon", "avahi-daemon", "unshare", "nsenter", "ip")
+            if not shutil.which(p, path=path)
+        ]
         if os.geteuid() != 0 or missing:
             self.skipTest(f"wants {', '.join(missing) or 'root'}, for a network of its own")
         folder = self.out / "network"
         folder.mkdir()
-        (folder / "bus.conf").write_text(f"<busconfig><listen>unix:path={folder}/bus</listen><auth>EXTERNAL</auth><policy context='default'><allow user='*'/><allow own='*'/>"
-                                         "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n")
-        (folder / "avahi.conf").write_text("[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
-                                           "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n")
-        environment = {"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1", "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus"}
+        (folder / "bus.conf").write_text(
+            f"<busconfig><listen>unix:path={folder}/bus</listen><auth>EXTERNAL</auth><policy context='default'><allow user='*'/><allow own='*'/>"
+            "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n"
+        )
+        (folder / "avahi.conf").write_text(
+            "[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
+            "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n"
+        )
+        environment = {
+            "TERRAVOX_FARM_TOKEN": "",
+            "TERRAVOX_FARM_TEST": "1",
+            "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus",
+        }
         made = Run([binary("RAYTRACER"), "farm", "certs", "-o", folder / "certs"])
         self.assertEqual(made.code, 0, made)
 
         def flags(name):
-            return ["--tls-ca", folder / "certs" / "ca.pem", "--tls-cert", folder / "certs" / f"{name}.pem", "--tls-key", folder / "certs" / f"{name}.key"]
-
+            return [
+                "--tls-ca",
+                folder / "certs" / "ca.pem",
+                "--tls-cert",
+                folder / "certs" / f"{name}.pem",
+                "--tls-key",
+                folder / "certs" / f"{name}.key",
+            ]
 
         def background(*command):
-            process = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, **environment, "PATH": path})
+            process = subprocess.Popen(
+                [str(c) for c in command],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, **environment, "PATH": path},
+            )
             self.addCleanup(process.wait)
             self.addCleanup(process.kill)
             return process
 
         background("dbus-daemon", f"--config-file={folder}/bus.conf", "--nofork", "--nopidfile")
-        avahi = background("unshare", "-m", "-n", "sh", "-c", "ip link set lo up && mkdir -p /run/avahi-daemon && mount -t tmpfs none /run/avahi-daemon && while [ ! -S \"$1\" ]; do sleep 0.1; done; "
-                           "exec avahi-daemon -f \"$2\" --no-drop-root --no-chroot --no-rlimits --no-proc-title", "sh", folder / "bus", folder / "avahi.conf")
+        avahi = background(
+            "unshare",
+            "-m",
+            "-n",
+            "sh",
+            "-c",
+            'ip link set lo up && mkdir -p /run/avahi-daemon && mount -t tmpfs none /run/avahi-daemon && while [ ! -S "$1" ]; do sleep 0.1; done; '
+            'exec avahi-daemon -f "$2" --no-drop-root --no-chroot --no-rlimits --no-proc-title',
+            "sh",
+            folder / "bus",
+            folder / "avahi.conf",
+        )
         within = ["nsenter", "-t", str(avahi.pid), "-n"]
-        wait_until(lambda: subprocess.run([*within, "ip", "-o", "link", "show", "lo", "up"], capture_output=True, check=False, env={**os.environ, "PATH": path}).stdout != b"",
-                   "the network is up")
-        workers = [self.program("worker", "--listen", "0.0.0.0:0", "--announce", "--threads", "1", *flags("worker"), environment=environment, within=within) for _ in range(2)]
+        wait_until(
+            lambda: (
+                subprocess.run(
+                    [*within, "ip", "-o", "link", "show", "lo", "up"],
+                    capture_output=True,
+                    check=False,
+                    env={**os.environ, "PATH": path},
+                ).stdout
+                != b""
+            ),
+            "the network is up",
+        )
+        workers = [
+            self.program(
+                "worker",
+                "--listen",
+                "0.0.0.0:0",
+                "--announce",
+                "--threads",
+                "1",
+                *flags("worker"),
+                environment=environment,
+                within=within,
+            )
+            for _ in range(2)
+        ]
         for worker in workers:
             worker.saw(r"on port (\d+)")
-        coordinator = self.coordinator("found.png", "--discover", "--threads", "0", *flags("coordinator"), environment=environment, within=within)
+        coordinator = self.coordinator(
+            "found.png",
+            "--discover",
+            "--threads",
+            "0",
+            *flags("coordinator"),
+            environment=environment,
+            within=within,
+        )
         for worker in workers:
             worker.saw("works for")
         self.check(coordinator, "found.png")
@@ -301,15 +541,31 @@ class Farm(unittest.TestCase):
 
     def test_what_cannot_be_is_said(self):
         for arguments, code, says in (
-                (["--threads", "0"], 2, "nobody else is there"), (["--worker", "nowhere:0"], 2, "port"), (["--worker", "127.0.0.1:1", "--give-up", "soon"], 2, "--give-up"),
-                (["--listen", "300.1.2.3:1"], 1, "300.1.2.3"), (["--part", "3/2"], 2, "--part"), (["--resume", "--time", "5"], 2, "time_s"),
-                (["--worker", "127.0.0.1:1", "--tls-ca", "x"], 2, "--tls-cert"),
-                (["--discover"], 2, "certificates")):
+            (["--threads", "0"], 2, "nobody else is there"),
+            (["--worker", "nowhere:0"], 2, "port"),
+            (["--worker", "127.0.0.1:1", "--give-up", "soon"], 2, "--give-up"),
+            (["--listen", "300.1.2.3:1"], 1, "300.1.2.3"),
+            (["--part", "3/2"], 2, "--part"),
+            (["--resume", "--time", "5"], 2, "time_s"),
+            (["--worker", "127.0.0.1:1", "--tls-ca", "x"], 2, "--tls-cert"),
+            (["--discover"], 2, "certificates"),
+        ):
             with self.subTest(arguments):
-                run = render(survey(), *SCENE, *arguments, "-o", self.out / "never.png", environment=ENVIRONMENT)
+                run = render(
+                    survey(),
+                    *SCENE,
+                    *arguments,
+                    "-o",
+                    self.out / "never.png",
+                    environment=ENVIRONMENT,
+                )
                 self.assertEqual(run.code, code, run)
                 self.assertIn(says, run.err)
-                self.assertEqual(len([line for line in run.err.splitlines() if line.startswith("terravox: ")]), 1, run)
+                self.assertEqual(
+                    len([line for line in run.err.splitlines() if line.startswith("terravox: ")]),
+                    1,
+                    run,
+                )
 
 
 if __name__ == "__main__":

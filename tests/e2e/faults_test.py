@@ -22,6 +22,7 @@ from writers import WRITERS, Ended, Writers
 LONG = "--long" in sys.argv
 FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
 
+
 def least_address_space(program, among):
     """The least of the values that the program's libraries let it start with: what fails before main() is not ours to tell."""
     for value in among:
@@ -66,7 +67,9 @@ class Faults(Writers):
     def test_too_little_memory_is_told(self):
         mib = 1 << 20
         least = {}
-        for name in WRITERS if LONG else ("render to EXR", "archive", "OpenVDB", "synthetic survey"):
+        for name in (
+            WRITERS if LONG else ("render to EXR", "archive", "OpenVDB", "synthetic survey")
+        ):
             program = binary(WRITERS[name][0])
             if program not in least:
                 least[program] = least_address_space(program, range(100 * mib, 3000 * mib, 8 * mib))
@@ -83,7 +86,12 @@ class Faults(Writers):
             with self.subTest(name):
                 self.whole(name)
                 arguments, out = self.writer(name)
-                process = subprocess.Popen([str(a) for a in arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                process = subprocess.Popen(
+                    [str(a) for a in arguments],
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
                 while process.poll() is None:
                     process.send_signal(signal.SIGSTOP)
                     process.send_signal(signal.SIGCONT)
@@ -112,8 +120,13 @@ class Faults(Writers):
         self.whole(name)
         stamp = self.folder / "clock"
         stamp.write_text("+0")
-        clock = {"LD_PRELOAD": str(FAKETIME), "FAKETIME_TIMESTAMP_FILE": str(stamp), "FAKETIME_NO_CACHE": "1", "DONT_FAKE_MONOTONIC": "1",
-                 "NO_FAKE_STAT": "1"}
+        clock = {
+            "LD_PRELOAD": str(FAKETIME),
+            "FAKETIME_TIMESTAMP_FILE": str(stamp),
+            "FAKETIME_NO_CACHE": "1",
+            "DONT_FAKE_MONOTONIC": "1",
+            "NO_FAKE_STAT": "1",
+        }
         over = threading.Event()
 
         def jump():

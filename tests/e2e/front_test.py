@@ -34,18 +34,38 @@ class Front:
         for file in (ROOT / "config" / "nginx").glob("*.conf"):
             text = file.read_text()
             if file.name == "terravox.conf":
-                text, listens = re.subn(r"listen 127\.0\.0\.1:8080", f"listen 127.0.0.1:{self.port}", text)
-                text, servers = re.subn(r"server 127\.0\.0\.1:8888", f"server 127.0.0.1:{server_port}", text)
-                assert (listens, servers) == (1, 1), "terravox.conf has other ports than this test replaces"
+                text, listens = re.subn(
+                    r"listen 127\.0\.0\.1:8080", f"listen 127.0.0.1:{self.port}", text
+                )
+                text, servers = re.subn(
+                    r"server 127\.0\.0\.1:8888", f"server 127.0.0.1:{server_port}", text
+                )
+                assert (listens, servers) == (1, 1), (
+                    "terravox.conf has other ports than this test replaces"
+                )
                 for words, others in instead:
-                    assert text.count(words) == 1, f"terravox.conf has '{words}' {text.count(words)} times"
+                    assert text.count(words) == 1, (
+                        f"terravox.conf has '{words}' {text.count(words)} times"
+                    )
                     text = text.replace(words, others)
             (self.folder / file.name).write_text(text)
-        self.command = [NGINX, "-p", self.folder, "-e", "error.log", "-c", self.folder / "nginx.conf"]
+        self.command = [
+            NGINX,
+            "-p",
+            self.folder,
+            "-e",
+            "error.log",
+            "-c",
+            self.folder / "nginx.conf",
+        ]
         self.process = None
 
     def __enter__(self):
-        self.process = subprocess.Popen([*self.command, "-g", "daemon off;"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.process = subprocess.Popen(
+            [*self.command, "-g", "daemon off;"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         until = time.monotonic() + HANGS_S
         while time.monotonic() < until:
             try:
@@ -69,8 +89,15 @@ class Front:
 class FrontTest(Case):
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(survey(), "--cache", "none", "--request-threads", "16",
-                            "--public-name", "voxels.example.org")
+        cls.server = Server(
+            survey(),
+            "--cache",
+            "none",
+            "--request-threads",
+            "16",
+            "--public-name",
+            "voxels.example.org",
+        )
         cls.front = Front(cls.server.port)
         cls.front.__enter__()
         cls.paths = [p for p in cls.server.box_paths() if cls.server.get(p)[0] == 200]
@@ -80,17 +107,29 @@ class FrontTest(Case):
     def tearDownClass(cls):
         cls.front.__exit__()
         assert cls.server.stop() == 0, cls.server.err
-        assert "[alert]" not in cls.front.log() and "[emerg]" not in cls.front.log(), cls.front.log()
+        assert "[alert]" not in cls.front.log() and "[emerg]" not in cls.front.log(), (
+            cls.front.log()
+        )
 
     def through(self, path, *headers, method="GET", body=b""):
-        said = talk(self.front.port, get(path, *headers, "Connection: close", method=method) + body, quiet_s=2, heads=[method == "HEAD"])
+        said = talk(
+            self.front.port,
+            get(path, *headers, "Connection: close", method=method) + body,
+            quiet_s=2,
+            heads=[method == "HEAD"],
+        )
         self.assertEqual(len(said.replies), 1, str(said))
         return said.replies[0]
 
     def test_the_shipped_configuration_is_valid(self):
         prefix = temporary_folder()
         config = ROOT / "config" / "nginx" / "nginx.conf"
-        done = subprocess.run([NGINX, "-t", "-p", prefix, "-e", "error.log", "-c", config], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [NGINX, "-t", "-p", prefix, "-e", "error.log", "-c", config],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("[warn]", done.stderr)
 
@@ -100,31 +139,63 @@ class FrontTest(Case):
             self.skipTest("openssl is not installed")
         front = Front(self.server.port)
         port = hold_port()
-        subprocess.run([openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost", "-keyout", front.folder / "key.pem",
-                        "-out", front.folder / "certificate.pem"], check=True, capture_output=True)
+        subprocess.run(
+            [
+                openssl,
+                "req",
+                "-x509",
+                "-newkey",
+                "rsa:2048",
+                "-nodes",
+                "-days",
+                "1",
+                "-subj",
+                "/CN=localhost",
+                "-keyout",
+                front.folder / "key.pem",
+                "-out",
+                front.folder / "certificate.pem",
+            ],
+            check=True,
+            capture_output=True,
+        )
         text = (ROOT / "config" / "nginx" / "terravox-tls.conf.example").read_text()
         text = text.replace("8443", f"127.0.0.1:{port}").replace("/etc/terravox", str(front.folder))
         (front.folder / "terravox-tls.conf").write_text(text)
         with front:
             context = ssl.create_default_context(cafile=front.folder / "certificate.pem")
             context.check_hostname = False
-            with urllib.request.urlopen(f"https://127.0.0.1:{port}{self.box}", context=context, timeout=HANGS_S) as reply:
+            with urllib.request.urlopen(
+                f"https://127.0.0.1:{port}{self.box}", context=context, timeout=HANGS_S
+            ) as reply:
                 self.assertEqual(reply.read(), self.server.get(self.box)[2])
             said = talk(port, get("/healthz"))
-            self.assertEqual(said.statuses()[:1], [400], "plain HTTP on the port with TLS: " + str(said))
+            self.assertEqual(
+                said.statuses()[:1], [400], "plain HTTP on the port with TLS: " + str(said)
+            )
 
     def test_boxes_tags_and_heads_pass_unharmed(self):
         for path in self.paths[:10]:
             status, headers, body = self.server.get(path, {"Accept-Encoding": "zstd, gzip"})
             reply = self.through(path, "Accept-Encoding: zstd, gzip")
             self.assertEqual((reply.status, reply.body), (status, body))
-            for name in ("ETag", "Content-Type", "Content-Length", "Cache-Control", "X-Content-Type-Options", "Content-Encoding"):
+            for name in (
+                "ETag",
+                "Content-Type",
+                "Content-Length",
+                "Cache-Control",
+                "X-Content-Type-Options",
+                "Content-Encoding",
+            ):
                 self.assertEqual(reply.headers.get(name.lower()), headers.get(name), name)
             tag = headers["ETag"]
             again = self.through(path, "Accept-Encoding: zstd, gzip", "If-None-Match: " + tag)
             self.assertEqual((again.status, again.headers.get("etag"), again.body), (304, tag, b""))
             head = self.through(path, "Accept-Encoding: zstd, gzip", method="HEAD")
-            self.assertEqual((head.status, head.headers.get("etag"), head.headers.get("content-length")), (200, tag, str(len(body))))
+            self.assertEqual(
+                (head.status, head.headers.get("etag"), head.headers.get("content-length")),
+                (200, tag, str(len(body))),
+            )
         ranged = self.through(self.box, "Range: bytes=0-9")
         self.assertEqual((ranged.status, ranged.body), (200, self.server.get(self.box)[2]))
         air = self.through("/v2/boxes/0/2147483647/0/0")
@@ -132,8 +203,13 @@ class FrontTest(Case):
 
     def test_host_names_are_the_servers_to_judge(self):
         port = self.front.port
-        for host, status in {"voxels.example.org": 200, f"localhost:{port}": 200, "192.0.2.7": 200,
-                             "attacker.example": 421, f"attacker.example:{port}": 421}.items():
+        for host, status in {
+            "voxels.example.org": 200,
+            f"localhost:{port}": 200,
+            "192.0.2.7": 200,
+            "attacker.example": 421,
+            f"attacker.example:{port}": 421,
+        }.items():
             with self.subTest(host):
                 said = talk(port, get("/v2/world", "Connection: close", host=host))
                 self.assertEqual(said.statuses(), [status], str(said))
@@ -142,15 +218,26 @@ class FrontTest(Case):
 
     def test_refusals_of_both_are_problems(self):
         cases = {
-            "the server: no numbers": (get("/v2/boxes/a/b/c/d"), 400), "the server: nothing there": (get("/nothing"), 404),
+            "the server: no numbers": (get("/v2/boxes/a/b/c/d"), 400),
+            "the server: nothing there": (get("/nothing"), 404),
             "the server: a method": (get("/v2/world", method="DELETE"), 405),
-            "a malformed line": (b"GET /\x01 HTTP/1.1\r\nHost: x\r\n\r\n", 400), "no Host": (b"GET / HTTP/1.1\r\n\r\n", 400),
-            "two lengths": (get("/healthz", "Content-Length: 0", "Content-Length: 5") + b"abcde", 400),
-            "a length and chunks": (get("/healthz", "Content-Length: 5", "Transfer-Encoding: chunked") + b"0\r\n\r\n", 400),
-            "TRACE": (get("/healthz", method="TRACE"), 405), "a body too long": (get("/v2/boxes", "Content-Length: 300000", method="POST"), 413),
-            "an address too long": (get("/" + "a" * 8000), 414), "a header line too long": (get("/healthz", "A: " + "a" * 8000), 431),
+            "a malformed line": (b"GET /\x01 HTTP/1.1\r\nHost: x\r\n\r\n", 400),
+            "no Host": (b"GET / HTTP/1.1\r\n\r\n", 400),
+            "two lengths": (
+                get("/healthz", "Content-Length: 0", "Content-Length: 5") + b"abcde",
+                400,
+            ),
+            "a length and chunks": (
+                get("/healthz", "Content-Length: 5", "Transfer-Encoding: chunked") + b"0\r\n\r\n",
+                400,
+            ),
+            "TRACE": (get("/healthz", method="TRACE"), 405),
+            "a body too long": (get("/v2/boxes", "Content-Length: 300000", method="POST"), 413),
+            "an address too long": (get("/" + "a" * 8000), 414),
+            "a header line too long": (get("/healthz", "A: " + "a" * 8000), 431),
             "headers too long": (get("/healthz", *(f"A{i}: " + "a" * 3000 for i in range(9))), 431),
-            "another encoding": (get("/healthz", "Transfer-Encoding: xchunked"), 501), "another version": (b"GET / HTTP/3.0\r\nHost: x\r\n\r\n", 505),
+            "another encoding": (get("/healthz", "Transfer-Encoding: xchunked"), 501),
+            "another version": (b"GET / HTTP/3.0\r\nHost: x\r\n\r\n", 505),
         }
         for name, (data, status) in cases.items():
             with self.subTest(name):
@@ -160,13 +247,21 @@ class FrontTest(Case):
 
     def test_too_many_of_one_address_are_told_to_come_again(self):
         # Fewer a minute than are asked for, however slow this machine is.
-        with Front(self.server.port, [("rate=1000r/s", "rate=1r/m"), ("burst=2000", "burst=50")]) as front:
-            said = talk(front.port, get("/v2/world") * 199 + get("/v2/world", "Connection: close"), quiet_s=HANGS_S)
+        with Front(
+            self.server.port, [("rate=1000r/s", "rate=1r/m"), ("burst=2000", "burst=50")]
+        ) as front:
+            said = talk(
+                front.port,
+                get("/v2/world") * 199 + get("/v2/world", "Connection: close"),
+                quiet_s=HANGS_S,
+            )
         self.assertEqual(len(said.replies), 200)
         refused = [r for r in said.replies if r.status == 429]
         self.assertEqual(set(said.statuses()), {200, 429})
         self.assertGreater(said.statuses().count(200), 50)
-        self.assertEqual([r for r in refused if r.problem() or r.headers.get("retry-after") != "1"], [])
+        self.assertEqual(
+            [r for r in refused if r.problem() or r.headers.get("retry-after") != "1"], []
+        )
 
     def test_a_server_that_is_gone(self):
         with Front(hold_port()) as front:
@@ -188,7 +283,10 @@ class FrontTest(Case):
 
     def test_a_good_client_among_a_thousand_bad_ones(self):
         for behaviour in (nothing, half_header, slow_header, slow_body):
-            with self.subTest(behaviour.__name__), Crowd(self.front.port, BAD_CLIENTS, behaviour) as crowd:
+            with (
+                self.subTest(behaviour.__name__),
+                Crowd(self.front.port, BAD_CLIENTS, behaviour) as crowd,
+            ):
                 wait_until(lambda crowd=crowd: crowd.steps > 1, "the crowd has behaved twice")
                 self.assertLessEqual(self.median_of_good_client(), MEDIAN_LIMIT_S)
 

@@ -60,7 +60,11 @@ class FullDisk(Writers):
                 again = Server(self.data, "--cache", disk.folder, program=disk.within)
                 try:
                     self.assertEqual({path: again.get(path)[::2] for path in paths}, boxes)
-                    self.assertGreater(again.json("/v2/stats")["disk"]["hits"], 0, "nothing was kept though there was room")
+                    self.assertGreater(
+                        again.json("/v2/stats")["disk"]["hits"],
+                        0,
+                        "nothing was kept though there was room",
+                    )
                 finally:
                     again.stop()
 
@@ -103,12 +107,28 @@ class FullDiskOfTheGrabber(Writers):
     @classmethod
     def setUpClass(cls):
         cls.survey = temporary_folder() / "survey"
-        run = Run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "0.1", "-o", cls.survey])
+        run = Run(
+            [
+                binary("SURVEY"),
+                "--seed",
+                "7",
+                "--squares",
+                "1x1",
+                "--square-m",
+                "1000",
+                "--density",
+                "0.1",
+                "-o",
+                cls.survey,
+            ]
+        )
         assert run.code == 0, run
         cls.square = (cls.survey / "TM_462_101.laz").read_bytes()
 
     def fetch(self, disk, *arguments):
-        run = Run([*disk.within, NODE, GRABBER, "fetch", *arguments, "--store", disk.folder / "store"])
+        run = Run(
+            [*disk.within, NODE, GRABBER, "fetch", *arguments, "--store", disk.folder / "store"]
+        )
         if run.code == 1:
             self.assertIn(str(disk.folder / "store"), run.err, str(run))
         return run
@@ -134,14 +154,22 @@ class FullDiskOfTheGrabber(Writers):
             def fill():
                 if not filled:
                     # It looks for room before it begins.
-                    wait_until(lambda: any((disk.seen / "store").rglob(".*.part")), "a file is begun")
+                    wait_until(
+                        lambda: any((disk.seen / "store").rglob(".*.part")), "a file is begun"
+                    )
                     disk.leave(4)
                     filled.append(True)
 
             server = SlowServer(self.square, fill)
             self.addCleanup(server.server_close)
             self.addCleanup(server.shutdown)
-            arguments = ["--url-template", f"http://127.0.0.1:{server.server_port}/TM_{{E}}_{{N}}.laz", "--allow-private", "--squares", "462_101"]
+            arguments = [
+                "--url-template",
+                f"http://127.0.0.1:{server.server_port}/TM_{{E}}_{{N}}.laz",
+                "--allow-private",
+                "--squares",
+                "462_101",
+            ]
             full = self.fetch(disk, *arguments)
             self.assertEqual((full.code, filled), (1, [True]), str(full))
             self.assertIn("no space left on device", full.err.lower())

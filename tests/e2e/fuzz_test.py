@@ -61,7 +61,9 @@ class Fuzz(Case):
         self.assertEqual(run.code, 0, run)
         listed = {line.split()[0] for line in run.out.splitlines()}
         sources = {source.stem for source in TARGETS.glob("*.cpp")} - SHARED
-        built = re.findall(r"^terravox_fuzz\((\w+) ", (TARGETS / "CMakeLists.txt").read_text(), re.M)
+        built = re.findall(
+            r"^terravox_fuzz\((\w+) ", (TARGETS / "CMakeLists.txt").read_text(), re.M
+        )
         self.assertEqual(sorted(built), sorted(sources))
         self.assertEqual(listed, sources | {"grabber"})
 
@@ -107,11 +109,15 @@ class Fuzz(Case):
             with self.subTest(good):
                 folder = temporary_folder()
                 texts = {name: GOOD if name == good else BAD for name in ("box", "nbt", "zip")}
-                run = fuzz_with(folder, texts.pop("nbt"), "--jobs", "2", "box", "nbt", "zip", **texts)
+                run = fuzz_with(
+                    folder, texts.pop("nbt"), "--jobs", "2", "box", "nbt", "zip", **texts
+                )
                 self.assertEqual(run.code, 1, run)
                 lines = sorted(line.split() for line in run.out.splitlines()[1:])
                 finds = [[name, finds] for name, *_, finds in lines]
-                self.assertEqual(finds, [[n, "0" if n == good else "1"] for n in ("box", "nbt", "zip")])
+                self.assertEqual(
+                    finds, [[n, "0" if n == good else "1"] for n in ("box", "nbt", "zip")]
+                )
 
     def test_a_target_that_was_never_built_is_an_error(self):
         folder = temporary_folder()

@@ -50,7 +50,11 @@ class Gallery(Case):
     def test_the_kept_pictures_are_small(self):
         sizes = {picture: picture.stat().st_size for picture in PICTURES.rglob("*.jpg")}
         for picture, size in sizes.items():
-            self.assertLessEqual(size, MOST_BYTES_BEFORE if picture.parent.name == "before" else MOST_BYTES, picture.name)
+            self.assertLessEqual(
+                size,
+                MOST_BYTES_BEFORE if picture.parent.name == "before" else MOST_BYTES,
+                picture.name,
+            )
         self.assertLessEqual(sum(sizes.values()), MOST_BYTES_IN_ALL)
 
     def test_every_list_line_says_what_it_shows(self):
@@ -78,14 +82,42 @@ class Gallery(Case):
         out = temporary_folder()
         for name in names():
             with self.subTest(name):
-                run = render(survey(), "--ortho", survey() / "ortho", "--scene", SCENES / f"{name}.toml", "--size", "16x9", "--samples", "1", "--noise", "0",
-                             "--camera-inside-rock", "yes", "-o", out / f"{name}.png")
+                run = render(
+                    survey(),
+                    "--ortho",
+                    survey() / "ortho",
+                    "--scene",
+                    SCENES / f"{name}.toml",
+                    "--size",
+                    "16x9",
+                    "--samples",
+                    "1",
+                    "--noise",
+                    "0",
+                    "--camera-inside-rock",
+                    "yes",
+                    "-o",
+                    out / f"{name}.png",
+                )
                 self.assertEqual(run.code, 0, run)
 
     def test_materials_are_found_by_name(self):
         out = temporary_folder()
-        for name, flags in {"own": [], "clay": ["--materials", "clay"], "path": ["--materials", ROOT / "config" / "materials-clay.toml"]}.items():
-            run = render(survey(), *flags, "--colour", "material", "--size", "32x18", "-o", out / f"{name}.png")
+        for name, flags in {
+            "own": [],
+            "clay": ["--materials", "clay"],
+            "path": ["--materials", ROOT / "config" / "materials-clay.toml"],
+        }.items():
+            run = render(
+                survey(),
+                *flags,
+                "--colour",
+                "material",
+                "--size",
+                "32x18",
+                "-o",
+                out / f"{name}.png",
+            )
             self.assertEqual(run.code, 0, run)
         self.assertEqual(compare(out / "clay.png", out / "path.png", exact=True).code, 0)
         self.assertEqual(compare(out / "clay.png", out / "own.png").code, 1)
@@ -105,20 +137,28 @@ class Gallery(Case):
         environment = {"TERRAVOX_NO_BUILD": "1", "TERRAVOX_CONFIG": str(ROOT / "config")}
 
         def run(*arguments):
-            done = Run(["bash", "-c", SMALL_PLACE, "gallery", root, middle, *arguments], environment=environment)
+            done = Run(
+                ["bash", "-c", SMALL_PLACE, "gallery", root, middle, *arguments],
+                environment=environment,
+            )
             self.assertEqual(done.code, 0, done)
             return done
 
         def sums(folder):
-            return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in (root / folder).glob("*.jpg")}
+            return {
+                p.name: hashlib.sha256(p.read_bytes()).hexdigest()
+                for p in (root / folder).glob("*.jpg")
+            }
 
         first = run("--size", "64x36", "--output", str(root / "one"), "noon", "poster")
         self.assertRegex(first.out, r"(?m)^noon +\d+\.\d s$")
-        place, = (root / "build" / "gallery").glob("place-*")
+        (place,) = (root / "build" / "gallery").glob("place-*")
         self.assertEqual(len(list(place.glob("*.laz"))), 2)
         self.assertGreater((place / f"{middle}.laz").stat().st_size, 1000)
         before = os.stat(place / f"{middle}.laz").st_mtime_ns
-        self.assertNotIn("Inventing", run("--size", "64x36", "--output", str(root / "two"), "poster", "noon").err)
+        self.assertNotIn(
+            "Inventing", run("--size", "64x36", "--output", str(root / "two"), "poster", "noon").err
+        )
         self.assertEqual(before, os.stat(place / f"{middle}.laz").st_mtime_ns)
         self.assertEqual(sorted(sums("one")), ["noon.jpg", "poster.jpg"])
         self.assertEqual(sums("one"), sums("two"))

@@ -14,9 +14,30 @@ SCENES = {
     # From the air, with the true colours of the orthophoto.
     "survey_above": ["--ortho", "ORTHO", "--camera-down-deg", "50", "--zoom", "1.4"],
     # Materials alone, low sun, from the other side.
-    "survey_materials": ["--colour", "material", "--camera-azimuth-deg", "60", "--sun-altitude-deg", "25", "--sun-azimuth-deg", "120", "--zoom", "1.25"],
+    "survey_materials": [
+        "--colour",
+        "material",
+        "--camera-azimuth-deg",
+        "60",
+        "--sun-altitude-deg",
+        "25",
+        "--sun-azimuth-deg",
+        "120",
+        "--zoom",
+        "1.25",
+    ],
 }
-COMMON = ["--size", "320x180", "--samples", "4", "--sun-date", "2026-06-21", "--sun-time-h", "16", "--quiet"]
+COMMON = [
+    "--size",
+    "320x180",
+    "--samples",
+    "4",
+    "--sun-date",
+    "2026-06-21",
+    "--sun-time-h",
+    "16",
+    "--quiet",
+]
 
 
 def picture(name, folder, *more):
@@ -40,15 +61,23 @@ class Golden(Case):
                     seen = ROOT / "out" / "golden"
                     seen.mkdir(parents=True, exist_ok=True)
                     shutil.copy(made, seen / made.name)
-                    self.fail(f"{kept.name}: {run.out.strip()}; the new picture is {seen / made.name}; --refresh accepts it")
+                    self.fail(
+                        f"{kept.name}: {run.out.strip()}; the new picture is {seen / made.name}; --refresh accepts it"
+                    )
 
     def test_the_comparison_sees_a_lake_that_is_gone(self):
         out = temporary_folder()
         table = out / "dry.toml"
-        table.write_text((ROOT / "config" / "classes" / "asprs.toml").read_text().replace('9 = { role = "water", material = "water" }', '9 = { role = "drop" }'))
+        table.write_text(
+            (ROOT / "config" / "classes" / "asprs.toml")
+            .read_text()
+            .replace('9 = { role = "water", material = "water" }', '9 = { role = "drop" }')
+        )
         for name in SCENES:
             with self.subTest(name):
-                self.assertEqual(compare(GOLDEN / f"{name}.png", picture(name, out, "--classes", table)).code, 1)
+                self.assertEqual(
+                    compare(GOLDEN / f"{name}.png", picture(name, out, "--classes", table)).code, 1
+                )
 
     def test_the_kept_pictures_are_small(self):
         for name in SCENES:

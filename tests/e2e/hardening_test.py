@@ -17,16 +17,22 @@ ENDBR64 = bytes.fromhex("f30f1efa")
 
 
 def read_elf(path, *flags):
-    return subprocess.run(["readelf", "--wide", *flags, path], capture_output=True, text=True, check=True).stdout
+    return subprocess.run(
+        ["readelf", "--wide", *flags, path], capture_output=True, text=True, check=True
+    ).stdout
 
 
 def function_start(path, name):
     """The first four bytes of a function of that name; None where the file has none."""
-    symbol = re.search(rf"^ *\d+: ([0-9a-f]+) +\d+ FUNC .* {name}$", read_elf(path, "--symbols"), re.MULTILINE)
+    symbol = re.search(
+        rf"^ *\d+: ([0-9a-f]+) +\d+ FUNC .* {name}$", read_elf(path, "--symbols"), re.MULTILINE
+    )
     if not symbol:
         return None
     address = int(symbol[1], 16)
-    for start, offset, size in re.findall(r"PROGBITS +([0-9a-f]+) ([0-9a-f]+) ([0-9a-f]+)", read_elf(path, "--sections")):
+    for start, offset, size in re.findall(
+        r"PROGBITS +([0-9a-f]+) ([0-9a-f]+) ([0-9a-f]+)", read_elf(path, "--sections")
+    ):
         if int(start, 16) <= address < int(start, 16) + int(size, 16):
             with open(path, "rb") as file:
                 file.seek(int(offset, 16) + address - int(start, 16))
@@ -54,7 +60,9 @@ class Hardening(Case):
                 self.assertRegex(read_elf(path, "--file-header"), r"Type: +DYN")
                 self.assertRegex(read_elf(path, "--dynamic"), r"FLAGS_1.*\bPIE\b")
 
-    def test_the_tables_of_functions_elsewhere_are_filled_at_the_start_and_read_only_from_then_on(self):
+    def test_the_tables_of_functions_elsewhere_are_filled_at_the_start_and_read_only_from_then_on(
+        self,
+    ):
         for path in self.programs + self.modules:
             with self.subTest(path.name):
                 self.assertRegex(read_elf(path, "--segments"), r"GNU_RELRO")
@@ -70,7 +78,9 @@ class Hardening(Case):
     def test_no_folder_of_the_build_is_searched_for_libraries(self):
         for path in self.programs + self.modules:
             with self.subTest(path.name):
-                for folder in re.findall(r"(?:RPATH|RUNPATH).*\[(.*)\]", read_elf(path, "--dynamic")):
+                for folder in re.findall(
+                    r"(?:RPATH|RUNPATH).*\[(.*)\]", read_elf(path, "--dynamic")
+                ):
                     self.assertRegex(folder, r"^(\$ORIGIN[^:]*)?$")
 
     def test_stacks_buffers_and_containers_are_checked(self):
@@ -87,9 +97,15 @@ class Hardening(Case):
             with self.subTest(path.name):
                 if not is_x86_64(path):
                     self.skipTest("known for x86-64 alone")
-                code = subprocess.run(["objdump", "--disassemble", "--no-show-raw-insn", path],
-                                      capture_output=True, text=True, check=True).stdout
-                self.assertRegex(code, r"sub +\$0x1000,%rsp\n[^\n]*or[lq] +\$0x0,(0x[0-9a-f]+)?\(%rsp\)")
+                code = subprocess.run(
+                    ["objdump", "--disassemble", "--no-show-raw-insn", path],
+                    capture_output=True,
+                    text=True,
+                    check=True,
+                ).stdout
+                self.assertRegex(
+                    code, r"sub +\$0x1000,%rsp\n[^\n]*or[lq] +\$0x0,(0x[0-9a-f]+)?\(%rsp\)"
+                )
 
     def test_functions_of_ours_and_of_laszip_begin_with_a_mark_for_indirect_calls(self):
         if not is_x86_64(self.programs[0]):

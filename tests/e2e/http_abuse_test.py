@@ -38,7 +38,10 @@ class GoodClient:
         while not self._stop.wait(0.02):
             start = time.monotonic()
             try:
-                if self._server.get("/healthz")[::2] != (200, b"ok\n") or self._server.get(self._path)[2] != self._body:
+                if (
+                    self._server.get("/healthz")[::2] != (200, b"ok\n")
+                    or self._server.get(self._path)[2] != self._body
+                ):
                     self.failures.append("another reply than before")
             except (OSError, http.client.HTTPException) as error:
                 self.failures.append(repr(error))
@@ -96,12 +99,20 @@ class Abuse(Case):
 
     def test_a_refused_body_is_never_the_next_request(self):
         inner = get("/v2/world")
-        for name, headers in {"length": [f"Content-Length: {len(inner)}"], "chunked": ["Transfer-Encoding: chunked"],
-                              "both": ["Content-Length: 4", "Transfer-Encoding: chunked"],
-                              "two lengths": ["Content-Length: 0", f"Content-Length: {len(inner)}"], "blank": [f"Content-Length : {len(inner)}"]}.items():
+        for name, headers in {
+            "length": [f"Content-Length: {len(inner)}"],
+            "chunked": ["Transfer-Encoding: chunked"],
+            "both": ["Content-Length: 4", "Transfer-Encoding: chunked"],
+            "two lengths": ["Content-Length: 0", f"Content-Length: {len(inner)}"],
+            "blank": [f"Content-Length : {len(inner)}"],
+        }.items():
             for method in ("GET", "POST", "PUT", "HEAD"):
                 with self.subTest(f"{name}, {method}"):
-                    said = talk(self.server.port, get("/healthz", *headers, method=method) + inner, heads=[method == "HEAD"])
+                    said = talk(
+                        self.server.port,
+                        get("/healthz", *headers, method=method) + inner,
+                        heads=[method == "HEAD"],
+                    )
                     self.assertEqual(len(said.replies), 1, str(said))
                     self.assertGreaterEqual(said.replies[0].status, 400, str(said))
                     self.assertTrue(said.closed, str(said))
@@ -116,35 +127,84 @@ class Abuse(Case):
             self.skipTest("this server has no /gkot/")
         low = self.server.json("/v2/world")["bounds"]["min"]
         usual = abuse_cases.GKOT.format(e=low[0] + 64, n=-low[2] - 64).split("&")
-        self.check(talk(self.server.port, get("/gkot/box?" + "&".join(usual), "Connection: close")), [200])
-        queries = {"/gkot/box": [400], "/gkot/box?": [400], "/gkot/box?&&&=": [400], "/gkot/box?format=raw": [400],
-                   "/gkot/origin.json": [400, 200], "/gkot/origin.json?": [400, 200],
-                   "/gkot/origin.json?tmx=a&tmy=b": [400], "/gkot/": [404], "/gkot/box/": [404]}
+        self.check(
+            talk(self.server.port, get("/gkot/box?" + "&".join(usual), "Connection: close")), [200]
+        )
+        queries = {
+            "/gkot/box": [400],
+            "/gkot/box?": [400],
+            "/gkot/box?&&&=": [400],
+            "/gkot/box?format=raw": [400],
+            "/gkot/origin.json": [400, 200],
+            "/gkot/origin.json?": [400, 200],
+            "/gkot/origin.json?tmx=a&tmy=b": [400],
+            "/gkot/": [404],
+            "/gkot/box/": [404],
+        }
         for change, allowed in abuse_cases.GKOT_CHANGES.items():
             name = change.split("=")[0]
-            queries["/gkot/box?" + "&".join([a for a in usual if not a.startswith(name + "=")] + [change])] = allowed
+            queries[
+                "/gkot/box?"
+                + "&".join([a for a in usual if not a.startswith(name + "=")] + [change])
+            ] = allowed
         for name in ("tmx", "tmy", "x", "y", "z", "sx", "sy", "sz"):
-            queries["/gkot/box?" + "&".join(a for a in usual if not a.startswith(name + "="))] = [400]
+            queries["/gkot/box?" + "&".join(a for a in usual if not a.startswith(name + "="))] = [
+                400
+            ]
             queries["/gkot/box?" + "&".join([*usual, name + "=8"])] = [200, 400]
         for path, allowed in queries.items():
             with self.subTest(path):
                 self.check(talk(self.server.port, get(path, "Connection: close")), allowed)
 
     def test_batches(self):
-        probe = get("/v2/boxes", "Content-Type: application/json", "Content-Length: 12", "Connection: close", method="POST") + b'{"boxes":[]}'
+        probe = (
+            get(
+                "/v2/boxes",
+                "Content-Type: application/json",
+                "Content-Length: 12",
+                "Connection: close",
+                method="POST",
+            )
+            + b'{"boxes":[]}'
+        )
         if talk(self.server.port, probe).statuses()[:1] in ([404], [405], [413]):
             self.skipTest("this server has no POST /v2/boxes")
         for name, (body, allowed) in abuse_cases.BATCHES.items():
             with self.subTest(name):
-                data = get("/v2/boxes", "Content-Type: application/json", f"Content-Length: {len(body)}", method="POST") + body
+                data = (
+                    get(
+                        "/v2/boxes",
+                        "Content-Type: application/json",
+                        f"Content-Length: {len(body)}",
+                        method="POST",
+                    )
+                    + body
+                )
                 self.check(talk(self.server.port, data), allowed)
-        for name, headers in {"no length": [], "10^12 bytes": ["Content-Length: 1000000000000"], "chunked": ["Transfer-Encoding: chunked"]}.items():
+        for name, headers in {
+            "no length": [],
+            "10^12 bytes": ["Content-Length: 1000000000000"],
+            "chunked": ["Transfer-Encoding: chunked"],
+        }.items():
             with self.subTest(name):
-                data = get("/v2/boxes", "Content-Type: application/json", *headers, method="POST") + b"5\r\nhello\r\n0\r\n\r\n"
+                data = (
+                    get("/v2/boxes", "Content-Type: application/json", *headers, method="POST")
+                    + b"5\r\nhello\r\n0\r\n\r\n"
+                )
                 self.check(talk(self.server.port, data), [400, 411, 413])
         with self.subTest("less than promised"):
-            data = get("/v2/boxes", "Content-Length: 500", "Content-Type: application/json", method="POST") + b'{"boxes":'
-            self.check(talk(self.server.port, data, half_close=True), [400, 408, abuse_cases.CLOSED])
+            data = (
+                get(
+                    "/v2/boxes",
+                    "Content-Length: 500",
+                    "Content-Type: application/json",
+                    method="POST",
+                )
+                + b'{"boxes":'
+            )
+            self.check(
+                talk(self.server.port, data, half_close=True), [400, 408, abuse_cases.CLOSED]
+            )
 
     def test_path_tricks_give_no_byte_from_outside(self):
         for path in abuse_cases.path_tricks(500, seed=20):
@@ -158,30 +218,58 @@ class Abuse(Case):
     def test_bytes_one_at_a_time_and_requests_in_pieces(self):
         for piece in (1, 2, 7):
             with self.subTest(piece):
-                self.check(talk(self.server.port, get("/healthz") * 2, piece=piece, pause_s=0.001), [200], 2)
+                self.check(
+                    talk(self.server.port, get("/healthz") * 2, piece=piece, pause_s=0.001),
+                    [200],
+                    2,
+                )
 
     def test_pipelined_requests_are_answered_in_order(self):
         paths = ["/healthz", "/nothing", "/v2/world", self.box, "/v2/boxes/x/1/1/1", "/healthz"] * 5
-        said = talk(self.server.port, b"".join(get(p) for p in paths) + get("/healthz", "Connection: close"), quiet_s=HANGS_S)
+        said = talk(
+            self.server.port,
+            b"".join(get(p) for p in paths) + get("/healthz", "Connection: close"),
+            quiet_s=HANGS_S,
+        )
         self.assertEqual(said.statuses(), [200, 404, 200, 200, 400, 200] * 5 + [200])
         self.assertEqual(said.replies[3].body, self.bytes)
 
     def test_half_requests_and_idle_connections_are_closed(self):
-        starts = [b"", b"G", b"GET /healthz", b"GET /healthz HTTP/1.1\r\n", b"GET /healthz HTTP/1.1\r\nHost: x\r\nA:"]
+        starts = [
+            b"",
+            b"G",
+            b"GET /healthz",
+            b"GET /healthz HTTP/1.1\r\n",
+            b"GET /healthz HTTP/1.1\r\nHost: x\r\nA:",
+        ]
         connections = [connect(self.server.port) for _ in range(50)]
         for i, connection in enumerate(connections):
             connection.sendall(starts[i % len(starts)])
         until = time.monotonic() + HANGS_S
         for connection in connections:
-            while select.select([connection], [], [], max(0.0, until - time.monotonic()))[0] and connection.recv(1 << 16):
+            while select.select([connection], [], [], max(0.0, until - time.monotonic()))[
+                0
+            ] and connection.recv(1 << 16):
                 pass
-            self.assertLess(time.monotonic(), until, "a connection without a request was not closed")
+            self.assertLess(
+                time.monotonic(), until, "a connection without a request was not closed"
+            )
             connection.close()
 
     def test_ten_thousand_malformed_requests(self):
-        paths = ("/healthz", "/v2/world", "/v2/stats", self.box, "/v2/columns/0/1/1", "/v2/nothing?a=b")
+        paths = (
+            "/healthz",
+            "/v2/world",
+            "/v2/stats",
+            self.box,
+            "/v2/columns/0/1/1",
+            "/v2/nothing?a=b",
+        )
         good = [get(p, "Accept: */*", "Accept-Encoding: zstd") for p in paths]
-        good.append(get("/v2/boxes", "Content-Length: 30", "Content-Type: application/json", method="POST") + b'{"boxes":[[0,1,1,1],[1,0,0,0]]')
+        good.append(
+            get("/v2/boxes", "Content-Length: 30", "Content-Type: application/json", method="POST")
+            + b'{"boxes":[[0,1,1,1],[1,0,0,0]]'
+        )
         numbers = random.Random(7)
         counts = {}
         before = 0
@@ -192,8 +280,14 @@ class Abuse(Case):
             said = talk(self.server.port, data, half_close=True, quiet_s=HANGS_S)
             for reply in said.replies:
                 counts[reply.status] = counts.get(reply.status, 0) + 1
-                self.assertTrue(reply.status in (200, 204, 304, 501, 505) or 400 <= reply.status < 500, f"request {i}: {data[:300]}: {said}")
-                self.assertFalse(reply.status >= 400 and reply.problem(), f"request {i}: {data[:300]}: {reply.problem()}")
+                self.assertTrue(
+                    reply.status in (200, 204, 304, 501, 505) or 400 <= reply.status < 500,
+                    f"request {i}: {data[:300]}: {said}",
+                )
+                self.assertFalse(
+                    reply.status >= 400 and reply.problem(),
+                    f"request {i}: {data[:300]}: {reply.problem()}",
+                )
             self.assertTrue(said.closed, f"request {i}: {data[:300]}: {said}")
         self.assertGreater(counts.get(400, 0), FUZZED // 4, str(counts))
         self.assertLess(self.server.memory_kib() - before, MOST_GROWTH_KIB, str(counts))

@@ -16,7 +16,12 @@ class Stopping(Case):
     """SIGTERM under load: what runs is finished and whole, nothing new is begun."""
 
     # What a client sees of a request that the server never read: nothing at all.
-    REFUSED = (ConnectionRefusedError, ConnectionResetError, BrokenPipeError, http.client.RemoteDisconnected)
+    REFUSED = (
+        ConnectionRefusedError,
+        ConnectionResetError,
+        BrokenPipeError,
+        http.client.RemoteDisconnected,
+    )
 
     def ask(self, server, paths, stop, log):
         """Requests on connections of their own until told to stop. @param log takes status, "refused", or another error"""
@@ -34,7 +39,12 @@ class Stopping(Case):
         """A request for many boxes that the server is answering: its head has come. @return connection and reply"""
         boxes = [[int(v) for v in path.split("/")[3:]] for path in paths]
         connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=HANGS_S)
-        connection.request("POST", "/v2/boxes", body=json.dumps({"boxes": boxes}), headers={"Content-Type": "application/json"})
+        connection.request(
+            "POST",
+            "/v2/boxes",
+            body=json.dumps({"boxes": boxes}),
+            headers={"Content-Type": "application/json"},
+        )
         reply = connection.getresponse()
         self.assertEqual(reply.status, 200, reply.headers)
         return connection, reply
@@ -43,7 +53,12 @@ class Stopping(Case):
         server = Server(survey(), "--cache", "none", "--memory-mib", "128")
         paths = server.box_paths() + server.box_paths(1)
         stop, logs = threading.Event(), [[] for _ in range(16)]
-        threads = [threading.Thread(target=self.ask, args=(server, paths[i::3], stop, logs[i]), daemon=True) for i in range(len(logs))]
+        threads = [
+            threading.Thread(
+                target=self.ask, args=(server, paths[i::3], stop, logs[i]), daemon=True
+            )
+            for i in range(len(logs))
+        ]
         for thread in threads:
             thread.start()
         wait_until(lambda: all(len(log) >= 2 for log in logs), "each client has replies")
@@ -57,14 +72,22 @@ class Stopping(Case):
             connection.close()
         code = server.end()
         counts = [len(log) for log in logs]
-        wait_until(lambda: all(len(log) >= count + 2 for log, count in zip(logs, counts)), "each client has asked in vain")
+        wait_until(
+            lambda: all(len(log) >= count + 2 for log, count in zip(logs, counts)),
+            "each client has asked in vain",
+        )
         stop.set()
         for thread in threads:
             thread.join()
         self.assertEqual(code, 0, server.err)
         # Each request has a whole reply, or nothing; one that is sent when the server is gone has nothing.
-        self.assertEqual([what for log in logs for what in log if what not in (200, 204, 503, "refused")], [])
-        self.assertEqual([log[count + 1:] for log, count in zip(logs, counts)], [["refused"] * (len(log) - count - 1) for log, count in zip(logs, counts)])
+        self.assertEqual(
+            [what for log in logs for what in log if what not in (200, 204, 503, "refused")], []
+        )
+        self.assertEqual(
+            [log[count + 1 :] for log, count in zip(logs, counts)],
+            [["refused"] * (len(log) - count - 1) for log, count in zip(logs, counts)],
+        )
         for line in server.err.splitlines():
             self.assertFalse(line.startswith(("[warn", "[error")), server.err)
 
@@ -74,7 +97,9 @@ class Stopping(Case):
         connection.sendall(b"".join(get(p) for p in server.box_paths() * 40))
         self.assertTrue(select.select([connection], [], [], HANGS_S)[0], "no reply has begun")
         try:
-            code = server.stop()  # for as long as the test may take, where a client that reads nothing holds it up
+            code = (
+                server.stop()
+            )  # for as long as the test may take, where a client that reads nothing holds it up
         finally:
             connection.close()
         self.assertEqual(code, 0, server.err)

@@ -33,7 +33,7 @@ class Folders(Case):
         (place / "data").mkdir(parents=True)
         shutil.copy(square(), place / "data")
         data = bytearray(square().read_bytes())
-        data[len(data) // 2:len(data) // 2 + 2000] = bytes(2000)
+        data[len(data) // 2 : len(data) // 2 + 2000] = bytes(2000)
         (place / "data" / "damaged.laz").write_bytes(data)
         shutil.copytree(survey() / "ortho", place / "ortho")
         return place
@@ -95,8 +95,13 @@ class Pages(Case):
 
     def test_the_servers_own_names_are_answered(self):
         port = self.server.port
-        for host in (f"localhost:{port}", "127.0.0.1", "[::1]:8888", "voxels.example.org",
-                     "OTHER.example.org:443"):
+        for host in (
+            f"localhost:{port}",
+            "127.0.0.1",
+            "[::1]:8888",
+            "voxels.example.org",
+            "OTHER.example.org:443",
+        ):
             for path, status in {"/": 200, "/healthz": 200, "/nothing": 404}.items():
                 with self.subTest(f"{path}, Host: {host}"):
                     said = talk(port, get(path, "Connection: close", host=host))
@@ -104,8 +109,15 @@ class Pages(Case):
 
     def test_other_names_are_refused(self):
         port = self.server.port
-        for host in ("attacker.example", f"attacker.example:{port}", "localhost.attacker.example",
-                     "example.org", "voxels.example.org.attacker.example", "127.0.0.1.example", ""):
+        for host in (
+            "attacker.example",
+            f"attacker.example:{port}",
+            "localhost.attacker.example",
+            "example.org",
+            "voxels.example.org.attacker.example",
+            "127.0.0.1.example",
+            "",
+        ):
             for path in ("/", "/healthz", "/v2/world", "/page/app.js", "/nothing"):
                 with self.subTest(f"{path}, Host: {host}"):
                     said = talk(port, get(path, "Connection: close", host=host))
@@ -136,8 +148,16 @@ class HalfOpen(Case):
     """300 connections whose requests never end, with time limits that would let them stay."""
 
     THREADS = 64
-    FLAGS = ("--cache", "none", "--request-threads", str(THREADS), "--header-timeout-s", "3600",
-             "--keep-alive-s", "3600")
+    FLAGS = (
+        "--cache",
+        "none",
+        "--request-threads",
+        str(THREADS),
+        "--header-timeout-s",
+        "3600",
+        "--keep-alive-s",
+        "3600",
+    )
 
     def closed(self, connections, least):
         """Waits until so many were closed by the server. @return how many were"""
@@ -170,11 +190,21 @@ class HalfOpen(Case):
         return lambda: server.get("/healthz", timeout_s=MOST_WAIT_S)[::2]
 
     def test_good_requests_are_answered_and_the_others_closed(self):
-        half_body = get("/v2/boxes", "Content-Type: application/json", "Content-Length: 200000",
-                        method="POST") + b"{"
+        half_body = (
+            get(
+                "/v2/boxes",
+                "Content-Type: application/json",
+                "Content-Length: 200000",
+                method="POST",
+            )
+            + b"{"
+        )
         half_header = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"
-        for name, first_bytes in {"nothing": b"", "half a header": half_header,
-                                  "half a body": half_body}.items():
+        for name, first_bytes in {
+            "nothing": b"",
+            "half a header": half_header,
+            "half a body": half_body,
+        }.items():
             with self.subTest(name):
                 server = Server(survey(), *self.FLAGS)
                 try:
@@ -198,22 +228,43 @@ class HalfOpen(Case):
             self.skipTest("openssl is not installed")
         folder = temporary_folder()
         key, certificate, both = (folder / f"{name}.pem" for name in ("key", "certificate", "both"))
-        subprocess.run([openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1",
-                        "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1",
-                        "-keyout", key, "-out", certificate], check=True, capture_output=True)
+        subprocess.run(
+            [
+                openssl,
+                "req",
+                "-x509",
+                "-newkey",
+                "rsa:2048",
+                "-nodes",
+                "-days",
+                "1",
+                "-subj",
+                "/CN=localhost",
+                "-addext",
+                "subjectAltName=IP:127.0.0.1",
+                "-keyout",
+                key,
+                "-out",
+                certificate,
+            ],
+            check=True,
+            capture_output=True,
+        )
         both.write_text(certificate.read_text() + key.read_text())
         context = ssl.create_default_context(cafile=certificate)
 
         def secure(server):
             def ask():
-                connection = http.client.HTTPSConnection("127.0.0.1", server.port,
-                                                         timeout=MOST_WAIT_S, context=context)
+                connection = http.client.HTTPSConnection(
+                    "127.0.0.1", server.port, timeout=MOST_WAIT_S, context=context
+                )
                 try:
                     connection.request("GET", "/healthz")
                     reply = connection.getresponse()
                     return reply.status, reply.read()
                 finally:
                     connection.close()
+
             return ask
 
         half_hello = bytes.fromhex("16030100c8010000c403033f")

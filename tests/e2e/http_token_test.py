@@ -21,23 +21,51 @@ class Token(Case):
         try:
             self.assertEqual([server.get(p)[0] for p in ("/healthz", "/")], [200, 200])
             right = "Authorization: Bearer " + self.TOKEN
-            wrong = [[], ["Authorization:"], ["Authorization: Bearer"], ["Authorization: Bearer "], [right[:-1]], [right + "x"], [right.upper()],
-                     ["Authorization: Basic " + self.TOKEN], ["Authorization: " + self.TOKEN], ["Authorization: Bearer x", right],
-                     ["Authorization: Bearer \xff\xfe"], ["X-" + right], ["Cookie: token=" + self.TOKEN]]
-            paths = ["/v2/world", "/v2/stats", "/metrics", "/v2/boxes/0/0/0/0", "/healthz/../v2/world", "//v2/world", "/page/../v2/world",
-                     "/v2/world?token=" + self.TOKEN]
+            wrong = [
+                [],
+                ["Authorization:"],
+                ["Authorization: Bearer"],
+                ["Authorization: Bearer "],
+                [right[:-1]],
+                [right + "x"],
+                [right.upper()],
+                ["Authorization: Basic " + self.TOKEN],
+                ["Authorization: " + self.TOKEN],
+                ["Authorization: Bearer x", right],
+                ["Authorization: Bearer \xff\xfe"],
+                ["X-" + right],
+                ["Cookie: token=" + self.TOKEN],
+            ]
+            paths = [
+                "/v2/world",
+                "/v2/stats",
+                "/metrics",
+                "/v2/boxes/0/0/0/0",
+                "/healthz/../v2/world",
+                "//v2/world",
+                "/page/../v2/world",
+                "/v2/world?token=" + self.TOKEN,
+            ]
             for headers in wrong:
                 for path in paths:
                     with self.subTest(f"{path} {headers}"):
                         said = talk(server.port, get(path, *headers, "Connection: close"))
                         self.assertIn(said.statuses(), ([401], [400], [404]), str(said))
                         self.assertEqual(said.replies[0].problem(), "")
-                        self.assertNotIn(self.TOKEN.encode(), said.replies[0].body.replace(path.encode(), b""))
+                        self.assertNotIn(
+                            self.TOKEN.encode(), said.replies[0].body.replace(path.encode(), b"")
+                        )
                         if said.statuses() == [401]:
-                            self.assertTrue(said.replies[0].headers.get("www-authenticate", "").startswith("Bearer"))
+                            self.assertTrue(
+                                said.replies[0]
+                                .headers.get("www-authenticate", "")
+                                .startswith("Bearer")
+                            )
             said = talk(server.port, get("/v2/world", "Connection: close"))
             self.assertEqual(said.statuses(), [401])
-            self.assertEqual(server.get("/v2/world", {"Authorization": "Bearer " + self.TOKEN})[0], 200)
+            self.assertEqual(
+                server.get("/v2/world", {"Authorization": "Bearer " + self.TOKEN})[0], 200
+            )
         finally:
             self.assertEqual(server.stop(), 0)
         self.assertNotIn(self.TOKEN, server.err)
@@ -46,11 +74,23 @@ class Token(Case):
         file = temporary_folder() / "token"
         file.write_text(self.TOKEN + "\n")
         file.chmod(0o600)
-        server = Server(survey(), "--cache", "none", "--token-file", file,
-                        "--header-timeout-s", "3600", "--drain-s", "0")
+        server = Server(
+            survey(),
+            "--cache",
+            "none",
+            "--token-file",
+            file,
+            "--header-timeout-s",
+            "3600",
+            "--drain-s",
+            "0",
+        )
         try:
-            head = ["Content-Type: application/json", "Content-Length: 200000",
-                    "Expect: 100-continue"]
+            head = [
+                "Content-Type: application/json",
+                "Content-Length: 200000",
+                "Expect: 100-continue",
+            ]
             for headers in ([], ["Authorization: Bearer wrong-horse"]):
                 said = talk(server.port, get("/v2/boxes", *head, *headers, method="POST"))
                 self.assertEqual((said.statuses(), said.closed), ([401], True), str(said))

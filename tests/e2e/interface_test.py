@@ -16,7 +16,18 @@ import urllib.error
 import urllib.request
 import zlib
 
-from support import HANGS_S, ROOT, Case, Run, Server, binary, square, survey, temporary_folder, wait_until
+from support import (
+    HANGS_S,
+    ROOT,
+    Case,
+    Run,
+    Server,
+    binary,
+    square,
+    survey,
+    temporary_folder,
+    wait_until,
+)
 
 
 def png_size_and_colours(data):
@@ -24,9 +35,12 @@ def png_size_and_colours(data):
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     at, idat, size = 8, b"", None
     while at < len(data):
-        length, kind = struct.unpack(">I4s", data[at:at + 8])
-        body = data[at + 8:at + 8 + length]
-        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + length:at + 12 + length])[0]
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        body = data[at + 8 : at + 8 + length]
+        assert (
+            zlib.crc32(kind + body)
+            == struct.unpack(">I", data[at + 8 + length : at + 12 + length])[0]
+        )
         if kind == b"IHDR":
             size = struct.unpack(">II", body[:8])
         if kind == b"IDAT":
@@ -56,11 +70,18 @@ class Interface(Case):
     def test_every_path_of_the_document_is_answered_as_it_says(self):
         document = json.loads((ROOT / "docs" / "openapi.json").read_text())
         self.assertEqual(self.server.json("/openapi.json"), document)
-        level, bx, by, bz = next(key for key in self.keys if self.server.get("/v2/boxes/" + "/".join(map(str, key)))[0] == 200)
+        level, bx, by, bz = next(
+            key
+            for key in self.keys
+            if self.server.get("/v2/boxes/" + "/".join(map(str, key)))[0] == 200
+        )
         zoom = self.world["map"]["zooms"][1]
         x, z = middle(self.world)
         values = {"level": level, "bx": bx, "by": by, "bz": bz, "name": "app.js"}
-        queries = {"/gkot/box": f"?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=16&sy=16&sz=16", "/gkot/origin.json": f"?tmx={x}&tmy={-z}"}
+        queries = {
+            "/gkot/box": f"?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=16&sy=16&sz=16",
+            "/gkot/origin.json": f"?tmx={x}&tmy={-z}",
+        }
         for path, methods in document["paths"].items():
             if path.startswith("/map"):
                 values.update(z=zoom, x=x // 256, y=z // 256)
@@ -81,18 +102,24 @@ class Interface(Case):
     def test_a_batch_is_the_single_boxes(self):
         body = json.dumps({"boxes": self.keys + [[0, 0, 0, 0]]})
         before = self.server.json("/v2/stats")["replies"]["bytes"]
-        status, headers, data = self.server.post("/v2/boxes", body, {"Content-Type": "application/json"})
-        self.assertGreaterEqual(self.server.json("/v2/stats")["replies"]["bytes"], before + len(data))
+        status, headers, data = self.server.post(
+            "/v2/boxes", body, {"Content-Type": "application/json"}
+        )
+        self.assertGreaterEqual(
+            self.server.json("/v2/stats")["replies"]["bytes"], before + len(data)
+        )
         self.assertEqual((status, headers["Content-Type"]), (200, "application/vnd.terravox.boxes"))
         records, at = {}, 0
         while at < len(data):
             level, bx, by, bz, code, length = struct.unpack_from("<iiiiII", data, at)
-            records[(level, bx, by, bz)] = (code, data[at + 24:at + 24 + length])
+            records[(level, bx, by, bz)] = (code, data[at + 24 : at + 24 + length])
             at += 24 + length
         self.assertEqual(records.pop((-1, len(self.keys) + 1, 0, 0)), (0, b""))
         self.assertEqual(records.pop((0, 0, 0, 0)), (204, b""))
         for key in self.keys:
-            status, _, box = self.server.get("/v2/boxes/" + "/".join(map(str, key)), {"Accept-Encoding": "zstd"})
+            status, _, box = self.server.get(
+                "/v2/boxes/" + "/".join(map(str, key)), {"Accept-Encoding": "zstd"}
+            )
             self.assertEqual(records.pop(tuple(key)), (status, box))
         self.assertEqual(records, {})
 
@@ -107,20 +134,28 @@ class Interface(Case):
         self.assertGreater(colours, 50)
         self.assertEqual(self.server.get(path, {"If-None-Match": headers["ETag"]})[0], 304)
         self.assertEqual(self.server.get("/map/0/1000000/1000000.png")[0], 200)
-        for bad, code in {"/map/99/0/0.png": 404, "/map/-1/0/0.png": 404, "/map/0/a/0.png": 400, "/map/0/0/0.jpg": 404, "/map/0/0/.png": 400}.items():
+        for bad, code in {
+            "/map/99/0/0.png": 404,
+            "/map/-1/0/0.png": 404,
+            "/map/0/a/0.png": 400,
+            "/map/0/0/0.jpg": 404,
+            "/map/0/0/.png": 400,
+        }.items():
             self.assertEqual(self.server.get(bad)[0], code, bad)
 
     def test_an_old_client_reads_the_same_ground(self):
         x, z = middle(self.world)
         origin = self.server.json(f"/gkot/origin.json?tmx={x}&tmy={-z}")
         self.assertEqual(origin["zrange"], origin["zmax"] - origin["zmin"])
-        status, _, data = self.server.get(f"/gkot/box?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=64&sy=256&sz=64")
+        status, _, data = self.server.get(
+            f"/gkot/box?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=64&sy=256&sz=64"
+        )
         self.assertEqual(status, 200)
         words = struct.unpack(f">{len(data) // 4}i", data)
         cx, cy, cz, highest, blocks = words[:5]
         self.assertEqual((cx, cy, cz, blocks), (0, 0, 0, 64 * 256 * 64))
-        ids = {word & 0xFF for word in words[5:5 + blocks]}
-        tops = words[6 + blocks:]
+        ids = {word & 0xFF for word in words[5 : 5 + blocks]}
+        tops = words[6 + blocks :]
         self.assertEqual((words[5 + blocks], len(tops)), (64 * 64, 64 * 64))
         self.assertEqual(max(tops), highest)
         self.assertTrue(ids & {2, 3, 9, 18}, ids)
@@ -143,7 +178,10 @@ class Kept(Case):
                 level = world["levels"] - 1
                 column = server.json(f"/v2/columns/{level}/{x >> 6 + level}/{z >> 6 + level}")
                 key = f"{level}/{x >> 6 + level}/{{}}/{z >> 6 + level}"
-                tags = [server.get("/v2/boxes/" + key.format(by))[1]["ETag"] for by in range(column["by_begin"], column["by_end"])]
+                tags = [
+                    server.get("/v2/boxes/" + key.format(by))[1]["ETag"]
+                    for by in range(column["by_begin"], column["by_end"])
+                ]
                 return tags, server.json("/v2/stats")["making"]["made"]
             finally:
                 self.assertEqual(server.stop(), 0, server.err)
@@ -153,7 +191,9 @@ class Kept(Case):
         self.assertEqual(all_boxes(), (first, 0))
         # Another class table makes other boxes; going back finds the first ones again.
         classes = place / "classes.toml"
-        classes.write_text('title = "no trees"\nextends = "asprs"\n[class]\n3 = { role = "drop", material = "air" }\n4 = { role = "drop", material = "air" }\n5 = { role = "drop", material = "air" }\n')
+        classes.write_text(
+            'title = "no trees"\nextends = "asprs"\n[class]\n3 = { role = "drop", material = "air" }\n4 = { role = "drop", material = "air" }\n5 = { role = "drop", material = "air" }\n'
+        )
         other, made = all_boxes("--classes", classes)
         self.assertGreater(made, 1)
         self.assertNotEqual(other, first)
@@ -178,10 +218,17 @@ class Kept(Case):
             self.assertGreater(stats["prepare"]["total"], 10)
         finally:
             server.stop()
-        self.assertRefused(Run([binary("VOXELSERVER"), survey(), "--cache", "none", "--prepare-only"]), 2, "--cache")
+        self.assertRefused(
+            Run([binary("VOXELSERVER"), survey(), "--cache", "none", "--prepare-only"]),
+            2,
+            "--cache",
+        )
 
     def test_preparing_fails_where_the_disk_is_full(self):
-        run = Run([binary("VOXELSERVER"), survey(), "--cache", temporary_folder(), "--prepare-only"], file_bytes=100_000)
+        run = Run(
+            [binary("VOXELSERVER"), survey(), "--cache", temporary_folder(), "--prepare-only"],
+            file_bytes=100_000,
+        )
         self.assertEqual(run.code, 1, str(run))
         self.assertIn("cannot be kept in", run.err.splitlines()[-1])
 
@@ -217,7 +264,7 @@ class Kept(Case):
     def test_a_damaged_square_is_told_and_counted(self):
         place = temporary_folder()
         data = bytearray(square().read_bytes())
-        data[len(data) // 2:len(data) // 2 + 2000] = bytes(2000)
+        data[len(data) // 2 : len(data) // 2 + 2000] = bytes(2000)
         (place / "damaged.laz").write_bytes(data)
         run = Run([binary("VOXELSERVER"), place, "--cache", temporary_folder(), "--prepare-only"])
         self.assertEqual(run.code, 3, str(run))
@@ -248,9 +295,22 @@ def fishnet(store):
 
 
 def add_square(database, name, state, **columns):
-    row = {"source": "si-lss", "grid": "si-lss", "name": name, "state": state, "urls": "[]", "crs": "EPSG:3794", "licence": "CC BY 4.0", "attribution": "Somebody <b>",
-           "known_at": NOW, **columns}
-    database.execute(f"INSERT INTO squares ({', '.join(row)}) VALUES ({', '.join('?' * len(row))})", tuple(row.values()))
+    row = {
+        "source": "si-lss",
+        "grid": "si-lss",
+        "name": name,
+        "state": state,
+        "urls": "[]",
+        "crs": "EPSG:3794",
+        "licence": "CC BY 4.0",
+        "attribution": "Somebody <b>",
+        "known_at": NOW,
+        **columns,
+    }
+    database.execute(
+        f"INSERT INTO squares ({', '.join(row)}) VALUES ({', '.join('?' * len(row))})",
+        tuple(row.values()),
+    )
 
 
 class Stores(Case):
@@ -262,16 +322,48 @@ class Stores(Case):
         shutil.copy(square(), folder / name)
 
         with contextlib.closing(fishnet(store)) as database, database:
-            add_square(database, "462_101", "verified", file_path=f"lidar/si-lss/{name}", file_bytes=(folder / name).stat().st_size, file_sha256="0" * 64, point_count=5,
-                       las_version="1.4", point_format=6, min_x=0, min_y=0, min_z=0, max_x=1, max_y=1, max_z=1, verified_at=NOW)
-            add_square(database, "463_101", "failed", error_code="HTTP", error_message="status 500", error_at=NOW)
-            add_square(database, "464_101", "wanted", west=464000, south=101000, east=465000, north=102000)
-            add_square(database, "465_101", "known", west=465000, south=101000, east=466000, north=102000)
+            add_square(
+                database,
+                "462_101",
+                "verified",
+                file_path=f"lidar/si-lss/{name}",
+                file_bytes=(folder / name).stat().st_size,
+                file_sha256="0" * 64,
+                point_count=5,
+                las_version="1.4",
+                point_format=6,
+                min_x=0,
+                min_y=0,
+                min_z=0,
+                max_x=1,
+                max_y=1,
+                max_z=1,
+                verified_at=NOW,
+            )
+            add_square(
+                database,
+                "463_101",
+                "failed",
+                error_code="HTTP",
+                error_message="status 500",
+                error_at=NOW,
+            )
+            add_square(
+                database, "464_101", "wanted", west=464000, south=101000, east=465000, north=102000
+            )
+            add_square(
+                database, "465_101", "known", west=465000, south=101000, east=466000, north=102000
+            )
         server = Server("--store", store, "--cache", "none")
         try:
             world = server.json("/v2/world")
-            self.assertEqual((world["licence"], world["attribution"]), ("CC BY 4.0", "Somebody <b>"))
-            states = {f["properties"]["name"]: f["properties"] for f in server.json("/v2/squares")["features"]}
+            self.assertEqual(
+                (world["licence"], world["attribution"]), ("CC BY 4.0", "Somebody <b>")
+            )
+            states = {
+                f["properties"]["name"]: f["properties"]
+                for f in server.json("/v2/squares")["features"]
+            }
             self.assertEqual(states["463_101"]["state"], "failed")
             self.assertEqual(states["464_101"]["state"], "wanted")
             self.assertNotIn("465_101", states)  # nobody asked for it
@@ -279,11 +371,15 @@ class Stores(Case):
             self.assertEqual(states[pathlib.Path(name).stem]["licence"], "CC BY 4.0")
         finally:
             server.stop()
-        self.assertRefused(Run([binary("VOXELSERVER"), "--store", temporary_folder()]), 1, "fishnet.gpkg")
+        self.assertRefused(
+            Run([binary("VOXELSERVER"), "--store", temporary_folder()]), 1, "fishnet.gpkg"
+        )
         shutil.rmtree(store / "lidar")
         self.assertRefused(Run([binary("VOXELSERVER"), "--store", store]), 2, "no square")
         self.assertRefused(Run([binary("VOXELSERVER")]), 2, "--store")
-        self.assertRefused(Run([binary("VOXELSERVER"), square(), "--store", store]), 2, "one of them")
+        self.assertRefused(
+            Run([binary("VOXELSERVER"), square(), "--store", store]), 2, "one of them"
+        )
 
 
 class Tls(Case):
@@ -292,8 +388,28 @@ class Tls(Case):
         if openssl is None:
             self.skipTest("openssl is not installed")
         folder = temporary_folder()
-        subprocess.run([openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1",
-                        "-keyout", folder / "key.pem", "-out", folder / "certificate.pem"], check=True, capture_output=True)
+        subprocess.run(
+            [
+                openssl,
+                "req",
+                "-x509",
+                "-newkey",
+                "rsa:2048",
+                "-nodes",
+                "-days",
+                "1",
+                "-subj",
+                "/CN=localhost",
+                "-addext",
+                "subjectAltName=IP:127.0.0.1",
+                "-keyout",
+                folder / "key.pem",
+                "-out",
+                folder / "certificate.pem",
+            ],
+            check=True,
+            capture_output=True,
+        )
         both = folder / "both.pem"
         both.write_text((folder / "certificate.pem").read_text() + (folder / "key.pem").read_text())
         server = Server(square(), "--cache", "none", "--tls-cert", both)
@@ -301,27 +417,55 @@ class Tls(Case):
             self.assertTrue(server.url.startswith("https://"))
             context = ssl.create_default_context(cafile=folder / "certificate.pem")
             for _ in range(3):
-                with urllib.request.urlopen(server.url + "/v2/world", context=context, timeout=HANGS_S) as reply:
+                with urllib.request.urlopen(
+                    server.url + "/v2/world", context=context, timeout=HANGS_S
+                ) as reply:
                     self.assertEqual(json.load(reply)["version"], 2)
             old = ssl.create_default_context(cafile=folder / "certificate.pem")
-            old.minimum_version, old.maximum_version = ssl.TLSVersion.MINIMUM_SUPPORTED, ssl.TLSVersion.TLSv1_1
+            old.minimum_version, old.maximum_version = (
+                ssl.TLSVersion.MINIMUM_SUPPORTED,
+                ssl.TLSVersion.TLSv1_1,
+            )
             with self.assertRaises(urllib.error.URLError):
                 urllib.request.urlopen(server.url + "/healthz", context=old, timeout=HANGS_S)
             with self.assertRaises(OSError):
-                urllib.request.urlopen(server.url.replace("https", "http") + "/healthz", timeout=HANGS_S)
-            with urllib.request.urlopen(server.url + "/healthz", context=context, timeout=HANGS_S) as reply:
+                urllib.request.urlopen(
+                    server.url.replace("https", "http") + "/healthz", timeout=HANGS_S
+                )
+            with urllib.request.urlopen(
+                server.url + "/healthz", context=context, timeout=HANGS_S
+            ) as reply:
                 self.assertEqual(reply.read(), b"ok\n")
         finally:
             self.assertEqual(server.stop(), 0, server.err)
-        self.assertRefused(Run([binary("VOXELSERVER"), square(), "--tls-cert", folder / "none.pem"]), 2, "none.pem")
-        self.assertRefused(Run([binary("VOXELSERVER"), square(), "--cache", "none", "--port", "0", "--tls-cert", folder / "key.pem"]), 1, "key.pem")
+        self.assertRefused(
+            Run([binary("VOXELSERVER"), square(), "--tls-cert", folder / "none.pem"]), 2, "none.pem"
+        )
+        self.assertRefused(
+            Run(
+                [
+                    binary("VOXELSERVER"),
+                    square(),
+                    "--cache",
+                    "none",
+                    "--port",
+                    "0",
+                    "--tls-cert",
+                    folder / "key.pem",
+                ]
+            ),
+            1,
+            "key.pem",
+        )
 
 
 class Flags(Case):
     def test_times_that_are_none_are_refused(self):
         for flag in ("--drain-s", "--header-timeout-s", "--keep-alive-s"):
             for value in ("nan", "-1", "1e9", "x", ""):
-                self.assertRefused(Run([binary("VOXELSERVER"), square(), f"{flag}={value}"]), 2, flag)
+                self.assertRefused(
+                    Run([binary("VOXELSERVER"), square(), f"{flag}={value}"]), 2, flag
+                )
 
 
 class Logs(Case):

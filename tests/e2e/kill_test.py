@@ -20,7 +20,11 @@ class Kill(Case):
         self.assertGreater(figures["compared"], KILLS * figures["boxes"] // 2, str(figures))
         self.assertEqual(figures["paths"], [])
         if figures["keeps_boxes"]:
-            self.assertGreater(figures["from_disk"], 0, "nothing was kept on disk, so nothing was tried: " + str(figures))
+            self.assertGreater(
+                figures["from_disk"],
+                0,
+                "nothing was kept on disk, so nothing was tried: " + str(figures),
+            )
 
 
 if __name__ == "__main__":

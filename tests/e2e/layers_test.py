@@ -9,14 +9,44 @@ from pictures import Picture, camera_place, distance, scene_of, transformed
 from support import Case, render, survey, temporary_folder
 
 SIZE = ["--size", "160x90", "--quiet", "--layers", "all"]
-HALF = ["albedo.R", "albedo.G", "albedo.B", "direct.R", "direct.G", "direct.B", "indirect.R", "indirect.G", "indirect.B",
-        "normal.X", "normal.Y", "normal.Z", "material.ID", "sun.V", "water.V"]
+HALF = [
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "direct.R",
+    "direct.G",
+    "direct.B",
+    "indirect.R",
+    "indirect.G",
+    "indirect.B",
+    "normal.X",
+    "normal.Y",
+    "normal.Z",
+    "material.ID",
+    "sun.V",
+    "water.V",
+]
 FLOAT = ["R", "G", "B", "A", "Z", "position.X", "position.Y", "position.Z"]
-FLOAT += [f"{kind}{layer}.{c}" for kind in ("CryptoMaterial", "CryptoSquare") for layer in ("00", "01", "02") for c in "rgba"]
+FLOAT += [
+    f"{kind}{layer}.{c}"
+    for kind in ("CryptoMaterial", "CryptoSquare")
+    for layer in ("00", "01", "02")
+    for c in "rgba"
+]
 AIR, WATER = 0, 13
 # What tells of a run and not of a picture (docs/formats.md), and the time that OpenImageIO notes.
-OF_A_RUN = {"DateTime", "terravox:seconds", "terravox:peak_memory_bytes", "terravox:rays", "terravox:steps_per_ray", "terravox:rays_spared",
-            "terravox:rays_parked", "terravox:boxes", "terravox:box_hit_rate", "terravox:box_waits"}
+OF_A_RUN = {
+    "DateTime",
+    "terravox:seconds",
+    "terravox:peak_memory_bytes",
+    "terravox:rays",
+    "terravox:steps_per_ray",
+    "terravox:rays_spared",
+    "terravox:rays_parked",
+    "terravox:boxes",
+    "terravox:box_hit_rate",
+    "terravox:box_waits",
+}
 
 _pictures = {}
 
@@ -26,7 +56,18 @@ def picture(integrator, samples):
     key = (integrator, samples)
     if key not in _pictures:
         file = temporary_folder() / "a.exr"
-        run = render(survey(), "--ortho", survey() / "ortho", *SIZE, "--integrator", integrator, "--samples", str(samples), "-o", file)
+        run = render(
+            survey(),
+            "--ortho",
+            survey() / "ortho",
+            *SIZE,
+            "--integrator",
+            integrator,
+            "--samples",
+            str(samples),
+            "-o",
+            file,
+        )
         if run.code != 0:
             raise AssertionError(str(run))
         _pictures[key] = Picture(file)
@@ -35,10 +76,12 @@ def picture(integrator, samples):
 
 def of_each_picture(test):
     """A test of both integrators, with one sample and with several."""
+
     def run(self):
         for how in itertools.product(("direct", "path"), (1, 5)):
             with self.subTest(str(how)):
                 test(self, picture(*how))
+
     return run
 
 
@@ -50,11 +93,19 @@ class Layers(Case):
     @of_each_picture
     def test_every_number_is_finite_but_the_depth_of_the_sky(self, p):
         hits = p.channel("A")
-        self.assertTrue(any(a == 0 for a in hits) and any(a == 1 for a in hits), "a picture of sky and land is wanted")
+        self.assertTrue(
+            any(a == 0 for a in hits) and any(a == 1 for a in hits),
+            "a picture of sky and land is wanted",
+        )
         for name in p.names:
             values = p.channel(name)
             if name == "Z":
-                self.assertTrue(all(math.isinf(z) and z > 0 if a == 0 else math.isfinite(z) and z > 0 for z, a in zip(values, hits)))
+                self.assertTrue(
+                    all(
+                        math.isinf(z) and z > 0 if a == 0 else math.isfinite(z) and z > 0
+                        for z, a in zip(values, hits)
+                    )
+                )
             else:
                 self.assertTrue(all(map(math.isfinite, values)), name)
         for name in ("A", "albedo.R", "albedo.G", "albedo.B", "sun.V", "water.V"):
@@ -65,9 +116,16 @@ class Layers(Case):
     @of_each_picture
     def test_direct_and_indirect_light_make_the_beauty(self, p):
         for c in "RGB":
-            for i, (whole, direct, indirect) in enumerate(p.channels(c, f"direct.{c}", f"indirect.{c}")):
+            for i, (whole, direct, indirect) in enumerate(
+                p.channels(c, f"direct.{c}", f"indirect.{c}")
+            ):
                 # Two halves, each rounded to 11 bits.
-                self.assertAlmostEqual(whole, direct + indirect, delta=1e-5 + 1e-3 * abs(whole), msg=f"{c} of pixel {i}")
+                self.assertAlmostEqual(
+                    whole,
+                    direct + indirect,
+                    delta=1e-5 + 1e-3 * abs(whole),
+                    msg=f"{c} of pixel {i}",
+                )
         self.assertGreater(sum(p.channel("indirect.G")), 0)
 
     def test_of_one_sample_position_depth_camera_and_normal_agree(self):
@@ -75,22 +133,36 @@ class Layers(Case):
             p = picture(integrator, 1)
             eye, ndc = camera_place(p), p.metadata["worldToNDC"]
             checked = 0
-            for i, (a, z, x, y, up) in enumerate(p.channels("A", "Z", "position.X", "position.Y", "position.Z")):
+            for i, (a, z, x, y, up) in enumerate(
+                p.channels("A", "Z", "position.X", "position.Y", "position.Z")
+            ):
                 if a == 0:
                     continue
                 checked += 1
-                self.assertAlmostEqual(distance((x, y, up), eye), z, delta=1e-3, msg=f"{integrator}: depth of pixel {i}")
+                self.assertAlmostEqual(
+                    distance((x, y, up), eye),
+                    z,
+                    delta=1e-3,
+                    msg=f"{integrator}: depth of pixel {i}",
+                )
                 u, v, _ = transformed(ndc, (x, y, up))
                 # The sample lies somewhere in its pixel: single precision of some 500 m, in pixels of 0.2 m and more.
-                self.assertTrue(-1e-2 <= u * p.width - i % p.width <= 1.01 and -1e-2 <= v * p.height - i // p.width <= 1.01,
-                                f"{integrator}: pixel {i} shows what lies at {u * p.width}, {v * p.height}")
+                self.assertTrue(
+                    -1e-2 <= u * p.width - i % p.width <= 1.01
+                    and -1e-2 <= v * p.height - i // p.width <= 1.01,
+                    f"{integrator}: pixel {i} shows what lies at {u * p.width}, {v * p.height}",
+                )
             self.assertGreater(checked, 1000)
             for i, (a, *normal) in enumerate(p.channels("A", "normal.X", "normal.Y", "normal.Z")):
-                self.assertAlmostEqual(math.hypot(*normal), a, delta=2e-3, msg=f"{integrator}: normal of pixel {i}")
+                self.assertAlmostEqual(
+                    math.hypot(*normal), a, delta=2e-3, msg=f"{integrator}: normal of pixel {i}"
+                )
 
     @of_each_picture
     def test_of_many_samples_normals_are_means(self, p):
-        self.assertLessEqual(max(math.hypot(*n) for n in p.channels("normal.X", "normal.Y", "normal.Z")), 1.002)
+        self.assertLessEqual(
+            max(math.hypot(*n) for n in p.channels("normal.X", "normal.Y", "normal.Z")), 1.002
+        )
 
     def test_the_camera_matrix_turns_the_eye_into_the_origin(self):
         p = picture("direct", 1)
@@ -102,8 +174,14 @@ class Layers(Case):
         covered = p.channel("A")
         for kind in ("CryptoMaterial", "CryptoSquare"):
             for i, (named, a) in enumerate(zip(p.mattes(kind), covered)):
-                self.assertAlmostEqual(sum(named.values()), a, delta=1e-5, msg=f"{kind} of pixel {i}: {named}")
-                self.assertEqual(sorted(named.values(), reverse=True), list(named.values()), f"{kind}: ranks of pixel {i}")
+                self.assertAlmostEqual(
+                    sum(named.values()), a, delta=1e-5, msg=f"{kind} of pixel {i}: {named}"
+                )
+                self.assertEqual(
+                    sorted(named.values(), reverse=True),
+                    list(named.values()),
+                    f"{kind}: ranks of pixel {i}",
+                )
 
     def test_of_one_sample_the_number_of_the_material_is_its_matte(self):
         p = picture("direct", 1)
@@ -126,10 +204,20 @@ class Layers(Case):
         self.assertEqual(int(said["terravox:holes"]), 0)
         self.assertEqual(int(said["terravox:samples"]), 5)
         self.assertAlmostEqual(math.hypot(*p.numbers("terravox:to_sun")), 1, delta=1e-5)
-        self.assertGreater(p.numbers("terravox:to_sun")[1], 0.3, "the sun of a June afternoon stands high")
-        self.assertTrue(all(-1 < c - o < 2 for c, o in zip(p.numbers("terravox:camera"), p.numbers("terravox:origin"))))
+        self.assertGreater(
+            p.numbers("terravox:to_sun")[1], 0.3, "the sun of a June afternoon stands high"
+        )
+        self.assertTrue(
+            all(
+                -1 < c - o < 2
+                for c, o in zip(p.numbers("terravox:camera"), p.numbers("terravox:origin"))
+            )
+        )
         scene = scene_of(p)
-        self.assertEqual((scene["quality.integrator"], scene["output.layers"], scene["quality.samples"]), ("'path'", "'all'", "5"))
+        self.assertEqual(
+            (scene["quality.integrator"], scene["output.layers"], scene["quality.samples"]),
+            ("'path'", "'all'", "5"),
+        )
 
     def test_no_bit_depends_on_threads_or_tiles(self):
         out = temporary_folder()
@@ -137,15 +225,34 @@ class Layers(Case):
             pictures = {}
             for threads, tile in (("1", "64"), ("2", "16"), ("2", "33"), ("1", "100%")):
                 file = out / f"{threads}-{tile.strip('%')}.exr"
-                run = render(survey(), "--size", "96x54", "--quiet", "--layers", "all", "--integrator", integrator, "--samples", "3", "--threads", threads,
-                             "--tile", tile, "-o", file)
+                run = render(
+                    survey(),
+                    "--size",
+                    "96x54",
+                    "--quiet",
+                    "--layers",
+                    "all",
+                    "--integrator",
+                    integrator,
+                    "--samples",
+                    "3",
+                    "--threads",
+                    threads,
+                    "--tile",
+                    tile,
+                    "-o",
+                    file,
+                )
                 self.assertDone(run)
                 pictures[threads, tile] = Picture(file)
             (first, one), *rest = pictures.items()
             for how, other in rest:
                 with self.subTest(f"{integrator}: {first} and {how}"):
                     self.assertTrue(one.bytes == other.bytes)
-                    said = [{k: v for k, v in p.metadata.items() if k not in OF_A_RUN} for p in (one, other)]
+                    said = [
+                        {k: v for k, v in p.metadata.items() if k not in OF_A_RUN}
+                        for p in (one, other)
+                    ]
                     self.assertEqual(*said)
 
     def test_layers_and_streaming_change_nothing_in_the_beauty(self):
@@ -154,8 +261,12 @@ class Layers(Case):
         self.assertDone(render(*flags, "-o", out / "plain.exr"))
         self.assertDone(render(*flags, "--layers", "all", "-o", out / "layers.exr"))
         # A film with layers takes 16 MB here: at 1 MiB it goes straight into the file.
-        self.assertDone(render(*flags, "--layers", "all", "--memory-mib", "1", "-o", out / "streamed.exr"))
-        plain, layers, streamed = (Picture(out / f"{name}.exr") for name in ("plain", "layers", "streamed"))
+        self.assertDone(
+            render(*flags, "--layers", "all", "--memory-mib", "1", "-o", out / "streamed.exr")
+        )
+        plain, layers, streamed = (
+            Picture(out / f"{name}.exr") for name in ("plain", "layers", "streamed")
+        )
         self.assertEqual(plain.names, ["R", "G", "B", "A", "Z"])
         self.assertGreater(streamed.tile[0], 0, "it was not streamed")
         self.assertEqual(layers.tile[0], 0)
@@ -163,7 +274,9 @@ class Layers(Case):
         for name in plain.names:
             self.assertTrue(plain.channel(name) == layers.channel(name), name)
         for name in layers.names:
-            self.assertTrue(layers.channel(name).tobytes() == streamed.channel(name).tobytes(), name)
+            self.assertTrue(
+                layers.channel(name).tobytes() == streamed.channel(name).tobytes(), name
+            )
 
 
 if __name__ == "__main__":

@@ -48,7 +48,13 @@ class LazTest(unittest.TestCase):
         self.assertTrue(json.loads(laz("info", square).out)["lax"])
 
     def test_wrong_usage_ends_with_2(self):
-        for arguments in ([], ["compress", "a"], ["squeeze", "a", "b"], ["info"], ["check", "a", "b"]):
+        for arguments in (
+            [],
+            ["compress", "a"],
+            ["squeeze", "a", "b"],
+            ["info"],
+            ["check", "a", "b"],
+        ):
             with self.subTest(arguments):
                 self.assertEqual(laz(*arguments).code, 2)
 
@@ -67,11 +73,33 @@ class LazTest(unittest.TestCase):
         if not SHARED.is_dir():
             self.skipTest(f"{SHARED} is not there")
         bad = ["lazpy/testdata/malformed", "ign-pdal-tools/check_las"]
-        files = [p for folder in bad for p in sorted((SHARED / folder).rglob("*.la[sz]")) if p.stat().st_size < 3_000_000]
-        files += [SHARED / "pdal/las" / (name + ".las") for name in (
-            "garbage_nVariableLength", "bad_vlr_count", "bad-geotiff-keys", "spurious", "no-points", "1.2-with-color-clipped", "epsg_4326", "extrabytes",
-            "lots_of_vlr", "test1_4", "gps-time-nan", "wontcompress3")]
-        files += [SHARED / "laspy/tests/data" / name for name in ("append-bug-cpy.laz", "simple1_3.las", "simple.copc.laz")]
+        files = [
+            p
+            for folder in bad
+            for p in sorted((SHARED / folder).rglob("*.la[sz]"))
+            if p.stat().st_size < 3_000_000
+        ]
+        files += [
+            SHARED / "pdal/las" / (name + ".las")
+            for name in (
+                "garbage_nVariableLength",
+                "bad_vlr_count",
+                "bad-geotiff-keys",
+                "spurious",
+                "no-points",
+                "1.2-with-color-clipped",
+                "epsg_4326",
+                "extrabytes",
+                "lots_of_vlr",
+                "test1_4",
+                "gps-time-nan",
+                "wontcompress3",
+            )
+        ]
+        files += [
+            SHARED / "laspy/tests/data" / name
+            for name in ("append-bug-cpy.laz", "simple1_3.las", "simple.copc.laz")
+        ]
         self.assertGreater(len(files), 15)
         done = 0
         for path in files:
@@ -79,7 +107,12 @@ class LazTest(unittest.TestCase):
                 copy = self.folder / ("copy" + path.suffix)
                 shutil.copyfile(path, copy)
                 out = self.folder / "out.laz"
-                for arguments in (["info", copy], ["check", copy], ["index", copy], ["compress", copy, out]):
+                for arguments in (
+                    ["info", copy],
+                    ["check", copy],
+                    ["index", copy],
+                    ["compress", copy, out],
+                ):
                     run = laz(*arguments)
                     if run.code == 0:
                         self.assertEqual(run.err, "", str(run))

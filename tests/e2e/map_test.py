@@ -35,9 +35,16 @@ class Maps(Case):
                 continue
             hits += 1
             easting, northing = origin[0] + x - transform[0], -(origin[2] + z) - transform[3]
-            px = (easting * transform[5] - northing * transform[2]) / (transform[1] * transform[5] - transform[2] * transform[4])
-            py = (northing * transform[1] - easting * transform[4]) / (transform[1] * transform[5] - transform[2] * transform[4])
-            self.assertTrue(-0.01 <= px - i % p.width <= 1.01 and -0.01 <= py - i // p.width <= 1.01, f"pixel {i} shows what lies at {px}, {py}")
+            px = (easting * transform[5] - northing * transform[2]) / (
+                transform[1] * transform[5] - transform[2] * transform[4]
+            )
+            py = (northing * transform[1] - easting * transform[4]) / (
+                transform[1] * transform[5] - transform[2] * transform[4]
+            )
+            self.assertTrue(
+                -0.01 <= px - i % p.width <= 1.01 and -0.01 <= py - i // p.width <= 1.01,
+                f"pixel {i} shows what lies at {px}, {py}",
+            )
         self.assertGreater(hits, 5000)
         return transform, area
 
@@ -47,7 +54,16 @@ class Maps(Case):
             with self.subTest(name):
                 tif, exr = out / f"{name}.tif", out / f"{name}.exr"
                 # 256 m in 128 pixels: two metres each.
-                flags = [square(), *QUIET, *MAP, "--size", "192x128", "--camera-height-m", "256", *more]
+                flags = [
+                    square(),
+                    *QUIET,
+                    *MAP,
+                    "--size",
+                    "192x128",
+                    "--camera-height-m",
+                    "256",
+                    *more,
+                ]
                 self.assertDone(render(*flags, "-o", tif))
                 self.assertDone(render(*flags, "--layers", "all", "-o", exr))
                 self.assertEqual(Tags(tif).geo_keys()[PROJECTED_CRS], 3794)
@@ -67,7 +83,17 @@ class Maps(Case):
 
     def test_larger_than_memory_it_is_the_same_map(self):
         out = temporary_folder()
-        flags = [square(), *QUIET, *MAP, "--size", "400x300", "--camera-height-m", "256", "--output-tiff", "float"]
+        flags = [
+            square(),
+            *QUIET,
+            *MAP,
+            "--size",
+            "400x300",
+            "--camera-height-m",
+            "256",
+            "--output-tiff",
+            "float",
+        ]
         self.assertDone(render(*flags, "-o", out / "film.tif"))
         self.assertDone(render(*flags, "--memory-mib", "4", "-o", out / "streamed.tif"))
         film, streamed = Tags(out / "film.tif"), Tags(out / "streamed.tif")
@@ -78,19 +104,32 @@ class Maps(Case):
 
     def test_the_map_shows_the_truth(self):
         out = temporary_folder()
-        flags = [*QUIET, *MAP, "--size", "256x256", "--camera-height-m", "256", "--detail", "0", "--layers", "all"]
+        flags = [
+            *QUIET,
+            *MAP,
+            "--size",
+            "256x256",
+            "--camera-height-m",
+            "256",
+            "--detail",
+            "0",
+            "--layers",
+            "all",
+        ]
         self.assertDone(render(survey(), *flags, "-o", out / "a.exr"))
         seen = Picture(out / "a.exr").channel("material.ID")
         truth = Picture(next((survey() / "truth").glob("kind_*.tif")))
         self.assertEqual((truth.width, truth.height), (256, 256))
         kinds = [round(v * 255) for v in truth.values]
         for material, kind, least in ((WATER, KIND_WATER, 0.9), (HIGH_VEGETATION, KIND_TREE, 0.3)):
+
             def agreement(shift):
                 """Of the pixels that either calls so, those that both do."""
                 a = {i for i, m in enumerate(seen) if m == material}
                 b = {i + shift for i, k in enumerate(kinds) if k == kind}
                 self.assertGreater(len(a), 300)
                 return len(a & b) / len(a | b)
+
             here = agreement(0)
             self.assertGreater(here, least, f"material {material}")
             for name, shift in {"east": 3, "west": -3, "south": 3 * 256, "north": -3 * 256}.items():
@@ -98,8 +137,32 @@ class Maps(Case):
 
     def test_a_colour_of_the_orthophoto_is_found_at_its_place(self):
         out = temporary_folder()
-        flags = [survey(), "--ortho", survey() / "ortho", *QUIET, *MAP, "--size", "256x256", "--camera-height-m", "256", "--detail", "0"]
-        self.assertDone(render(*flags, "--colour", "true", "--layers", "all", "--quality-textures", "no", "-o", out / "a.exr"))
+        flags = [
+            survey(),
+            "--ortho",
+            survey() / "ortho",
+            *QUIET,
+            *MAP,
+            "--size",
+            "256x256",
+            "--camera-height-m",
+            "256",
+            "--detail",
+            "0",
+        ]
+        self.assertDone(
+            render(
+                *flags,
+                "--colour",
+                "true",
+                "--layers",
+                "all",
+                "--quality-textures",
+                "no",
+                "-o",
+                out / "a.exr",
+            )
+        )
         albedo = Picture(out / "a.exr").channels("albedo.R", "albedo.G", "albedo.B")
         photo = Picture(next((survey() / "ortho").glob("*.tif")))  # two pixels a metre
         bands = [photo.channel(name) for name in photo.names[:3]]
@@ -113,7 +176,11 @@ class Maps(Case):
             for y in range(16, 240, 5):
                 for x in range(16, 240, 5):
                     for c in range(3):
-                        near = [bands[c][(2 * (y + dy) + j) * photo.width + 2 * (x + dx) + i] for j in (0, 1) for i in (0, 1)]
+                        near = [
+                            bands[c][(2 * (y + dy) + j) * photo.width + 2 * (x + dx) + i]
+                            for j in (0, 1)
+                            for i in (0, 1)
+                        ]
                         total += abs(linear(sum(near) / 4) - albedo[y * 256 + x][c])
                         count += 1
             return total / count
@@ -124,10 +191,16 @@ class Maps(Case):
 
     def test_other_views_are_pictures_without_a_place(self):
         out = temporary_folder()
-        views = {"isometric": ["--projection", "isometric"], "oblique": ["--projection", "orthographic", "--camera-down-deg", "60"], "perspective": []}
+        views = {
+            "isometric": ["--projection", "isometric"],
+            "oblique": ["--projection", "orthographic", "--camera-down-deg", "60"],
+            "perspective": [],
+        }
         for name, flags in views.items():
             with self.subTest(name):
-                self.assertDone(render(square(), *QUIET, "--size", "96x54", *flags, "-o", out / f"{name}.tif"))
+                self.assertDone(
+                    render(square(), *QUIET, "--size", "96x54", *flags, "-o", out / f"{name}.tif")
+                )
                 tags = Tags(out / f"{name}.tif")
                 self.assertIsNone(tags.transform())
                 self.assertEqual(tags.geo_keys(), {})
@@ -136,17 +209,34 @@ class Maps(Case):
     @unittest.skipUnless(shutil.which("gdalinfo"), "gdalinfo is not installed")
     def test_gdal_reads_the_same(self):
         out = temporary_folder()
-        self.assertDone(render(square(), *QUIET, *MAP, "--size", "600x600", "--camera-height-m", "300", "-o", out / "a.tif"))
+        self.assertDone(
+            render(
+                square(),
+                *QUIET,
+                *MAP,
+                "--size",
+                "600x600",
+                "--camera-height-m",
+                "300",
+                "-o",
+                out / "a.tif",
+            )
+        )
         run = Run(["gdalinfo", "-json", out / "a.tif"])
         self.assertDone(run)
         said = json.loads(run.out)
         self.assertEqual(said["geoTransform"], Tags(out / "a.tif").transform())
         self.assertIn('ID["EPSG",3794]]', said["coordinateSystem"]["wkt"])
-        self.assertEqual([b["colorInterpretation"] for b in said["bands"]], ["Red", "Green", "Blue", "Alpha"])
+        self.assertEqual(
+            [b["colorInterpretation"] for b in said["bands"]], ["Red", "Green", "Blue", "Alpha"]
+        )
         self.assertEqual(said["metadata"]["IMAGE_STRUCTURE"]["LAYOUT"], "COG")
         self.assertTrue(said["bands"][0]["overviews"])
         own = said["metadata"][""]
-        self.assertEqual((own["terravox_crs"], own["terravox_holes"], own["AREA_OR_POINT"]), ("EPSG:3794", "0", "Area"))
+        self.assertEqual(
+            (own["terravox_crs"], own["terravox_holes"], own["AREA_OR_POINT"]),
+            ("EPSG:3794", "0", "Area"),
+        )
 
 
 if __name__ == "__main__":

@@ -32,12 +32,18 @@ class Module(Case):
         (folder / "text.laz").write_bytes(b"no points here\n" * 50)
         no_crs = bytearray(square().read_bytes())
         at = no_crs.find(b"LASF_Projection")
-        no_crs[at:at + 4] = b"NONE"
+        no_crs[at : at + 4] = b"NONE"
         (folder / "nowhere.laz").write_bytes(no_crs)
         for cache in ("none", temporary_folder()):
-            for file, code, said in (("text.laz", 1, "text.laz"), ("nowhere.laz", 2, "--crs EPSG:"), ("none.laz", 2, "none.laz")):
+            for file, code, said in (
+                ("text.laz", 1, "text.laz"),
+                ("nowhere.laz", 2, "--crs EPSG:"),
+                ("none.laz", 2, "none.laz"),
+            ):
                 with self.subTest(f"{file}, --cache {cache}"):
-                    self.assertRefused(Run([PROGRAM, folder / file, "--cache", cache, "--port", "0"]), code, said)
+                    self.assertRefused(
+                        Run([PROGRAM, folder / file, "--cache", cache, "--port", "0"]), code, said
+                    )
 
     def test_kept_boxes_are_served_where_gdal_cannot_be_loaded(self):
         cache = temporary_folder()
@@ -50,7 +56,9 @@ class Module(Case):
         (broken / gdal).write_bytes(b"no library\n" * 100)
         os.environ["LD_LIBRARY_PATH"] = str(broken)
         try:
-            self.assertRefused(Run([PROGRAM, square(), "--cache", "none", "--port", "0"]), 1, "LiDAR module", gdal)
+            self.assertRefused(
+                Run([PROGRAM, square(), "--cache", "none", "--port", "0"]), 1, "LiDAR module", gdal
+            )
             server = Server(survey(), "--cache", cache, "--no-ahead")
         finally:
             del os.environ["LD_LIBRARY_PATH"]
@@ -72,16 +80,18 @@ class Module(Case):
 
         def start(voxel):
             server = Server(survey(), "--cache", cache, "--no-ahead", "--voxel", voxel)
-            status = server.get(server.box_paths()[0])[0]  # after this the world is open, or is known not to open
+            status = server.get(server.box_paths()[0])[
+                0
+            ]  # after this the world is open, or is known not to open
             health = server.get("/healthz")[0]
             self.assertEqual(server.stop(), 0, server.err)
             return status, health, "start it again" in server.err
 
         self.assertEqual(start("1"), (200, 200, False))
-        first, = (cache / "worlds").glob("*.facts")
+        (first,) = (cache / "worlds").glob("*.facts")
         right = first.read_bytes()
         self.assertEqual(start("2"), (200, 200, False))
-        second, = set((cache / "worlds").glob("*.facts")) - {first}
+        (second,) = set((cache / "worlds").glob("*.facts")) - {first}
         self.assertNotEqual(second.read_bytes(), right)
         first.write_bytes(second.read_bytes())
         (cache / "boxes-1.sqlite").unlink()
@@ -100,9 +110,13 @@ class Module(Case):
         try:
             for started in (folder / PROGRAM.name, link):
                 with self.subTest(str(started)):
-                    server = Server(square(), "--cache", "none", program=("sh", "-c", f'exec "{started}" "$@"'))  # $0 is the usual program
+                    server = Server(
+                        square(), "--cache", "none", program=("sh", "-c", f'exec "{started}" "$@"')
+                    )  # $0 is the usual program
                     loaded = pathlib.Path(f"/proc/{server.process.pid}/maps").read_text()
-                    self.assertEqual((server.get(server.box_paths()[0])[0], server.stop()), (200, 0), server.err)
+                    self.assertEqual(
+                        (server.get(server.box_paths()[0])[0], server.stop()), (200, 0), server.err
+                    )
                     self.assertIn(str(folder / MODULE.name), loaded)
         finally:
             del os.environ["TERRAVOX_CONFIG"]
@@ -114,7 +128,12 @@ class Module(Case):
         try:
             for cache in ("none", temporary_folder()):
                 with self.subTest(f"--cache {cache}"):
-                    self.assertRefused(Run([alone, square(), "--cache", cache, "--port", "0"]), 1, "LiDAR module", "terravox-lidar.so")
+                    self.assertRefused(
+                        Run([alone, square(), "--cache", cache, "--port", "0"]),
+                        1,
+                        "LiDAR module",
+                        "terravox-lidar.so",
+                    )
             self.assertDone(Run([alone, "--version"]))
         finally:
             del os.environ["TERRAVOX_CONFIG"]

@@ -13,8 +13,14 @@ class Page(Case):
     def test_the_page_works_with_the_server(self):
         server = Server(survey(), "--ortho", survey() / "ortho", "--cache", temporary_folder())
         try:
-            run = subprocess.run([os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"], env={**os.environ, "TERRAVOX_URL": server.url},
-                                 capture_output=True, text=True, timeout=2 * HANGS_S, check=False)
+            run = subprocess.run(
+                [os.environ["TERRAVOX_NODE"], ROOT / "tests" / "page" / "run.mjs"],
+                env={**os.environ, "TERRAVOX_URL": server.url},
+                capture_output=True,
+                text=True,
+                timeout=2 * HANGS_S,
+                check=False,
+            )
         finally:
             code = server.stop()
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)

@@ -19,7 +19,12 @@ class Picture:
         if run.code != 0:
             raise AssertionError(f"{file}: {run}")
         said = json.loads(run.out)
-        self.width, self.height, self.metadata, self.tile = said["width"], said["height"], said["metadata"], said["tile"]
+        self.width, self.height, self.metadata, self.tile = (
+            said["width"],
+            said["height"],
+            said["metadata"],
+            said["tile"],
+        )
         self.types = {c["name"]: c["type"] for c in said["channels"]}
         self.names = list(self.types)
         self.bytes = raw.read_bytes()
@@ -27,7 +32,7 @@ class Picture:
         raw.unlink()
 
     def channel(self, name):
-        return self.values[self.names.index(name)::len(self.names)]
+        return self.values[self.names.index(name) :: len(self.names)]
 
     def channels(self, *names):
         """Tuples, one for each pixel, row by row."""
@@ -39,25 +44,45 @@ class Picture:
 
     def mattes(self, kind):
         """For each pixel a dictionary from name to share of the pixel. KeyError for an identity that the manifest does not know."""
-        (key,) = [k for k, v in self.metadata.items() if re.fullmatch("cryptomatte/[0-9a-f]{7}/name", k) and v == kind]
+        (key,) = [
+            k
+            for k, v in self.metadata.items()
+            if re.fullmatch("cryptomatte/[0-9a-f]{7}/name", k) and v == kind
+        ]
         manifest = json.loads(self.metadata[key.removesuffix("name") + "manifest"])
         names = {int(identity, 16): name for name, identity in manifest.items()}
-        ranks = [self.channels(f"{kind}{layer:02}.{a}", f"{kind}{layer:02}.{b}") for layer in range(3) for a, b in ("rg", "ba")]
+        ranks = [
+            self.channels(f"{kind}{layer:02}.{a}", f"{kind}{layer:02}.{b}")
+            for layer in range(3)
+            for a, b in ("rg", "ba")
+        ]
         out = []
         for pixel in zip(*ranks):
-            out.append({names[struct.unpack("I", struct.pack("f", identity))[0]]: share for identity, share in pixel if share > 0})
+            out.append(
+                {
+                    names[struct.unpack("I", struct.pack("f", identity))[0]]: share
+                    for identity, share in pixel
+                    if share > 0
+                }
+            )
         return out
 
 
 def camera_place(picture):
     """Where the eye stands, metres from terravox:origin."""
     voxel_m = float(picture.metadata["terravox:voxel_m"])
-    return [(c - o) * voxel_m for c, o in zip(picture.numbers("terravox:camera"), picture.numbers("terravox:origin"))]
+    return [
+        (c - o) * voxel_m
+        for c, o in zip(picture.numbers("terravox:camera"), picture.numbers("terravox:origin"))
+    ]
 
 
 def transformed(matrix, point):
     """A row vector times a matrix of 16 numbers, after the division by w."""
-    x, y, z, w = (sum(p * matrix[4 * row + column] for row, p in enumerate([*point, 1])) for column in range(4))
+    x, y, z, w = (
+        sum(p * matrix[4 * row + column] for row, p in enumerate([*point, 1]))
+        for column in range(4)
+    )
     return x / w, y / w, z / w
 
 

@@ -9,7 +9,18 @@ import sys
 import unittest
 
 from desktop import MISSING, Desktop, changed, colours
-from support import Case, Program, Run, Server, binary, hold_port, render, survey, temporary_folder, wait_until
+from support import (
+    Case,
+    Program,
+    Run,
+    Server,
+    binary,
+    hold_port,
+    render,
+    survey,
+    temporary_folder,
+    wait_until,
+)
 
 TOKEN = {"TERRAVOX_FARM_TOKEN": "kv7r2mx9q4tz8wpd5hcn", "TERRAVOX_FARM_TEST": "1"}
 WIDTH, HEIGHT = 1000, 640
@@ -23,12 +34,22 @@ KEEP = os.environ.get("TERRAVOX_KEEP_SCREENS")  # a folder, for who wants to loo
 
 class NoDisplay(Case):
     def test_one_clear_line(self):
-        run = Run([binary("RAYTRACER"), "preview", "generated:3"], environment={"DISPLAY": "", "WAYLAND_DISPLAY": ""})
-        self.assertRefused(run, 1, "open the preview window", "terravox render WORLD -o picture.png")
+        run = Run(
+            [binary("RAYTRACER"), "preview", "generated:3"],
+            environment={"DISPLAY": "", "WAYLAND_DISPLAY": ""},
+        )
+        self.assertRefused(
+            run, 1, "open the preview window", "terravox render WORLD -o picture.png"
+        )
 
     def test_what_is_wrong_is_told_before_a_window_opens(self):
         self.assertRefused(Run([binary("RAYTRACER"), "preview", "/nowhere"]), 2, "/nowhere")
-        self.assertRefused(Run([binary("RAYTRACER"), "preview", "generated:3", "--window", "0x5"]), 2, "output.size", "65536")
+        self.assertRefused(
+            Run([binary("RAYTRACER"), "preview", "generated:3", "--window", "0x5"]),
+            2,
+            "output.size",
+            "65536",
+        )
 
 
 @unittest.skipIf(MISSING, f"without {', '.join(MISSING)}")
@@ -45,8 +66,21 @@ class Window(Case):
         self.out = temporary_folder()
 
     def preview(self, world, *arguments, environment=None, first=True, height=HEIGHT):
-        program = Program("preview", world, "--window", f"{WIDTH}x{height}", "--log", "trace", "--report", self.out / "report.json", "--save-scene", self.out / "scene.toml", *arguments,
-                          environment={**self.desktop.environment, **(environment or {})}, cwd=self.out)
+        program = Program(
+            "preview",
+            world,
+            "--window",
+            f"{WIDTH}x{height}",
+            "--log",
+            "trace",
+            "--report",
+            self.out / "report.json",
+            "--save-scene",
+            self.out / "scene.toml",
+            *arguments,
+            environment={**self.desktop.environment, **(environment or {})},
+            cwd=self.out,
+        )
         self.addCleanup(program.process.stdout.close)
         self.addCleanup(program.kill)
         if first:
@@ -79,7 +113,10 @@ class Window(Case):
 
     def places(self, program, name):
         found = re.findall(rf"place of {re.escape(name)}: (\d+) (\d+) (\d+) (\d+)", program.log())
-        return [((x0 + x1) / 2, (y0 + y1) / 2, x1 - x0) for x0, y0, x1, y1 in (map(int, place) for place in found)]
+        return [
+            ((x0 + x1) / 2, (y0 + y1) / 2, x1 - x0)
+            for x0, y0, x1, y1 in (map(int, place) for place in found)
+        ]
 
     def press(self, program, name):
         x, y, _ = self.place_of(program, name)
@@ -94,12 +131,20 @@ class Window(Case):
 
     def wait_for_more(self, program, pattern, than):
         """Until the log has the pattern more often than that."""
-        wait_until(lambda: self.count(program, pattern) > than or program.process.poll() is not None, f"more of {pattern!r}", pause_s=0.05)
+        wait_until(
+            lambda: self.count(program, pattern) > than or program.process.poll() is not None,
+            f"more of {pattern!r}",
+            pause_s=0.05,
+        )
         self.assertGreater(self.count(program, pattern), than, program.log()[-2000:])
 
     def see_change(self, before, share, box=PICTURE):
         """What is to be seen once that share of the box is not as it was before."""
-        wait_until(lambda: changed(before, self.desktop.see(), box) > share, f"more than {share} of {box} has changed", pause_s=0.1)
+        wait_until(
+            lambda: changed(before, self.desktop.see(), box) > share,
+            f"more than {share} of {box} has changed",
+            pause_s=0.1,
+        )
         return self.desktop.see()
 
     def saved(self, program):
@@ -112,8 +157,16 @@ class Window(Case):
     def settle(self, program):
         """Waits until all that was done has come to its end: the picture and the map are finished, nothing moves. @return what is to be seen then"""
         self.saved(program)
-        last = max(i for i, line in enumerate(program.lines) if re.search("saved .*scene.toml", line or ""))
-        wait_until(lambda: any("at rest" in (line or "") for line in program.lines[last:]) or program.process.poll() is not None, "the program is at rest")
+        last = max(
+            i for i, line in enumerate(program.lines) if re.search("saved .*scene.toml", line or "")
+        )
+        wait_until(
+            lambda: (
+                any("at rest" in (line or "") for line in program.lines[last:])
+                or program.process.poll() is not None
+            ),
+            "the program is at rest",
+        )
         self.assertIsNone(program.process.poll(), program.log()[-2000:])
         return self.desktop.see()
 
@@ -146,7 +199,14 @@ class Window(Case):
         self.keep("sun")
 
         desktop.click(*MIDDLE)
-        for fact in ("voxel: -?\\d+, -?\\d+, -?\\d+", "height: ", "material: ", "source class: ", "square: ", "distance: "):
+        for fact in (
+            "voxel: -?\\d+, -?\\d+, -?\\d+",
+            "height: ",
+            "material: ",
+            "source class: ",
+            "square: ",
+            "distance: ",
+        ):
             program.saw("picked " + fact)
         self.settle(program)
         self.keep("picked")
@@ -161,8 +221,20 @@ class Window(Case):
         # From the window and without one: the same bytes.
         desktop.key("ctrl+r")
         wait_until((self.out / "picture.png").exists, "the final picture")
-        self.assertDone(render(survey(), "--scene", self.out / "scene.toml", "--quiet", "-o", self.out / "headless.png"))
-        self.assertTrue((self.out / "picture.png").read_bytes() == (self.out / "headless.png").read_bytes(), program.log()[-2000:])
+        self.assertDone(
+            render(
+                survey(),
+                "--scene",
+                self.out / "scene.toml",
+                "--quiet",
+                "-o",
+                self.out / "headless.png",
+            )
+        )
+        self.assertTrue(
+            (self.out / "picture.png").read_bytes() == (self.out / "headless.png").read_bytes(),
+            program.log()[-2000:],
+        )
 
         desktop.key("ctrl+p")
         program.saw("saved preview.png")
@@ -244,7 +316,19 @@ class Window(Case):
 
     def test_threads_and_workers_are_added_and_a_final_picture_given_up(self):
         _, address = self.worker()
-        program = self.preview(survey(), "--integrator", "path", "--samples", "4000", "--size", "1600x900", "--threads", "0", environment=TOKEN, height=1500)
+        program = self.preview(
+            survey(),
+            "--integrator",
+            "path",
+            "--samples",
+            "4000",
+            "--size",
+            "1600x900",
+            "--threads",
+            "0",
+            environment=TOKEN,
+            height=1500,
+        )
         desktop = self.desktop
         self.press(program, "Processors")
         self.press(program, "address")
@@ -268,7 +352,10 @@ class Window(Case):
         self.press(program, "Render")
         self.press(program, "Give up")  # which is there as long as it is rendered
         program.saw("the final picture: given up")
-        wait_until(lambda: not any(p.name.startswith("picture") for p in self.out.iterdir()), "nothing is left of it, hours before its end")
+        wait_until(
+            lambda: not any(p.name.startswith("picture") for p in self.out.iterdir()),
+            "nothing is left of it, hours before its end",
+        )
         self.keep("given-up")
         self.quit(program)
 
@@ -277,10 +364,18 @@ class Window(Case):
         desktop = self.desktop
 
         def target():
-            return [float(v) for v in re.search(r"target = \[ *(\S+), *(\S+), *(\S+) *\]", self.saved(program)).groups()]
+            return [
+                float(v)
+                for v in re.search(
+                    r"target = \[ *(\S+), *(\S+), *(\S+) *\]", self.saved(program)
+                ).groups()
+            ]
 
         def at(easting, northing, within):
-            wait_until(lambda: abs(target()[0] - easting) + abs(target()[1] - northing) < within, f"the target is {easting}, {northing}")
+            wait_until(
+                lambda: abs(target()[0] - easting) + abs(target()[1] - northing) < within,
+                f"the target is {easting}, {northing}",
+            )
             return target()[2]
 
         self.press(program, "place")
@@ -324,7 +419,19 @@ class Window(Case):
         self.assertRegex(text, "space = 'crs'")
         self.settle(program)  # at its end
         self.quit(program)
-        frames = Run([binary("RAYTRACER"), "animate", self.out / "flight.toml", survey(), "--quiet", "-o", self.out / "frame-%04d.png", "--last", "1"])
+        frames = Run(
+            [
+                binary("RAYTRACER"),
+                "animate",
+                self.out / "flight.toml",
+                survey(),
+                "--quiet",
+                "-o",
+                self.out / "frame-%04d.png",
+                "--last",
+                "1",
+            ]
+        )
         self.assertDone(frames)
         self.assertTrue((self.out / "frame-0000.png").exists(), list(self.out.iterdir()))
 
@@ -351,7 +458,9 @@ class Window(Case):
         self.quit(program)
 
     def test_tiny_hidden_and_closed_in_the_middle(self):
-        program = self.preview(survey(), "--integrator", "path", "--samples", "4000", "--size", "4000x4000")
+        program = self.preview(
+            survey(), "--integrator", "path", "--samples", "4000", "--size", "4000x4000"
+        )
         desktop = self.desktop
         window = ["search", "--name", "Terravox", "windowsize", "--sync"]
         for width, height in ((1, 1), (500, 300), (WIDTH, HEIGHT)):
@@ -368,7 +477,14 @@ class Window(Case):
     def test_a_broken_scene_is_told_and_the_window_stays(self):
         program = self.preview(survey(), "--samples", "1", "--voxel", "2")
         broken = self.out / "scene.toml"
-        for text, said in (("[camera]\nfov_deg = 900\n", "camera.fov_deg = 900; allowed: 1 to 360"), ("[camera\n", "parsing table header"), ("[camera]\nspace = 'voxel'\nposition = [1, 2, 3]\ntarget = [1, 2, 3]\n", "place the camera")):
+        for text, said in (
+            ("[camera]\nfov_deg = 900\n", "camera.fov_deg = 900; allowed: 1 to 360"),
+            ("[camera\n", "parsing table header"),
+            (
+                "[camera]\nspace = 'voxel'\nposition = [1, 2, 3]\ntarget = [1, 2, 3]\n",
+                "place the camera",
+            ),
+        ):
             broken.write_text(text)
             self.desktop.key("ctrl+o")
             program.saw(re.escape(said))
@@ -394,7 +510,9 @@ class Window(Case):
         self.quit(program)
 
     def test_a_world_that_cannot_be_opened(self):
-        program = self.preview("http://127.0.0.1:9", "--processing-box-patience-s", "1", first=False)
+        program = self.preview(
+            "http://127.0.0.1:9", "--processing-box-patience-s", "1", first=False
+        )
         program.saw(r"\[error\].*127.0.0.1:9")
         program.saw("place of Try again: ")
         self.keep("not-open")
@@ -411,7 +529,9 @@ class Window(Case):
         port = hold_port()
         server = Server(survey(), port=port)
         self.addCleanup(lambda: server.process.poll() is None and server.kill())
-        program = self.preview(server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1")
+        program = self.preview(
+            server.url, "--samples", "1", "--processing-box-patience-s", "1", "--memory-mib", "1"
+        )
         server.kill()
         with self.desktop.held("Left"):
             program.saw("hole at box")
@@ -429,7 +549,16 @@ class Window(Case):
 
     def test_a_worker_that_comes_and_is_killed(self):
         worker, address = self.worker()
-        program = self.preview(survey(), "--integrator", "path", "--samples", "200", "--worker", address, environment=TOKEN)
+        program = self.preview(
+            survey(),
+            "--integrator",
+            "path",
+            "--samples",
+            "200",
+            "--worker",
+            address,
+            environment=TOKEN,
+        )
         program.saw(r"answer: .* of (?!this machine)")
         worker.kill()
         program.saw("is lost")

@@ -13,7 +13,18 @@ SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
 class RealData(Case):
     def pictured(self, *arguments):
         out = temporary_folder()
-        self.assertDone(render(*arguments, *SMALL, "-o", out / "a.png", "-o", out / "a.exr", "--report", out / "r.json"))
+        self.assertDone(
+            render(
+                *arguments,
+                *SMALL,
+                "-o",
+                out / "a.png",
+                "-o",
+                out / "a.exr",
+                "--report",
+                out / "r.json",
+            )
+        )
         self.assertEqual(json.loads((out / "r.json").read_text())["holes"], 0)
         self.assertGreater((out / "a.png").stat().st_size, 3000)
         return out
@@ -22,7 +33,9 @@ class RealData(Case):
         folder = SHARED / "tudelft-3dfier-ahn3" / "ahn3"
         files = [folder / "ahn3_cropped_1.laz", folder / "ahn3_cropped_2.laz"]
         a = self.pictured(*files, "--crs", "EPSG:28992", "--classes", "nl-ahn")
-        b = self.pictured(*reversed(files), "--crs", "EPSG:28992", "--classes", "nl-ahn", "--threads", "3")
+        b = self.pictured(
+            *reversed(files), "--crs", "EPSG:28992", "--classes", "nl-ahn", "--threads", "3"
+        )
         self.assertAlike(a / "a.exr", b / "a.exr", exact=True)
 
     def test_montpellier_with_its_orthophoto(self):
@@ -30,19 +43,26 @@ class RealData(Case):
         self.assertEqual(len(files), 6)
         world = [*files, "--classes", "fr-lidarhd", "--voxel", "0.5"]
         plain = self.pictured(*world)
-        coloured = self.pictured(*world, "--ortho", SHARED / "ign-pdal-tools" / "color" / "test_data_rgb.tif")
+        coloured = self.pictured(
+            *world, "--ortho", SHARED / "ign-pdal-tools" / "color" / "test_data_rgb.tif"
+        )
         self.assertNotEqual((plain / "a.png").read_bytes(), (coloured / "a.png").read_bytes())
 
     def test_feet(self):
         self.pictured(SHARED / "pdal" / "las" / "autzen_trim.las")
 
     def test_bad_files_end_in_one_line(self):
-        bad = [*sorted((SHARED / "lazpy" / "testdata" / "malformed").glob("*.laz")), SHARED / "pdal" / "las" / "garbage_nVariableLength.las",
-               SHARED / "ign-pdal-tools" / "check_las" / "Semis_2022_0906_6665_LA93_IGN69_nok.laz"]
+        bad = [
+            *sorted((SHARED / "lazpy" / "testdata" / "malformed").glob("*.laz")),
+            SHARED / "pdal" / "las" / "garbage_nVariableLength.las",
+            SHARED / "ign-pdal-tools" / "check_las" / "Semis_2022_0906_6665_LA93_IGN69_nok.laz",
+        ]
         for file in bad:
             with self.subTest(file.name):
                 out = temporary_folder()
-                self.assertRefused(render(file, "--crs", "EPSG:2154", *SMALL, "-o", out / "a.png"), 1, file.name)
+                self.assertRefused(
+                    render(file, "--crs", "EPSG:2154", *SMALL, "-o", out / "a.png"), 1, file.name
+                )
 
 
 if __name__ == "__main__":

@@ -13,7 +13,9 @@ class Render(Case):
     def test_a_survey_becomes_pictures_of_every_format(self):
         out = temporary_folder()
         files = [out / name for name in ("a.png", "a.exr", "a.jpg", "a.tif")]
-        run = render(survey(), "--ortho", survey() / "ortho", *SMALL, *(x for f in files for x in ("-o", f)))
+        run = render(
+            survey(), "--ortho", survey() / "ortho", *SMALL, *(x for f in files for x in ("-o", f))
+        )
         self.assertDone(run)
         self.assertEqual(run.err, "")
         self.assertEqual(run.out, "")
@@ -30,8 +32,22 @@ class Render(Case):
 
     def test_the_picture_does_not_depend_on_threads_tiles_passes_or_memory(self):
         out = temporary_folder()
-        variants = {"a": ["--threads", "1"], "b": ["--threads", "3", "--tile", "100%", "--quality-coarse-step", "1"],
-                    "c": ["--threads", "2", "--tile", "7", "--quality-tile-order", "vertical-split", "--memory-mib", "1", "--world-memory-mib", "64"]}
+        variants = {
+            "a": ["--threads", "1"],
+            "b": ["--threads", "3", "--tile", "100%", "--quality-coarse-step", "1"],
+            "c": [
+                "--threads",
+                "2",
+                "--tile",
+                "7",
+                "--quality-tile-order",
+                "vertical-split",
+                "--memory-mib",
+                "1",
+                "--world-memory-mib",
+                "64",
+            ],
+        }
         for name, flags in variants.items():
             self.assertDone(render(survey(), *SMALL, *flags, "-o", out / f"{name}.exr"))
         self.assertAlike(out / "a.exr", out / "b.exr", exact=True)
@@ -40,7 +56,11 @@ class Render(Case):
     def test_the_picture_does_not_depend_on_the_processors_instructions(self):
         out = temporary_folder()
         for name in ("none", "avx2", "all"):  # more than the machine has is what it has
-            self.assertDone(render(survey(), *SMALL, "-o", out / f"{name}.png", environment={"TERRAVOX_SIMD": name}))
+            self.assertDone(
+                render(
+                    survey(), *SMALL, "-o", out / f"{name}.png", environment={"TERRAVOX_SIMD": name}
+                )
+            )
         self.assertTrue((out / "none.png").read_bytes() == (out / "avx2.png").read_bytes())
         self.assertTrue((out / "none.png").read_bytes() == (out / "all.png").read_bytes())
 
@@ -48,21 +68,52 @@ class Render(Case):
         out = temporary_folder()
         levels = {}
         for detail in ("0", "2"):
-            self.assertDone(render(survey(), *SMALL, "--detail", detail, "--report", out / f"{detail}.json", "-o", out / f"{detail}.png"))
-            levels[detail] = {level["level"] for level in json.loads((out / f"{detail}.json").read_text())["boxes"]["levels"]}
+            self.assertDone(
+                render(
+                    survey(),
+                    *SMALL,
+                    "--detail",
+                    detail,
+                    "--report",
+                    out / f"{detail}.json",
+                    "-o",
+                    out / f"{detail}.png",
+                )
+            )
+            levels[detail] = {
+                level["level"]
+                for level in json.loads((out / f"{detail}.json").read_text())["boxes"]["levels"]
+            }
         self.assertEqual(levels["0"], {0})
         self.assertGreater(max(levels["2"]), 0)
         self.assertAlike(out / "0.png", out / "2.png")
 
     def test_a_saved_scene_gives_the_same_picture(self):
         out = temporary_folder()
-        self.assertDone(render(survey(), *SMALL, "--fov", "55", "--sun-time-h", "9.5", "--save-scene", out / "s.toml", "-o", out / "a.exr"))
+        self.assertDone(
+            render(
+                survey(),
+                *SMALL,
+                "--fov",
+                "55",
+                "--sun-time-h",
+                "9.5",
+                "--save-scene",
+                out / "s.toml",
+                "-o",
+                out / "a.exr",
+            )
+        )
         self.assertDone(render(survey(), "--scene", out / "s.toml", "--quiet", "-o", out / "b.exr"))
         self.assertAlike(out / "a.exr", out / "b.exr", exact=True)
 
     def test_the_report_counts(self):
         out = temporary_folder()
-        self.assertDone(render(survey(), *SMALL, "--cache", "none", "--report", out / "r.json", "-o", out / "a.png"))
+        self.assertDone(
+            render(
+                survey(), *SMALL, "--cache", "none", "--report", out / "r.json", "-o", out / "a.png"
+            )
+        )
         report = json.loads((out / "r.json").read_text())
         self.assertEqual(report["holes"], 0)
         self.assertEqual(report["size"], [160, 90])
@@ -79,8 +130,21 @@ class Render(Case):
         out = temporary_folder()
         stages = []
         for name in "ab":
-            self.assertDone(render(survey(), *SMALL, "--cache", out / "cache", "--report", out / f"{name}.json", "-o", out / f"{name}.png"))
-            stages.append({s["name"] for s in json.loads((out / f"{name}.json").read_text())["stages"]})
+            self.assertDone(
+                render(
+                    survey(),
+                    *SMALL,
+                    "--cache",
+                    out / "cache",
+                    "--report",
+                    out / f"{name}.json",
+                    "-o",
+                    out / f"{name}.png",
+                )
+            )
+            stages.append(
+                {s["name"] for s in json.loads((out / f"{name}.json").read_text())["stages"]}
+            )
         self.assertIn("point load", stages[0])
         self.assertNotIn("point load", stages[1])
         self.assertTrue((out / "a.png").read_bytes() == (out / "b.png").read_bytes())
@@ -89,7 +153,9 @@ class Render(Case):
         out = temporary_folder()
         (out / "no.toml").write_text("[steps]\nvegetation_fill = false\nwater_deepening = false\n")
         self.assertDone(render(survey(), *SMALL, "-o", out / "all.png"))
-        self.assertDone(render(survey(), *SMALL, "--settings", out / "no.toml", "-o", out / "less.png"))
+        self.assertDone(
+            render(survey(), *SMALL, "--settings", out / "no.toml", "-o", out / "less.png")
+        )
         self.assertNotEqual((out / "all.png").read_bytes(), (out / "less.png").read_bytes())
         (out / "bad.toml").write_text("[steps]\nvegetation = false\n")
         run = render(survey(), *SMALL, "--settings", out / "bad.toml", "-o", out / "bad.png")
@@ -112,7 +178,9 @@ class Render(Case):
     def test_a_coarser_level_looks_alike(self):
         out = temporary_folder()
         self.assertDone(render(survey(), *SMALL, "--detail", "0", "-o", out / "0.png"))
-        self.assertDone(render(survey(), *SMALL, "--detail", "0", "--level", "1", "-o", out / "1.png"))
+        self.assertDone(
+            render(survey(), *SMALL, "--detail", "0", "--level", "1", "-o", out / "1.png")
+        )
         self.assertFalse((out / "0.png").read_bytes() == (out / "1.png").read_bytes())
 
     def test_help_and_version_go_to_standard_output(self):

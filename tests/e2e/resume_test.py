@@ -67,20 +67,45 @@ class Resume(Case):
         self.picture, self.journal = self.out / "a.exr", self.out / "a.exr.tiles"
 
     def resume(self, *flags, **options):
-        return render(square(), *FLAGS, "--resume", "--report", self.out / "report.json", *flags, "-o", self.picture, **options)
+        return render(
+            square(),
+            *FLAGS,
+            "--resume",
+            "--report",
+            self.out / "report.json",
+            *flags,
+            "-o",
+            self.picture,
+            **options,
+        )
 
     def report(self):
         return json.loads((self.out / "report.json").read_text())
 
     def begun(self, *flags, most_bytes=None):
         """@param most_bytes a file that grows beyond it kills the coordinator, in the middle of the write"""
+
         def limit():
             if most_bytes is not None:
                 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
                 resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
 
-        return subprocess.Popen([binary("RAYTRACER"), "render", square(), *FLAGS, "--resume", *flags, "-o", self.picture], stdout=subprocess.DEVNULL,
-                                stderr=subprocess.PIPE, text=True, preexec_fn=limit)
+        return subprocess.Popen(
+            [
+                binary("RAYTRACER"),
+                "render",
+                square(),
+                *FLAGS,
+                "--resume",
+                *flags,
+                "-o",
+                self.picture,
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=limit,
+        )
 
     def grown(self, child, size):
         """Waits until the checkpoint is that large. @return whether the coordinator is still at work"""
@@ -133,10 +158,16 @@ class Resume(Case):
             self.assertEqual(self.killed(target), -signal.SIGXFSZ, self.said)
             self.assertFalse(self.picture.exists())
             if self.journal.exists():
-                twice = [cell for cell, times in collections.Counter(cells(self.journal)).items() if times > 1]
+                twice = [
+                    cell
+                    for cell, times in collections.Counter(cells(self.journal)).items()
+                    if times > 1
+                ]
                 self.assertEqual(twice, [], f"killed at {target} bytes")
         for target in (0.65, 0.7, 0.75):
-            self.assertIn(self.cut_off(target * full, signal.SIGKILL), (0, -signal.SIGKILL), self.said)
+            self.assertIn(
+                self.cut_off(target * full, signal.SIGKILL), (0, -signal.SIGKILL), self.said
+            )
         if self.journal.exists():
             before = len(cells(self.journal))
             self.assertDone(self.resume())
@@ -157,7 +188,18 @@ class Resume(Case):
 
     def test_who_renders_and_in_which_order_does_not_matter(self):
         before = self.half_done("--quality-tile-order", "rows", "--threads", "1")
-        self.assertDone(self.resume("--quality-tile-order", "hilbert", "--threads", "3", "--memory-mib", "100", "--quality-coarse-step", "4"))
+        self.assertDone(
+            self.resume(
+                "--quality-tile-order",
+                "hilbert",
+                "--threads",
+                "3",
+                "--memory-mib",
+                "100",
+                "--quality-coarse-step",
+                "4",
+            )
+        )
         self.assertEqual(self.report()["tiles_resumed"], before)
         self.assertWhole()
 
@@ -179,11 +221,26 @@ class Resume(Case):
     def test_another_picture_is_refused_and_the_tiles_stay(self):
         self.half_done()
         before = self.journal.read_bytes()
-        for said, flags in (("camera.fov_deg = 40.0 there, 50.0 here", [*FLAGS, "--fov", "50"]), ("quality.samples = 16 there, 17 here", flags_with("--samples", "17")),
-                            ("tiles of 16 pixels there, 32 here", flags_with("--tile", "32")), ("output.layers", [*FLAGS, "--layers", "all"])):
+        for said, flags in (
+            ("camera.fov_deg = 40.0 there, 50.0 here", [*FLAGS, "--fov", "50"]),
+            ("quality.samples = 16 there, 17 here", flags_with("--samples", "17")),
+            ("tiles of 16 pixels there, 32 here", flags_with("--tile", "32")),
+            ("output.layers", [*FLAGS, "--layers", "all"]),
+        ):
             with self.subTest(said):
-                self.assertRefused(render(square(), *flags, "--resume", "-o", self.picture), 1, "a.exr.tiles", "another picture", said)
-        self.assertRefused(render("generated:7", *FLAGS, "--resume", "-o", self.picture), 1, "a.exr.tiles", "another picture")
+                self.assertRefused(
+                    render(square(), *flags, "--resume", "-o", self.picture),
+                    1,
+                    "a.exr.tiles",
+                    "another picture",
+                    said,
+                )
+        self.assertRefused(
+            render("generated:7", *FLAGS, "--resume", "-o", self.picture),
+            1,
+            "a.exr.tiles",
+            "another picture",
+        )
         self.assertRefused(self.resume("--time", "5"), 2, "quality.time_s")
         self.assertEqual(self.journal.read_bytes(), before)
 
@@ -191,7 +248,11 @@ class Resume(Case):
         data = self.out / "data.laz"
         shutil.copy(square(), data)
         command = [*FLAGS, "--resume", "-o", self.picture]
-        child = subprocess.Popen([binary("RAYTRACER"), "render", data, *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        child = subprocess.Popen(
+            [binary("RAYTRACER"), "render", data, *command],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         self.assertTrue(self.grown(child, 60_000))
         child.kill()
         child.wait()
@@ -210,9 +271,13 @@ class Resume(Case):
         for _, _, at, size in hit:
             data[at + size // 2] ^= 0x55
         self.journal.write_bytes(bytes(data))
-        run = render(square(), *PICTURE, "--resume", "--report", self.out / "report.json", "-o", self.picture)
+        run = render(
+            square(), *PICTURE, "--resume", "--report", self.out / "report.json", "-o", self.picture
+        )
         self.assertDone(run)
-        self.assertIn(f"a.exr.tiles is damaged: {len(hit)} tiles; what is lost is rendered again", run.err)
+        self.assertIn(
+            f"a.exr.tiles is damaged: {len(hit)} tiles; what is lost is rendered again", run.err
+        )
         self.assertEqual(self.report()["tiles_resumed"], before - len(hit))
         self.assertWhole()
 
@@ -231,10 +296,24 @@ class Resume(Case):
         self.assertWhole()
 
     def test_two_coordinators_do_not_write_to_one_checkpoint(self):
-        command = ["render", square(), *flags_with("--samples", "5000"), "--resume", "-o", self.picture]
-        child = subprocess.Popen([binary("RAYTRACER"), *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        command = [
+            "render",
+            square(),
+            *flags_with("--samples", "5000"),
+            "--resume",
+            "-o",
+            self.picture,
+        ]
+        child = subprocess.Popen(
+            [binary("RAYTRACER"), *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
         self.assertTrue(self.grown(child, 1))
-        self.assertRefused(Run([binary("RAYTRACER"), *command]), 1, "a.exr.tiles", "another coordinator is writing to it")
+        self.assertRefused(
+            Run([binary("RAYTRACER"), *command]),
+            1,
+            "a.exr.tiles",
+            "another coordinator is writing to it",
+        )
         child.kill()
         child.wait()
 
@@ -243,12 +322,34 @@ class Merge(Case):
     @classmethod
     def setUpClass(cls):
         cls.made = temporary_folder()
-        run = render(square(), *FLAGS, "--layers", "all", "-o", cls.made / "whole.exr", "-o", cls.made / "whole.png")
+        run = render(
+            square(),
+            *FLAGS,
+            "--layers",
+            "all",
+            "-o",
+            cls.made / "whole.exr",
+            "-o",
+            cls.made / "whole.png",
+        )
         if run.code != 0:
             raise AssertionError(str(run))
         cls.parts = []
         for part in ("1/2", "2/2"):
-            run = render(square(), *FLAGS, "--layers", "all", "--part", part, "-o", cls.made / "a.exr", "-o", cls.made / "a.png", "--report", cls.made / f"{part[0]}.json")
+            run = render(
+                square(),
+                *FLAGS,
+                "--layers",
+                "all",
+                "--part",
+                part,
+                "-o",
+                cls.made / "a.exr",
+                "-o",
+                cls.made / "a.png",
+                "--report",
+                cls.made / f"{part[0]}.json",
+            )
             if run.code != 0:
                 raise AssertionError(str(run))
             cls.parts.append(cls.made / f"a.exr.part-{part[0]}-of-2.tiles")
@@ -263,10 +364,14 @@ class Merge(Case):
         self.assertLessEqual(abs(len(done[0]) - len(done[1])), 2)
         self.assertNotIn("a.exr", entries(self.made))
         for i, part in enumerate(done):
-            self.assertEqual(json.loads((self.made / f"{i + 1}.json").read_text())["tiles"], len(part))
+            self.assertEqual(
+                json.loads((self.made / f"{i + 1}.json").read_text())["tiles"], len(part)
+            )
 
     def test_two_halves_make_the_whole(self):
-        self.assertDone(merge(*self.parts, "-o", self.out / "a.exr", "-o", self.out / "a.png", "--quiet"))
+        self.assertDone(
+            merge(*self.parts, "-o", self.out / "a.exr", "-o", self.out / "a.png", "--quiet")
+        )
         self.assertAlike(self.made / "whole.exr", self.out / "a.exr", exact=True)
         whole, joined = Picture(self.made / "whole.exr"), Picture(self.out / "a.exr")
         self.assertEqual(whole.names, joined.names)
@@ -277,35 +382,77 @@ class Merge(Case):
                 self.assertEqual(whole.metadata[key], value, key)
 
     def test_larger_than_memory_they_stream(self):
-        self.assertDone(merge(*reversed(self.parts), "-o", self.out / "a.exr", "--memory-mib", "2", "--quiet"))
+        self.assertDone(
+            merge(*reversed(self.parts), "-o", self.out / "a.exr", "--memory-mib", "2", "--quiet")
+        )
         streamed = Picture(self.out / "a.exr")
         self.assertEqual(streamed.tile, [TILE, TILE])
         self.assertTrue(streamed.bytes == Picture(self.made / "whole.exr").bytes)
-        self.assertRefused(merge(*self.parts, "-o", self.out / "a.png", "--memory-mib", "1"), 2, "a.png", ".exr .tif")
+        self.assertRefused(
+            merge(*self.parts, "-o", self.out / "a.png", "--memory-mib", "1"),
+            2,
+            "a.png",
+            ".exr .tif",
+        )
 
     def test_half_of_it_is_no_picture(self):
-        run = merge(self.parts[0], "-o", self.out / "a.exr", "--tiles", self.out / "half.tiles", "--quiet")
-        self.assertRefused(run, 1, f"{TILES // 2} of {TILES} tiles are missing", f"in rows 1 to {ROWS} of {ROWS}")
+        run = merge(
+            self.parts[0], "-o", self.out / "a.exr", "--tiles", self.out / "half.tiles", "--quiet"
+        )
+        self.assertRefused(
+            run, 1, f"{TILES // 2} of {TILES} tiles are missing", f"in rows 1 to {ROWS} of {ROWS}"
+        )
         self.assertEqual(entries(self.out), ["half.tiles"])
         self.assertEqual(set(cells(self.out / "half.tiles")), set(cells(self.parts[0])))
         # What there is can be gone on with.
         shutil.move(self.out / "half.tiles", self.out / "b.exr.tiles")
-        self.assertDone(render(square(), *FLAGS, "--layers", "all", "--resume", "-o", self.out / "b.exr", "--report", self.out / "r.json"))
+        self.assertDone(
+            render(
+                square(),
+                *FLAGS,
+                "--layers",
+                "all",
+                "--resume",
+                "-o",
+                self.out / "b.exr",
+                "--report",
+                self.out / "r.json",
+            )
+        )
         self.assertEqual(json.loads((self.out / "r.json").read_text())["tiles_resumed"], TILES // 2)
         self.assertTrue(Picture(self.out / "b.exr").bytes == Picture(self.made / "whole.exr").bytes)
 
     def test_parts_of_parts_join_in_steps(self):
         self.assertDone(merge(*self.parts, "--tiles", self.out / "all.tiles", "--quiet"))
-        self.assertDone(merge(self.out / "all.tiles", self.parts[1], "-o", self.out / "a.exr", "--quiet"))
+        self.assertDone(
+            merge(self.out / "all.tiles", self.parts[1], "-o", self.out / "a.exr", "--quiet")
+        )
         self.assertAlike(self.made / "whole.exr", self.out / "a.exr", exact=True)
-        self.assertRefused(merge(*self.parts, "--tiles", self.out / "all.tiles"), 2, "all.tiles: it is there already")
+        self.assertRefused(
+            merge(*self.parts, "--tiles", self.out / "all.tiles"),
+            2,
+            "all.tiles: it is there already",
+        )
 
     def test_a_part_that_was_cut_off_goes_on(self):
         part = self.out / "a.exr.part-1-of-2.tiles"
         whole = self.parts[0].read_bytes()
-        part.write_bytes(whole[:len(whole) * 2 // 3])
+        part.write_bytes(whole[: len(whole) * 2 // 3])
         before = len(cells(part))
-        self.assertDone(render(square(), *FLAGS, "--layers", "all", "--part", "1/2", "-o", self.out / "a.exr", "--report", self.out / "r.json"))
+        self.assertDone(
+            render(
+                square(),
+                *FLAGS,
+                "--layers",
+                "all",
+                "--part",
+                "1/2",
+                "-o",
+                self.out / "a.exr",
+                "--report",
+                self.out / "r.json",
+            )
+        )
         report = json.loads((self.out / "r.json").read_text())
         self.assertEqual((report["tiles_resumed"], report["tiles"]), (before, TILES // 2 - before))
         self.assertEqual(set(cells(part)), set(cells(self.parts[0])))
@@ -313,15 +460,34 @@ class Merge(Case):
     def test_what_a_file_is_of(self):
         run = merge("--info", *self.parts)
         self.assertDone(run)
-        for said in ("320x192 pixels, 16 samples, layers", f"{TILES // 2} of {TILES} tiles of 16 pixels (50.0 %)", f"missing  in rows 1 to {ROWS} of {ROWS}", "1 file"):
+        for said in (
+            "320x192 pixels, 16 samples, layers",
+            f"{TILES // 2} of {TILES} tiles of 16 pixels (50.0 %)",
+            f"missing  in rows 1 to {ROWS} of {ROWS}",
+            "1 file",
+        ):
             self.assertEqual(run.out.count(said), 2, f"{said}: {run}")
 
     def test_what_cannot_be_joined(self):
         other = self.out / "other.exr"
-        self.assertDone(render(square(), *FLAGS, "--fov", "50", "--layers", "all", "--part", "2/2", "-o", other))
-        self.assertRefused(merge(self.parts[0], f"{other}.part-2-of-2.tiles", "-o", self.out / "a.exr"), 1, "of another picture", "camera.fov_deg = 40.0 there, 50.0 here")
-        self.assertRefused(merge(self.out / "none.tiles", "-o", self.out / "a.exr"), 1, "none.tiles", "No such file")
-        self.assertRefused(merge(square(), "-o", self.out / "a.exr"), 1, "no checkpoint of a picture")
+        self.assertDone(
+            render(square(), *FLAGS, "--fov", "50", "--layers", "all", "--part", "2/2", "-o", other)
+        )
+        self.assertRefused(
+            merge(self.parts[0], f"{other}.part-2-of-2.tiles", "-o", self.out / "a.exr"),
+            1,
+            "of another picture",
+            "camera.fov_deg = 40.0 there, 50.0 here",
+        )
+        self.assertRefused(
+            merge(self.out / "none.tiles", "-o", self.out / "a.exr"),
+            1,
+            "none.tiles",
+            "No such file",
+        )
+        self.assertRefused(
+            merge(square(), "-o", self.out / "a.exr"), 1, "no checkpoint of a picture"
+        )
         self.assertRefused(merge(*self.parts), 2, "-o FILE.exr")
         self.assertRefused(merge(*self.parts, "-o", self.out / "a.gif"), 2, "'.gif'")
         self.assertRefused(merge("-o", self.out / "a.exr"), 2)
@@ -329,7 +495,12 @@ class Merge(Case):
 
     def test_parts_are_written_i_of_n(self):
         for part in ("0/2", "3/2", "1", "a/b", "1/0"):
-            self.assertRefused(render(square(), *FLAGS, "--part", part, "-o", self.out / "a.exr"), 2, part, "allowed: I/N")
+            self.assertRefused(
+                render(square(), *FLAGS, "--part", part, "-o", self.out / "a.exr"),
+                2,
+                part,
+                "allowed: I/N",
+            )
 
 
 if __name__ == "__main__":

@@ -17,13 +17,27 @@ class Sampling(Case):
 
     def made(self, name, *flags):
         """@return picture and report"""
-        self.assertDone(render(square(), *SIZE, *flags, "--report", self.out / f"{name}.json", "-o", self.out / f"{name}.exr"))
-        return Picture(self.out / f"{name}.exr"), json.loads((self.out / f"{name}.json").read_text())
+        self.assertDone(
+            render(
+                square(),
+                *SIZE,
+                *flags,
+                "--report",
+                self.out / f"{name}.json",
+                "-o",
+                self.out / f"{name}.exr",
+            )
+        )
+        return Picture(self.out / f"{name}.exr"), json.loads(
+            (self.out / f"{name}.json").read_text()
+        )
 
     def test_noise_ends_pixels_that_are_known(self):
         primary = {}
         for noise in ("0.3", "0.05", "0"):
-            p, report = self.made(noise, "--noise", noise, "--samples", "64", "--integrator", "path")
+            p, report = self.made(
+                noise, "--noise", noise, "--samples", "64", "--integrator", "path"
+            )
             primary[noise] = report["rays_by_kind"]["primary"]
             self.assertEqual(p.metadata["terravox:samples"], "64")
         self.assertEqual(primary["0"], 64 * W * H)
@@ -34,7 +48,9 @@ class Sampling(Case):
     def test_noise_is_the_same_whatever_the_threads_and_tiles(self):
         flags = ["--noise", "0.1", "--samples", "48", "--integrator", "path", "--layers", "all"]
         a, _ = self.made("a", *flags, "--threads", "1", "--tile", "64")
-        b, _ = self.made("b", *flags, "--threads", "2", "--tile", "16", "--quality-coarse-step", "1")
+        b, _ = self.made(
+            "b", *flags, "--threads", "2", "--tile", "16", "--quality-coarse-step", "1"
+        )
         self.assertTrue(a.bytes == b.bytes)
 
     def test_more_samples_are_nearer_to_many(self):
@@ -43,6 +59,7 @@ class Sampling(Case):
         def error(samples):
             p, _ = self.made(str(samples), "--samples", str(samples))
             return sum((a - b) ** 2 for a, b in zip(p.channel("G"), many.channel("G")))
+
         errors = [error(n) for n in (1, 4, 16, 64)]
         self.assertEqual(errors, sorted(errors, reverse=True))
         self.assertLess(errors[-1], errors[0] / 8)
@@ -59,7 +76,9 @@ class Sampling(Case):
         plain, _ = self.made("plain", "--samples", "8")
         for name in ("R", "G", "B", "A"):
             for i, (a, b) in enumerate(zip(timed.channel(name), plain.channel(name))):
-                self.assertAlmostEqual(a, b, delta=1e-4 * max(1, abs(b)), msg=f"{name} of pixel {i}")
+                self.assertAlmostEqual(
+                    a, b, delta=1e-4 * max(1, abs(b)), msg=f"{name} of pixel {i}"
+                )
 
     def test_another_seed_is_other_noise_of_the_same_picture(self):
         a, _ = self.made("a", "--samples", "4")
@@ -73,8 +92,21 @@ class Sampling(Case):
 
     def test_exposure_and_curve_change_bytes_and_not_light(self):
         def bytes_of(name, *flags):
-            self.assertDone(render(square(), *SIZE, "--samples", "1", *flags, "-o", self.out / f"{name}.png", "-o", self.out / f"{name}.exr"))
+            self.assertDone(
+                render(
+                    square(),
+                    *SIZE,
+                    "--samples",
+                    "1",
+                    *flags,
+                    "-o",
+                    self.out / f"{name}.png",
+                    "-o",
+                    self.out / f"{name}.exr",
+                )
+            )
             return Picture(self.out / f"{name}.png"), Picture(self.out / f"{name}.exr").bytes
+
         plain, light = bytes_of("plain")
         brighter, same = bytes_of("brighter", "--exposure", "1")
         self.assertTrue(light == same)

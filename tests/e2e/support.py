@@ -75,8 +75,18 @@ class Run:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
 
         # restore_signals=False: Python ignores SIGXFSZ, and so does the child then: its writes fail with EFBIG, as on a full disk.
-        done = subprocess.run([str(a) for a in arguments], cwd=cwd, capture_output=True, text=True, errors="replace", timeout=timeout_s,
-                              preexec_fn=limit, restore_signals=False, check=False, env={**os.environ, **(environment or {})})
+        done = subprocess.run(
+            [str(a) for a in arguments],
+            cwd=cwd,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=timeout_s,
+            preexec_fn=limit,
+            restore_signals=False,
+            check=False,
+            env={**os.environ, **(environment or {})},
+        )
         self.code, self.out, self.err = done.returncode, done.stdout, done.stderr
 
     def __str__(self):
@@ -110,7 +120,21 @@ def survey():
     global _survey
     if _survey is None:
         folder = temporary_folder() / "survey"
-        run = Run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "256", "--density", "4", "-o", folder])
+        run = Run(
+            [
+                binary("SURVEY"),
+                "--seed",
+                "7",
+                "--squares",
+                "1x1",
+                "--square-m",
+                "256",
+                "--density",
+                "4",
+                "-o",
+                folder,
+            ]
+        )
         if run.code != 0:
             raise AssertionError(f"terravox-survey: {run}")
         _survey = folder
@@ -125,8 +149,15 @@ class Server:
     """terravox-voxelserver on a port of its own, or on one of hold_port(); `program` is for tests that wrap it."""
 
     def __init__(self, *arguments, program=(), port=0):
-        self._log = tempfile.TemporaryFile("w+", errors="replace")  # a pipe that nobody reads would stop the server when it is full
-        self.process = subprocess.Popen([*program, binary("VOXELSERVER"), *map(str, arguments), "--port", str(port)], stdout=subprocess.PIPE, stderr=self._log, text=True)
+        self._log = tempfile.TemporaryFile(
+            "w+", errors="replace"
+        )  # a pipe that nobody reads would stop the server when it is full
+        self.process = subprocess.Popen(
+            [*program, binary("VOXELSERVER"), *map(str, arguments), "--port", str(port)],
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            text=True,
+        )
         line = self.process.stdout.readline()
         if not line.startswith(("listening on http://", "listening on https://")):
             self.process.kill()
@@ -188,7 +219,10 @@ class Server:
         for bz in range(bounds["min"][2] // side, (bounds["max"][2] - 1) // side + 1):
             for bx in range(bounds["min"][0] // side, (bounds["max"][0] - 1) // side + 1):
                 column = self.json(f"/v2/columns/{level}/{bx}/{bz}")
-                out += [f"/v2/boxes/{level}/{bx}/{by}/{bz}" for by in range(column["by_begin"], column["by_end"])]
+                out += [
+                    f"/v2/boxes/{level}/{bx}/{by}/{bz}"
+                    for by in range(column["by_begin"], column["by_end"])
+                ]
         return out
 
 
@@ -197,8 +231,15 @@ class Program:
 
     def __init__(self, *arguments, environment=None, within=(), program="RAYTRACER", cwd=None):
         """@param within a command that runs others somewhere @param program as binary() has it"""
-        self.process = subprocess.Popen([*within, binary(program), *(str(a) for a in arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
-                                        env={**os.environ, **(environment or {})}, cwd=cwd)
+        self.process = subprocess.Popen(
+            [*within, binary(program), *(str(a) for a in arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            env={**os.environ, **(environment or {})},
+            cwd=cwd,
+        )
         self.lines = []
         self.changed = threading.Condition()
         self.reader = threading.Thread(target=self._read, daemon=True)
@@ -218,7 +259,11 @@ class Program:
         end = time.monotonic() + timeout_s
         with self.changed:
             while True:
-                found = [match for match in (re.search(pattern, line or "") for line in self.lines) if match]
+                found = [
+                    match
+                    for match in (re.search(pattern, line or "") for line in self.lines)
+                    if match
+                ]
                 if len(found) >= times:
                     return found[times - 1]
                 left = end - time.monotonic()

@@ -23,7 +23,9 @@ class HeldPort(Case):
             with socket.socket() as other:
                 other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 try:
-                    other.setsockopt(socket.IPPROTO_IP, IP_LOCAL_PORT_RANGE, struct.pack("I", port | port << 16))
+                    other.setsockopt(
+                        socket.IPPROTO_IP, IP_LOCAL_PORT_RANGE, struct.pack("I", port | port << 16)
+                    )
                 except OSError:
                     self.skipTest("this kernel has no IP_LOCAL_PORT_RANGE (Linux 6.3)")
                 other.bind(("127.0.0.1", 0))

@@ -9,7 +9,20 @@ from support import Program, Run, Server, binary, render, survey, temporary_fold
 FARM = "w8nq3vz6tk2mx9rj5hcp"
 SERVER = "the-secret-of-the-server"
 # What a test does not set is not set by the person at this machine either.
-NOTHING = {"TERRAVOX_FARM_TEST": "1", **dict.fromkeys(("TERRAVOX_FARM_TOKEN", "TERRAVOX_SERVER_TOKEN", "TERRAVOX_SERVER_ORIGIN", "TERRAVOX_TOKEN", "http_proxy", "all_proxy"), "")}
+NOTHING = {
+    "TERRAVOX_FARM_TEST": "1",
+    **dict.fromkeys(
+        (
+            "TERRAVOX_FARM_TOKEN",
+            "TERRAVOX_SERVER_TOKEN",
+            "TERRAVOX_SERVER_ORIGIN",
+            "TERRAVOX_TOKEN",
+            "http_proxy",
+            "all_proxy",
+        ),
+        "",
+    ),
+}
 SCENE = ["--size", "32x18", "--samples", "1", "--quiet"]
 
 
@@ -22,11 +35,15 @@ class Recorder:
 
         class Handler(http.server.BaseHTTPRequestHandler):
             def do_GET(self):
-                recorder.asked.append((self.path, self.headers.get("Authorization"), self.headers.get("Range")))
+                recorder.asked.append(
+                    (self.path, self.headers.get("Authorization"), self.headers.get("Range"))
+                )
                 if self.path != "/" + name:
                     return self.answer(404, b"")
-                first, last = (int(n) for n in self.headers["Range"].removeprefix("bytes=").split("-"))
-                self.answer(206, content[first:last + 1])
+                first, last = (
+                    int(n) for n in self.headers["Range"].removeprefix("bytes=").split("-")
+                )
+                self.answer(206, content[first : last + 1])
 
             def answer(self, status, body):
                 self.send_response(status)
@@ -69,11 +86,26 @@ class Tokens(unittest.TestCase):
         return recorder
 
     def render(self, world, environment, *arguments):
-        return render(world, *SCENE, *arguments, "-o", self.out / "picture.png", environment={**NOTHING, **environment})
+        return render(
+            world,
+            *SCENE,
+            *arguments,
+            "-o",
+            self.out / "picture.png",
+            environment={**NOTHING, **environment},
+        )
 
     def worker(self, environment, *arguments):
         """A daemon that listens. Returns its address."""
-        daemon = Program("worker", "--listen", "127.0.0.1:0", "--threads", "1", *arguments, environment={**NOTHING, **environment})
+        daemon = Program(
+            "worker",
+            "--listen",
+            "127.0.0.1:0",
+            "--threads",
+            "1",
+            *arguments,
+            environment={**NOTHING, **environment},
+        )
         self.addCleanup(daemon.process.stdout.close)
         self.addCleanup(daemon.kill)
         return "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
@@ -81,7 +113,9 @@ class Tokens(unittest.TestCase):
     def test_the_farm_s_token_goes_to_no_web_server(self):
         web = self.recorder()
         environment = {"TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER}
-        run = self.render(web.url, environment, "--worker", self.worker(environment), "--threads", "0")
+        run = self.render(
+            web.url, environment, "--worker", self.worker(environment), "--threads", "0"
+        )
         self.assertEqual(run.code, 0, run)
         self.assertEqual(web.shown(), {None})
 
@@ -90,11 +124,19 @@ class Tokens(unittest.TestCase):
         port = web.url.split(":")[2]
         environment = {"TERRAVOX_FARM_TOKEN": FARM}
         # The worker would ask if it were told: each of these is allowed there.
-        worker = self.worker(environment, "--allow-private-origins", web.origin, "--allow-private-origins", f"http://localhost:{web.server.server_port}")
+        worker = self.worker(
+            environment,
+            "--allow-private-origins",
+            web.origin,
+            "--allow-private-origins",
+            f"http://localhost:{web.server.server_port}",
+        )
         for host in ("127.0.0.1", "2130706433", "0x7f.1", "LOCALHOST"):
             with self.subTest(host):
                 web.asked.clear()
-                run = self.render(f"http://{host}:{port}", environment, "--worker", worker, "--threads", "0")
+                run = self.render(
+                    f"http://{host}:{port}", environment, "--worker", worker, "--threads", "0"
+                )
                 self.assertEqual(run.code, 0, run)
                 self.assertEqual(web.opened(), 1, web.asked)
 
@@ -104,7 +146,14 @@ class Tokens(unittest.TestCase):
             for web, shown in ((bound, "Bearer " + SERVER), (other, None)):
                 with self.subTest(f"{origin} {web.url}"):
                     web.asked.clear()
-                    run = self.render(web.url, {"TERRAVOX_FARM_TOKEN": FARM, "TERRAVOX_SERVER_TOKEN": SERVER, "TERRAVOX_SERVER_ORIGIN": origin})
+                    run = self.render(
+                        web.url,
+                        {
+                            "TERRAVOX_FARM_TOKEN": FARM,
+                            "TERRAVOX_SERVER_TOKEN": SERVER,
+                            "TERRAVOX_SERVER_ORIGIN": origin,
+                        },
+                    )
                     self.assertEqual(run.code, 0, run)
                     self.assertEqual(web.shown(), {shown})
 
@@ -117,17 +166,39 @@ class Tokens(unittest.TestCase):
         refused = self.render(server.url, {"TERRAVOX_SERVER_TOKEN": SERVER})
         self.assertEqual(refused.code, 1, refused)
         self.assertRegex(refused.err, "401.*no token was sent.*TERRAVOX_SERVER_ORIGIN")
-        run = self.render(server.url, {"TERRAVOX_SERVER_TOKEN": SERVER, "TERRAVOX_SERVER_ORIGIN": server.url})
+        run = self.render(
+            server.url, {"TERRAVOX_SERVER_TOKEN": SERVER, "TERRAVOX_SERVER_ORIGIN": server.url}
+        )
         self.assertEqual(run.code, 0, run)
 
     def test_what_would_tell_a_secret_is_refused_before_anything_is_asked(self):
         web = self.recorder()
         secret = {"TERRAVOX_SERVER_TOKEN": SERVER}
         cases = (
-            ("clear text", web.url, {**secret, "TERRAVOX_SERVER_ORIGIN": "http://voxels.example"}, "TERRAVOX_SERVER_ORIGIN.*http://voxels.example:80.*https"),
-            ("a path", web.url, {**secret, "TERRAVOX_SERVER_ORIGIN": web.url}, r"TERRAVOX_SERVER_ORIGIN.*allowed: http\(s\)://host\[:port\]"),
-            ("no token", web.url, {"TERRAVOX_SERVER_ORIGIN": web.origin}, "TERRAVOX_SERVER_TOKEN is not set"),
-            ("the old name", web.url, {"TERRAVOX_TOKEN": SERVER}, "TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN"),
+            (
+                "clear text",
+                web.url,
+                {**secret, "TERRAVOX_SERVER_ORIGIN": "http://voxels.example"},
+                "TERRAVOX_SERVER_ORIGIN.*http://voxels.example:80.*https",
+            ),
+            (
+                "a path",
+                web.url,
+                {**secret, "TERRAVOX_SERVER_ORIGIN": web.url},
+                r"TERRAVOX_SERVER_ORIGIN.*allowed: http\(s\)://host\[:port\]",
+            ),
+            (
+                "no token",
+                web.url,
+                {"TERRAVOX_SERVER_ORIGIN": web.origin},
+                "TERRAVOX_SERVER_TOKEN is not set",
+            ),
+            (
+                "the old name",
+                web.url,
+                {"TERRAVOX_TOKEN": SERVER},
+                "TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN",
+            ),
             ("a query", web.url + "?key=hush", {}, r"place\.tvx'.*query"),
             ("a fragment", web.url + "#hush", {}, r"place\.tvx'.*fragment"),
             ("a user", web.url.replace("://", "://somebody:hush@"), {}, r"place\.tvx'.*user"),
@@ -139,7 +210,11 @@ class Tokens(unittest.TestCase):
                 self.assertRegex(run.err, says)
                 for hushed in (SERVER, "hush"):
                     self.assertNotIn(hushed, run.out + run.err)
-                self.assertEqual(len([line for line in run.err.splitlines() if line.startswith("terravox: ")]), 1, run)
+                self.assertEqual(
+                    len([line for line in run.err.splitlines() if line.startswith("terravox: ")]),
+                    1,
+                    run,
+                )
         self.assertEqual(web.asked, [])
 
     def test_the_old_name_of_both_tokens_is_refused_by_all_that_knew_it(self):
@@ -149,7 +224,15 @@ class Tokens(unittest.TestCase):
             ("RAYTRACER", "worker", "--listen", "127.0.0.1:0"),
             ("RAYTRACER", "worker", "--join", "127.0.0.1:1"),
             ("RAYTRACER", "farm", "status", "127.0.0.1:1"),
-            ("RAYTRACER", "render", survey(), "--worker", "127.0.0.1:1", "-o", self.out / "never.png"),
+            (
+                "RAYTRACER",
+                "render",
+                survey(),
+                "--worker",
+                "127.0.0.1:1",
+                "-o",
+                self.out / "never.png",
+            ),
             ("RAYTRACER", "render", "http://127.0.0.1:1", "-o", self.out / "never.png"),
             ("RAYTRACER", "world", "info", "http://127.0.0.1:1/place.tvx"),
         )
@@ -157,7 +240,9 @@ class Tokens(unittest.TestCase):
             with self.subTest(arguments):
                 run = Run([binary(program), *arguments], environment=environment, timeout_s=30)
                 self.assertEqual(run.code, 2, run)
-                self.assertRegex(run.err, "TERRAVOX_TOKEN.*TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN")
+                self.assertRegex(
+                    run.err, "TERRAVOX_TOKEN.*TERRAVOX_FARM_TOKEN.*TERRAVOX_SERVER_TOKEN"
+                )
                 self.assertNotIn("a-token-that-was-for-all", run.err)
 
 

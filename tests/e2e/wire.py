@@ -56,15 +56,18 @@ def _first_reply(data, to_head):
     if not data.startswith(b"HTTP/1.1 ") or end < 0:
         return None, data
     lines = data[:end].decode("latin-1").split("\r\n")
-    headers = {name.strip().lower(): value.strip() for name, _, value in (line.partition(":") for line in lines[1:])}
+    headers = {
+        name.strip().lower(): value.strip()
+        for name, _, value in (line.partition(":") for line in lines[1:])
+    }
     status = int(lines[0][9:12])
     if headers.get("transfer-encoding") == "chunked" and not to_head:
-        body, rest = _chunks(data[end + 4:])
+        body, rest = _chunks(data[end + 4 :])
         return (None, data) if body is None else (Reply(status, headers, body), rest)
     length = 0 if to_head or status in (204, 304) else int(headers.get("content-length", "0"))
     if len(data) < end + 4 + length:
         return None, data
-    return Reply(status, headers, data[end + 4:end + 4 + length]), data[end + 4 + length:]
+    return Reply(status, headers, data[end + 4 : end + 4 + length]), data[end + 4 + length :]
 
 
 def _chunks(data):
@@ -77,7 +80,7 @@ def _chunks(data):
         n = int(size.split(b";")[0], 16)
         if len(rest) < n + 2:
             return None, data
-        body, data = body + rest[:n], rest[n + 2:]
+        body, data = body + rest[:n], rest[n + 2 :]
         if n == 0:
             return body, data
 
@@ -101,7 +104,9 @@ def talk(port, data, quiet_s=0.3, most_s=HANGS_S, pause_s=0, piece=0, half_close
         got = b""
         while time.monotonic() < until:
             whole = got and not Talk(got, False, heads).rest
-            if not select.select([connection], [], [], quiet_s if whole else max(0, until - time.monotonic()))[0]:
+            if not select.select(
+                [connection], [], [], quiet_s if whole else max(0, until - time.monotonic())
+            )[0]:
                 break
             try:
                 more = connection.recv(1 << 16)
@@ -117,7 +122,7 @@ def _send(connection, data, piece, pause_s):
     """@return True when the server closed while it was sent: what it said before may still be read"""
     try:
         for at in range(0, len(data), piece or max(len(data), 1)):
-            connection.sendall(data[at:at + piece] if piece else data)
+            connection.sendall(data[at : at + piece] if piece else data)
             if pause_s:
                 time.sleep(pause_s)
     except ConnectionError:

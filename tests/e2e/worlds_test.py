@@ -40,13 +40,17 @@ class RangeServer:
 
         class Handler(BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
-            disable_nagle_algorithm = True  # else each reply waits 40 ms for an acknowledgement of its head
+            disable_nagle_algorithm = (
+                True  # else each reply waits 40 ms for an acknowledgement of its head
+            )
 
             def do_GET(self):
-                first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
+                first, last = map(
+                    int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups()
+                )
                 changed = other is not None and outer.asked >= outer.after
                 outer.asked += 1
-                body = (other if changed else data)[first:last + 1]
+                body = (other if changed else data)[first : last + 1]
                 outer.sent += len(body)
                 self.send_response(206)
                 if other is not None:
@@ -89,7 +93,10 @@ class Worlds(Case):
         archive = self.archive()
         self.assertEqual(entries(self.out), ["place.tvx"])
         flags = [*SMALL, "--detail", "4"]
-        self.same(self.picture("files.png", survey(), "--ortho", survey() / "ortho", *flags), self.picture("archive.png", archive, *flags))
+        self.same(
+            self.picture("files.png", survey(), "--ortho", survey() / "ortho", *flags),
+            self.picture("archive.png", archive, *flags),
+        )
         facts = json.loads(self.done(info(archive, "--json")).out)
         self.assertEqual(facts["crs"], "EPSG:3794")
         self.assertGreater(facts["levels"], 2)
@@ -98,7 +105,10 @@ class Worlds(Case):
         data = self.archive().read_bytes()
         server = RangeServer(data)
         flags = [*SMALL, "--detail", "8"]
-        self.same(self.picture("here.png", self.out / "place.tvx", *flags), self.picture("there.png", server.url, *flags))
+        self.same(
+            self.picture("here.png", self.out / "place.tvx", *flags),
+            self.picture("there.png", server.url, *flags),
+        )
         self.assertLess(server.sent, 1.2 * len(data) + 20000)
 
     def test_an_archive_that_changes_while_it_is_read_ends_what_is_made_of_it(self):
@@ -115,7 +125,9 @@ class Worlds(Case):
                         run = render(server.url, *SMALL, "--detail", "8", "-o", self.out / name)
                     else:
                         run = convert(server.url, self.out / name)
-                    self.assertRefused(run, 1, f"{server.url} has changed while it was read; start again")
+                    self.assertRefused(
+                        run, 1, f"{server.url} has changed while it was read; start again"
+                    )
                     self.assertEqual(run.err.count("changed"), 1, str(run))
                     self.assertNotIn("hole", run.err)
                     self.assertFalse((self.out / name).is_file())
@@ -134,9 +146,13 @@ class Worlds(Case):
                 self.assertRefused(convert(server.url, copy, "--threads", "1"), 1, "has changed")
                 self.assertIn(";", (self.out / f"{copy.name}.journal").read_text())
                 server.asked, server.after = 0, never if goes_on else 0
-                run = self.done(Run([binary("RAYTRACER"), "convert", server.url, copy, "--threads", "1"]))
+                run = self.done(
+                    Run([binary("RAYTRACER"), "convert", server.url, copy, "--threads", "1"])
+                )
                 self.assertEqual("going on" in run.out + run.err, goes_on, str(run))
-                self.assertTrue(copy.read_bytes() == (self.out / "whole.tvx").read_bytes(), "not the same bytes")
+                self.assertTrue(
+                    copy.read_bytes() == (self.out / "whole.tvx").read_bytes(), "not the same bytes"
+                )
 
     def test_a_minecraft_world_of_a_place_is_that_place(self):
         world = self.out / "my town"
@@ -145,7 +161,15 @@ class Worlds(Case):
             self.assertTrue((world / part).exists(), part)
         facts = self.done(info(world)).out
         self.assertIn("Anvil", facts)
-        flags = [*PLAIN, "--detail", "0", "--camera-position", "462340,101330,640", "--camera-target", "462500,101490,480"]  # each frames its own bounds
+        flags = [
+            *PLAIN,
+            "--detail",
+            "0",
+            "--camera-position",
+            "462340,101330,640",
+            "--camera-target",
+            "462500,101490,480",
+        ]  # each frames its own bounds
         place = self.picture("place.png", survey(), "--ortho", survey() / "ortho", *flags)
         self.same(place, self.picture("blocks.png", world, *flags))
         # The same from a ZIP, some folders deep.
@@ -165,7 +189,9 @@ class Worlds(Case):
                 car = json.loads((self.out / cars[0]).read_text())
                 self.assertEqual(car["crs"], "EPSG:3794")
                 self.assertEqual(car["voxel_m"], 2)
-                self.assertFalse([f for f in entries(self.out) if f.endswith((".journal", ".part"))])
+                self.assertFalse(
+                    [f for f in entries(self.out) if f.endswith((".journal", ".part"))]
+                )
                 if name.endswith(".vdb") and shutil.which("vdb_print"):  # another maker's reader
                     printed = Run(["vdb_print", "-l", self.out / name])
                     self.assertEqual(printed.code, 0, str(printed))
@@ -183,7 +209,16 @@ class Worlds(Case):
         self.assertIn("a box archive", self.done(info(self.out / "noise.tvx")).out)
 
     def test_a_conversion_that_was_killed_goes_on(self):
-        arguments = [binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--quiet", "--threads", "1"]
+        arguments = [
+            binary("RAYTRACER"),
+            "convert",
+            "generated:3",
+            "--area",
+            "-1024,-1024,1024,1024",
+            "--quiet",
+            "--threads",
+            "1",
+        ]
         whole, killed = self.out / "whole.tvx", self.out / "killed.tvx"
         self.done(Run([*arguments, whole]))
         process = subprocess.Popen([*arguments, killed])
@@ -195,14 +230,36 @@ class Worlds(Case):
         process.wait()
         done = journal.read_text().count(";")
         self.assertFalse(killed.exists())
-        run = self.done(Run([binary("RAYTRACER"), "convert", "generated:3", "--area", "-1024,-1024,1024,1024", "--threads", "1", killed]))
+        run = self.done(
+            Run(
+                [
+                    binary("RAYTRACER"),
+                    "convert",
+                    "generated:3",
+                    "--area",
+                    "-1024,-1024,1024,1024",
+                    "--threads",
+                    "1",
+                    killed,
+                ]
+            )
+        )
         self.assertIn("going on", run.out + run.err)
         self.assertGreaterEqual(done, 4)
         self.assertTrue(whole.read_bytes() == killed.read_bytes(), "not the same bytes")
         self.assertEqual(entries(self.out), ["killed.tvx", "whole.tvx"])
 
     def test_a_minecraft_world_that_was_killed_goes_on(self):
-        arguments = [binary("RAYTRACER"), "convert", "generated:3", "--area", "-1100,-1100,1100,1100", "--quiet", "--threads", "1"]
+        arguments = [
+            binary("RAYTRACER"),
+            "convert",
+            "generated:3",
+            "--area",
+            "-1100,-1100,1100,1100",
+            "--quiet",
+            "--threads",
+            "1",
+        ]
         world, empty = self.out / "town", self.out / "empty"
         process = subprocess.Popen([*arguments, world])
         journal = world / "conversion.journal"
@@ -213,11 +270,19 @@ class Worlds(Case):
         process.wait()
         self.assertFalse((world / "level.dat").exists())
         first = (world / "region" / journal.read_text().split()[-2]).stat().st_mtime_ns
-        self.done(Run([*arguments[:-2], f"{world}/"]))  # another number of threads is the same conversion
+        self.done(
+            Run([*arguments[:-2], f"{world}/"])
+        )  # another number of threads is the same conversion
         self.assertTrue((world / "level.dat").exists())
         self.assertFalse(journal.exists())
-        self.assertIn(first, [f.stat().st_mtime_ns for f in (world / "region").iterdir()], "what was whole was written again")
-        self.assertRefused(convert("generated:3", world, "--area", "-64,-64,64,64"), 2, "holds a world")
+        self.assertIn(
+            first,
+            [f.stat().st_mtime_ns for f in (world / "region").iterdir()],
+            "what was whole was written again",
+        )
+        self.assertRefused(
+            convert("generated:3", world, "--area", "-64,-64,64,64"), 2, "holds a world"
+        )
         empty.mkdir()
         self.done(convert("generated:3", empty, "--area", "-64,-64,64,64"))
 
@@ -254,7 +319,9 @@ class Worlds(Case):
         run = self.done(Run([binary("RAYTRACER"), "convert", again, self.out / "third.tvx"]))
         self.assertEqual(re.search(r"^(\d+) voxels", run.out, re.M).group(1), counts[0])
         bounds = json.loads(self.done(info(archive, "--json")).out)["bounds"]
-        self.assertEqual([bounds["min"][0], bounds["max"][0], bounds["max"][1]], [462400, 462500, 480])
+        self.assertEqual(
+            [bounds["min"][0], bounds["max"][0], bounds["max"][1]], [462400, 462500, 480]
+        )
 
     def test_a_damaged_archive_is_told(self):
         data = bytearray(self.archive().read_bytes())
@@ -282,14 +349,46 @@ class Worlds(Case):
             "an unknown format": (2, ["generated:1", "a.tvx", "--to", "fbx"], ["fbx", "allowed:"]),
             "no output": (2, ["generated:1"], ["what to write"]),
             "what is there already": (2, ["generated:1", "there.tvx"], ["--overwrite"]),
-            "a level beyond": (2, [square(), "a.tvx", "--level", "20"], ["level 20", "allowed: 0 to"]),
-            "an area of letters": (2, [square(), "a.tvx", "--area", "a,b,c,d"], ["--area a,b,c,d", "allowed:"]),
-            "an area that is no number": (2, [square(), "a.tvx", "--area", "nan,0,10,10"], ["--area nan", "allowed:"]),
-            "an area of three": (2, [square(), "a.tvx", "--area", "0,0,10"], ["--area 0,0,10", "allowed:"]),
-            "heights upside down": (2, [square(), "a.tvx", "--heights", "500,400"], ["--heights 500", "allowed:"]),
-            "an area elsewhere": (2, [square(), "a.tvx", "--area", "0,0,10,10"], ["nothing of the world"]),
-            "photos of noise": (2, ["generated:1", "a.tvx", "--ortho", survey() / "ortho"], ["--ortho"]),
-            "a setting out of range": (2, ["generated:1", "a.tvx", "--generated-world-height", "1"], ["world_height", "8 to"]),
+            "a level beyond": (
+                2,
+                [square(), "a.tvx", "--level", "20"],
+                ["level 20", "allowed: 0 to"],
+            ),
+            "an area of letters": (
+                2,
+                [square(), "a.tvx", "--area", "a,b,c,d"],
+                ["--area a,b,c,d", "allowed:"],
+            ),
+            "an area that is no number": (
+                2,
+                [square(), "a.tvx", "--area", "nan,0,10,10"],
+                ["--area nan", "allowed:"],
+            ),
+            "an area of three": (
+                2,
+                [square(), "a.tvx", "--area", "0,0,10"],
+                ["--area 0,0,10", "allowed:"],
+            ),
+            "heights upside down": (
+                2,
+                [square(), "a.tvx", "--heights", "500,400"],
+                ["--heights 500", "allowed:"],
+            ),
+            "an area elsewhere": (
+                2,
+                [square(), "a.tvx", "--area", "0,0,10,10"],
+                ["nothing of the world"],
+            ),
+            "photos of noise": (
+                2,
+                ["generated:1", "a.tvx", "--ortho", survey() / "ortho"],
+                ["--ortho"],
+            ),
+            "a setting out of range": (
+                2,
+                ["generated:1", "a.tvx", "--generated-world-height", "1"],
+                ["world_height", "8 to"],
+            ),
         }
         for name, (code, arguments, said) in cases.items():
             with self.subTest(name):

@@ -8,23 +8,51 @@ import subprocess
 
 from support import Case, binary, survey, temporary_folder
 
-LIMITS = {"descriptors": resource.RLIMIT_NOFILE, "address space": resource.RLIMIT_AS, "file size": resource.RLIMIT_FSIZE}
+LIMITS = {
+    "descriptors": resource.RLIMIT_NOFILE,
+    "address space": resource.RLIMIT_AS,
+    "file size": resource.RLIMIT_FSIZE,
+}
 
 # What writes files, with what it writes, and what it may leave behind to go on with, or to be cleared up by the next run.
 WRITERS = {
     "render to PNG": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png"], "a.png", []),
     "render to EXR": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.exr"], "a.exr", []),
     "render to TIFF": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.tif"], "a.tif", []),
-    "render with a checkpoint": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png", "--resume"], "a.png", ["a.png.tiles"]),
-    "animate": ("RAYTRACER", ["animate", "TURN", "DATA", "-o", "OUT/%02d.png"], "00.png", [".frames.png.done"]),
-    "archive": ("RAYTRACER", ["convert", "DATA", "OUT/a.tvx"], "a.tvx", ["a.tvx.journal", "a.tvx.part"]),
-    "Minecraft world": ("RAYTRACER", ["convert", "DATA", "OUT/mc"], "mc/level.dat", ["mc/conversion.journal"]),
+    "render with a checkpoint": (
+        "RAYTRACER",
+        ["render", "DATA", "-o", "OUT/a.png", "--resume"],
+        "a.png",
+        ["a.png.tiles"],
+    ),
+    "animate": (
+        "RAYTRACER",
+        ["animate", "TURN", "DATA", "-o", "OUT/%02d.png"],
+        "00.png",
+        [".frames.png.done"],
+    ),
+    "archive": (
+        "RAYTRACER",
+        ["convert", "DATA", "OUT/a.tvx"],
+        "a.tvx",
+        ["a.tvx.journal", "a.tvx.part"],
+    ),
+    "Minecraft world": (
+        "RAYTRACER",
+        ["convert", "DATA", "OUT/mc"],
+        "mc/level.dat",
+        ["mc/conversion.journal"],
+    ),
     "MagicaVoxel": ("RAYTRACER", ["convert", "DATA", "OUT/a.vox"], "a.vox", []),
     "OpenVDB": ("RAYTRACER", ["convert", "DATA", "OUT/a.vdb"], "a.vdb", []),
     "glTF": ("RAYTRACER", ["convert", "DATA", "OUT/a.glb"], "a.glb", []),
     "PLY": ("RAYTRACER", ["convert", "DATA", "OUT/a.ply"], "a.ply", []),
-    "synthetic survey": ("SURVEY", ["--squares", "1x1", "--square-m", "64", "--density", "4", "-o", "OUT/sv"],
-                         "sv/TM_462464_101456.laz", []),
+    "synthetic survey": (
+        "SURVEY",
+        ["--squares", "1x1", "--square-m", "64", "--density", "4", "-o", "OUT/sv"],
+        "sv/TM_462464_101456.laz",
+        [],
+    ),
 }
 OF_A_PICTURE = ["--size", "160x90", "--threads", "2", "--cache", "none"]
 
@@ -32,13 +60,23 @@ OF_A_PICTURE = ["--size", "160x90", "--threads", "2", "--cache", "none"]
 class Ended:
     def __init__(self, arguments, limit=None, value=0, timeout_s=600, environment=None, within=()):
         """@param limit a name of LIMITS that `value` is set for @param within a command that runs others somewhere"""
+
         def confine():
             if limit:
                 resource.setrlimit(LIMITS[limit], (value, value))
 
         # Python ignores SIGXFSZ, and so does the child: writes fail with EFBIG, as on a full disk.
-        done = subprocess.run([str(a) for a in [*within, *arguments]], capture_output=True, text=True, errors="replace", timeout=timeout_s,
-                              preexec_fn=confine, restore_signals=False, check=False, env={**os.environ, **(environment or {})})
+        done = subprocess.run(
+            [str(a) for a in [*within, *arguments]],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=timeout_s,
+            preexec_fn=confine,
+            restore_signals=False,
+            check=False,
+            env={**os.environ, **(environment or {})},
+        )
         self.code, self.err = done.returncode, done.stderr
         self.last = (self.err.strip().splitlines() or [""])[-1]
 
@@ -52,7 +90,9 @@ class Writers(Case):
     @classmethod
     def setUpClass(cls):
         cls.folder = temporary_folder()
-        cls.data = cls.folder / "data"  # without its orthophotos and truth: fewer files, the same writers
+        cls.data = (
+            cls.folder / "data"
+        )  # without its orthophotos and truth: fewer files, the same writers
         cls.data.mkdir()
         for file in survey().glob("*.laz"):
             shutil.copy(file, cls.data)
@@ -88,14 +128,23 @@ class Writers(Case):
     def whole_pages(self, name, page_bytes):
         """Of all files that a writer leaves on a good day."""
         self.whole(name)
-        return sum(-(-path.stat().st_size // page_bytes) for path in self.good[name].rglob("*") if path.is_file())
+        return sum(
+            -(-path.stat().st_size // page_bytes)
+            for path in self.good[name].rglob("*")
+            if path.is_file()
+        )
 
     def assert_as_on_a_good_day(self, name, out):
         made, whole = out / WRITERS[name][2], self.whole(name)
-        if whole.suffix in (".exr", ".tif"):  # these say when they were made, and how long that took
+        if whole.suffix in (
+            ".exr",
+            ".tif",
+        ):  # these say when they were made, and how long that took
             self.assertAlike(made, whole, exact=True)
         else:
-            self.assertEqual(made.read_bytes(), whole.read_bytes(), f"{name}: other bytes than on a good day")
+            self.assertEqual(
+                made.read_bytes(), whole.read_bytes(), f"{name}: other bytes than on a good day"
+            )
 
     def assert_told(self, run, what):
         """It ended by itself: with a code, and with a line where it failed."""
@@ -117,4 +166,6 @@ class Writers(Case):
                     continue
                 # Of several files some may be done when another one fails: then they are whole.
                 self.assertTrue(several and usual.is_file(), f"{name} left {inside}: {run}")
-                self.assertEqual(path.read_bytes(), usual.read_bytes(), f"{name} left half of {inside}: {run}")
+                self.assertEqual(
+                    path.read_bytes(), usual.read_bytes(), f"{name} left half of {inside}: {run}"
+                )

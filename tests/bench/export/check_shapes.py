@@ -32,7 +32,9 @@ def check_vox(file, truth):
     middle_of_shape = {}
     for node in vox.ngrps[0].children_ids:
         transform = child_of[node]
-        middle_of_shape[transform.child_node_id] = [int(v) for v in transform.frames[0]["_t"].split()]
+        middle_of_shape[transform.child_node_id] = [
+            int(v) for v in transform.frames[0]["_t"].split()
+        ]
     places = []
     for shape in vox.nshps:
         model = shape.models[0].id
@@ -47,10 +49,14 @@ def check_vox(file, truth):
 
 
 def check_vdb(file, truth):
-    text = subprocess.run(["vdb_print", "-l", file], capture_output=True, text=True, check=True).stdout
+    text = subprocess.run(
+        ["vdb_print", "-l", file], capture_output=True, text=True, check=True
+    ).stdout
     counts = {}
     for grid in text.split("\nName: ")[1:]:
-        counts[grid.split("\n")[0]] = int(re.search(r"Number of active voxels:\s+([\d,]+)", grid).group(1).replace(",", ""))
+        counts[grid.split("\n")[0]] = int(
+            re.search(r"Number of active voxels:\s+([\d,]+)", grid).group(1).replace(",", "")
+        )
     check(f"{file.name}: density", counts["density"], truth["solid"])
     check(f"{file.name}: material", counts["material"], truth["solid"])
     check(f"{file.name}: Cd", counts["Cd"], truth["seen"])
@@ -96,9 +102,19 @@ def check_glb(file, truth, voxel_m, closed):
     scene = trimesh.load(str(file), process=False)
     meshes = list(scene.geometry.values())
     check(f"{file.name}: triangles of two readers", sum(len(m.faces) for m in meshes), triangles)
-    check(f"{file.name}: area in faces", sum(m.area for m in meshes) / voxel_m**2, truth["faces"], 1e-6)
+    check(
+        f"{file.name}: area in faces",
+        sum(m.area for m in meshes) / voxel_m**2,
+        truth["faces"],
+        1e-6,
+    )
     if closed:
-        check(f"{file.name}: volume in voxels", sum(m.volume for m in meshes) / voxel_m**3, truth["solid"], 1e-6)
+        check(
+            f"{file.name}: volume in voxels",
+            sum(m.volume for m in meshes) / voxel_m**3,
+            truth["solid"],
+            1e-6,
+        )
     for name in ("water", "glass"):
         if name in modes:
             check(f"{file.name}: {name}", modes[name], "BLEND")
@@ -107,7 +123,9 @@ def check_glb(file, truth, voxel_m, closed):
     for p in head.meshes[0].primitives:
         accessor = head.accessors[p.attributes.COLOR_0]
         view = head.bufferViews[accessor.bufferView]
-        raw = np.frombuffer(blob, np.uint8, accessor.count * view.byteStride, view.byteOffset).reshape(accessor.count, view.byteStride)
+        raw = np.frombuffer(
+            blob, np.uint8, accessor.count * view.byteStride, view.byteOffset
+        ).reshape(accessor.count, view.byteStride)
         linear = raw[:, 12:18].copy().view(np.uint16) / 65535
         colours |= {tuple(c) for c in srgb(linear)}
     return colours

@@ -18,7 +18,12 @@ from support import binary, hold_port, temporary_folder  # noqa: E402
 TOKEN = "n6cq9wx3tz7kf4vm2rjb"
 RAYTRACER = binary("RAYTRACER")
 FOLDER = temporary_folder()
-ENVIRONMENT = {**os.environ, "TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1", "XDG_CACHE_HOME": str(FOLDER / "cache")}
+ENVIRONMENT = {
+    **os.environ,
+    "TERRAVOX_FARM_TOKEN": TOKEN,
+    "TERRAVOX_FARM_TEST": "1",
+    "XDG_CACHE_HOME": str(FOLDER / "cache"),
+}
 # As people have it: longer waits for what is silent, late or gone.
 DEFAULTS = {**ENVIRONMENT, "TERRAVOX_FARM_TEST": "0"}
 _LIBC = ctypes.CDLL(None, use_errno=True)
@@ -34,13 +39,41 @@ def invented_survey():
     global _survey
     if _survey is None:
         _survey = FOLDER / "survey"
-        subprocess.run([binary("SURVEY"), "--seed", "7", "--squares", "1x1", "--square-m", "512", "--density", "4", "-o", _survey], check=True, capture_output=True)
+        subprocess.run(
+            [
+                binary("SURVEY"),
+                "--seed",
+                "7",
+                "--squares",
+                "1x1",
+                "--square-m",
+                "512",
+                "--density",
+                "4",
+                "-o",
+                _survey,
+            ],
+            check=True,
+            capture_output=True,
+        )
     return _survey
 
 
 def path_scene(samples, size="320x180", tile=16):
     """Work that is in proportion to `samples`: the inputs and flags of a render."""
-    return [invented_survey(), "--size", size, "--tile", str(tile), "--integrator", "path", "--samples", str(samples), "--bounces", "4"]
+    return [
+        invented_survey(),
+        "--size",
+        size,
+        "--tile",
+        str(tile),
+        "--integrator",
+        "path",
+        "--samples",
+        str(samples),
+        "--bounces",
+        "4",
+    ]
 
 
 def die_with_parent(*others):
@@ -70,7 +103,9 @@ class Share:
         self._sweep(root)
         Share._next += 1
         self.folder = root / f"terravox-bench-{os.getpid()}-{Share._next}"
-        period_us = 100_000  # as is usual: of a shorter one much is lost to going from program to program
+        period_us = (
+            100_000  # as is usual: of a shorter one much is lost to going from program to program
+        )
         if not is_v1:
             (v2 / "cgroup.subtree_control").write_text("+cpu")
         self.folder.mkdir()
@@ -128,12 +163,28 @@ def kill_all():
 class Process:
     """A program of the farm. @param share of a core; None: no limit @param within a networks.Namespace @param limits called in the child"""
 
-    def __init__(self, arguments, *, share=None, environment=ENVIRONMENT, within=None, program=RAYTRACER, limits=()):
+    def __init__(
+        self,
+        arguments,
+        *,
+        share=None,
+        environment=ENVIRONMENT,
+        within=None,
+        program=RAYTRACER,
+        limits=(),
+    ):
         self.group = Share(share) if share else None
         before = [lambda: self.group.take(os.getpid())] if self.group else []
         self.start = time.monotonic()
-        self.process = subprocess.Popen([*(within.prefix if within else ()), program, *(str(a) for a in arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                                        errors="replace", env=environment, preexec_fn=die_with_parent(*before, *limits))
+        self.process = subprocess.Popen(
+            [*(within.prefix if within else ()), program, *(str(a) for a in arguments)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            env=environment,
+            preexec_fn=die_with_parent(*before, *limits),
+        )
         self.watch = Watch(self.process.stderr)
         _living.add(self)
 
@@ -160,7 +211,9 @@ class Process:
     def status(self):
         """(resident KiB, open descriptors)"""
         text = pathlib.Path(f"/proc/{self.pid}/status").read_text()
-        rss_kib = next(int(line.split()[1]) for line in text.splitlines() if line.startswith("VmRSS:"))
+        rss_kib = next(
+            int(line.split()[1]) for line in text.splitlines() if line.startswith("VmRSS:")
+        )
         return rss_kib, len(os.listdir(f"/proc/{self.pid}/fd"))
 
 
@@ -169,13 +222,19 @@ class Worker(Process):
 
     _next = 0
 
-    def __init__(self, share=None, threads=1, arguments=(), join=None, host="127.0.0.1", port=0, **options):
+    def __init__(
+        self, share=None, threads=1, arguments=(), join=None, host="127.0.0.1", port=0, **options
+    ):
         Worker._next += 1
         self.name = f"bench-{Worker._next}"
         if not port and host == "127.0.0.1":
             port = hold_port()  # one that is killed comes back at the port of before
         place = ["--join", join] if join else ["--listen", f"{host}:{port}"]
-        super().__init__(["worker", *place, "--threads", threads, "--name", self.name, *arguments], share=share, **options)
+        super().__init__(
+            ["worker", *place, "--threads", threads, "--name", self.name, *arguments],
+            share=share,
+            **options,
+        )
         if not join:
             self.port = int(self.watch.saw(r"on port (\d+)", 60)[1].group(1))
             self.address = f"{host}:{self.port}"
@@ -188,7 +247,9 @@ class Render(Process):
         self.picture = picture or FOLDER / f"picture-{time.monotonic_ns()}.png"
         self.report = self.picture.with_suffix(".json")
         said = ["--quiet"] if log == "error" else ["--log", log]  # quiet: no progress either
-        super().__init__(["render", *arguments, *said, "--report", self.report, "-o", self.picture], **options)
+        super().__init__(
+            ["render", *arguments, *said, "--report", self.report, "-o", self.picture], **options
+        )
 
     def end(self, timeout_s=1800):
         code = self.has_ended(timeout_s)
@@ -204,7 +265,9 @@ class Render(Process):
 
     @property
     def tracing_s(self):
-        return next(s["seconds"] for s in self.told["stages"] if s["name"].startswith("ray tracing"))
+        return next(
+            s["seconds"] for s in self.told["stages"] if s["name"].startswith("ray tracing")
+        )
 
     @property
     def bytes(self):
@@ -229,5 +292,8 @@ def of(workers):
 
 def tell(figures):
     """One line of JSON, which has no infinity: what never came is told as a billion."""
-    finite = {name: min(value, 1e9) if isinstance(value, float) else value for name, value in figures.items()}
+    finite = {
+        name: min(value, 1e9) if isinstance(value, float) else value
+        for name, value in figures.items()
+    }
     print(json.dumps(finite, allow_nan=False), flush=True)

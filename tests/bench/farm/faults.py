@@ -28,14 +28,34 @@ def arguments():
     parser.add_argument("--rows", default=",".join(ROWS), help="of: " + ", ".join(ROWS))
     parser.add_argument("--seed", type=int, default=1, help="of the times at which things happen")
     parser.add_argument("--kill-runs", type=int, default=50)
-    parser.add_argument("--lost-leases", type=int, default=120, help="bands that victims of the row lease had, at least")
-    parser.add_argument("--silent-samples", type=int, default=30, help="work of a picture in which a worker falls silent; twice that where its thread hangs, three times with the default times")
-    parser.add_argument("--silent-defaults", action=argparse.BooleanOptionalAction, default=True, help="with the times that people have, too")
+    parser.add_argument(
+        "--lost-leases",
+        type=int,
+        default=120,
+        help="bands that victims of the row lease had, at least",
+    )
+    parser.add_argument(
+        "--silent-samples",
+        type=int,
+        default=30,
+        help="work of a picture in which a worker falls silent; twice that where its thread hangs, three times with the default times",
+    )
+    parser.add_argument(
+        "--silent-defaults",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="with the times that people have, too",
+    )
     parser.add_argument("--late-answers", type=int, default=100)
     parser.add_argument("--slow-runs", type=int, default=3)
     parser.add_argument("--term-runs", type=int, default=6)
     parser.add_argument("--resume-kills", type=int, default=20)
-    parser.add_argument("--network-patience-s", type=float, default=600, help="for a picture through a slow network that is cut off")
+    parser.add_argument(
+        "--network-patience-s",
+        type=float,
+        default=600,
+        help="for a picture through a slow network that is cut off",
+    )
     parser.add_argument("--idle", type=int, default=5000, help="connections that say nothing")
     parser.add_argument("--flood-s", type=float, default=5)
     parser.add_argument("--soak-s", type=float, default=120)

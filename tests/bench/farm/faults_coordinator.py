@@ -39,8 +39,18 @@ def resume(args):
     again += max(0, _leased(render) - (_TILES - len(before)))
     for worker in crew:
         worker.kill()
-    return {"kills": args.resume_kills, "kept": len(before), "resumed": render.told["tiles_resumed"], "made": render.told["tiles"], "no_progress": no_progress, "lost": lost,
-            "again": again + abs(render.told["tiles_resumed"] - len(before)), "twice": twice, "wrong": int(render.bytes != wanted(scene)), "journal_left": int(journal.exists())}
+    return {
+        "kills": args.resume_kills,
+        "kept": len(before),
+        "resumed": render.told["tiles_resumed"],
+        "made": render.told["tiles"],
+        "no_progress": no_progress,
+        "lost": lost,
+        "again": again + abs(render.told["tiles_resumed"] - len(before)),
+        "twice": twice,
+        "wrong": int(render.bytes != wanted(scene)),
+        "journal_left": int(journal.exists()),
+    }
 
 
 MISSING = {}

@@ -16,24 +16,49 @@ def loss(args):
     try:
         space.limit(20)
         space.lose(5)
-        worker = Worker(host=space.there, within=space, arguments=["--metrics", f"{space.there}:9187"], environment=DEFAULTS)
+        worker = Worker(
+            host=space.there,
+            within=space,
+            arguments=["--metrics", f"{space.there}:9187"],
+            environment=DEFAULTS,
+        )
         out = {"wrong": 0}
         results_before = 0
         for name in ("first", "second"):
             there_before, here_before = space.link_bytes()
-            render = Render(*scene, "--threads", "0", "--worker", worker.address, environment=DEFAULTS)
+            render = Render(
+                *scene, "--threads", "0", "--worker", worker.address, environment=DEFAULTS
+            )
             payload = Payload(0, 0, 0)
             while render.has_ended(0.05) is None:
                 payload = max(payload, space.payload(worker.port))
             render.end()
             out["wrong"] += render.bytes != wanted(scene)
-            page = urllib.request.urlopen(f"http://{space.there}:9187/metrics", timeout=60).read().decode()
-            results = int(float(re.search(r"^terravox_worker_results_bytes_total (\S+)", page, re.M).group(1)))
+            page = (
+                urllib.request.urlopen(f"http://{space.there}:9187/metrics", timeout=60)
+                .read()
+                .decode()
+            )
+            results = int(
+                float(re.search(r"^terravox_worker_results_bytes_total (\S+)", page, re.M).group(1))
+            )
             tiles, results_before = results - results_before, results
-            there, here = (now - before for now, before in zip(space.link_bytes(), (there_before, here_before)))
-            out.update({f"{name}_s": render.tracing_s, f"{name}_tiles_bytes": tiles, f"{name}_answers_ratio": payload.confirmed / tiles, f"{name}_to_worker_bytes": payload.received,
-                        f"{name}_traffic_ratio": (payload.confirmed + payload.received) / tiles, f"{name}_again_share": payload.again / payload.confirmed,
-                        f"{name}_link_ratio": there / tiles, f"{name}_link_to_worker_bytes": here, f"{name}_lost": render.farm["lost"]})
+            there, here = (
+                now - before for now, before in zip(space.link_bytes(), (there_before, here_before))
+            )
+            out.update(
+                {
+                    f"{name}_s": render.tracing_s,
+                    f"{name}_tiles_bytes": tiles,
+                    f"{name}_answers_ratio": payload.confirmed / tiles,
+                    f"{name}_to_worker_bytes": payload.received,
+                    f"{name}_traffic_ratio": (payload.confirmed + payload.received) / tiles,
+                    f"{name}_again_share": payload.again / payload.confirmed,
+                    f"{name}_link_ratio": there / tiles,
+                    f"{name}_link_to_worker_bytes": here,
+                    f"{name}_lost": render.farm["lost"],
+                }
+            )
         worker.kill()
     finally:
         space.heal()
@@ -50,7 +75,14 @@ def latency(args):
         with Proxy(worker.port) as proxy:
             proxy.delay(200, 50)
             start = time.monotonic()
-            render = Render(*scene, "--threads", "0", "--worker", f"127.0.0.1:{proxy.port}", environment=DEFAULTS)
+            render = Render(
+                *scene,
+                "--threads",
+                "0",
+                "--worker",
+                f"127.0.0.1:{proxy.port}",
+                environment=DEFAULTS,
+            )
             if every_s:
                 proxy.reset_every(every_s)
             try:
@@ -59,9 +91,18 @@ def latency(args):
                 render.kill()
                 if every_s:
                     proxy.calm()
-            direct = Render(*scene, "--threads", "0", "--worker", worker.address, environment=DEFAULTS).end()
-            out.update({f"{name}_s": render.wall_s, f"{name}_without_s": direct.wall_s, f"{name}_wrong": int(render.bytes != wanted(scene)), f"{name}_lost": render.farm["lost"],
-                        f"{name}_done_s": time.monotonic() - start})
+            direct = Render(
+                *scene, "--threads", "0", "--worker", worker.address, environment=DEFAULTS
+            ).end()
+            out.update(
+                {
+                    f"{name}_s": render.wall_s,
+                    f"{name}_without_s": direct.wall_s,
+                    f"{name}_wrong": int(render.bytes != wanted(scene)),
+                    f"{name}_lost": render.farm["lost"],
+                    f"{name}_done_s": time.monotonic() - start,
+                }
+            )
             if every_s:
                 out["resets"] = proxy.resets
         worker.kill()

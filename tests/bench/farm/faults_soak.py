@@ -41,12 +41,28 @@ def soak(args):
             for worker in crew[:2]:
                 samples[worker.name].append((time.monotonic() - start, *worker.status()))
         render.end()
-        pictures, wrong, lost = pictures + 1, wrong + (render.bytes != wanted(scene)), lost + render.farm["lost"]
+        pictures, wrong, lost = (
+            pictures + 1,
+            wrong + (render.bytes != wanted(scene)),
+            lost + render.farm["lost"],
+        )
     end_s = time.monotonic() - start
-    out = {"seconds": end_s, "pictures": pictures, "kills": kills, "lost": lost, "wrong": wrong, "more_descriptors": 0}
+    out = {
+        "seconds": end_s,
+        "pictures": pictures,
+        "kills": kills,
+        "lost": lost,
+        "wrong": wrong,
+        "more_descriptors": 0,
+    }
     for name, worker in zip(("", "small_"), crew):
-        first, last = ([s for s in samples[worker.name] if begin <= s[0] / end_s <= end] for begin, end in ((0, 1 / 3), (2 / 3, 1)))
-        (first_kib, first_files), (last_kib, last_files) = ([statistics.median(s[i] for s in third) for i in (1, 2)] for third in (first, last))
+        first, last = (
+            [s for s in samples[worker.name] if begin <= s[0] / end_s <= end]
+            for begin, end in ((0, 1 / 3), (2 / 3, 1))
+        )
+        (first_kib, first_files), (last_kib, last_files) = (
+            [statistics.median(s[i] for s in third) for i in (1, 2)] for third in (first, last)
+        )
         out[f"{name}rss_mib"], out[f"{name}growth"] = last_kib / 1024, last_kib / first_kib
         out["more_descriptors"] = max(out["more_descriptors"], last_files - first_files)
     for worker in crew:
@@ -56,19 +72,26 @@ def soak(args):
 
 def tasks(args):
     """Very many small tiles through one daemon: its memory after a fifth of them, and in the end."""
-    edge = int((args.tasks ** 0.5) + 0.999) * 16
+    edge = int((args.tasks**0.5) + 0.999) * 16
     scene = path_scene(1, size=f"{edge}x{edge}")
     worker = Worker()
     # What it keeps for any picture of this size is there after the first.
     Render(*path_scene(1), *of([worker])).end()
     render = Render(*scene, *of([worker]), log="debug")
+
     def resident_mib(answers):
         render.watch.saw_times("answer: ", answers, 600)
         return statistics.median(worker.status()[0] for _ in range(5)) / 1024
 
     fifth_mib, end_mib = resident_mib(args.tasks // 5), resident_mib(args.tasks)
     render.end()
-    out = {"tiles": render.told["tiles"], "fifth_mib": fifth_mib, "end_mib": end_mib, "growth_mib": end_mib - fifth_mib, "wrong": int(render.bytes != wanted(scene))}
+    out = {
+        "tiles": render.told["tiles"],
+        "fifth_mib": fifth_mib,
+        "end_mib": end_mib,
+        "growth_mib": end_mib - fifth_mib,
+        "wrong": int(render.bytes != wanted(scene)),
+    }
     worker.kill()
     return out
 

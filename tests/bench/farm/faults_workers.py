@@ -46,15 +46,27 @@ def _kills(args, scene, wanted_bands):
             told = render.watch.look(f"worker {name} at .* is lost", after=at)
             if told or delays_s:  # else its answers were on the way, and the picture was finished
                 told_s.append(told[0] - at if told else float("inf"))
-    return {"pictures": pictures, "wrong": wrong, "kills": len(told_s), "bands": len(bands_s), "told_most_s": max(told_s), "first_p99_s": quantile(first_s, 0.99),
-            "median_s": quantile(bands_s, 0.5), "p99_s": quantile(bands_s, 0.99), "most_s": max(bands_s)}
+    return {
+        "pictures": pictures,
+        "wrong": wrong,
+        "kills": len(told_s),
+        "bands": len(bands_s),
+        "told_most_s": max(told_s),
+        "first_p99_s": quantile(first_s, 0.99),
+        "median_s": quantile(bands_s, 0.5),
+        "p99_s": quantile(bands_s, 0.99),
+        "most_s": max(bands_s),
+    }
 
 
 def lease(args):
     """kill -9 to the new lease of each band that the victim had: the kernel closes its connection. Of tiles that take some 10 ms; of heavy ones,
     which wait until somebody has room for them, for comparison."""
     heavy = _kills(args, path_scene(400), args.lost_leases // 4)
-    return {**_kills(args, path_scene(16, size="1280x720"), args.lost_leases), **{f"heavy_{name}": value for name, value in heavy.items()}}
+    return {
+        **_kills(args, path_scene(16, size="1280x720"), args.lost_leases),
+        **{f"heavy_{name}": value for name, value in heavy.items()},
+    }
 
 
 def silent_one(environment, samples, silence, harm, mend, victim, others):
@@ -68,7 +80,11 @@ def silent_one(environment, samples, silence, harm, mend, victim, others):
     end = at + 3 * silence
     while True:
         delays_s = lease_delays_s(render.watch.events(), victim.name, at)
-        if all(d < float("inf") for d in delays_s) or time.monotonic() > end or render.has_ended(0) is not None:
+        if (
+            all(d < float("inf") for d in delays_s)
+            or time.monotonic() > end
+            or render.has_ended(0) is not None
+        ):
             break
         time.sleep(0.1)
     render.has_ended(1)
@@ -82,8 +98,14 @@ def silent_one(environment, samples, silence, harm, mend, victim, others):
     render.end()
     # By now all that there is to see has been seen.
     delays_s = lease_delays_s(render.watch.events(), victim.name, at)
-    figures = {"bands": len(delays_s), "most_s": max(delays_s, default=0.0), "back_s": answer if answer is not None else -1, "wrong": int(render.bytes != wanted(scene)),
-               "expelled": render.farm["expelled"], "late": render.farm["late_answers"]}
+    figures = {
+        "bands": len(delays_s),
+        "most_s": max(delays_s, default=0.0),
+        "back_s": answer if answer is not None else -1,
+        "wrong": int(render.bytes != wanted(scene)),
+        "expelled": render.farm["expelled"],
+        "late": render.farm["late_answers"],
+    }
     again = path_scene(16)
     after = Render(*again, *of([victim, *others]), environment=environment).end()
     figures["next_wrong"] = int(after.bytes != wanted(again))
@@ -92,12 +114,22 @@ def silent_one(environment, samples, silence, harm, mend, victim, others):
 
 def _silent(args, make):
     out = {}
-    for name, environment, samples, silence in (("tests", ENVIRONMENT, args.silent_samples, 5), ("defaults", DEFAULTS, 3 * args.silent_samples, 15)):
+    for name, environment, samples, silence in (
+        ("tests", ENVIRONMENT, args.silent_samples, 5),
+        ("defaults", DEFAULTS, 3 * args.silent_samples, 15),
+    ):
         if name == "defaults" and not args.silent_defaults:
             continue
         victim, others, harm, mend = make(environment)
         try:
-            out.update({f"{name}_{key}": value for key, value in silent_one(environment, samples, silence, harm, mend, victim, others).items()})
+            out.update(
+                {
+                    f"{name}_{key}": value
+                    for key, value in silent_one(
+                        environment, samples, silence, harm, mend, victim, others
+                    ).items()
+                }
+            )
         finally:
             for worker in (victim, *others):
                 worker.kill()
@@ -109,7 +141,12 @@ def stopped(args):
 
     def make(environment):
         victim = Worker(environment=environment)
-        return victim, [Worker(environment=environment)], lambda: os.kill(victim.pid, signal.SIGSTOP), lambda: os.kill(victim.pid, signal.SIGCONT)
+        return (
+            victim,
+            [Worker(environment=environment)],
+            lambda: os.kill(victim.pid, signal.SIGSTOP),
+            lambda: os.kill(victim.pid, signal.SIGCONT),
+        )
 
     return _silent(args, make)
 
@@ -141,7 +178,13 @@ def _hung_after(args, answers):
     before = len(render.watch.events())
     with Halted(thread):
         at = time.monotonic()
-        while any(f.leased_s is None and f.answered_s is None for f in fates(render.watch.events(), victim.name, at)) and render.has_ended(0.1) is None:
+        while (
+            any(
+                f.leased_s is None and f.answered_s is None
+                for f in fates(render.watch.events(), victim.name, at)
+            )
+            and render.has_ended(0.1) is None
+        ):
             if time.monotonic() - at > 60:
                 break
         # Long enough to be given bands again, which it cannot trace either.
@@ -157,10 +200,20 @@ def _hung_after(args, answers):
     render.end()
     events = render.watch.events()
     delays_s = lease_delays_s(events, victim.name, at)
-    more = sum(e.kind == "lease" and e.who == victim.name and at < e.when < back for e in events[before:])
+    more = sum(
+        e.kind == "lease" and e.who == victim.name and at < e.when < back for e in events[before:]
+    )
     for worker in (victim, other):
         worker.kill()
-    return {"bands": len(delays_s), "most_s": max(delays_s), "more": more, "halted_s": back - at, "given_up": int(lost), "back_s": again_s, "wrong": int(render.bytes != wanted(scene))}
+    return {
+        "bands": len(delays_s),
+        "most_s": max(delays_s),
+        "more": more,
+        "halted_s": back - at,
+        "given_up": int(lost),
+        "back_s": again_s,
+        "wrong": int(render.bytes != wanted(scene)),
+    }
 
 
 def hung(args):
@@ -187,7 +240,16 @@ def late(args):
     while answers < args.late_answers:
         victim, other = Worker(), Worker()
         with Pump(victim.port) as pump:
-            render = Render(*scene, "--threads", "0", "--worker", f"127.0.0.1:{pump.port}", "--worker", other.address, log="debug")
+            render = Render(
+                *scene,
+                "--threads",
+                "0",
+                "--worker",
+                f"127.0.0.1:{pump.port}",
+                "--worker",
+                other.address,
+                log="debug",
+            )
             render.watch.saw_times(f"answer: .* of {victim.name}$", 5, 120)
             while render.has_ended(0) is None:
                 at = time.monotonic()
@@ -229,7 +291,10 @@ def slow(args):
                 times += [render.tracing_s] if i > 0 else []
         for worker in (*crew, snail):
             worker.kill()
-        out[f"of_{count}_without_s"], out[f"of_{count}_with_s"] = quantile(without_s, 0.5), quantile(with_s, 0.5)
+        out[f"of_{count}_without_s"], out[f"of_{count}_with_s"] = (
+            quantile(without_s, 0.5),
+            quantile(with_s, 0.5),
+        )
         out[f"of_{count}_ratio"] = quantile([w / o for w, o in zip(with_s, without_s)], 0.5)
     return out
 
@@ -258,9 +323,25 @@ def term(args):
         wrong += render.bytes != wanted(scene)
         other.kill()
         victim.kill()
-    return {"runs": args.term_runs, "exit_median_s": quantile(exits_s, 0.5), "exit_most_s": max(exits_s), "exit_codes": codes, "given_back": given_back, "finished": finished,
-            "unaccounted": unaccounted, "wrong": wrong}
+    return {
+        "runs": args.term_runs,
+        "exit_median_s": quantile(exits_s, 0.5),
+        "exit_most_s": max(exits_s),
+        "exit_codes": codes,
+        "given_back": given_back,
+        "finished": finished,
+        "unaccounted": unaccounted,
+        "wrong": wrong,
+    }
 
 
 MISSING = {"partition": networks_missing, "slow": shares_missing}
-ROWS = {"lease": lease, "stop": stopped, "partition": partitioned, "hung": hung, "late": late, "slow": slow, "term": term}
+ROWS = {
+    "lease": lease,
+    "stop": stopped,
+    "partition": partitioned,
+    "hung": hung,
+    "late": late,
+    "slow": slow,
+    "term": term,
+}

@@ -14,7 +14,10 @@ def more_descriptors(count):
     """For this process. @return how many it may have"""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft < count:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (count if hard == resource.RLIM_INFINITY else min(count, hard), hard))
+        resource.setrlimit(
+            resource.RLIMIT_NOFILE,
+            (count if hard == resource.RLIM_INFINITY else min(count, hard), hard),
+        )
     return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
 
 
@@ -36,7 +39,10 @@ class Idle:
             for _ in range(min(200, self.count - held)):
                 one = socket.socket()
                 one.setblocking(False)
-                if one.connect_ex(("127.0.0.1", self._port)) not in (0, 115):  # 115: it is under way
+                if one.connect_ex(("127.0.0.1", self._port)) not in (
+                    0,
+                    115,
+                ):  # 115: it is under way
                     one.close()
                     break
                 waiting.register(one, selectors.EVENT_READ)
@@ -52,7 +58,9 @@ class Idle:
         end = time.monotonic() + 60
         while self._there.value < self.count:
             if time.monotonic() > end:
-                raise RuntimeError(f"idle connections: {self._there.value} of {self.count} within 60 s")
+                raise RuntimeError(
+                    f"idle connections: {self._there.value} of {self.count} within 60 s"
+                )
             time.sleep(0.05)
         return self
 
@@ -66,7 +74,13 @@ class Idle:
 
 def _come_and_go(port, until, seed, count):
     die_with_parent()()
-    words = (b"", b"GET / HTTP/1.1\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"TVX-FARM\x01" + os.urandom(32) + os.urandom(32), os.urandom(200))
+    words = (
+        b"",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+        b"TVX-FARM\x01" + os.urandom(32) + os.urandom(32),
+        os.urandom(200),
+    )
     number = seed
     while time.monotonic() < until:
         one = socket.socket()
@@ -86,7 +100,10 @@ def flood(port, seconds, processes=2):
     """@return connections that were tried"""
     count = multiprocessing.Value("q", 0)
     until = time.monotonic() + seconds
-    workers = [multiprocessing.Process(target=_come_and_go, args=(port, until, i, count), daemon=True) for i in range(processes)]
+    workers = [
+        multiprocessing.Process(target=_come_and_go, args=(port, until, i, count), daemon=True)
+        for i in range(processes)
+    ]
     for worker in workers:
         worker.start()
     for worker in workers:

@@ -17,7 +17,12 @@ def busiest_thread(pid, seconds=0.5):
     def ticks():
         out = {}
         for thread in os.listdir(f"/proc/{pid}/task"):
-            fields = pathlib.Path(f"/proc/{pid}/task/{thread}/stat").read_text().rsplit(")", 1)[1].split()
+            fields = (
+                pathlib.Path(f"/proc/{pid}/task/{thread}/stat")
+                .read_text()
+                .rsplit(")", 1)[1]
+                .split()
+            )
             out[int(thread)] = int(fields[11]) + int(fields[12])
         return out
 
@@ -34,7 +39,10 @@ class Halted:
 
     def _ptrace(self, request):
         if _LIBC.ptrace(request, self._thread, None, None) != 0:
-            raise OSError(ctypes.get_errno(), f"ptrace of thread {self._thread}: {os.strerror(ctypes.get_errno())}")
+            raise OSError(
+                ctypes.get_errno(),
+                f"ptrace of thread {self._thread}: {os.strerror(ctypes.get_errno())}",
+            )
 
     def __enter__(self):
         self._ptrace(_SEIZE)

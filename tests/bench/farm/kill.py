@@ -33,7 +33,9 @@ def undisturbed(scene, share, workers):
     for worker in crew:
         worker.kill()
     events = render.watch.events()
-    answers = {w.name: [e.when for e in events if e.kind == "answer" and e.who == w.name] for w in crew}
+    answers = {
+        w.name: [e.when for e in events if e.kind == "answer" and e.who == w.name] for w in crew
+    }
     start, ready = events[0].when, statistics.mean(a[0] for a in answers.values())
     last = max(a[-1] for a in answers.values())
     return Undisturbed(ready - start, last - ready, render.start + render.wall_s - last)
@@ -43,7 +45,9 @@ def one_run(numbers, scene, share, workers, most_s):
     """@param most_s kills come within that time @return the render, times of the kills since the first lease, wall time since then"""
     crew = [Worker(share) for _ in range(workers)]
     victims = numbers.sample(crew, numbers.randint(1, workers - 1))
-    plan = sorted(((numbers.uniform(0.1, most_s), victim) for victim in victims), key=lambda one: one[0])
+    plan = sorted(
+        ((numbers.uniform(0.1, most_s), victim) for victim in victims), key=lambda one: one[0]
+    )
     render = Render(*scene, *of(crew), log="debug")
     start = render.watch.saw("lease: ", 60)[0]
     killed_at_s = []
@@ -69,13 +73,32 @@ def measure(runs, workers, seed):
         if i % _BASE_EVERY == 0:
             base.append(undisturbed(scene, share, workers))
             ready_s, working_s, end_s = (statistics.median(values) for values in zip(*base))
-        render, killed_at_s, wall_s = one_run(numbers, scene, share, workers, ready_s + 0.9 * working_s)
-        over.append(wall_s - end_s - ideal_s(working_s * most_at_once, ready_s, workers, killed_at_s, most_at_once))
+        render, killed_at_s, wall_s = one_run(
+            numbers, scene, share, workers, ready_s + 0.9 * working_s
+        )
+        over.append(
+            wall_s
+            - end_s
+            - ideal_s(working_s * most_at_once, ready_s, workers, killed_at_s, most_at_once)
+        )
         wrong += render.bytes != wanted(scene)
         kills, lost = kills + len(killed_at_s), lost + render.farm["lost"]
     tile_s = working_s * most_at_once / render.told["tiles"]
-    return {"runs": runs, "seed": seed, "wrong": wrong, "kills": kills, "lost": lost, "ready_s": ready_s, "working_s": working_s, "end_s": end_s, "share": share or 0,
-            "tile_s": tile_s, "over_median_s": statistics.median(over), "over_most_s": max(over), "over_allowance": sum(o > 1 + tile_s for o in over)}
+    return {
+        "runs": runs,
+        "seed": seed,
+        "wrong": wrong,
+        "kills": kills,
+        "lost": lost,
+        "ready_s": ready_s,
+        "working_s": working_s,
+        "end_s": end_s,
+        "share": share or 0,
+        "tile_s": tile_s,
+        "over_median_s": statistics.median(over),
+        "over_most_s": max(over),
+        "over_allowance": sum(o > 1 + tile_s for o in over),
+    }
 
 
 def main():

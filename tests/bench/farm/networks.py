@@ -24,12 +24,16 @@ def networks_missing():
         return "not installed: " + ", ".join(absent)
     if os.geteuid() != 0:
         return "network namespaces want root"
-    tried = subprocess.run(["unshare", "-n", "nft", "add table inet t"], capture_output=True, text=True, check=False)
+    tried = subprocess.run(
+        ["unshare", "-n", "nft", "add table inet t"], capture_output=True, text=True, check=False
+    )
     return "" if tried.returncode == 0 else f"network namespaces: {tried.stderr.strip()[-200:]}"
 
 
 def _run(*command, text=None):
-    done = subprocess.run([str(c) for c in command], input=text, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [str(c) for c in command], input=text, capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(str(c) for c in command)}: {done.stderr.strip()[-300:]}")
     return done.stdout
@@ -51,7 +55,9 @@ class Namespace:
         Namespace._next += 1
         number = Namespace._next
         _sweep()
-        self._holder = subprocess.Popen(["unshare", "-n", "sleep", "infinity"], preexec_fn=die_with_parent())
+        self._holder = subprocess.Popen(
+            ["unshare", "-n", "sleep", "infinity"], preexec_fn=die_with_parent()
+        )
         atexit.register(self.remove)
         own = os.readlink("/proc/self/ns/net")
         end = time.monotonic() + 10
@@ -62,9 +68,24 @@ class Namespace:
         self.prefix = ("nsenter", "-t", str(self._holder.pid), "-n")
         # Of the net that is kept for benchmarks of networks (RFC 2544).
         process = os.getpid() % 250
-        self.here, self.there = f"198.18.{process}.{4 * number + 1}", f"198.18.{process}.{4 * number + 2}"
+        self.here, self.there = (
+            f"198.18.{process}.{4 * number + 1}",
+            f"198.18.{process}.{4 * number + 2}",
+        )
         self._link, self._far_link = f"tvb{os.getpid()}-{number}"[:15], "tvb0"
-        _run("ip", "link", "add", self._link, "type", "veth", "peer", "name", self._far_link, "netns", self._holder.pid)
+        _run(
+            "ip",
+            "link",
+            "add",
+            self._link,
+            "type",
+            "veth",
+            "peer",
+            "name",
+            self._far_link,
+            "netns",
+            self._holder.pid,
+        )
         _run("ip", "address", "add", self.here + "/30", "dev", self._link)
         _run("ip", "link", "set", self._link, "up")
         self._inside("ip", "address", "add", self.there + "/30", "dev", self._far_link)
@@ -93,23 +114,52 @@ class Namespace:
     def _filter(self, rule):
         # Where packets come in: in the output hook their sender would be told.
         self.heal()
-        self._inside("nft", "-f", "-", text=f"""table inet faults {{
+        self._inside(
+            "nft",
+            "-f",
+            "-",
+            text=f"""table inet faults {{
             chain in {{ type filter hook input priority 0; iifname "{self._far_link}" {rule}; }}
-        }}""")
-        _run("nft", "-f", "-", text=f"""table inet {self._link.replace("-", "_")} {{
+        }}""",
+        )
+        _run(
+            "nft",
+            "-f",
+            "-",
+            text=f"""table inet {self._link.replace("-", "_")} {{
             chain in {{ type filter hook input priority 0; iifname "{self._link}" {rule}; }}
-        }}""")
+        }}""",
+        )
         atexit.register(self.heal)
 
     def heal(self):
-        for command in ((*self.prefix, "nft", "delete table inet faults"), ("nft", f"delete table inet {self._link.replace('-', '_')}")):
-            subprocess.run(command, capture_output=True, check=False)  # where there is none it fails
+        for command in (
+            (*self.prefix, "nft", "delete table inet faults"),
+            ("nft", f"delete table inet {self._link.replace('-', '_')}"),
+        ):
+            subprocess.run(
+                command, capture_output=True, check=False
+            )  # where there is none it fails
         atexit.unregister(self.heal)
 
     def limit(self, mbit_per_s):
         """Bandwidth, each way."""
         for inside, link in ((False, self._link), (True, self._far_link)):
-            command = ("tc", "qdisc", "replace", "dev", link, "root", "tbf", "rate", f"{mbit_per_s}mbit", "burst", "32kb", "latency", "100ms")
+            command = (
+                "tc",
+                "qdisc",
+                "replace",
+                "dev",
+                link,
+                "root",
+                "tbf",
+                "rate",
+                f"{mbit_per_s}mbit",
+                "burst",
+                "32kb",
+                "latency",
+                "100ms",
+            )
             self._inside(*command) if inside else _run(*command)
 
     def link_bytes(self):
@@ -122,7 +172,18 @@ class Namespace:
         out = Payload(0, 0, 0)
         for line in self._inside("ss", "-tinHO", f"sport = :{port}").splitlines():
             words = dict(w.split(":", 1) for w in line.split() if w.count(":") == 1)
-            out = Payload(*(sum(pair) for pair in zip(out, (int(words.get(w, 0)) for w in ("bytes_acked", "bytes_received", "bytes_retrans")))))
+            out = Payload(
+                *(
+                    sum(pair)
+                    for pair in zip(
+                        out,
+                        (
+                            int(words.get(w, 0))
+                            for w in ("bytes_acked", "bytes_received", "bytes_retrans")
+                        ),
+                    )
+                )
+            )
         return out
 
 

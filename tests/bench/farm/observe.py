@@ -7,7 +7,9 @@ import threading
 import time
 from typing import NamedTuple
 
-_BAND = re.compile(r"(lease|answer): tile (\d+) rows (\d+) to (\d+) step (\d+) sample (\d+) (?:to|of) (\S.*)$")
+_BAND = re.compile(
+    r"(lease|answer): tile (\d+) rows (\d+) to (\d+) step (\d+) sample (\d+) (?:to|of) (\S.*)$"
+)
 
 
 class Watch:
@@ -70,7 +72,9 @@ class Watch:
                 wait = end - time.monotonic()
                 if self._ended or wait <= 0:
                     said = [line for line in self._lines if not _BAND.search(line)]
-                    raise RuntimeError(f"no line with {pattern!r} ({count - left} of {count}) within {timeout_s} s: {said[-8:]}")
+                    raise RuntimeError(
+                        f"no line with {pattern!r} ({count - left} of {count}) within {timeout_s} s: {said[-8:]}"
+                    )
                 self._changed.wait(wait)
 
     def events(self):
@@ -94,7 +98,11 @@ class Band(NamedTuple):
     sample: int
 
     def overlaps(self, other):
-        return (self.tile, self.step, self.sample) == (other.tile, other.step, other.sample) and self.y0 < other.y1 and other.y0 < self.y1
+        return (
+            (self.tile, self.step, self.sample) == (other.tile, other.step, other.sample)
+            and self.y0 < other.y1
+            and other.y0 < self.y1
+        )
 
 
 class Event(NamedTuple):
@@ -143,7 +151,9 @@ def lease_delays_s(events, who, at):
     """For each band that was lost with `who`: until rows of it were leased to somebody else. Never: infinity."""
     out = []
     for fate in fates(events, who, at):
-        if fate.answered_s is not None and (fate.leased_s is None or fate.answered_s < fate.leased_s):
+        if fate.answered_s is not None and (
+            fate.leased_s is None or fate.answered_s < fate.leased_s
+        ):
             continue  # its answer was on the way
         out.append(float("inf") if fate.leased_s is None else fate.leased_s)
     return out

@@ -21,21 +21,41 @@ def events_of(*lines):
 
 class Observe(unittest.TestCase):
     def test_who_holds_what(self):
-        events = events_of(line("lease", 1, 0, 16, "a"), line("lease", 2, 0, 16, "b b"), line("lease", 3, 0, 16, "a"), line("lease", 3, 0, 16, "c"), line("answer", 1, 0, 16, "a"))
+        events = events_of(
+            line("lease", 1, 0, 16, "a"),
+            line("lease", 2, 0, 16, "b b"),
+            line("lease", 3, 0, 16, "a"),
+            line("lease", 3, 0, 16, "c"),
+            line("answer", 1, 0, 16, "a"),
+        )
         self.assertEqual(held(events, "a", 3.5), [Band(1, 0, 16, 1, 0)])
         self.assertEqual(held(events, "a", 4.5), [])
         self.assertEqual(held(events, "b b", 4.5), [Band(2, 0, 16, 1, 0)])
 
     def test_a_band_that_is_cut_anew_is_leased_with_the_first_of_its_rows(self):
-        events = events_of(line("lease", 1, 0, 32, "a"), line("lease", 1, 32, 48, "b"), line("lease", 1, 16, 32, "b"), line("lease", 1, 0, 16, "c"))
+        events = events_of(
+            line("lease", 1, 0, 32, "a"),
+            line("lease", 1, 32, 48, "b"),
+            line("lease", 1, 16, 32, "b"),
+            line("lease", 1, 0, 16, "c"),
+        )
         self.assertEqual(lease_delays_s(events, "a", 0.5), [1.5])
 
     def test_what_nobody_gets_is_told(self):
-        events = events_of(line("lease", 1, 0, 32, "a"), line("lease", 1, 0, 32, "checks"), line("lease", 2, 0, 32, "b"))
+        events = events_of(
+            line("lease", 1, 0, 32, "a"),
+            line("lease", 1, 0, 32, "checks"),
+            line("lease", 2, 0, 32, "b"),
+        )
         self.assertEqual(lease_delays_s(events, "a", 0.5), [float("inf")])
 
     def test_an_answer_on_its_way_is_no_loss(self):
-        events = events_of(line("lease", 1, 0, 16, "a"), line("lease", 2, 0, 16, "a"), line("answer", 1, 0, 16, "a"), line("lease", 2, 0, 16, "b"))
+        events = events_of(
+            line("lease", 1, 0, 16, "a"),
+            line("lease", 2, 0, 16, "a"),
+            line("answer", 1, 0, 16, "a"),
+            line("lease", 2, 0, 16, "b"),
+        )
         self.assertEqual(lease_delays_s(events, "a", 1.5), [1.5])
         self.assertEqual([f.answered_s for f in fates(events, "a", 1.5)], [0.5, None])
 
@@ -54,10 +74,19 @@ class Observe(unittest.TestCase):
 class Ideal(unittest.TestCase):
     def test_work_left_is_divided_among_who_is_left(self):
         for name, work_s, prepare_s, workers, killed_at_s, most, wanted_s in (
-                ("nobody is killed", 12, 0, 3, [], 3, 4), ("half way", 12, 0, 3, [2], 3, 5), ("two of them", 12, 0, 3, [2, 1], 3, 1 + 1 + 7), ("after the end", 12, 0, 3, [4.5], 3, 4),
-                ("two cores", 12, 0, 3, [2], 2, 6), ("one core", 12, 0, 3, [2, 3], 1, 12), ("before it was ready", 12, 1, 3, [0.5], 3, 7), ("later", 12, 1, 3, [3], 3, 6)):
+            ("nobody is killed", 12, 0, 3, [], 3, 4),
+            ("half way", 12, 0, 3, [2], 3, 5),
+            ("two of them", 12, 0, 3, [2, 1], 3, 1 + 1 + 7),
+            ("after the end", 12, 0, 3, [4.5], 3, 4),
+            ("two cores", 12, 0, 3, [2], 2, 6),
+            ("one core", 12, 0, 3, [2, 3], 1, 12),
+            ("before it was ready", 12, 1, 3, [0.5], 3, 7),
+            ("later", 12, 1, 3, [3], 3, 6),
+        ):
             with self.subTest(name):
-                self.assertAlmostEqual(ideal_s(work_s, prepare_s, workers, killed_at_s, most), wanted_s)
+                self.assertAlmostEqual(
+                    ideal_s(work_s, prepare_s, workers, killed_at_s, most), wanted_s
+                )
 
 
 if __name__ == "__main__":

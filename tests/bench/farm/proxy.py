@@ -19,7 +19,9 @@ _FOLDER = pathlib.Path(__file__).resolve().parents[3] / "build" / "deps" / "toxi
 
 
 def _program():
-    return shutil.which("toxiproxy-server") or (str(_FOLDER / "server") if (_FOLDER / "server").exists() else None)
+    return shutil.which("toxiproxy-server") or (
+        str(_FOLDER / "server") if (_FOLDER / "server").exists() else None
+    )
 
 
 def proxy_missing():
@@ -30,7 +32,14 @@ def proxy_missing():
     if go is None:
         return "no toxiproxy-server, and no go to build it (Debian: golang-go)"
     _FOLDER.mkdir(parents=True, exist_ok=True)
-    done = subprocess.run([go, "install", f"{_PACKAGE}@{_VERSION}"], env={**os.environ, "GOBIN": str(_FOLDER)}, capture_output=True, text=True, timeout=900, check=False)
+    done = subprocess.run(
+        [go, "install", f"{_PACKAGE}@{_VERSION}"],
+        env={**os.environ, "GOBIN": str(_FOLDER)},
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
     return "" if _program() else f"go install {_PACKAGE}@{_VERSION}: {done.stderr.strip()[-200:]}"
 
 
@@ -40,10 +49,25 @@ class Proxy:
     def __init__(self, to_port):
         # It does not say which port it has chosen, so one is chosen for it.
         self._api = hold_port()
-        self._process = subprocess.Popen([_program(), "-port", str(self._api)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=ENVIRONMENT, preexec_fn=die_with_parent())
+        self._process = subprocess.Popen(
+            [_program(), "-port", str(self._api)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=ENVIRONMENT,
+            preexec_fn=die_with_parent(),
+        )
         try:
             self._wait()
-            said = self._ask("POST", "/proxies", {"name": "farm", "listen": "127.0.0.1:0", "upstream": f"127.0.0.1:{to_port}", "enabled": True})
+            said = self._ask(
+                "POST",
+                "/proxies",
+                {
+                    "name": "farm",
+                    "listen": "127.0.0.1:0",
+                    "upstream": f"127.0.0.1:{to_port}",
+                    "enabled": True,
+                },
+            )
         except Exception:
             self._process.kill()
             raise
@@ -63,7 +87,12 @@ class Proxy:
 
     def _ask(self, method, path, body=None):
         connection = http.client.HTTPConnection("127.0.0.1", self._api, timeout=10)
-        connection.request(method, path, body=json.dumps(body) if body is not None else None, headers={"Content-Type": "application/json"})
+        connection.request(
+            method,
+            path,
+            body=json.dumps(body) if body is not None else None,
+            headers={"Content-Type": "application/json"},
+        )
         reply = connection.getresponse()
         text = reply.read()
         connection.close()
@@ -74,14 +103,31 @@ class Proxy:
     def delay(self, latency_ms, jitter_ms):
         """Each way."""
         for stream in ("upstream", "downstream"):
-            self._ask("POST", "/proxies/farm/toxics", {"type": "latency", "stream": stream, "attributes": {"latency": latency_ms, "jitter": jitter_ms}})
+            self._ask(
+                "POST",
+                "/proxies/farm/toxics",
+                {
+                    "type": "latency",
+                    "stream": stream,
+                    "attributes": {"latency": latency_ms, "jitter": jitter_ms},
+                },
+            )
 
     def reset_every(self, seconds):
         """From now on all connections are reset now and then."""
 
         def work():
             while not self._stop.wait(seconds):
-                self._ask("POST", "/proxies/farm/toxics", {"name": "cut", "type": "reset_peer", "stream": "downstream", "attributes": {"timeout": 0}})
+                self._ask(
+                    "POST",
+                    "/proxies/farm/toxics",
+                    {
+                        "name": "cut",
+                        "type": "reset_peer",
+                        "stream": "downstream",
+                        "attributes": {"timeout": 0},
+                    },
+                )
                 self._stop.wait(0.3)
                 self._ask("DELETE", "/proxies/farm/toxics/cut")
                 self.resets += 1

@@ -16,7 +16,21 @@ def main():
     args = parser.parse_args()
 
     def of_samples(samples):
-        return [invented_survey(), "--size", "640x360", "--tile", "32", "--integrator", "path", "--samples", samples, "--bounces", "4", "--processing-memory-mib", "512"]
+        return [
+            invented_survey(),
+            "--size",
+            "640x360",
+            "--tile",
+            "32",
+            "--integrator",
+            "path",
+            "--samples",
+            samples,
+            "--bounces",
+            "4",
+            "--processing-memory-mib",
+            "512",
+        ]
 
     scene, small = of_samples(64), of_samples(8)
     figures, pictures = {}, set()
@@ -37,10 +51,16 @@ def main():
     figures["workers_2_cold_s"] = cold.tracing_s
     local, far = [], []
     for _ in range(max(args.runs, 3)):
-        a, b = Render(*scene, "--threads", "2", "--quality-coarse-step", "1").end(), Render(*scene, "--threads", "0", *there).end()
+        a, b = (
+            Render(*scene, "--threads", "2", "--quality-coarse-step", "1").end(),
+            Render(*scene, "--threads", "0", *there).end(),
+        )
         pictures.update((a.bytes, b.bytes))
         local.append(a.tracing_s), far.append(b.tracing_s)
-    figures["threads_2_s"], figures["workers_2_s"] = statistics.median(local), statistics.median(far)
+    figures["threads_2_s"], figures["workers_2_s"] = (
+        statistics.median(local),
+        statistics.median(far),
+    )
     figures["loopback_efficiency"] = statistics.median(l / f for l, f in zip(local, far))
     for w in workers:
         w.kill()

@@ -10,6 +10,7 @@ The grabber hashes, checks and records what it fetches, and waits until it is on
 second ratio compares like with like. Its start, about half a second, is in its time: lists should take many times that.
 With --netem and as root, the server stands in a network of its own behind a slow line. The last line is JSON, for programs.
 """
+
 import argparse
 import json
 import os
@@ -45,7 +46,13 @@ def laz(size, east_km, north_km, rng):
     vlr[2:16] = b"laszip encoded"
     struct.pack_into("<HH", vlr, 18, 22204, 34)
     struct.pack_into("<H", vlr, 54, 2)
-    return bytes(header) + bytes(vlr) + struct.pack("<q", 227 + 88 + 8 + data) + rng.randbytes(data) + struct.pack("<II", 0, 1)
+    return (
+        bytes(header)
+        + bytes(vlr)
+        + struct.pack("<q", 227 + 88 + 8 + data)
+        + rng.randbytes(data)
+        + struct.pack("<II", 0, 1)
+    )
 
 
 def make_files(folder, count, size):
@@ -61,7 +68,9 @@ def make_files(folder, count, size):
 
 def start_portal(folder, rate=None):
     pace = ["--rate", str(rate)] if rate else []
-    portal = subprocess.Popen(["node", PORTAL, "--root", folder, *pace], stdout=subprocess.PIPE, text=True)
+    portal = subprocess.Popen(
+        ["node", PORTAL, "--root", folder, *pace], stdout=subprocess.PIPE, text=True
+    )
     return portal, portal.stdout.readline().strip()
 
 
@@ -70,11 +79,26 @@ def run_curl(base, names, target, concurrency):
     with open(config, "w") as file:
         for name in names:
             file.write(f'url = "{base}/TM_{name}.laz"\noutput = "{target}/{name}.laz"\n')
-    subprocess.run(["curl", "-sS", "--fail", "--parallel", "--parallel-max", str(concurrency), "-K", config], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run(
+        ["curl", "-sS", "--fail", "--parallel", "--parallel-max", str(concurrency), "-K", config],
+        check=True,
+        stderr=subprocess.DEVNULL,
+    )
 
 
 def run_grabber(base, names, target, concurrency):
-    command = ["node", GRABBER, "fetch", "--url-template", base + "/TM_{name}.laz", "--allow-private", "--squares", ",".join(names), "--store", target]
+    command = [
+        "node",
+        GRABBER,
+        "fetch",
+        "--url-template",
+        base + "/TM_{name}.laz",
+        "--allow-private",
+        "--squares",
+        ",".join(names),
+        "--store",
+        target,
+    ]
     command += ["--concurrency", str(concurrency), *os.environ.get("GRAB_OPTIONS", "").split()]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode != 0:
@@ -105,8 +129,26 @@ def slow_line(netem):
         return True
     if os.geteuid() != 0 or shutil.which("tc") is None:
         return False
-    steps = [["ip", "netns", "add", SPACE], ["ip", "netns", "exec", SPACE, "ip", "link", "set", "lo", "up"]]
-    steps += [["ip", "netns", "exec", SPACE, "tc", "qdisc", "add", "dev", "lo", "root", "netem", *netem.split()]]
+    steps = [
+        ["ip", "netns", "add", SPACE],
+        ["ip", "netns", "exec", SPACE, "ip", "link", "set", "lo", "up"],
+    ]
+    steps += [
+        [
+            "ip",
+            "netns",
+            "exec",
+            SPACE,
+            "tc",
+            "qdisc",
+            "add",
+            "dev",
+            "lo",
+            "root",
+            "netem",
+            *netem.split(),
+        ]
+    ]
     return all(subprocess.run(step, stderr=subprocess.DEVNULL).returncode == 0 for step in steps)
 
 
@@ -125,17 +167,34 @@ def compare(label, count, size, options):
     curl, curl_spent, synced = (statistics.median(column) for column in zip(*times["curl"]))
     grabber, spent, _ = (statistics.median(column) for column in zip(*times["grabber"]))
     line = f"{label}: {count} files of {size} bytes, {options.concurrency} at a time: curl {curl:.2f} s ({curl_spent:.2f} s of processor), with sync {synced:.2f} s"
-    print(f"{line}, grabber {grabber:.2f} s ({spent:.2f}), ratio {curl / grabber:.2f}, with sync {synced / grabber:.2f}", flush=True)
-    return {"curl_s": curl, "curl_sync_s": synced, "grabber_s": grabber, "ratio": curl / grabber, "ratio_sync": synced / grabber}
+    print(
+        f"{line}, grabber {grabber:.2f} s ({spent:.2f}), ratio {curl / grabber:.2f}, with sync {synced / grabber:.2f}",
+        flush=True,
+    )
+    return {
+        "curl_s": curl,
+        "curl_sync_s": synced,
+        "grabber_s": grabber,
+        "ratio": curl / grabber,
+        "ratio_sync": synced / grabber,
+    }
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--concurrency", type=int, default=4)
     parser.add_argument("--lists", default=",".join(LISTS))
-    parser.add_argument("--rate", type=int, help="the server paces each body to so many bytes a second, as portals do")
-    parser.add_argument("--netem", default="", help="as tc has it, such as 'delay 10ms rate 200mbit'; needs root")
+    parser.add_argument(
+        "--rate",
+        type=int,
+        help="the server paces each body to so many bytes a second, as portals do",
+    )
+    parser.add_argument(
+        "--netem", default="", help="as tc has it, such as 'delay 10ms rate 200mbit'; needs root"
+    )
     options = parser.parse_args()
     if options.netem and os.environ.get("TERRAVOX_BENCH_INSIDE") is None:
         try:
@@ -143,10 +202,18 @@ def main():
                 print(f"skipped: a slow line ({options.netem}) needs root, ip netns and tc netem")
                 return
             environment = {**os.environ, "TERRAVOX_BENCH_INSIDE": "1"}
-            sys.exit(subprocess.run(["ip", "netns", "exec", SPACE, sys.executable, *sys.argv], env=environment).returncode)
+            sys.exit(
+                subprocess.run(
+                    ["ip", "netns", "exec", SPACE, sys.executable, *sys.argv], env=environment
+                ).returncode
+            )
         finally:
             subprocess.run(["ip", "netns", "del", SPACE], stderr=subprocess.DEVNULL)
-    print(json.dumps({label: compare(label, *LISTS[label], options) for label in options.lists.split(",")}))
+    print(
+        json.dumps(
+            {label: compare(label, *LISTS[label], options) for label in options.lists.split(",")}
+        )
+    )
 
 
 if __name__ == "__main__":

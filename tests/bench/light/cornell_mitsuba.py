@@ -11,6 +11,7 @@ The job names everything, so that both renderers get the same numbers. Vectors a
   figures   file that takes the figures: {mitsuba, wall_s}
 Pixels are boxes, paths end by Russian roulette alone.
 """
+
 import json
 import math
 import sys
@@ -33,7 +34,12 @@ def mesh_of(part, number, folder):
     header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(corners)}\nproperty float x\nproperty float y\nproperty float z\n"
     header += f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
     file.write_bytes(header.encode() + corners.astype("<f4").tobytes() + faces.tobytes())
-    shape = {"type": "ply", "filename": str(file), "face_normals": True, "bsdf": {"type": "diffuse", "reflectance": rgb(part["albedo"])}}
+    shape = {
+        "type": "ply",
+        "filename": str(file),
+        "face_normals": True,
+        "bsdf": {"type": "diffuse", "reflectance": rgb(part["albedo"])},
+    }
     if any(part["emission"]):
         shape["emitter"] = {"type": "area", "radiance": rgb(part["emission"])}
     return shape
@@ -47,19 +53,38 @@ def sun_disc(sun):
     radius = SUN_DISTANCE * math.tan(sun["radius_rad"])
     scale = 1 / math.sin(sun["radius_rad"]) ** 2
     to = np.array(sun["to"]) / np.linalg.norm(sun["to"])
-    place = mi.ScalarTransform4f().look_at(origin=list(to * SUN_DISTANCE), target=[0, 0, 0], up=[0, 0, 1])
-    return {"type": "disk", "to_world": place @ mi.ScalarTransform4f().scale(radius), "bsdf": {"type": "diffuse", "reflectance": rgb([0, 0, 0])},
-            "emitter": {"type": "area", "radiance": rgb([v * scale for v in sun["light"]])}}
+    place = mi.ScalarTransform4f().look_at(
+        origin=list(to * SUN_DISTANCE), target=[0, 0, 0], up=[0, 0, 1]
+    )
+    return {
+        "type": "disk",
+        "to_world": place @ mi.ScalarTransform4f().scale(radius),
+        "bsdf": {"type": "diffuse", "reflectance": rgb([0, 0, 0])},
+        "emitter": {"type": "area", "radiance": rgb([v * scale for v in sun["light"]])},
+    }
 
 
 def scene_of(job, folder):
     camera, (width, height) = job["camera"], job["size_px"]
     scene = {"type": "scene", "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8}}
     scene["sensor"] = {
-        "type": "perspective", "fov": camera["fov_deg"], "fov_axis": "y", "near_clip": 0.01, "far_clip": 1e6,
-        "to_world": mi.ScalarTransform4f().look_at(origin=camera["position"], target=camera["target"], up=[0, 1, 0]),
+        "type": "perspective",
+        "fov": camera["fov_deg"],
+        "fov_axis": "y",
+        "near_clip": 0.01,
+        "far_clip": 1e6,
+        "to_world": mi.ScalarTransform4f().look_at(
+            origin=camera["position"], target=camera["target"], up=[0, 1, 0]
+        ),
         "sampler": {"type": "independent", "sample_count": job["samples"]},
-        "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"},
+        "film": {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "rfilter": {"type": "box"},
+            "pixel_format": "rgb",
+            "component_format": "float32",
+        },
     }
     for number, part in enumerate(job["parts"]):
         scene[f"part{number}"] = mesh_of(part, number, folder)

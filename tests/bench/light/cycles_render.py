@@ -12,6 +12,7 @@ The job names everything, so that both renderers get the same numbers:
 The scene stays in memory between pictures, and each view has a tiny picture first: times are those of path tracing alone.
 Pixels are boxes on both sides, and no light is cut off, so that the means are comparable.
 """
+
 import json
 import math
 import sys
@@ -42,7 +43,9 @@ def add_mesh(path, albedo):
     matt = nodes.new("ShaderNodeBsdfDiffuse")
     matt.inputs["Color"].default_value = (albedo, albedo, albedo, 1)
     matt.inputs["Roughness"].default_value = 0
-    grey.node_tree.links.new(matt.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    grey.node_tree.links.new(
+        matt.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
+    )
     mesh.materials.append(grey)
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("voxels", mesh))
 
@@ -90,7 +93,12 @@ def set_up(job):
     scene.render.threads_mode, scene.render.threads = "FIXED", job["threads"]
     scene.render.use_persistent_data = True
     settings = scene.render.image_settings
-    settings.file_format, settings.color_depth, settings.color_mode, settings.exr_codec = "OPEN_EXR", "32", "RGB", "NONE"
+    settings.file_format, settings.color_depth, settings.color_mode, settings.exr_codec = (
+        "OPEN_EXR",
+        "32",
+        "RGB",
+        "NONE",
+    )
     return scene
 
 

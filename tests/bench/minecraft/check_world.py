@@ -7,6 +7,7 @@
 Every N-th chunk is counted block by block (anvil-parser2 reads some 10 a second), by block and, with terravox.json, by material. Reads sections
 -4 to 19: worlds of the usual height. Exit code 1: something is missing, or the blocks counted are not N (--voxels, with --every 1).
 """
+
 import argparse
 import collections
 import json
@@ -21,8 +22,10 @@ def check_level(folder):
     data = nbtlib.load(folder / "level.dat")["Data"]
     spawn = [int(data["Spawn" + axis]) for axis in "XYZ"]
     generator = data["WorldGenSettings"]["dimensions"]["minecraft:overworld"]["generator"]
-    print(f"{data['LevelName']}: version {data['Version']['Name']} ({int(data['DataVersion'])}), spawn {spawn}, generator {generator['type']}, "
-          f"packs {[str(p) for p in data['DataPacks']['Enabled']]}")
+    print(
+        f"{data['LevelName']}: version {data['Version']['Name']} ({int(data['DataVersion'])}), spawn {spawn}, generator {generator['type']}, "
+        f"packs {[str(p) for p in data['DataPacks']['Enabled']]}"
+    )
     return spawn
 
 
@@ -46,7 +49,9 @@ def count_chunk(chunk, blocks):
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("world", type=pathlib.Path)
     arguments.add_argument("--every", type=int, default=1)
     arguments.add_argument("--voxels", type=int)
@@ -56,7 +61,10 @@ def main():
     for file in sorted((asked.world / "region").glob("r.*.mca")):
         for chunk in chunks_of(file):
             if (chunk.x, chunk.z) == (spawn[0] >> 4, spawn[2] >> 4):
-                at_spawn = [chunk.get_block(spawn[0] & 15, spawn[1] + step, spawn[2] & 15).name() for step in (-1, 0)]
+                at_spawn = [
+                    chunk.get_block(spawn[0] & 15, spawn[1] + step, spawn[2] & 15).name()
+                    for step in (-1, 0)
+                ]
             if chunks % asked.every == 0:
                 count_chunk(chunk, blocks)
                 counted += 1
@@ -75,7 +83,9 @@ def main():
     unknown = [name for name in blocks if meaning and name not in meaning]
     wrong = bool(unknown) or chunks == 0 or (asked.voxels is not None and solid != asked.voxels)
     if wrong:
-        print(f"WRONG: without meaning {unknown}, {chunks} chunks, {solid} blocks of {asked.voxels}")
+        print(
+            f"WRONG: without meaning {unknown}, {chunks} chunks, {solid} blocks of {asked.voxels}"
+        )
     return 1 if wrong else 0
 
 

@@ -8,6 +8,7 @@
 A PATH is a folder with regions (in it or in its `region`) or Alpha chunks, a region, or one chunk. Only the overworld is read.
 Air is not counted. Keys: "minecraft:stone", or "id:data" in chunks of numeric ids.
 """
+
 import argparse
 import collections
 import gzip
@@ -81,7 +82,15 @@ def indices(longs, size, padded):
         return [words[i // each] >> bits * (i % each) & mask for i in range(4096)]
     bits = len(words) // 64
     mask = (1 << bits) - 1
-    return [(words[i * bits // 64] | (words[i * bits // 64 + 1] << 64 if i * bits // 64 + 1 < len(words) else 0)) >> i * bits % 64 & mask for i in range(4096)]
+    return [
+        (
+            words[i * bits // 64]
+            | (words[i * bits // 64 + 1] << 64 if i * bits // 64 + 1 < len(words) else 0)
+        )
+        >> i * bits % 64
+        & mask
+        for i in range(4096)
+    ]
 
 
 def count_chunk(root, counts):
@@ -102,7 +111,9 @@ def count_chunk(root, counts):
         if len(names) == 1:
             counts[names[0]] += 4096
         else:
-            for index, count in collections.Counter(indices(longs, len(names), version >= FIRST_PADDED)).items():
+            for index, count in collections.Counter(
+                indices(longs, len(names), version >= FIRST_PADDED)
+            ).items():
                 counts[names[index]] += count
 
 
@@ -111,19 +122,36 @@ def histogram(path):
     for chunk in chunks(path):
         seen += 1
         count_chunk(chunk, counts)
-    return {"chunks": seen, "damaged": damaged, "blocks": {name: n for name, n in sorted(counts.items()) if name not in AIR and n}}
+    return {
+        "chunks": seen,
+        "damaged": damaged,
+        "blocks": {name: n for name, n in sorted(counts.items()) if name not in AIR and n},
+    }
 
 
 def ours(command, path):
-    facts = json.loads(subprocess.run([*command, str(path)], check=True, capture_output=True, text=True).stdout)
+    facts = json.loads(
+        subprocess.run([*command, str(path)], check=True, capture_output=True, text=True).stdout
+    )
     world = next(d for d in facts["dimensions"] if d["name"] == "overworld")
-    return {"chunks": world["chunks"]["all"], "damaged": world["chunks"]["damaged"], "blocks": world.get("blocks", {})}
+    return {
+        "chunks": world["chunks"]["all"],
+        "damaged": world["chunks"]["damaged"],
+        "blocks": world.get("blocks", {}),
+    }
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("paths", nargs="+", type=pathlib.Path)
-    arguments.add_argument("--compare", nargs=argparse.REMAINDER, metavar="PROGRAM", help="a program and its arguments, to which the path is added")
+    arguments.add_argument(
+        "--compare",
+        nargs=argparse.REMAINDER,
+        metavar="PROGRAM",
+        help="a program and its arguments, to which the path is added",
+    )
     options = arguments.parse_args()
     if not options.compare:
         json.dump({str(path): histogram(path) for path in options.paths}, sys.stdout, indent=1)
@@ -137,8 +165,13 @@ def main():
         wrong = [kind for kind in kinds if theirs["blocks"].get(kind) != mine["blocks"].get(kind)]
         same_chunks = theirs["chunks"] == mine["chunks"]
         differing += len(wrong) + (0 if same_chunks else 1)
-        chunk_text = str(theirs["chunks"]) if same_chunks else f"{theirs['chunks']} / ours {mine['chunks']}"
-        print(f"| {'/'.join(path.parts[-2:])} | {chunk_text} | {len(kinds)} | {sum(theirs['blocks'].values())} | {len(wrong)} |", flush=True)
+        chunk_text = (
+            str(theirs["chunks"]) if same_chunks else f"{theirs['chunks']} / ours {mine['chunks']}"
+        )
+        print(
+            f"| {'/'.join(path.parts[-2:])} | {chunk_text} | {len(kinds)} | {sum(theirs['blocks'].values())} | {len(wrong)} |",
+            flush=True,
+        )
         for kind in sorted(wrong)[:10]:
             print(f"  {kind}: {theirs['blocks'].get(kind)} / ours {mine['blocks'].get(kind)}")
     return 1 if differing else 0

@@ -12,7 +12,11 @@ GRID, INK = "#dddddd", "#222222"
 def round_step(largest, most_steps=6):
     """The smallest of 1, 2, 5 times a power of ten that needs no more than so many steps to reach `largest` (above 0)."""
     power = 10.0 ** math.floor(math.log10(largest / most_steps))
-    return next(factor * power for factor in (1, 2, 5, 10) if factor * power * most_steps >= largest * (1 - 1e-9))
+    return next(
+        factor * power
+        for factor in (1, 2, 5, 10)
+        if factor * power * most_steps >= largest * (1 - 1e-9)
+    )
 
 
 def number(value):
@@ -30,14 +34,21 @@ def line(x0, y0, x1, y1, colour=INK, width=1.0):
 
 def document(width, height, title, caption, parts):
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
-    frame = [f'<rect width="{width}" height="{height}" fill="white"/>', text(16, 26, title, size=16), text(16, height - 12, caption, size=10)]
+    frame = [
+        f'<rect width="{width}" height="{height}" fill="white"/>',
+        text(16, 26, title, size=16),
+        text(16, height - 12, caption, size=10),
+    ]
     return "\n".join([head, f"<title>{escape(title)}</title>", *frame, *parts, "</svg>"]) + "\n"
 
 
 def legend(names, x, y):
     parts = []
     for index, name in enumerate(names):
-        parts += [f'<circle cx="{x:.1f}" cy="{y - 4:.1f}" r="5" fill="{COLOURS[index % len(COLOURS)]}"/>', text(x + 10, y, name)]
+        parts += [
+            f'<circle cx="{x:.1f}" cy="{y - 4:.1f}" r="5" fill="{COLOURS[index % len(COLOURS)]}"/>',
+            text(x + 10, y, name),
+        ]
         x += 34 + 7 * len(name)
     return parts
 
@@ -49,7 +60,9 @@ def line_chart(title, caption, x_name, y_name, places, series):
     and its whisker goes from the least to the greatest.
     """
     width, height, left, right, top, bottom = 720, 440, 70, 24, 74, 74
-    largest = max(value for places_of in series.values() for values in places_of for value in values)
+    largest = max(
+        value for places_of in series.values() for values in places_of for value in values
+    )
     step = round_step(largest)
     end = step * math.ceil(largest / step - 1e-9)
 
@@ -61,16 +74,30 @@ def line_chart(title, caption, x_name, y_name, places, series):
 
     parts = legend(series, left, 52)
     for tick in range(round(end / step) + 1):
-        parts += [line(left, y_of(tick * step), width - right, y_of(tick * step), GRID), text(left - 8, y_of(tick * step) + 4, number(tick * step), "end")]
-    parts += [text(x_of(index), height - bottom + 18, label, "middle") for index, label in enumerate(places)]
-    parts += [text((left + width - right) / 2, height - bottom + 40, x_name, "middle"), text(22, (top + height - bottom) / 2, y_name, "middle", turned=True)]
+        parts += [
+            line(left, y_of(tick * step), width - right, y_of(tick * step), GRID),
+            text(left - 8, y_of(tick * step) + 4, number(tick * step), "end"),
+        ]
+    parts += [
+        text(x_of(index), height - bottom + 18, label, "middle")
+        for index, label in enumerate(places)
+    ]
+    parts += [
+        text((left + width - right) / 2, height - bottom + 40, x_name, "middle"),
+        text(22, (top + height - bottom) / 2, y_name, "middle", turned=True),
+    ]
     for order, values_at in enumerate(series.values()):
         colour = COLOURS[order % len(COLOURS)]
         marks = [(x_of(index), y_of(median(values))) for index, values in enumerate(values_at)]
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in marks)
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>')
+        parts.append(
+            f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>'
+        )
         for (x, y), values in zip(marks, values_at):
-            parts += [line(x, y_of(min(values)), x, y_of(max(values)), colour, 1.5), f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{colour}"/>']
+            parts += [
+                line(x, y_of(min(values)), x, y_of(max(values)), colour, 1.5),
+                f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{colour}"/>',
+            ]
     return document(width, height, title, caption, parts)
 
 
@@ -91,14 +118,24 @@ def bar_chart(title, caption, x_name, bars, marks, mark_name):
     bottom = top + row * len(bars)
     parts = legend(["here", mark_name], left, 52)
     for power in range(low, high + 1):
-        parts += [line(x_of(10.0**power), top, x_of(10.0**power), bottom, GRID), text(x_of(10.0**power), bottom + 18, number(10.0**power), "middle")]
+        parts += [
+            line(x_of(10.0**power), top, x_of(10.0**power), bottom, GRID),
+            text(x_of(10.0**power), bottom + 18, number(10.0**power), "middle"),
+        ]
     parts.append(text((left + width - right) / 2, bottom + 40, x_name, "middle"))
     for order, (name, value) in enumerate(bars.items()):
         y = top + row * order
-        parts += [text(left - 8, y + 16, name, "end"), text(width - right + 8, y + 16, number(value))]
-        parts.append(f'<rect x="{left}" y="{y + 5}" width="{max(1.0, x_of(value) - left):.1f}" height="{row - 10}" fill="{COLOURS[0]}"/>')
+        parts += [
+            text(left - 8, y + 16, name, "end"),
+            text(width - right + 8, y + 16, number(value)),
+        ]
+        parts.append(
+            f'<rect x="{left}" y="{y + 5}" width="{max(1.0, x_of(value) - left):.1f}" height="{row - 10}" fill="{COLOURS[0]}"/>'
+        )
         if name in marks:
-            parts.append(f'<circle cx="{x_of(marks[name]):.1f}" cy="{y + row / 2:.1f}" r="5" fill="{COLOURS[1]}" stroke="white"/>')
+            parts.append(
+                f'<circle cx="{x_of(marks[name]):.1f}" cy="{y + row / 2:.1f}" r="5" fill="{COLOURS[1]}" stroke="white"/>'
+            )
     return document(width, height, title, caption, parts)
 
 

@@ -34,12 +34,19 @@ class Scale(unittest.TestCase):
 
 class Lines(unittest.TestCase):
     def points(self, svg):
-        return [[tuple(map(float, point.split(","))) for point in line.get("points").split()] for line in drawn(svg, "polyline")]
+        return [
+            [tuple(map(float, point.split(","))) for point in line.get("points").split()]
+            for line in drawn(svg, "polyline")
+        ]
 
     def test_more_is_higher_in_proportion_and_places_are_evenly_spaced(self):
-        (rising,) = self.points(chart.line_chart("t", "c", "x", "y", [8, 16, 32], {"one": [[10], [20], [40]]}))
+        (rising,) = self.points(
+            chart.line_chart("t", "c", "x", "y", [8, 16, 32], {"one": [[10], [20], [40]]})
+        )
         self.assertAlmostEqual(rising[1][0] - rising[0][0], rising[2][0] - rising[1][0], delta=0.2)
-        self.assertAlmostEqual((rising[1][1] - rising[2][1]) / (rising[0][1] - rising[1][1]), 2, delta=0.02)
+        self.assertAlmostEqual(
+            (rising[1][1] - rising[2][1]) / (rising[0][1] - rising[1][1]), 2, delta=0.02
+        )
 
     def test_a_mark_is_the_median_of_its_values(self):
         svg = chart.line_chart("t", "c", "x", "y", [1], {"many": [[1, 2, 30]], "two": [[2]]})
@@ -47,14 +54,16 @@ class Lines(unittest.TestCase):
         self.assertEqual(many[1], two[1])
 
     def test_names_may_hold_any_character(self):
-        svg = chart.line_chart("a < b & c", "\"quoted\"", "x", "y", ["<8>"], {"1 > 0": [[1]]})
-        for text in ("a < b & c", "\"quoted\"", "<8>", "1 > 0"):
+        svg = chart.line_chart("a < b & c", '"quoted"', "x", "y", ["<8>"], {"1 > 0": [[1]]})
+        for text in ("a < b & c", '"quoted"', "<8>", "1 > 0"):
             self.assertIn(text, words(svg))
 
 
 class Bars(unittest.TestCase):
     def test_ten_times_as_much_is_one_step_wider(self):
-        svg = chart.bar_chart("t", "c", "x", {"low": 0.1, "middle": 1, "high": 10, "least": 0.02}, {}, "other")
+        svg = chart.bar_chart(
+            "t", "c", "x", {"low": 0.1, "middle": 1, "high": 10, "least": 0.02}, {}, "other"
+        )
         low, middle, high, _ = [float(bar.get("width")) for bar in drawn(svg, "rect")][1:]
         self.assertAlmostEqual(middle - low, high - middle, delta=0.2)
         self.assertGreater(middle - low, 50)

@@ -28,8 +28,20 @@ from serving import benchmark_square, binary, temporary_folder, tell  # noqa: E4
 
 TILES_PX = (8, 16, 32, 64, 128, 256)
 # Milliseconds of the paper for one box of 64 x 256 x 64, for the steps that both have (figure 9).
-PAPER_MS = {"point load": 283, "orthophoto load": 0.167, "transformation": 4, "quantization": 1, "column init": 0.882, "building fill": 0.862,
-            "ground fill": 16, "underground fill": 2, "specialization": 19, "serialization": 33, "water": 0.049, "whole box": 435}
+PAPER_MS = {
+    "point load": 283,
+    "orthophoto load": 0.167,
+    "transformation": 4,
+    "quantization": 1,
+    "column init": 0.882,
+    "building fill": 0.862,
+    "ground fill": 16,
+    "underground fill": 2,
+    "specialization": 19,
+    "serialization": 33,
+    "water": 0.049,
+    "whole box": 435,
+}
 # The camera of the paper: a bird's eye about 500 m above the town, 40 degrees, 1280 x 720.
 SQUARE_CAMERA = ["--camera-position", "462500,101050,800", "--camera-target", "462500,101450,300"]
 PAPER_PICTURE = ["--camera-fov-deg", "40", "--size", "1280x720", "--memory-mib", "700"]
@@ -58,12 +70,22 @@ class Bench:
         """Wall seconds of the program from start to end, and its report."""
         report = self.folder / "report.json"
         command = [binary("RAYTRACER"), "render", *self.world, *self.view, *flags]
-        command += ["--cache", str(self.cache(kept_by)), "-q", "--report", str(report), "-o", str(self.folder / "picture.png")]
+        command += [
+            "--cache",
+            str(self.cache(kept_by)),
+            "-q",
+            "--report",
+            str(report),
+            "-o",
+            str(self.folder / "picture.png"),
+        ]
         began = time.monotonic()
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         seconds = time.monotonic() - began
         if done.returncode != 0:
-            sys.exit(f"render {' '.join(flags)}: exit code {done.returncode}: {done.stderr.strip()[-500:]}")
+            sys.exit(
+                f"render {' '.join(flags)}: exit code {done.returncode}: {done.stderr.strip()[-500:]}"
+            )
         return seconds, json.loads(report.read_text())
 
 
@@ -94,8 +116,13 @@ def steps(bench):
     bench.clear()
     stages = {stage["name"]: stage for stage in bench.render("--threads", "1")[1]["stages"]}
     boxes = stages["serialization"]["count"]
-    making = {name: stage["seconds"] * 1e3 / boxes for name, stage in stages.items()
-              if not name.endswith("(clock)") and name not in ("open files", "write pictures") and stage["seconds"] > 0}
+    making = {
+        name: stage["seconds"] * 1e3 / boxes
+        for name, stage in stages.items()
+        if not name.endswith("(clock)")
+        and name not in ("open files", "write pictures")
+        and stage["seconds"] > 0
+    }
     making["whole box"] = sum(making.values())
     return dict(sorted(making.items(), key=lambda step: -step[1]))
 
@@ -103,13 +130,23 @@ def steps(bench):
 def thread_kinds():
     cores = len(os.sched_getaffinity(0))
     counts = sorted({1, cores, *(2**power for power in range(1, 10) if 2**power < cores)})
-    return {f"{count} thread{'s' if count > 1 else ''}": ["--threads", str(count)] for count in counts}
+    return {
+        f"{count} thread{'s' if count > 1 else ''}": ["--threads", str(count)] for count in counts
+    }
 
 
 def machine():
     """Processor and count of cores, as the captions have them."""
     facts = pathlib.Path("/proc/cpuinfo")
-    names = [line.partition(":")[2].strip() for line in facts.read_text().splitlines() if line.startswith("model name")] if facts.exists() else []
+    names = (
+        [
+            line.partition(":")[2].strip()
+            for line in facts.read_text().splitlines()
+            if line.startswith("model name")
+        ]
+        if facts.exists()
+        else []
+    )
     return f"{names[0] if names else platform.machine()}, {len(os.sched_getaffinity(0))} cores"
 
 
@@ -119,12 +156,30 @@ def draw(figures, place):
     at_sizes = {name: [times[px] for px in TILES_PX] for name, times in tiles.items()}
     runs = range(1, 1 + max(len(times) for times in kinds.values()))
     charts = {
-        "figure-7-tile-size.svg": line_chart("A picture's time, by edge of its tiles", caption, "edge of a tile, pixels", "seconds", TILES_PX, at_sizes),
-        "figure-8-processors.svg": line_chart("A picture's time, by processor, run after run", caption,
-                                              "run (nothing prepared before the first)", "seconds", runs,
-                                              {name: [[seconds] for seconds in times] for name, times in kinds.items()}),
-        "figure-9-steps.svg": bar_chart("Steps of making one box", caption, "milliseconds a box, one thread", figures["step_ms"], PAPER_MS,
-                                           "paper, 64 x 256 x 64"),
+        "figure-7-tile-size.svg": line_chart(
+            "A picture's time, by edge of its tiles",
+            caption,
+            "edge of a tile, pixels",
+            "seconds",
+            TILES_PX,
+            at_sizes,
+        ),
+        "figure-8-processors.svg": line_chart(
+            "A picture's time, by processor, run after run",
+            caption,
+            "run (nothing prepared before the first)",
+            "seconds",
+            runs,
+            {name: [[seconds] for seconds in times] for name, times in kinds.items()},
+        ),
+        "figure-9-steps.svg": bar_chart(
+            "Steps of making one box",
+            caption,
+            "milliseconds a box, one thread",
+            figures["step_ms"],
+            PAPER_MS,
+            "paper, 64 x 256 x 64",
+        ),
     }
     place.mkdir(parents=True, exist_ok=True)
     for name, svg in charts.items():
@@ -133,23 +188,53 @@ def draw(figures, place):
 
 
 def readings(figures):
-    out = [[f"tile of {px} px, {name}", "s", median(times[px])] for name, times in figures["tile_px"].items() for px in TILES_PX]
+    out = [
+        [f"tile of {px} px, {name}", "s", median(times[px])]
+        for name, times in figures["tile_px"].items()
+        for px in TILES_PX
+    ]
     for name, times in figures["processors"].items():
-        out += [[f"{name}: first run", "s", times[0]], [f"{name}: runs after it", "s", median(times[1:])]]
+        out += [
+            [f"{name}: first run", "s", times[0]],
+            [f"{name}: runs after it", "s", median(times[1:])],
+        ]
     return out + [[f"step: {name}", "ms/box", value] for name, value in figures["step_ms"].items()]
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--output", type=pathlib.Path, required=True, help="folder for the drawings and figures.json")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--output",
+        type=pathlib.Path,
+        required=True,
+        help="folder for the drawings and figures.json",
+    )
     parser.add_argument("--ortho", help="orthophoto of the benchmark square, with its place")
-    parser.add_argument("--rounds", type=int, default=3, help="pictures for each size of tile, cold and hot; at least 1")
-    parser.add_argument("--runs", type=int, default=10, help="pictures for each processor; at least 2")
-    parser.add_argument("--processor", action="append", default=[], metavar="NAME=FLAGS", help="instead of one for each count of threads")
+    parser.add_argument(
+        "--rounds",
+        type=int,
+        default=3,
+        help="pictures for each size of tile, cold and hot; at least 1",
+    )
+    parser.add_argument(
+        "--runs", type=int, default=10, help="pictures for each processor; at least 2"
+    )
+    parser.add_argument(
+        "--processor",
+        action="append",
+        default=[],
+        metavar="NAME=FLAGS",
+        help="instead of one for each count of threads",
+    )
     options = parser.parse_args()
     if options.rounds < 1 or options.runs < 2:
         parser.error("--rounds is at least 1, --runs at least 2")
-    kinds = {name: flags.split() for name, _, flags in (text.partition("=") for text in options.processor)} or thread_kinds()
+    kinds = {
+        name: flags.split()
+        for name, _, flags in (text.partition("=") for text in options.processor)
+    } or thread_kinds()
 
     bench = Bench(options.ortho)
     figures = {"world": bench.name, "machine": machine()}

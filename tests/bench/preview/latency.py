@@ -21,7 +21,23 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 def demo_survey(folder):
     """As `terravox demo` has it."""
-    subprocess.run([os.environ["TERRAVOX_SURVEY"], "--seed", "7", "--squares", "1x1", "--square-m", "1000", "--density", "6", "-o", folder], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [
+            os.environ["TERRAVOX_SURVEY"],
+            "--seed",
+            "7",
+            "--squares",
+            "1x1",
+            "--square-m",
+            "1000",
+            "--density",
+            "6",
+            "-o",
+            folder,
+        ],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     return folder
 
 
@@ -33,8 +49,23 @@ def hold(desktop, key, seconds):
 def measure(desktop, world, threads, seconds):
     report = temporary_folder() / "report.json"
     size = [1280, 720]
-    program = Program("preview", world, "--ortho", world / "ortho", "--scene", ROOT / "config/scenes/demo.toml", "--window", f"{size[0]}x{size[1]}", "--log", "debug", "--report", report,
-                      "--threads", threads, environment=desktop.environment)
+    program = Program(
+        "preview",
+        world,
+        "--ortho",
+        world / "ortho",
+        "--scene",
+        ROOT / "config/scenes/demo.toml",
+        "--window",
+        f"{size[0]}x{size[1]}",
+        "--log",
+        "debug",
+        "--report",
+        report,
+        "--threads",
+        threads,
+        environment=desktop.environment,
+    )
     try:
         program.saw("first picture after", 300)
         desktop.do("mousemove", 800, 400)
@@ -49,7 +80,15 @@ def measure(desktop, world, threads, seconds):
             hold(desktop, "w", 0.5)
             hold(desktop, "s", 0.5)
         moved = [line for line in program.lines[warm:] if line]
-        memory_mib = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{program.process.pid}/status").read_text()).group(1)) / 1024
+        memory_mib = (
+            int(
+                re.search(
+                    r"VmRSS:\s+(\d+)",
+                    pathlib.Path(f"/proc/{program.process.pid}/status").read_text(),
+                ).group(1)
+            )
+            / 1024
+        )
         desktop.key("ctrl+q")
         code = program.end(60)
         if code != 0:
@@ -57,10 +96,21 @@ def measure(desktop, world, threads, seconds):
     finally:
         program.kill()
         program.process.stdout.close()
-    firsts = sorted(float(m.group(1)) / 1e3 for m in (re.search(r"first picture after ([\d.]+) ms", line) for line in moved) if m)
+    firsts = sorted(
+        float(m.group(1)) / 1e3
+        for m in (re.search(r"first picture after ([\d.]+) ms", line) for line in moved)
+        if m
+    )
     told = json.loads(report.read_text())
-    return {"pictures": len(firsts), "first_median_s": statistics.median(firsts), "first_p99_s": firsts[int(0.99 * (len(firsts) - 1))], "frame_median_s": told["frames"]["median_s"],
-            "frame_p95_s": told["frames"]["p95_s"], "stop_p99_s": told["stops"]["p99_s"], "memory_mib": memory_mib}
+    return {
+        "pictures": len(firsts),
+        "first_median_s": statistics.median(firsts),
+        "first_p99_s": firsts[int(0.99 * (len(firsts) - 1))],
+        "frame_median_s": told["frames"]["median_s"],
+        "frame_p95_s": told["frames"]["p95_s"],
+        "stop_p99_s": told["stops"]["p99_s"],
+        "memory_mib": memory_mib,
+    }
 
 
 def main():
@@ -70,7 +120,11 @@ def main():
     world = demo_survey(temporary_folder() / "demo")
     desktop = Desktop()
     try:
-        figures = {f"{name}_{key}": value for name, threads in (("green", 0), ("thread", 1)) for key, value in measure(desktop, world, threads, args.seconds).items()}
+        figures = {
+            f"{name}_{key}": value
+            for name, threads in (("green", 0), ("thread", 1))
+            for key, value in measure(desktop, world, threads, args.seconds).items()
+        }
     finally:
         desktop.stop()
     print(json.dumps(figures))

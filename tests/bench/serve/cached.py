@@ -59,9 +59,22 @@ class Nginx:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(body)
         from front_test import NGINX as program
+
         self.port = hold_port()
         (self.folder / "nginx.conf").write_text(NGINX.replace("PORT", str(self.port)))
-        self.process = subprocess.Popen([program, "-p", self.folder, "-e", "error.log", "-c", self.folder / "nginx.conf", "-g", "daemon off;"])
+        self.process = subprocess.Popen(
+            [
+                program,
+                "-p",
+                self.folder,
+                "-e",
+                "error.log",
+                "-c",
+                self.folder / "nginx.conf",
+                "-g",
+                "daemon off;",
+            ]
+        )
         until = time.monotonic() + 10
         while True:
             try:
@@ -89,8 +102,18 @@ def fetch(port, paths, *headers):
 
 def measure(port, paths, tags, extra, seconds, connections):
     script = temporary_folder() / "requests.lua"
-    script.write_text(WRK.replace("PATHS", lua(paths)).replace("TAGS", lua(tags)).replace("EXTRA", lua(extra)))
-    command = ["wrk", "-t2", f"-c{connections}", f"-d{seconds}s", "-s", script, f"http://127.0.0.1:{port}"]
+    script.write_text(
+        WRK.replace("PATHS", lua(paths)).replace("TAGS", lua(tags)).replace("EXTRA", lua(extra))
+    )
+    command = [
+        "wrk",
+        "-t2",
+        f"-c{connections}",
+        f"-d{seconds}s",
+        "-s",
+        script,
+        f"http://127.0.0.1:{port}",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise SystemExit(f"wrk: {done.stderr}")
@@ -111,8 +134,14 @@ def variant(server, paths, headers, want_304, seconds, connections):
         theirs = fetch(nginx.port, paths)
         if any(theirs[p].body != ours[p].body for p in paths):
             raise SystemExit("nginx serves other bytes")
-        tags = [[replies[p].headers["etag"] for p in paths] if want_304 else [] for replies in (ours, theirs)]
-        if want_304 and talk(server.port, get(paths[0], "If-None-Match: " + tags[0][0], "Connection: close", *headers)).statuses() != [304]:
+        tags = [
+            [replies[p].headers["etag"] for p in paths] if want_304 else []
+            for replies in (ours, theirs)
+        ]
+        if want_304 and talk(
+            server.port,
+            get(paths[0], "If-None-Match: " + tags[0][0], "Connection: close", *headers),
+        ).statuses() != [304]:
             raise SystemExit("no 304")
         half = max(1, seconds // 2)
         runs = {"server": [], "nginx": []}
@@ -123,23 +152,36 @@ def variant(server, paths, headers, want_304, seconds, connections):
         nginx.stop()
     out = {}
     for name, of in runs.items():
-        out[name] = {"rate": sum(r["requests"] for r in of) / sum(r["seconds"] for r in of), "p99_ms": max(r["p99_ms"] for r in of),
-                     "errors": sum(r["errors"] for r in of)}
+        out[name] = {
+            "rate": sum(r["requests"] for r in of) / sum(r["seconds"] for r in of),
+            "p99_ms": max(r["p99_ms"] for r in of),
+            "errors": sum(r["errors"] for r in of),
+        }
     out["bytes"] = sum(len(r.body) for r in ours.values()) / len(ours)
     return out
 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--seconds", type=int, default=4, help="of wrk for each server and variant")
+    arguments.add_argument(
+        "--seconds", type=int, default=4, help="of wrk for each server and variant"
+    )
     arguments.add_argument("--connections", type=int, default=64)
     a = arguments.parse_args()
     server = Server(*benchmark_square(), "--cache", kept_folder("cached"), "--memory-mib", "2048")
     try:
         paths = choose(server)
-        figures = {"boxes": variant(server, paths, ["Accept-Encoding: zstd"], False, a.seconds, a.connections),
-                   "304": variant(server, paths, ["Accept-Encoding: zstd"], True, a.seconds, a.connections),
-                   "identity": variant(server, paths, ["Accept-Encoding: identity"], False, a.seconds, a.connections)}
+        figures = {
+            "boxes": variant(
+                server, paths, ["Accept-Encoding: zstd"], False, a.seconds, a.connections
+            ),
+            "304": variant(
+                server, paths, ["Accept-Encoding: zstd"], True, a.seconds, a.connections
+            ),
+            "identity": variant(
+                server, paths, ["Accept-Encoding: identity"], False, a.seconds, a.connections
+            ),
+        }
     finally:
         server.stop()
     tell(figures)

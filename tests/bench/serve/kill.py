@@ -20,7 +20,9 @@ from serving import HANGS_S, Server, binary, invented_survey, temporary_folder, 
 
 
 def all_paths(server):
-    return [p for level in range(server.json("/v2/world")["levels"]) for p in server.box_paths(level)]
+    return [
+        p for level in range(server.json("/v2/world")["levels"]) for p in server.box_paths(level)
+    ]
 
 
 def truth_of(world):
@@ -41,7 +43,9 @@ class Client(threading.Thread):
         self.replies, self.compared, self.corrupt = 0, 0, []
 
     def run(self):
-        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", self._port, timeout=HANGS_S)) as connection:
+        with contextlib.closing(
+            http.client.HTTPConnection("127.0.0.1", self._port, timeout=HANGS_S)
+        ) as connection:
             for path in self._paths:
                 try:
                     connection.request("GET", path)
@@ -78,14 +82,23 @@ def written(port):
 
 def start_and_kill(command, cache, truth, numbers):
     """Starts a server, asks it for everything, and kills it when it has come to some point of its work. @return the clients, joined"""
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
     asking = []
-    when = numbers.choices(("started", "begun its file", "listening", "served", "written"), (1, 2, 1, 4, 4))[0]
+    when = numbers.choices(
+        ("started", "begun its file", "listening", "served", "written"), (1, 2, 1, 4, 4)
+    )[0]
     try:
         if when == "started":
             return asking
         if when == "begun its file":
-            wait_until(lambda: any(file.is_file() for file in cache.rglob("*")) or process.poll() is not None, "a file of the cache")
+            wait_until(
+                lambda: (
+                    any(file.is_file() for file in cache.rglob("*")) or process.poll() is not None
+                ),
+                "a file of the cache",
+            )
             return asking
         line = process.stdout.readline()
         if not line.startswith("listening on "):
@@ -96,10 +109,19 @@ def start_and_kill(command, cache, truth, numbers):
         asking = clients(port, list(truth), truth, numbers, 3)
         if when == "served":
             most = numbers.randrange(3 * len(truth))
-            wait_until(lambda: sum(client.replies for client in asking) >= most or not any(client.is_alive() for client in asking), f"{most} replies")
+            wait_until(
+                lambda: (
+                    sum(client.replies for client in asking) >= most
+                    or not any(client.is_alive() for client in asking)
+                ),
+                f"{most} replies",
+            )
         else:
             most = numbers.randint(1, len(truth) // 2)
-            wait_until(lambda: written(port) >= most or not any(client.is_alive() for client in asking), f"{most} boxes on the disk")
+            wait_until(
+                lambda: written(port) >= most or not any(client.is_alive() for client in asking),
+                f"{most} boxes on the disk",
+            )
         return asking
     finally:
         process.kill()
@@ -125,12 +147,25 @@ def kill_often(kills, seed, world):
     truth = truth_of(world)
     numbers = random.Random(seed)
     begin = time.monotonic()
-    figures = {"kills": 0, "compared": 0, "corrupt": 0, "from_disk": 0, "keeps_boxes": False, "boxes": len(truth), "paths": []}
+    figures = {
+        "kills": 0,
+        "compared": 0,
+        "corrupt": 0,
+        "from_disk": 0,
+        "keeps_boxes": False,
+        "boxes": len(truth),
+        "paths": [],
+    }
     while figures["kills"] < kills:
         cache = temporary_folder()
         # From an empty folder; one in three is killed again while it recovers.
         for _ in range(1 if numbers.random() < 0.67 else 2):
-            asking = start_and_kill([binary("VOXELSERVER"), *map(str, world), "--cache", str(cache), "--port", "0"], cache, truth, numbers)
+            asking = start_and_kill(
+                [binary("VOXELSERVER"), *map(str, world), "--cache", str(cache), "--port", "0"],
+                cache,
+                truth,
+                numbers,
+            )
             figures["kills"] += 1
             figures["compared"] += sum(c.compared for c in asking)
             figures["paths"] += [p for c in asking for p in c.corrupt]

@@ -32,9 +32,19 @@ def main():
         other += reply[0] != 200 or reply[2] != body
         from_disk += ((server.json("/v2/stats").get("disk") or {}).get("hits", 0)) > 0
         server.stop()
-    tell({"version_ms": statistics.median(version), "box_ms": statistics.median(r - s for r, s in zip(replied, listening)),
-          "listening_ms": statistics.median(listening), "listening_worst_ms": max(listening), "reply_ms": statistics.median(replied),
-          "reply_worst_ms": max(replied), "from_disk": from_disk, "starts": a.starts, "other_replies": other})
+    tell(
+        {
+            "version_ms": statistics.median(version),
+            "box_ms": statistics.median(r - s for r, s in zip(replied, listening)),
+            "listening_ms": statistics.median(listening),
+            "listening_worst_ms": max(listening),
+            "reply_ms": statistics.median(replied),
+            "reply_worst_ms": max(replied),
+            "from_disk": from_disk,
+            "starts": a.starts,
+            "other_replies": other,
+        }
+    )
 
 
 if __name__ == "__main__":

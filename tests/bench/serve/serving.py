@@ -18,8 +18,23 @@ def invented_survey(squares="1x1", square_m=256, density=4):
     folder = root / f"survey-{squares}-{square_m}-{density}"
     if not folder.exists():
         part = folder.with_suffix(".part")
-        subprocess.run([binary("SURVEY"), "--seed", "7", "--squares", squares, "--square-m", str(square_m), "--density", str(density), "-o", part], check=True,
-                       stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [
+                binary("SURVEY"),
+                "--seed",
+                "7",
+                "--squares",
+                squares,
+                "--square-m",
+                str(square_m),
+                "--density",
+                str(density),
+                "-o",
+                part,
+            ],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
         part.rename(folder)
     return folder
 

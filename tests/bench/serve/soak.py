@@ -13,8 +13,14 @@ import time
 
 from serving import Server, invented_survey, kept_folder, percentile, tell
 
-BAD = [("/v2/boxes/x/1/1/1", 400), ("/v2/boxes/99/1/1/1", 404), ("/nothing", 404), ("/v2/columns/0/1e5/2", 400), ("/../../etc/passwd", 404),
-       ("/v2/boxes/0/1/1", 404)]
+BAD = [
+    ("/v2/boxes/x/1/1/1", 400),
+    ("/v2/boxes/99/1/1/1", 404),
+    ("/nothing", 404),
+    ("/v2/columns/0/1e5/2", 400),
+    ("/../../etc/passwd", 404),
+    ("/v2/boxes/0/1/1", 404),
+]
 
 
 class World:
@@ -29,13 +35,26 @@ class World:
     def key(self, numbers):
         level = numbers.randrange(self.levels)
         side = (64 << level, 256 << level, 64 << level)
-        return (level, *(numbers.randrange(self.bounds["min"][i] // side[i], (self.bounds["max"][i] - 1) // side[i] + 1) for i in range(3)))
+        return (
+            level,
+            *(
+                numbers.randrange(
+                    self.bounds["min"][i] // side[i], (self.bounds["max"][i] - 1) // side[i] + 1
+                )
+                for i in range(3)
+            ),
+        )
 
     def tile(self, numbers):
         low, high = self.map["zooms"]
         zoom = numbers.randint(low, high)
         side = self.map["tile_px"] << (high - zoom)
-        x, y = (numbers.randrange(self.bounds["min"][i] // side, (self.bounds["max"][i] - 1) // side + 1) for i in (0, 2))
+        x, y = (
+            numbers.randrange(
+                self.bounds["min"][i] // side, (self.bounds["max"][i] - 1) // side + 1
+            )
+            for i in (0, 2)
+        )
         return f"/map/{zoom}/{x}/{y}.png"
 
     def same_as_before(self, path, reply):
@@ -46,7 +65,12 @@ class World:
 def batches_are_served(server):
     connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=30)
     try:
-        connection.request("POST", "/v2/boxes", body=json.dumps({"boxes": []}), headers={"Content-Type": "application/json"})
+        connection.request(
+            "POST",
+            "/v2/boxes",
+            body=json.dumps({"boxes": []}),
+            headers={"Content-Type": "application/json"},
+        )
         return connection.getresponse().status not in (404, 405, 413)
     finally:
         connection.close()
@@ -55,7 +79,12 @@ def batches_are_served(server):
 class Client(threading.Thread):
     def __init__(self, server, world, seed, until):
         super().__init__(daemon=True)
-        self._port, self._world, self._numbers, self._until = server.port, world, random.Random(seed), until
+        self._port, self._world, self._numbers, self._until = (
+            server.port,
+            world,
+            random.Random(seed),
+            until,
+        )
         self._connection, self._tags = None, {}
         self.times, self.busy, self.errors = {}, 0, []
 
@@ -89,14 +118,28 @@ class Client(threading.Thread):
             return "map", "GET", self._world.tile(n), {}, None, (200, 204)
         if draw < 0.30 and self._world.batches:
             boxes = [list(self._world.key(n)) for _ in range(8)]
-            return "batch", "POST", "/v2/boxes", {"Content-Type": "application/json"}, json.dumps({"boxes": boxes}), (200,)
+            return (
+                "batch",
+                "POST",
+                "/v2/boxes",
+                {"Content-Type": "application/json"},
+                json.dumps({"boxes": boxes}),
+                (200,),
+            )
         if draw < 0.40 and self._tags:
             path = n.choice(list(self._tags))
             return "304", "GET", path, {"If-None-Match": self._tags[path]}, None, (304,)
         if draw < 0.45:
             path, status = n.choice(BAD)
             return "bad", "GET", path, {}, None, (status, 400)
-        return "box", "GET", "/v2/boxes/" + "/".join(map(str, self._world.key(n))), {}, None, (200, 204)
+        return (
+            "box",
+            "GET",
+            "/v2/boxes/" + "/".join(map(str, self._world.key(n))),
+            {},
+            None,
+            (200, 204),
+        )
 
     def _ask(self, method, path, headers, body):
         """On a kept connection; once again when the server had closed it meanwhile."""
@@ -141,7 +184,15 @@ def main():
     a = arguments.parse_args()
     folder = invented_survey(a.squares, 512, 6)
     bytes_of_points = sum(f.stat().st_size for f in pathlib.Path(folder).glob("*.laz"))
-    server = Server(folder, "--ortho", pathlib.Path(folder) / "ortho", "--cache", kept_folder("soak"), "--memory-mib", a.memory_mib)
+    server = Server(
+        folder,
+        "--ortho",
+        pathlib.Path(folder) / "ortho",
+        "--cache",
+        kept_folder("soak"),
+        "--memory-mib",
+        a.memory_mib,
+    )
     try:
         world, rss = World(server), [server.memory_kib()]
         prepare(server, world)
@@ -171,11 +222,24 @@ def main():
             times.setdefault(kind, []).extend(of)
     everything = [t for of in times.values() for t in of]
     half = max(1, len(rss) // 2)
-    tell({"rss_mib": max(rss) / 1024, "peak_mib": peak_kib / 1024, "rss_start_mib": rss[0] / 1024, "limit_mib": a.memory_mib,
-          "points_mib": bytes_of_points / 2**20,
-          "growth": max(rss[half:]) / max(rss[:half]), "errors": len(errors) + (code != 0), "busy": sum(c.busy for c in clients), "requests": len(everything),
-          "p99_ms": {kind: percentile(of, 0.99) * 1e3 for kind, of in times.items()}, "p50_ms": {kind: percentile(of, 0.5) * 1e3 for kind, of in times.items()},
-          "descriptors": max(counted, default=0), "evictions": stats["cache"]["evictions"], "seconds": 60 * a.minutes})
+    tell(
+        {
+            "rss_mib": max(rss) / 1024,
+            "peak_mib": peak_kib / 1024,
+            "rss_start_mib": rss[0] / 1024,
+            "limit_mib": a.memory_mib,
+            "points_mib": bytes_of_points / 2**20,
+            "growth": max(rss[half:]) / max(rss[:half]),
+            "errors": len(errors) + (code != 0),
+            "busy": sum(c.busy for c in clients),
+            "requests": len(everything),
+            "p99_ms": {kind: percentile(of, 0.99) * 1e3 for kind, of in times.items()},
+            "p50_ms": {kind: percentile(of, 0.5) * 1e3 for kind, of in times.items()},
+            "descriptors": max(counted, default=0),
+            "evictions": stats["cache"]["evictions"],
+            "seconds": 60 * a.minutes,
+        }
+    )
 
 
 if __name__ == "__main__":

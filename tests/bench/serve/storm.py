@@ -63,13 +63,28 @@ def main():
     arguments.add_argument("--most-s", type=float, default=60)
     a = arguments.parse_args()
     many_files()
-    server = Server(invented_survey("1x1", 512, 6), "--cache", "none", "--no-ahead", "--request-threads", str(a.clients + 50))
+    server = Server(
+        invented_survey("1x1", 512, 6),
+        "--cache",
+        "none",
+        "--no-ahead",
+        "--request-threads",
+        str(a.clients + 50),
+    )
     try:
         bounds = server.json("/v2/world")["bounds"]
         middle = [(low + high) // 2 for low, high in zip(bounds["min"], bounds["max"])]
         column = server.json(f"/v2/columns/0/{middle[0] // 64}/{middle[2] // 64}")
         path = f"/v2/boxes/0/{middle[0] // 64}/{column['by_begin']}/{middle[2] // 64}"
-        before, start, waiting, busy, bad, times, bodies = made(server), time.monotonic(), a.clients, 0, 0, [], set()
+        before, start, waiting, busy, bad, times, bodies = (
+            made(server),
+            time.monotonic(),
+            a.clients,
+            0,
+            0,
+            [],
+            set(),
+        )
         while waiting and time.monotonic() < start + a.most_s:
             connections = connected(server.port, waiting)
             if waiting == a.clients:
@@ -77,7 +92,12 @@ def main():
             replies, took = ask_at_once(connections, path, a.most_s)
             again, wait_s = 0, 1.0
             for reply, seconds in zip(replies, took):
-                if reply is not None and reply.status == 503 and reply.headers.get("retry-after", "").isdigit() and not reply.problem():
+                if (
+                    reply is not None
+                    and reply.status == 503
+                    and reply.headers.get("retry-after", "").isdigit()
+                    and not reply.problem()
+                ):
                     again, busy, wait_s = again + 1, busy + 1, float(reply.headers["retry-after"])
                 elif reply is None or reply.status != 200:
                     bad += 1
@@ -88,8 +108,15 @@ def main():
             if waiting:
                 time.sleep(wait_s)
         wall = time.monotonic() - start
-        figures = {"made": made(server) - before, "errors": bad + waiting + (len(bodies) != 1), "busy": busy, "wall_s": wall, "first_s": min(times, default=0),
-                   "p99_s": percentile(times, 0.99) if times else 0, "served": len(times)}
+        figures = {
+            "made": made(server) - before,
+            "errors": bad + waiting + (len(bodies) != 1),
+            "busy": busy,
+            "wall_s": wall,
+            "first_s": min(times, default=0),
+            "p99_s": percentile(times, 0.99) if times else 0,
+            "served": len(times),
+        }
     finally:
         server.stop()
     tell(figures)

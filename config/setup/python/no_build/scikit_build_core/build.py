@@ -2,6 +2,7 @@
 
 Before pip saves an archive it asks the backend for name and version. This one reads them from the archive's PKG-INFO; it builds nothing.
 """
+
 import email.parser
 import pathlib
 import shutil
