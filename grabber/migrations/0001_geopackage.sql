@@ -62,4 +62,4 @@ CREATE TABLE terravox_schema (
 );
 
 INSERT INTO gpkg_extensions (table_name, column_name, extension_name, definition, scope)
-  VALUES ('terravox_schema', NULL, 'terravox_schema', 'docs/formats.md of Terravox', 'read-write');
+  VALUES ('terravox_schema', NULL, 'terravox_schema', 'docs/formats/store.md of Terravox', 'read-write');

@@ -4,8 +4,8 @@ import { run } from './cli/program.js';
 import { kExit } from './cli/exit-codes.js';
 import { describeError } from './util/errors.js';
 
-// Left alone, garbage grows to four times what lives before it is collected; at twice, a run over a country needs less
-// than 200 MB and no more time.
+// Left alone, garbage grows to four times what lives before it is collected; at twice, a run over a
+// country needs less than 200 MB and no more time.
 setFlagsFromString('--heap-growing-percent=100');
 
 const stop = new AbortController();
@@ -20,7 +20,9 @@ for (const name of ['SIGINT', 'SIGTERM'] as const) {
 }
 
 // A reader that goes away (| head) ends the work without a stack trace.
-process.stdout.on('error', (error) => stop.abort(new Error('write to standard output', { cause: error })));
+process.stdout.on('error', (error) =>
+  stop.abort(new Error('write to standard output', { cause: error })),
+);
 
 try {
   const output = {

@@ -17,7 +17,13 @@ export function addAreasCommand(program: Command, context: CliContext): void {
       }
       const rows = areas.map((area) => {
         const { lon, lat, width_m, height_m } = extentOf(area);
-        return [area.name, `${lat.toFixed(3)} N`, `${lon.toFixed(3)} E`, `${km(width_m)} x ${km(height_m)} km`, area.title];
+        return [
+          area.name,
+          `${lat.toFixed(3)} N`,
+          `${lon.toFixed(3)} E`,
+          `${km(width_m)} x ${km(height_m)} km`,
+          area.title,
+        ];
       });
       context.output.out(formatTable(['name', 'latitude', 'longitude', 'size', 'title'], rows));
     });

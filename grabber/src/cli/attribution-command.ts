@@ -21,16 +21,28 @@ export function addAttributionCommand(program: Command, context: CliContext): vo
 async function attributionCommand(options: AttributionOptions, context: CliContext): Promise<void> {
   const { output, signal } = context;
   const sources = await context.sources();
-  const addresses = await loadLicenceAddresses(join(context.configFolder(), 'licences.toml'), signal);
+  const addresses = await loadLicenceAddresses(
+    join(context.configFolder(), 'licences.toml'),
+    signal,
+  );
   const titles = new Map([...sources.values()].map(({ id, title }) => [id, title]));
   const text = await readStore(options.store, signal, (store) =>
-    attributionText(store.squares.list({ usable: true }), store.orthophotos.list({ usable: true }), { titles, addresses }),
+    attributionText(
+      store.squares.list({ usable: true }),
+      store.orthophotos.list({ usable: true }),
+      { titles, addresses },
+    ),
   );
   if (options.output === undefined) return output.out(text);
   try {
     await writeFileAtomically(options.output, text, signal);
   } catch (error) {
     signal.throwIfAborted();
-    throw new GrabberError('STORE_IO', `write attribution ${options.output}: ${describeError(error)}; allowed: a file that can be written`, { cause: error });
+    throw new GrabberError(
+      'STORE_IO',
+      `write attribution ${options.output}: ${describeError(error)}; allowed: a file that ` +
+        'can be written',
+      { cause: error },
+    );
   }
 }

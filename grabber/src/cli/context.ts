@@ -9,8 +9,12 @@ export type CliContext = {
   readonly signal: AbortSignal;
   readonly info: PackageInfo;
   /** The folder of `sources/`, `areas/` and the rest of the configuration. */
-  configFolder(): string;
-  sources(): Promise<ReadonlyMap<string, Source>>;
-  /** What the process will end with; 0 unless a command says otherwise. */
-  exit(code: number): void;
+  readonly configFolder: () => string;
+  /**
+   * Reads the configured sources, by id.
+   * @throws GrabberError CONFIG for a file that is not valid
+   */
+  readonly sources: () => Promise<ReadonlyMap<string, Source>>;
+  /** Sets the exit code of the process, which is 0 unless a command sets another. */
+  readonly exit: (code: number) => void;
 };

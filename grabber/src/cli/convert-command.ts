@@ -1,5 +1,11 @@
 import type { Command } from 'commander';
-import { convertRecord, indexRecord, needsConversion, type ConvertOptions, type ConvertTools } from '../convert/convert-record.js';
+import {
+  convertRecord,
+  indexRecord,
+  needsConversion,
+  type ConvertOptions,
+  type ConvertTools,
+} from '../convert/convert-record.js';
 import { convertTools } from '../convert/converter-for.js';
 import { removeStaleWork } from '../convert/work-folder.js';
 import type { State, StoreRecord } from '../model/square.js';
@@ -13,7 +19,10 @@ import { checkSourceOf, storeOption, writeStore } from './with-store.js';
 type Options = { store: string; source?: string; index?: boolean; keepOriginal?: boolean };
 type Tally = { converted: number; indexed: number; failed: number };
 
-/** Files that are whole, those that wait for somebody to look into them, and those whose conversion went wrong. */
+/**
+ * States of records whose file may be converted: whole files, files that await conversion, and
+ * files whose last conversion failed.
+ */
 const kConvertible: readonly State[] = ['fetched', 'verified', 'converted', 'failed'];
 
 export function addConvertCommand(program: Command, context: CliContext): void {
@@ -23,37 +32,58 @@ export function addConvertCommand(program: Command, context: CliContext): void {
     .addOption(storeOption())
     .option('--source <id>', 'files of this source only')
     .option('--index', 'write a spatial index (.lax) beside each LAZ file that has none')
-    .option('--keep-original', 'move what was converted to lidar/<source>/original/ instead of removing it')
+    .option(
+      '--keep-original',
+      'move what was converted to lidar/<source>/original/ instead of removing it',
+    )
     .action(async (options: Options) => {
       const { signal } = context;
-      const tools = await convertTools({ configFolder: context.configFolder(), packageRoot: context.info.root }, signal);
+      const tools = await convertTools(
+        { configFolder: context.configFolder(), packageRoot: context.info.root },
+        signal,
+      );
       await writeStore(options.store, signal, async (store) => {
         checkSourceOf(store, options.source);
         await removeStaleWork(store.root);
         const tally = await convertAll(store, options, tools, context);
-        context.output.out(`${tally.converted} converted, ${tally.indexed} indexed, ${tally.failed} failed\n`);
+        context.output.out(
+          `${tally.converted} converted, ${tally.indexed} indexed, ${tally.failed} failed\n`,
+        );
         context.exit(tally.failed > 0 ? kExit.failed : kExit.done);
       });
     });
 }
 
-async function convertAll(store: Store, options: Options, tools: ConvertTools, context: CliContext): Promise<Tally> {
+async function convertAll(
+  store: Store,
+  options: Options,
+  tools: ConvertTools,
+  context: CliContext,
+): Promise<Tally> {
   const { output, signal } = context;
   const tally: Tally = { converted: 0, indexed: 0, failed: 0 };
-  const how: ConvertOptions = { index: options.index ?? false, keepOriginal: options.keepOriginal ?? false };
-  const filter = { states: kConvertible, ...(options.source === undefined ? {} : { source: options.source }) };
+  const how: ConvertOptions = {
+    index: options.index ?? false,
+    keepOriginal: options.keepOriginal ?? false,
+  };
+  const filter = {
+    states: kConvertible,
+    ...(options.source === undefined ? {} : { source: options.source }),
+  };
   for (const record of store.squares.list(filter)) {
     if (!needsConversion(record) && !how.index) continue;
     try {
       await convertOne(record, store, tools, how, tally, output, signal);
     } catch (error) {
       signal.throwIfAborted();
-      // Neither ours nor the system's: a fault in this program, which must not pass for a bad file.
+      // Any other error is a fault in this program, and must not be recorded as a bad file.
       if (!(error instanceof GrabberError) && systemCode(error) === undefined) throw error;
       const code = error instanceof GrabberError ? error.code : 'STORE_IO';
       store.squares.failed(record.key, code, describeError(error));
       ++tally.failed;
-      output.err(`error: ${record.key.source}/${record.key.name} ${code}: ${describeError(error)}\n`);
+      output.err(
+        `error: ${record.key.source}/${record.key.name} ${code}: ${describeError(error)}\n`,
+      );
     }
   }
   return tally;
@@ -72,7 +102,10 @@ async function convertOne(
   if (done !== undefined) {
     ++tally.converted;
     const before = record.file?.bytes ?? 0;
-    output.out(`converted ${done.from} to ${done.file.path}  ${formatBytes(before)} to ${formatBytes(done.file.bytes)}\n`);
+    output.out(
+      `converted ${done.from} to ${done.file.path}  ${formatBytes(before)} to ` +
+        `${formatBytes(done.file.bytes)}\n`,
+    );
     for (const warning of done.warnings) output.err(`warning: ${warning}\n`);
   }
   const now = store.squares.get(record.key);

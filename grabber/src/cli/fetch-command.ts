@@ -2,7 +2,12 @@ import { join } from 'node:path';
 import type { Command } from 'commander';
 import { createHttpClient, kNoAccess, type SourceClient } from '../fetch/http-client.js';
 import { redactError } from '../fetch/redact.js';
-import { kUsable, type CatalogueSquare, type RecordKey, type StoreRecord } from '../model/square.js';
+import {
+  kUsable,
+  type CatalogueSquare,
+  type RecordKey,
+  type StoreRecord,
+} from '../model/square.js';
 import type { Store } from '../model/store.js';
 import type { Reporter } from '../progress/reporter.js';
 import { select, type Selection, type SelectionOptions } from '../select/selection.js';
@@ -15,48 +20,86 @@ import { accessOf, lidarJob } from './lidar-job.js';
 import { kExit, worseOf } from './exit-codes.js';
 import { printPlan } from './fetch-plan.js';
 import { findOrthoSource, kDefaultMargin_m, makeOrthophotos } from './ortho-command.js';
-import { addRunOptions, catalogueAsking, chooseReporter, storeOf, type RunOptions } from './run-options.js';
+import {
+  addRunOptions,
+  monitorCatalogue,
+  chooseReporter,
+  storeOf,
+  type RunOptions,
+} from './run-options.js';
 import { addSelectionOptions } from './selection.js';
 import { makeStore, readStore } from './with-store.js';
 
-export type FetchOptions = SelectionOptions & RunOptions & { refetch?: boolean; dryRun?: boolean; sizes?: boolean; ortho?: string };
+export type FetchOptions = SelectionOptions &
+  RunOptions & { refetch?: boolean; dryRun?: boolean; sizes?: boolean; ortho?: string };
 
 export function addFetchCommand(program: Command, context: CliContext): void {
-  const command = addSelectionOptions(program.command('fetch').description('download or copy squares into a store'), context);
+  const command = addSelectionOptions(
+    program.command('fetch').description('download or copy squares into a store'),
+    context,
+  );
   addRunOptions(command, 'store to fill; made when it is not there')
     .option('--refetch', 'fetch again what is verified already, and ask again for what was missing')
-    .option('--ortho <id>', 'then make an orthophoto for each of the squares, from this source of sources/ortho')
+    .option(
+      '--ortho <id>',
+      'then make an orthophoto for each of the squares, from this source of sources/ortho',
+    )
     .option('--dry-run', 'only list the squares, their addresses and sizes')
     .option('--sizes', 'with --dry-run: ask the server for sizes that are not known')
-    .action(async (options: FetchOptions) => context.exit(await fetchCommand(options, context, conversionFor(context))));
+    .action(async (options: FetchOptions) =>
+      context.exit(await fetchCommand(options, context, conversionFor(context))),
+    );
 }
 
-/** Fills a store with what was asked for. @return the exit code */
-async function fetchCommand(options: FetchOptions, context: CliContext, hooks: FetchHooks): Promise<number> {
+/**
+ * Fills a store with the requested squares.
+ * @return the exit code
+ */
+async function fetchCommand(
+  options: FetchOptions,
+  context: CliContext,
+  hooks: FetchHooks,
+): Promise<number> {
   const { output, signal } = context;
-  // A name that is wrong is better told now than after hours of fetching.
+  // A wrong name is reported now rather than after hours of fetching.
   if (options.ortho !== undefined) await findOrthoSource(options.ortho, context);
-  // Nobody may be talked to before the selection has told its source.
-  const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
+  // No host may be contacted before the selection has determined the source.
+  const http = createHttpClient({
+    userAgent: userAgent(context.info),
+    timeout_ms: options.timeoutS * 1000,
+    access: kNoAccess,
+  });
   try {
-    const asking = catalogueAsking(options, output);
-    const selection = await select(options, await context.sources(), http, signal, asking);
+    const monitor = monitorCatalogue(options, output);
+    const selection = await select(options, await context.sources(), http, signal, monitor);
     http.permit(accessOf(selection.profile));
     if (options.dryRun !== true) storeOf(options);
     const squares = await findSquares(selection, options, signal);
-    if (options.dryRun === true) return worseOf(await printPlan(selection, squares, http, options, output, signal), asking.code());
+    if (options.dryRun === true) {
+      return worseOf(
+        await printPlan(selection, squares, http, options, output, signal),
+        monitor.code(),
+      );
+    }
     const folder = storeOf(options);
     const names = squares.map(({ name }) => name);
     const reporter = chooseReporter(options, output);
     let code: number;
     try {
       for (const path of selection.ignored) reporter.ignored(path, selection.source);
-      const filled = await makeStore(folder, signal, (store) => fetchInto(store, selection, squares, http, options, hooks, reporter, signal));
-      code = worseOf(filled, asking.code());
+      const filled = await makeStore(folder, signal, (store) =>
+        fetchInto(store, selection, squares, http, options, hooks, reporter, signal),
+      );
+      code = worseOf(filled, monitor.code());
     } finally {
       reporter.close();
     }
-    return options.ortho === undefined ? code : worseOf(code, await orthophotosOf(options.ortho, folder, selection, names, options, context));
+    return options.ortho === undefined
+      ? code
+      : worseOf(
+          code,
+          await orthophotosOf(options.ortho, folder, selection, names, options, context),
+        );
   } catch (error) {
     throw redactError(error, http.redact);
   } finally {
@@ -64,7 +107,10 @@ async function fetchCommand(options: FetchOptions, context: CliContext, hooks: F
   }
 }
 
-/** With the choices that `ortho` makes when it is not told otherwise. */
+/**
+ * Makes orthophotos of the fetched squares, with the default options of `ortho`.
+ * @return the exit code
+ */
 async function orthophotosOf(
   source: string,
   store: string,
@@ -73,28 +119,57 @@ async function orthophotosOf(
   { retries, timeoutS, json }: FetchOptions,
   context: CliContext,
 ): Promise<number> {
-  const there = new Set(await readStore(store, context.signal, (open) => open.squares.list({ source: grid, usable: true }).map(({ key }) => key.name)));
+  const there = new Set(
+    await readStore(store, context.signal, (open) =>
+      open.squares.list({ source: grid, usable: true }).map(({ key }) => key.name),
+    ),
+  );
   const names = fetched.filter((name) => there.has(name));
-  // Then none could be fetched, which has been said.
+  // None could be fetched, which the run has reported.
   if (names.length === 0) return kExit.done;
-  const options = { store, source, grid, squares: names, as: grid, marginM: kDefaultMargin_m, retries, timeoutS, json: json ?? false };
+  const options = {
+    store,
+    source,
+    grid,
+    squares: names,
+    as: grid,
+    marginM: kDefaultMargin_m,
+    retries,
+    timeoutS,
+    json: json ?? false,
+  };
   return makeOrthophotos(options, context);
 }
 
-async function findSquares(selection: Selection, options: FetchOptions, signal: AbortSignal): Promise<CatalogueSquare[]> {
+async function findSquares(
+  selection: Selection,
+  options: FetchOptions,
+  signal: AbortSignal,
+): Promise<CatalogueSquare[]> {
   const squares: CatalogueSquare[] = [];
   for await (const square of selection.catalogue.find(selection.region, signal)) {
     const foreign = square.urls.find((url) => url.startsWith('file:'));
     if (options.from === undefined && foreign !== undefined) {
-      throw new GrabberError('CATALOGUE', `read catalogue of ${selection.source}: ${square.name} is at ${foreign}; allowed: web addresses`);
+      throw new GrabberError(
+        'CATALOGUE',
+        `read catalogue of ${selection.source}: ${square.name} is at ${foreign}; allowed: ` +
+          'web addresses',
+      );
     }
     squares.push(square);
   }
   if (squares.length > 0) return squares;
-  throw new GrabberError('USAGE', `choose squares of ${selection.source}: none lie there; allowed: ground that the source covers`);
+  throw new GrabberError(
+    'USAGE',
+    `choose squares of ${selection.source}: none lie there; allowed: ground that the source covers`,
+  );
 }
 
-/** @param squares are learnt, and then forgotten: all of a country's take memory that the run has no use for */
+/**
+ * Records the squares in the store and fetches those that are not there.
+ * @param squares is emptied once it is recorded, since a whole country's squares take much memory
+ * @return the exit code
+ */
 async function fetchInto(
   store: Store,
   selection: Selection,
@@ -107,33 +182,66 @@ async function fetchInto(
 ): Promise<number> {
   const { source, grid, gridCrs, terms, profile, catalogue } = selection;
   const keys = squares.map(({ name }): RecordKey => ({ source, grid, name }));
-  if (options.source === undefined && options.refetch !== true) checkSameAddresses(store, keys, squares);
+  if (options.source === undefined && options.refetch !== true) {
+    checkSameAddresses(store, keys, squares);
+  }
   store.squares.learn(source, grid, gridCrs, terms, squares);
   squares.length = 0;
   store.squares.want(keys, options.refetch);
   const names = keys.map(({ name }) => name);
-  const kept = await intactOf(store, store.squares.list({ source, grid, names, states: kUsable }), reporter);
+  const kept = await intactOf(
+    store,
+    store.squares.list({ source, grid, names, states: kUsable }),
+    reporter,
+  );
   const known_missing = store.squares.count({ source, grid, names, states: ['missing'] });
   const records = store.squares.unfinished({ source, grid, names });
-  const job = lidarJob(records, profile, catalogue, store, http, options.from !== undefined, options, hooks);
+  const job = lidarJob(
+    records,
+    profile,
+    catalogue,
+    store,
+    http,
+    options.from !== undefined,
+    options,
+    hooks,
+  );
   return fillStore([job], store, { kept, known_missing, skipped: 0 }, options, reporter, signal);
 }
 
-/** Without a configured source, names say nothing of where a file came from: the same name from elsewhere is another file. */
-function checkSameAddresses(store: Store, keys: readonly RecordKey[], squares: readonly CatalogueSquare[]): void {
+/**
+ * Without a configured source, names say nothing of where a file came from: the same name from
+ * elsewhere is another file.
+ */
+function checkSameAddresses(
+  store: Store,
+  keys: readonly RecordKey[],
+  squares: readonly CatalogueSquare[],
+): void {
   keys.forEach((key, index) => {
     const old = store.squares.get(key);
     const urls = squares[index]?.urls ?? [];
-    if (old === undefined || old.file === null || old.url === null || urls.includes(old.url)) return;
+    if (old === undefined || old.file === null || old.url === null || urls.includes(old.url)) {
+      return;
+    }
     throw new GrabberError(
       'STORE_CONFLICT',
-      `fetch square ${key.source}/${key.name} from ${urls[0] ?? 'nowhere'}: the store has it from ${old.url}; allowed: the same address, another --as, or --refetch`,
+      `fetch square ${key.source}/${key.name} from ${urls[0] ?? 'nowhere'}: the store has ` +
+        `it from ${old.url}; allowed: the same address, another --as, or --refetch`,
     );
   });
 }
 
-/** Tells what is there with its right length; what was lost or cut is wanted again. @return how many are there */
-async function intactOf(store: Store, usable: readonly StoreRecord[], reporter: Reporter): Promise<number> {
+/**
+ * Reports the usable files that have their recorded length. A file that is lost or cut is wanted
+ * again.
+ * @return how many files are intact
+ */
+async function intactOf(
+  store: Store,
+  usable: readonly StoreRecord[],
+  reporter: Reporter,
+): Promise<number> {
   let kept = 0;
   for (const { key, url, file, points, warnings } of usable) {
     const bytes = file === null ? undefined : await fileSize(join(store.root, file.path));
@@ -144,7 +252,14 @@ async function intactOf(store: Store, usable: readonly StoreRecord[], reporter: 
       continue;
     }
     ++kept;
-    reporter.outcome({ state: 'kept', key, url, file, point_count: points?.pointCount ?? null, warnings });
+    reporter.outcome({
+      state: 'kept',
+      key,
+      url,
+      file,
+      point_count: points?.pointCount ?? null,
+      warnings,
+    });
   }
   return kept;
 }

@@ -2,7 +2,7 @@ import { existsSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import PQueue from 'p-queue';
 import { freeBytes } from '../fetch/disk-space.js';
-import { HostGate } from '../fetch/host-gate.js';
+import { HostRateLimiter } from '../fetch/host-rate-limiter.js';
 import type { SourceClient } from '../fetch/http-client.js';
 import type { CatalogueSquare } from '../model/square.js';
 import type { Selection } from '../select/selection.js';
@@ -10,9 +10,18 @@ import { kSystemClock } from '../util/clock.js';
 import { kExit } from './exit-codes.js';
 import { formatBytes, type Output } from './output.js';
 
-type PlanOptions = { store?: string; concurrency?: number; maxWaitS: number; sizes?: boolean; json?: boolean };
+type PlanOptions = {
+  store?: string;
+  concurrency?: number;
+  maxWaitS: number;
+  sizes?: boolean;
+  json?: boolean;
+};
 
-/** Lists what a fetch would ask for, and whether it would fit. Changes nothing. @return the exit code */
+/**
+ * Lists what a fetch would request, and whether it would fit on the disk. Changes nothing.
+ * @return the exit code
+ */
 export async function printPlan(
   selection: Selection,
   squares: readonly CatalogueSquare[],
@@ -21,33 +30,66 @@ export async function printPlan(
   output: Output,
   signal: AbortSignal,
 ): Promise<number> {
-  const sizes = options.sizes === true ? await askSizes(selection, squares, http, options, signal) : new Map<string, Size>();
-  let [known, unknown, missing] = [0, 0, 0];
+  const sizes =
+    options.sizes === true
+      ? await requestSizes(selection, squares, http, options, signal)
+      : new Map<string, Size>();
+  const totals = { known_bytes: 0, unknown_sizes: 0, missing: 0 };
   for (const square of squares) {
     const size = square.bytes ?? sizes.get(square.name) ?? null;
-    const bytes = typeof size === 'number' ? size : null;
-    if (size === 'missing') ++missing;
-    else if (bytes === null) ++unknown;
-    else known += bytes;
-    const url = square.urls[0] ?? null;
-    if (options.json === true) output.out(`${JSON.stringify({ event: 'square', source: selection.source, square: square.name, url, bytes, missing: size === 'missing' })}\n`);
-    else output.out(`${square.name}\t${bytes === null ? (size ?? '?') : formatBytes(bytes)}\t${url ?? '(to be looked for)'}\n`);
+    if (size === 'missing') totals.missing += 1;
+    else if (size === null) totals.unknown_sizes += 1;
+    else totals.known_bytes += size;
+    const line =
+      options.json === true
+        ? JSON.stringify(squareEvent(selection.source, square, size))
+        : squareLine(square, size);
+    output.out(`${line}\n`);
   }
   const free_bytes = freeBytes(nearestFolder(resolve(options.store ?? '.')));
-  const plan = { event: 'plan', files: squares.length, known_bytes: known, unknown_sizes: unknown, missing, free_bytes };
-  if (options.json === true) output.out(`${JSON.stringify(plan)}\n`);
-  else {
-    const asks = options.sizes === true ? '' : ' (--sizes asks)';
-    const more = unknown === 0 ? '' : ` and ${unknown} of unknown size${asks}`;
-    const gone = missing === 0 ? '' : `, ${missing} missing`;
-    output.out(`${squares.length} squares, ${formatBytes(known)}${more}${gone}; ${formatBytes(free_bytes)} free\n`);
-  }
+  const plan = { event: 'plan', files: squares.length, ...totals, free_bytes };
+  const line =
+    options.json === true ? JSON.stringify(plan) : planLine(plan, options.sizes === true);
+  output.out(`${line}\n`);
   return kExit.done;
+}
+
+type Plan = {
+  readonly files: number;
+  readonly known_bytes: number;
+  readonly unknown_sizes: number;
+  readonly missing: number;
+  readonly free_bytes: number;
+};
+
+function squareEvent(source: string, square: CatalogueSquare, size: Size | null): object {
+  return {
+    event: 'square',
+    source,
+    square: square.name,
+    url: square.urls[0] ?? null,
+    bytes: size === 'missing' ? null : size,
+    missing: size === 'missing',
+  };
+}
+
+function squareLine(square: CatalogueSquare, size: Size | null): string {
+  const shown = typeof size === 'number' ? formatBytes(size) : (size ?? '?');
+  return `${square.name}\t${shown}\t${square.urls[0] ?? '(to be looked for)'}`;
+}
+
+/** @param requested whether the server was asked for the sizes */
+function planLine(plan: Plan, requested: boolean): string {
+  const hint = requested ? '' : ' (--sizes asks)';
+  const more = plan.unknown_sizes === 0 ? '' : ` and ${plan.unknown_sizes} of unknown size${hint}`;
+  const gone = plan.missing === 0 ? '' : `, ${plan.missing} missing`;
+  const known = formatBytes(plan.known_bytes);
+  return `${plan.files} squares, ${known}${more}${gone}; ${formatBytes(plan.free_bytes)} free`;
 }
 
 type Size = number | 'missing';
 
-async function askSizes(
+async function requestSizes(
   selection: Selection,
   squares: readonly CatalogueSquare[],
   http: SourceClient,
@@ -55,18 +97,23 @@ async function askSizes(
   signal: AbortSignal,
 ): Promise<Map<string, Size>> {
   const sizes = new Map<string, Size>();
-  const gate = new HostGate(kSystemClock, options.maxWaitS * 1000);
-  const queue = new PQueue({ concurrency: options.concurrency ?? selection.profile.max_concurrent });
+  const limiter = new HostRateLimiter(kSystemClock, options.maxWaitS * 1000);
+  const queue = new PQueue({
+    concurrency: options.concurrency ?? selection.profile.max_concurrent,
+  });
   await queue.addAll(
     squares.map((square) => async () => {
       const [url] = square.urls;
       if (square.bytes !== null || url === undefined || url.startsWith('file:')) return;
-      await gate.pass(new URL(url).host, signal, selection.profile.max_per_s);
+      await limiter.acquire(new URL(url).host, signal, selection.profile.max_per_s);
       const response = await http.head(url, { 'accept-encoding': 'identity' }, signal);
       await response.discard();
       const length = response.header('content-length');
-      if (selection.profile.missing_status.includes(response.status)) sizes.set(square.name, 'missing');
-      else if (response.status === 200 && length !== undefined && /^\d{1,15}$/.test(length)) sizes.set(square.name, Number(length));
+      if (selection.profile.missing_status.includes(response.status)) {
+        sizes.set(square.name, 'missing');
+      } else if (response.status === 200 && length !== undefined && /^\d{1,15}$/.test(length)) {
+        sizes.set(square.name, Number(length));
+      }
     }),
   );
   return sizes;

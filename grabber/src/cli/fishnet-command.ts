@@ -6,9 +6,9 @@ import { givenVariables } from '../select/ad-hoc.js';
 import { readFishnet } from '../select/fishnet-file.js';
 import { kAll } from '../select/region.js';
 import { chosenRegion } from '../select/region-options.js';
-import { findSource, groundOf, recordsOf, type SelectionOptions } from '../select/selection.js';
+import { findSource, gridInfoOf, recordsOf, type SelectionOptions } from '../select/selection.js';
 import { usage } from '../select/usage.js';
-import { isAsked } from '../sources/catalogue/listing.js';
+import { isInRegion } from '../sources/catalogue/listing.js';
 import { openCatalogue } from '../sources/catalogue/open-catalogue.js';
 import { profileOf } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
@@ -17,23 +17,24 @@ import type { CliContext } from './context.js';
 import { accessOf } from './lidar-job.js';
 import { formatTable } from './output.js';
 import { parseNameList } from './option-parsers.js';
-import { addAskOptions, catalogueAsking, type AskOptions } from './run-options.js';
+import { addRequestOptions, monitorCatalogue, type RequestOptions } from './run-options.js';
 import { addRegionOptions, addVariableOptions } from './selection.js';
 import { makeStore, readStore, storeOption } from './with-store.js';
 
 /** A whole country is more than one may fetch in a run. */
 const kMaxFishnet = 1_000_000;
 
-type ImportOptions = Omit<SelectionOptions, 'from'> & AskOptions & {
-  source: string;
-  store?: string;
-  from?: string;
-  nameField?: string;
-  blockField?: string;
-  xField?: string;
-  yField?: string;
-  dryRun?: boolean;
-};
+type ImportOptions = Omit<SelectionOptions, 'from'> &
+  RequestOptions & {
+    source: string;
+    store?: string;
+    from?: string;
+    nameField?: string;
+    blockField?: string;
+    xField?: string;
+    yField?: string;
+    dryRun?: boolean;
+  };
 type ListOptions = { store: string; source?: string; state?: string[]; json?: boolean };
 
 export function addFishnetCommand(program: Command, context: CliContext): void {
@@ -43,13 +44,27 @@ export function addFishnetCommand(program: Command, context: CliContext): void {
     .description("learn squares from a fishnet file, or from the source's catalogue")
     .requiredOption('--source <id>', 'source whose squares they are')
     .option('--store <folder>', 'store to write to; made when it is not there')
-    .option('--from <file>', 'Shapefile, bare DBF, GeoJSON or GeoPackage with a row per square, instead of the catalogue')
+    .option(
+      '--from <file>',
+      'Shapefile, bare DBF, GeoJSON or GeoPackage with a row per square, instead of the catalogue',
+    )
     .option('--name-field <column>', 'column of the name, 462_101 or TM_462_101 (default: NAME)')
-    .option('--block-field <column>', 'column of the survey block (default: BLOK, where there is one)')
-    .option('--x-field <column>', 'column of the centre, east (default: CENTERX, where there is one)')
-    .option('--y-field <column>', 'column of the centre, north (default: CENTERY, where there is one)')
+    .option(
+      '--block-field <column>',
+      'column of the survey block (default: BLOK, where there is one)',
+    )
+    .option(
+      '--x-field <column>',
+      'column of the centre, east (default: CENTERX, where there is one)',
+    )
+    .option(
+      '--y-field <column>',
+      'column of the centre, north (default: CENTERY, where there is one)',
+    )
     .option('--dry-run', 'count, and write nothing');
-  addVariableOptions(addRegionOptions(addAskOptions(command), context)).action((options: ImportOptions) => importCommand(options, context));
+  addVariableOptions(addRegionOptions(addRequestOptions(command), context)).action(
+    (options: ImportOptions) => importCommand(options, context),
+  );
   fishnet
     .command('list')
     .description('print the squares that a store knows of')
@@ -63,24 +78,39 @@ export function addFishnetCommand(program: Command, context: CliContext): void {
 async function importCommand(options: ImportOptions, context: CliContext): Promise<void> {
   const { output, signal } = context;
   const { from, store: root, ...choice } = options;
-  if (root === undefined && options.dryRun !== true) throw usage('import fishnet: no store; allowed: --store FOLDER, or --dry-run');
+  if (root === undefined && options.dryRun !== true) {
+    throw usage('import fishnet: no store; allowed: --store FOLDER, or --dry-run');
+  }
   const source = findSource({ source: options.source }, await context.sources());
   if (source === undefined) throw usage('import fishnet: no source; allowed: --source ID');
-  const region = (await chosenRegion(choice, groundOf(source), signal)) ?? kAll;
-  const squares = from === undefined ? await fromCatalogue(source, region, options, context) : await fromFile(from, source, region, options, context);
+  const region = (await chosenRegion(choice, gridInfoOf(source), signal)) ?? kAll;
+  const squares =
+    from === undefined
+      ? await fromCatalogue(source, region, options, context)
+      : await fromFile(from, source, region, options, context);
   const blocks = new Set(squares.map((square) => square.block).filter((block) => block !== null));
   const open = squares.filter((square) => square.urls.length === 0).length;
-  const counted = `${squares.length} squares of ${source.id}, ${blocks.size} blocks, ${open} without an address yet`;
+  const counted =
+    `${squares.length} squares of ${source.id}, ${blocks.size} blocks, ${open} without an ` +
+    'address yet';
   if (options.dryRun === true || root === undefined) {
     output.out(`${counted}; nothing written\n`);
     return;
   }
   const { source: id, grid, gridCrs, terms } = recordsOf(source);
-  const { added, changed } = await makeStore(root, signal, async (store) => store.squares.learn(id, grid, gridCrs, terms, squares));
+  const { added, changed } = await makeStore(root, signal, async (store) =>
+    store.squares.learn(id, grid, gridCrs, terms, squares),
+  );
   output.out(`${counted}: ${added} added, ${changed} changed\n`);
 }
 
-async function fromFile(file: string, source: Source, region: Region, options: ImportOptions, { signal }: CliContext): Promise<CatalogueSquare[]> {
+async function fromFile(
+  file: string,
+  source: Source,
+  region: Region,
+  options: ImportOptions,
+  { signal }: CliContext,
+): Promise<CatalogueSquare[]> {
   const { nameField, blockField, xField, yField } = options;
   const fields = {
     ...(nameField === undefined ? {} : { name: nameField }),
@@ -89,25 +119,41 @@ async function fromFile(file: string, source: Source, region: Region, options: I
     ...(yField === undefined ? {} : { y: yField }),
   };
   const all = await readFishnet(file, source, fields, givenVariables(options), signal);
-  return all.filter((square) => isAsked(square, region));
+  return all.filter((square) => isInRegion(square, region));
 }
 
-async function fromCatalogue(source: Source, region: Region, options: ImportOptions, { info, output, signal, exit }: CliContext): Promise<CatalogueSquare[]> {
-  const fields = { '--name-field': options.nameField, '--block-field': options.blockField, '--x-field': options.xField, '--y-field': options.yField };
-  const needless = Object.entries(fields).find(([, value]) => value !== undefined);
-  if (needless !== undefined) throw usage(`import fishnet: ${needless[0]} without --from; allowed: only with a file`);
-  const http = createHttpClient({ userAgent: userAgent(info), timeout_ms: options.timeoutS * 1000, access: accessOf(profileOf(source)) });
-  const asking = catalogueAsking(options, output);
+async function fromCatalogue(
+  source: Source,
+  region: Region,
+  options: ImportOptions,
+  { info, output, signal, exit }: CliContext,
+): Promise<CatalogueSquare[]> {
+  const fields = {
+    '--name-field': options.nameField,
+    '--block-field': options.blockField,
+    '--x-field': options.xField,
+    '--y-field': options.yField,
+  };
+  const unused = Object.entries(fields).find(([, value]) => value !== undefined);
+  if (unused !== undefined) {
+    throw usage(`import fishnet: ${unused[0]} without --from; allowed: only with a file`);
+  }
+  const http = createHttpClient({
+    userAgent: userAgent(info),
+    timeout_ms: options.timeoutS * 1000,
+    access: accessOf(profileOf(source)),
+  });
+  const monitor = monitorCatalogue(options, output);
   try {
     const catalogue = openCatalogue(source, http, {
       variables: givenVariables(options),
-      ...asking,
+      ...monitor,
       maxSquares: kMaxFishnet,
       limits: { items: kMaxFishnet, pages: 20_000 },
     });
     const squares: CatalogueSquare[] = [];
     for await (const square of catalogue.find(region, signal)) squares.push(square);
-    exit(asking.code());
+    exit(monitor.code());
     return squares;
   } finally {
     await http.close();
@@ -117,17 +163,28 @@ async function fromCatalogue(source: Source, region: Region, options: ImportOpti
 async function listCommand(options: ListOptions, { output, signal }: CliContext): Promise<void> {
   const states = options.state?.map((text): State => {
     const state = kStates.find((one) => one === text);
-    if (state === undefined) throw usage(`list fishnet: state "${text}"; allowed: ${kStates.join(', ')}`);
+    if (state === undefined) {
+      throw usage(`list fishnet: state "${text}"; allowed: ${kStates.join(', ')}`);
+    }
     return state;
   });
   await readStore(options.store, signal, (store) => {
-    const filter = { ...(options.source === undefined ? {} : { source: options.source }), ...(states === undefined ? {} : { states }) };
+    const filter = {
+      ...(options.source === undefined ? {} : { source: options.source }),
+      ...(states === undefined ? {} : { states }),
+    };
     const records = store.squares.list(filter);
     if (options.json === true) {
       for (const record of records) output.out(`${JSON.stringify(record)}\n`);
       return;
     }
-    const rows = records.map(({ key, state, block, urls }) => [key.source, key.name, state, block ?? '-', urls[0] ?? '?']);
+    const rows = records.map(({ key, state, block, urls }) => [
+      key.source,
+      key.name,
+      state,
+      block ?? '-',
+      urls[0] ?? '?',
+    ]);
     output.out(formatTable(['source', 'square', 'state', 'block', 'address'], rows));
   });
 }

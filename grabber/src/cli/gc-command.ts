@@ -12,27 +12,48 @@ type GcOptions = StoreOption & { readonly source?: string; readonly dryRun?: boo
 export function addGcCommand(program: Command, context: CliContext): void {
   program
     .command('gc')
-    .description('remove files of the store that no record names, and unfinished ones that nobody wants any more')
+    .description(
+      'remove files of the store that no record names, and unfinished ones that nobody ' +
+        'wants any more',
+    )
     .addOption(storeOption())
     .option('--source <id>', 'drop all files of this source; its squares stay known', parseSourceId)
     .option('--dry-run', 'only say what would go')
-    .action((options: GcOptions) => writeStore(options.store, context.signal, (store) => gcCommand(store, options, context)));
+    .action((options: GcOptions) =>
+      writeStore(options.store, context.signal, (store) => gcCommand(store, options, context)),
+    );
 }
 
-async function gcCommand(store: Store, { source, dryRun = false }: GcOptions, { output, signal }: CliContext): Promise<void> {
+async function gcCommand(
+  store: Store,
+  { source, dryRun = false }: GcOptions,
+  { output, signal }: CliContext,
+): Promise<void> {
   checkSourceOf(store, source);
   const { files, leftAlone } = await findLeftovers(store, source, signal);
-  // Records first: a run that is cut off here leaves files that no record names, which the next one finds.
+  // Records first: a run that is cut off here leaves files that no record names, which the next one
+  // finds.
   const dropped = source === undefined ? 0 : dropRecords(store, source, dryRun);
   if (!dryRun) {
     await removeStaleWork(store.root);
     await removeLeftovers(store, files, signal);
   }
-  for (const { path, bytes } of files) output.out(`${dryRun ? 'would remove' : 'removed'} ${path}  ${formatBytes(bytes)}\n`);
-  for (const path of leftAlone) output.err(`warning: left alone ${path}: a link, not in the store, or no file of the grabber's\n`);
+  for (const { path, bytes } of files) {
+    output.out(`${dryRun ? 'would remove' : 'removed'} ${path}  ${formatBytes(bytes)}\n`);
+  }
+  for (const path of leftAlone) {
+    output.err(
+      `warning: left alone ${path}: a link, not in the store, or no file of the grabber's\n`,
+    );
+  }
   const total = files.reduce((sum, { bytes }) => sum + bytes, 0);
-  const records = source === undefined ? '' : `, ${dropped} records of ${source}${dryRun ? ' would be' : ''} dropped`;
-  output.out(`${files.length} files, ${formatBytes(total)}${dryRun ? ' would go' : ' removed'}${records}\n`);
+  const records =
+    source === undefined
+      ? ''
+      : `, ${dropped} records of ${source}${dryRun ? ' would be' : ''} dropped`;
+  output.out(
+    `${files.length} files, ${formatBytes(total)}${dryRun ? ' would go' : ' removed'}${records}\n`,
+  );
 }
 
 function dropRecords(store: Store, source: string, dryRun: boolean): number {

@@ -37,7 +37,10 @@ export function lidarJob(
     table: store.squares,
     records,
     http,
-    limits: { max_concurrent: options.concurrency ?? profile.max_concurrent, max_per_s: profile.max_per_s },
+    limits: {
+      max_concurrent: options.concurrency ?? profile.max_concurrent,
+      max_per_s: profile.max_per_s,
+    },
     missingStatus: profile.missing_status,
     max_bytes: options.maxFileGib * kGib_bytes,
     allowFiles,

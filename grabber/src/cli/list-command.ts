@@ -7,17 +7,21 @@ import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { accessOf } from './lidar-job.js';
 import { formatTable } from './output.js';
-import { addAskOptions, catalogueAsking, type AskOptions } from './run-options.js';
+import { addRequestOptions, monitorCatalogue, type RequestOptions } from './run-options.js';
 import { addSelectionOptions } from './selection.js';
 
-type ListOptions = SelectionOptions & AskOptions & { json?: boolean };
+type ListOptions = SelectionOptions & RequestOptions & { json?: boolean };
 
 export function addListCommand(program: Command, context: CliContext): void {
   const command = addSelectionOptions(
-    program.command('list').description('print the squares of some ground and their addresses, as their catalogue has them'),
+    program
+      .command('list')
+      .description(
+        'print the squares of some ground and their addresses, as their catalogue has them',
+      ),
     context,
   );
-  addAskOptions(command)
+  addRequestOptions(command)
     .option('--json', 'print one JSON object a line')
     .action((options: ListOptions) => listCommand(options, context));
 }
@@ -27,31 +31,56 @@ export function addSourcesCommand(program: Command, context: CliContext): void {
     .command('sources')
     .description('list the sources')
     .option('--json', 'print JSON')
-    .action(async ({ json }: { json?: boolean }) => sourcesCommand(await context.sources(), json ?? false, context));
+    .action(async ({ json }: { json?: boolean }) =>
+      sourcesCommand(await context.sources(), json ?? false, context),
+    );
 }
 
-/** Addresses that follow a rule are computed, others are asked for; "?" is an address that fetch finds by asking. */
+/**
+ * Prints the squares of a region. Addresses that follow a rule are computed, and others come from
+ * the catalogue; "?" marks an address that only a fetch determines.
+ */
 async function listCommand(options: ListOptions, context: CliContext): Promise<void> {
   const { output, signal } = context;
-  const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: kNoAccess });
+  const http = createHttpClient({
+    userAgent: userAgent(context.info),
+    timeout_ms: options.timeoutS * 1000,
+    access: kNoAccess,
+  });
   try {
-    const asking = catalogueAsking(options, output);
-    const { source, profile, catalogue, region } = await select(options, await context.sources(), http, signal, asking);
+    const monitor = monitorCatalogue(options, output);
+    const { source, profile, catalogue, region } = await select(
+      options,
+      await context.sources(),
+      http,
+      signal,
+      monitor,
+    );
     http.permit(accessOf(profile));
     for await (const square of catalogue.find(region, signal)) {
       if (options.json === true) output.out(`${JSON.stringify({ source, ...square })}\n`);
       else output.out(`${square.name}\t${square.urls[0] ?? '?'}\n`);
     }
-    context.exit(asking.code());
+    context.exit(monitor.code());
   } finally {
     await http.close();
   }
 }
 
-function sourcesCommand(sources: ReadonlyMap<string, Source>, json: boolean, { output }: CliContext): void {
+function sourcesCommand(
+  sources: ReadonlyMap<string, Source>,
+  json: boolean,
+  { output }: CliContext,
+): void {
   const all = [...sources.values()];
   if (json) {
-    output.out(`${JSON.stringify(all.map((source) => ({ ...source, hosts: hostsOf(source) })), undefined, 2)}\n`);
+    output.out(
+      `${JSON.stringify(
+        all.map((source) => ({ ...source, hosts: hostsOf(source) })),
+        undefined,
+        2,
+      )}\n`,
+    );
     return;
   }
   const rows = all.map((source) => [
@@ -65,11 +94,18 @@ function sourcesCommand(sources: ReadonlyMap<string, Source>, json: boolean, { o
     source.licence,
     source.title,
   ]);
-  output.out(formatTable(['id', 'crs', 'square', 'classes', 'access', 'at once', 'needs', 'licence', 'title'], rows));
+  output.out(
+    formatTable(
+      ['id', 'crs', 'square', 'classes', 'access', 'at once', 'needs', 'licence', 'title'],
+      rows,
+    ),
+  );
 }
 
 /** Variables that only the user knows. */
 function needsOf(source: Source): string {
-  const open = Object.entries(variablesOf(source)).filter(([, { value, values }]) => value === undefined && values === undefined);
+  const open = Object.entries(variablesOf(source)).filter(
+    ([, { value, values }]) => value === undefined && values === undefined,
+  );
   return open.map(([name]) => name).join(' ') || '-';
 }

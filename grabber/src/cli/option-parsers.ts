@@ -25,24 +25,39 @@ export function parseNameList(text: string): string[] {
 function numbersOf(text: string, count: number): number[] | undefined {
   const parts = text.split(',').map((part) => part.trim());
   const numbers = parts.map(Number);
-  return parts.length === count && parts.every((part) => part !== '') && numbers.every(Number.isFinite) ? numbers : undefined;
+  return parts.length === count &&
+    parts.every((part) => part !== '') &&
+    numbers.every(Number.isFinite)
+    ? numbers
+    : undefined;
 }
 
 export function parseBox(text: string): BoundsM {
   const [west, south, east, north] = numbersOf(text, 4) ?? [];
-  if (west !== undefined && south !== undefined && east !== undefined && north !== undefined && west < east && south < north) {
+  if (
+    west !== undefined &&
+    south !== undefined &&
+    east !== undefined &&
+    north !== undefined &&
+    west < east &&
+    south < north
+  ) {
     return [west, south, east, north];
   }
   throw new InvalidArgumentError(
-    "allowed: west,south,east,north, four numbers in metres of the source's CRS, west < east and south < north",
+    "allowed: west,south,east,north, four numbers in metres of the source's CRS, west < " +
+      'east and south < north',
   );
 }
 
 export function parseBoxDeg(text: string): BoundsDeg {
   const [west = NaN, south = NaN, east = NaN, north = NaN] = numbersOf(text, 4) ?? [];
-  if (west >= -180 && west < east && east <= 180 && south >= -85 && south < north && north <= 85) return [west, south, east, north];
+  if (west >= -180 && west < east && east <= 180 && south >= -85 && south < north && north <= 85) {
+    return [west, south, east, north];
+  }
   throw new InvalidArgumentError(
-    'allowed: west,south,east,north in degrees, -180 to 180 and -85 to 85, west < east and south < north',
+    'allowed: west,south,east,north in degrees, -180 to 180 and -85 to 85, west < east and ' +
+      'south < north',
   );
 }
 
@@ -51,15 +66,35 @@ const kMaxRadius_m = 200_000;
 
 export function parseCircle(text: string): Circle {
   const [east, north, radius] = numbersOf(text, 3) ?? [];
-  if (east !== undefined && north !== undefined && radius !== undefined && radius > 0 && radius <= kMaxRadius_m) return [east, north, radius];
-  throw new InvalidArgumentError(`allowed: east,north,radius in metres of the source's CRS, radius at most ${kMaxRadius_m}`);
+  if (
+    east !== undefined &&
+    north !== undefined &&
+    radius !== undefined &&
+    radius > 0 &&
+    radius <= kMaxRadius_m
+  ) {
+    return [east, north, radius];
+  }
+  throw new InvalidArgumentError(
+    `allowed: east,north,radius in metres of the source's CRS, radius at most ${kMaxRadius_m}`,
+  );
 }
 
 export function parseCircleDeg(text: string): Circle {
   const [lon = NaN, lat = NaN, radius = NaN] = numbersOf(text, 3) ?? [];
-  if (lon >= -180 && lon <= 180 && lat >= -85 && lat <= 85 && radius > 0 && radius <= kMaxRadius_m) return [lon, lat, radius];
+  if (
+    lon >= -180 &&
+    lon <= 180 &&
+    lat >= -85 &&
+    lat <= 85 &&
+    radius > 0 &&
+    radius <= kMaxRadius_m
+  ) {
+    return [lon, lat, radius];
+  }
   throw new InvalidArgumentError(
-    `allowed: longitude,latitude,radius in degrees and metres, -180 to 180 and -85 to 85, radius at most ${kMaxRadius_m}`,
+    'allowed: longitude,latitude,radius in degrees and metres, -180 to 180 and -85 to 85, ' +
+      `radius at most ${kMaxRadius_m}`,
   );
 }
 

@@ -3,7 +3,7 @@ import { InvalidArgumentError, type Command } from 'commander';
 import { loadConfigFolder } from '../config/toml-file.js';
 import { removeStaleWork, withWorkFolder } from '../convert/work-folder.js';
 import { DiskSpace } from '../fetch/disk-space.js';
-import { HostGate } from '../fetch/host-gate.js';
+import { HostRateLimiter } from '../fetch/host-rate-limiter.js';
 import { createHttpClient, kNoAccess, type Access, type HttpClient } from '../fetch/http-client.js';
 import type { Redact } from '../fetch/redact.js';
 import { kBackoff } from '../fetch/retry.js';
@@ -13,7 +13,13 @@ import type { Store } from '../model/store.js';
 import { downloader } from '../ortho/download.js';
 import { gatherFor } from '../ortho/gather-for.js';
 import { localGather } from '../ortho/local.js';
-import { isMade, learnOrthophotos, makeOrthophoto, orthoKey, type Workshop } from '../ortho/make-orthophoto.js';
+import {
+  isMade,
+  learnOrthophotos,
+  makeOrthophoto,
+  orthoKey,
+  type OrthoSettings,
+} from '../ortho/make-orthophoto.js';
 import { kOrthoKind, orthoHosts, orthoPrivateOrigins, type OrthoSource } from '../ortho/schema.js';
 import { originOfTemplate } from '../sources/hosts.js';
 import { kPlaces } from '../store/layout.js';
@@ -23,7 +29,7 @@ import { userAgent } from '../util/package-info.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { integerIn, parseNameList, parseSourceId } from './option-parsers.js';
-import { orthoReporter, type OrthoReporter } from './ortho-reporter.js';
+import { orthoReporter, type OrthoReporter, type OrthoTally } from './ortho-reporter.js';
 import { storeOption, writeStore } from './with-store.js';
 
 export type OrthoOptions = {
@@ -48,10 +54,17 @@ export type OrthoOptions = {
 export const kDefaultMargin_m = 20;
 /** Longest Retry-After to obey. */
 const kMaxWait_ms = 600_000;
-/** Of pictures of the user's own, whose source states none. */
+/** Resolution for local pictures, for which no source states one. */
 const kLocalResolution_m = 0.25;
 /** States of LiDAR squares that --all takes. */
-const kUsableOrWanted: readonly State[] = [...kUsable, 'known', 'wanted', 'fetching', 'fetched', 'failed'];
+const kUsableOrWanted: readonly State[] = [
+  ...kUsable,
+  'known',
+  'wanted',
+  'fetching',
+  'fetched',
+  'failed',
+];
 
 export function addOrthoCommand(program: Command, context: CliContext): void {
   program
@@ -59,29 +72,58 @@ export function addOrthoCommand(program: Command, context: CliContext): void {
     .description('make an orthophoto for each square of a store')
     .addOption(storeOption())
     .option('--source <id>', 'source of orthophotos: a file of sources/ortho')
-    .option('--from <path>', 'pictures of this file or folder instead: GeoTIFF, or JPEG and PNG with world files')
+    .option(
+      '--from <path>',
+      'pictures of this file or folder instead: GeoTIFF, or JPEG and PNG with world files',
+    )
     .option('--as <id>', 'with --from: folder name in the store', parseSourceId, 'local')
     .option('--grid <id>', "LiDAR source whose squares to take (default: the store's only one)")
     .option('--squares <names>', 'these squares only, separated by commas', parseNameList)
     .option('--all', 'also squares whose points are not there yet')
-    .option('--resolution-m <m>', "metres a pixel, 0.01 to 100 (default: the source's)", metres(0.01, 100))
-    .option('--margin-m <m>', 'ground around the square, 0 to 1000 metres', metres(0, 1000), kDefaultMargin_m)
+    .option(
+      '--resolution-m <m>',
+      "metres a pixel, 0.01 to 100 (default: the source's)",
+      metres(0.01, 100),
+    )
+    .option(
+      '--margin-m <m>',
+      'ground around the square, 0 to 1000 metres',
+      metres(0, 1000),
+      kDefaultMargin_m,
+    )
     .option('--time <t>', 'pictures of this year or date, for sources that have several', parseTime)
     .option('--lossless', 'DEFLATE instead of JPEG')
     .option('--again', 'make again what is there')
-    .option('--retries <n>', 'tries after the first, 0 to 20', integerIn(0, 20, 'tries after the first'), 5)
-    .option('--timeout-s <s>', 'longest silence of a server, seconds, 1 to 3600', integerIn(1, 3600, 'seconds'), 60)
+    .option(
+      '--retries <n>',
+      'tries after the first, 0 to 20',
+      integerIn(0, 20, 'tries after the first'),
+      5,
+    )
+    .option(
+      '--timeout-s <s>',
+      'longest silence of a server, seconds, 1 to 3600',
+      integerIn(1, 3600, 'seconds'),
+      60,
+    )
     .option('--dry-run', 'list what would be made')
     .option('--json', 'one JSON object a line on standard output')
     .action(async (options: OrthoOptions) => context.exit(await makeOrthophotos(options, context)));
 }
 
-/** An orthophoto for each square that was chosen. @return the exit code */
+/**
+ * An orthophoto for each square that was chosen.
+ * @return the exit code
+ */
 export async function makeOrthophotos(options: OrthoOptions, context: CliContext): Promise<number> {
   const { signal } = context;
   const source = await chooseSource(options, context);
   const reporter = orthoReporter(context.output, options.json ?? false);
-  const http = createHttpClient({ userAgent: userAgent(context.info), timeout_ms: options.timeoutS * 1000, access: accessTo(source) });
+  const http = createHttpClient({
+    userAgent: userAgent(context.info),
+    timeout_ms: options.timeoutS * 1000,
+    access: accessTo(source),
+  });
   try {
     return await writeStore(options.store, signal, async (store) => {
       const squares = chooseSquares(store, options);
@@ -91,14 +133,19 @@ export async function makeOrthophotos(options: OrthoOptions, context: CliContext
         return kExit.done;
       }
       await removeStaleWork(store.root);
-      return await withWorkFolder(store.root, (cache) => makeAll(squares, source, options, store, http, cache, reporter, context));
+      return await withWorkFolder(store.root, (cache) =>
+        makeAll(squares, source, options, store, http, cache, reporter, context),
+      );
     });
   } finally {
     await http.close();
   }
 }
 
-/** Pictures of the user's own ask nobody. @throws GrabberError SECRET when the environment lacks one */
+/**
+ * Determines which hosts may be contacted; none for local pictures.
+ * @throws GrabberError SECRET when the environment lacks one
+ */
 function accessTo(source: OrthoSource | undefined): Access {
   if (source === undefined) return kNoAccess;
   return {
@@ -121,58 +168,74 @@ async function makeAll(
 ): Promise<number> {
   const { signal } = context;
   const found = source === undefined ? undefined : gatherFor(source, cacheFolder);
-  const workshop = workshopOf(source, options, http, cacheFolder, found?.gather ?? localGather(options.from ?? '', null), reporter);
-  learnOrthophotos(store, workshop, squares);
+  const settings = orthoSettingsOf(
+    source,
+    options,
+    http,
+    cacheFolder,
+    found?.gather ?? localGather(options.from ?? '', null),
+    reporter,
+  );
+  learnOrthophotos(store, settings, squares);
   const tally = { made: 0, kept: 0, missing: 0, failed: 0 };
   const todo: StoreRecord[] = [];
   for (const square of squares) {
-    const record = store.orthophotos.get(orthoKey(workshop.source, square));
-    if (record !== undefined && options.again !== true && (await isMade(record, store, workshop))) ++tally.kept;
-    else todo.push(square);
+    const record = store.orthophotos.get(orthoKey(settings.source, square));
+    if (record !== undefined && options.again !== true && (await isMade(record, store, settings))) {
+      ++tally.kept;
+    } else todo.push(square);
   }
-  store.orthophotos.want(todo.map((square) => orthoKey(workshop.source, square)), true);
+  store.orthophotos.want(
+    todo.map((square) => orthoKey(settings.source, square)),
+    true,
+  );
   for (const square of todo) {
-    await makeOne(square, store, workshop, http.redact, reporter, tally, signal);
+    await makeOne(square, store, settings, http.redact, reporter, tally, signal);
     await found?.cache.trim();
   }
   reporter.summary(tally);
-  return tally.failed > 0 ? kExit.failed : tally.missing > 0 ? kExit.holes : kExit.done;
+  return exitCodeOf(tally);
+}
+
+function exitCodeOf({ failed, missing }: OrthoTally): number {
+  if (failed > 0) return kExit.failed;
+  return missing > 0 ? kExit.holes : kExit.done;
 }
 
 async function makeOne(
   square: StoreRecord,
   store: Store,
-  workshop: Workshop,
+  settings: OrthoSettings,
   redact: Redact,
   reporter: OrthoReporter,
   tally: { made: number; missing: number; failed: number },
   signal: AbortSignal,
 ): Promise<void> {
   try {
-    const made = await makeOrthophoto(square, store, workshop, signal);
+    const made = await makeOrthophoto(square, store, settings, signal);
     if (made.state === 'made') ++tally.made;
     else ++tally.missing;
     reporter.made(square.key.name, made);
   } catch (error) {
     signal.throwIfAborted();
-    // Neither ours nor the system's: a fault in this program, which must not pass for a bad picture.
+    // Any other error is a fault in this program, and must not be recorded as a bad picture.
     if (!(error instanceof GrabberError) && systemCode(error) === undefined) throw error;
     const code = error instanceof GrabberError ? error.code : 'STORE_IO';
     const message = redact(describeError(error));
-    store.orthophotos.failed(orthoKey(workshop.source, square), code, message);
+    store.orthophotos.failed(orthoKey(settings.source, square), code, message);
     ++tally.failed;
     reporter.failed(square.key.name, code, message);
   }
 }
 
-function workshopOf(
+function orthoSettingsOf(
   source: OrthoSource | undefined,
   options: OrthoOptions,
   http: HttpClient,
   cache: string,
-  gather: Workshop['gather'],
+  gather: OrthoSettings['gather'],
   reporter: OrthoReporter,
-): Workshop {
+): OrthoSettings {
   return {
     source: source?.id ?? options.as,
     terms: { licence: source?.licence ?? null, attribution: source?.attribution ?? null },
@@ -181,7 +244,7 @@ function workshopOf(
       http,
       policy: { ...kBackoff, retries: options.retries },
       clock: kSystemClock,
-      gate: new HostGate(kSystemClock, kMaxWait_ms),
+      limiter: new HostRateLimiter(kSystemClock, kMaxWait_ms),
       disk: new DiskSpace(cache),
       missingStatus: source?.missing_status ?? [],
       onRetry: (notice) => reporter.retry(notice),
@@ -196,21 +259,42 @@ function workshopOf(
   };
 }
 
-async function chooseSource(options: OrthoOptions, context: CliContext): Promise<OrthoSource | undefined> {
+async function chooseSource(
+  options: OrthoOptions,
+  context: CliContext,
+): Promise<OrthoSource | undefined> {
   if (options.source === undefined && options.from !== undefined) return undefined;
-  if (options.from !== undefined) throw new GrabberError('USAGE', 'choose orthophotos: --source and --from; allowed: one of them');
+  if (options.from !== undefined) {
+    throw new GrabberError(
+      'USAGE',
+      'choose orthophotos: --source and --from; allowed: one of them',
+    );
+  }
   return findOrthoSource(options.source, context);
 }
 
 /** @throws GrabberError USAGE when there is none of that name, or no name was given */
-export async function findOrthoSource(id: string | undefined, context: CliContext): Promise<OrthoSource> {
-  const sources = await loadConfigFolder(join(context.configFolder(), 'sources', 'ortho'), kOrthoKind, context.signal);
+export async function findOrthoSource(
+  id: string | undefined,
+  context: CliContext,
+): Promise<OrthoSource> {
+  const sources = await loadConfigFolder(
+    join(context.configFolder(), 'sources', 'ortho'),
+    kOrthoKind,
+    context.signal,
+  );
   const names = [...sources.keys()].join(', ') || 'none, the folder is empty';
   if (id === undefined) {
-    throw new GrabberError('USAGE', `choose orthophotos: neither --source nor --from is given; allowed: --from <path>, or --source of ${names}`);
+    throw new GrabberError(
+      'USAGE',
+      'choose orthophotos: neither --source nor --from is given; allowed: --from <path>, ' +
+        `or --source of ${names}`,
+    );
   }
   const source = sources.get(id);
-  if (source === undefined) throw new GrabberError('USAGE', `choose orthophotos: "${id}"; allowed: ${names}`);
+  if (source === undefined) {
+    throw new GrabberError('USAGE', `choose orthophotos: "${id}"; allowed: ${names}`);
+  }
   return source;
 }
 
@@ -222,9 +306,19 @@ function chooseSquares(store: Store, options: OrthoOptions): StoreRecord[] {
   };
   const squares = store.squares.list(filter);
   const grids = [...new Set(squares.map((square) => square.key.source))];
-  if (grids.length > 1) throw new GrabberError('USAGE', `choose squares: the store has those of ${grids.join(', ')}; allowed: one of them with --grid`);
+  if (grids.length > 1) {
+    throw new GrabberError(
+      'USAGE',
+      `choose squares: the store has those of ${grids.join(', ')}; allowed: one of them ` +
+        'with --grid',
+    );
+  }
   if (squares.length === 0) {
-    throw new GrabberError('USAGE', `choose squares of ${store.root}: none; allowed: squares that are fetched and verified (--all takes others too)`);
+    throw new GrabberError(
+      'USAGE',
+      `choose squares of ${store.root}: none; allowed: squares that are fetched and ` +
+        'verified (--all takes others too)',
+    );
   }
   return squares;
 }

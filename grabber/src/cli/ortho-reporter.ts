@@ -2,9 +2,14 @@ import type { RetryNotice } from '../fetch/retry.js';
 import type { Made } from '../ortho/make-orthophoto.js';
 import { formatBytes, type Output } from './output.js';
 
-export type OrthoTally = { readonly made: number; readonly kept: number; readonly missing: number; readonly failed: number };
+export type OrthoTally = {
+  readonly made: number;
+  readonly kept: number;
+  readonly missing: number;
+  readonly failed: number;
+};
 
-/** Tells the user, or a program, how orthophotos are made. */
+/** Reports the progress of orthophotos, to people or as JSON. */
 export type OrthoReporter = {
   would(square: string): void;
   made(square: string, made: Made): void;
@@ -13,7 +18,10 @@ export type OrthoReporter = {
   summary(tally: OrthoTally): void;
 };
 
-/** @param json  one object a line to standard output; else results there and troubles to standard error */
+/**
+ * @param json  one object a line to standard output; else results there and troubles to standard
+ * error
+ */
 export function orthoReporter(output: Output, json: boolean): OrthoReporter {
   return json ? jsonReporter(output) : textReporter(output);
 }
@@ -24,22 +32,30 @@ function textReporter(output: Output): OrthoReporter {
     made(square, made) {
       if (made.state === 'missing') return output.err(`hole: ${made.reason}\n`);
       const { file, image } = made;
-      output.out(`made ${square}  ${formatBytes(file.bytes)}  ${image.width_px} x ${image.height_px} pixels  ${file.path}\n`);
+      output.out(
+        `made ${square}  ${formatBytes(file.bytes)}  ${image.width_px} x ` +
+          `${image.height_px} pixels  ${file.path}\n`,
+      );
       for (const warning of made.warnings) output.err(`warning: ${square}: ${warning}\n`);
     },
     failed: (square, code, message) => output.err(`error: ${square} ${code}: ${message}\n`),
-    retry: ({ error, retry, wait_ms }) => output.err(`retry ${retry} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`),
-    summary: ({ made, kept, missing, failed }) => output.out(`${made} made, ${kept} already there, ${missing} missing, ${failed} failed\n`),
+    retry: ({ error, retry, wait_ms }) =>
+      output.err(`retry ${retry} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`),
+    summary: ({ made, kept, missing, failed }) =>
+      output.out(`${made} made, ${kept} already there, ${missing} missing, ${failed} failed\n`),
   };
 }
 
 function jsonReporter(output: Output): OrthoReporter {
-  const line = (fields: Readonly<Record<string, unknown>>): void => output.out(`${JSON.stringify(fields)}\n`);
+  const line = (fields: Readonly<Record<string, unknown>>): void =>
+    output.out(`${JSON.stringify(fields)}\n`);
   return {
     would: (square) => line({ event: 'would', square }),
     made: (square, made) => line({ event: 'orthophoto', square, ...made }),
-    failed: (square, code, message) => line({ event: 'orthophoto', state: 'failed', square, code, message }),
-    retry: ({ error, retry, wait_ms }) => line({ event: 'retry', retry, wait_ms, code: error.code, message: error.message }),
+    failed: (square, code, message) =>
+      line({ event: 'orthophoto', state: 'failed', square, code, message }),
+    retry: ({ error, retry, wait_ms }) =>
+      line({ event: 'retry', retry, wait_ms, code: error.code, message: error.message }),
     summary: (tally) => line({ event: 'summary', ...tally }),
   };
 }

@@ -1,13 +1,20 @@
 /** Where a command writes; tests put their own in its place. */
 export type Output = {
-  out(text: string): void;
-  err(text: string): void;
+  /** Writes to standard output. */
+  readonly out: (text: string) => void;
+  /** Writes to standard error. */
+  readonly err: (text: string) => void;
 };
 
 /** Left-aligned columns, two blanks apart. */
-export function formatTable(header: readonly string[], rows: readonly (readonly string[])[]): string {
+export function formatTable(
+  header: readonly string[],
+  rows: readonly (readonly string[])[],
+): string {
   const lines = [header, ...rows];
-  const widths = header.map((_title, column) => Math.max(...lines.map((line) => (line[column] ?? '').length)));
+  const widths = header.map((_title, column) =>
+    Math.max(...lines.map((line) => (line[column] ?? '').length)),
+  );
   return lines
     .map((line) =>
       line

@@ -6,14 +6,14 @@ import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import type { Output } from './output.js';
 
-/** What the person who called must put right: the command line, and the files of the configuration. */
+/** Codes of errors that the user corrects: in the command line, or in a configuration file. */
 const kUsageCodes: readonly ErrorCode[] = ['USAGE', 'CONFIG'];
 
 type AddCommand = (program: Command, context: CliContext) => void;
 
 /**
- * In the order of the help text. Each is loaded when it is asked for: HTTP, GDAL's formats and the schemas of the
- * configuration take longer to load than `status` takes to run.
+ * The commands, in the order of the help text. Each module is imported when its command is used:
+ * HTTP, GDAL's formats and the schemas take longer to load than `status` takes to run.
  */
 const kCommands: Readonly<Record<string, () => Promise<AddCommand>>> = {
   sources: async () => (await import('./list-command.js')).addSourcesCommand,
@@ -35,7 +35,11 @@ const kCommands: Readonly<Record<string, () => Promise<AddCommand>>> = {
  * @return the exit code
  * @throws the signal's reason when it aborts
  */
-export async function run(args: readonly string[], output: Output, signal: AbortSignal): Promise<number> {
+export async function run(
+  args: readonly string[],
+  output: Output,
+  signal: AbortSignal,
+): Promise<number> {
   const state = { exitCode: kExit.done as number };
   try {
     const program = await buildProgram(args, state, output, signal);
@@ -43,24 +47,40 @@ export async function run(args: readonly string[], output: Output, signal: Abort
     return state.exitCode;
   } catch (error) {
     signal.throwIfAborted();
-    // Commander has printed its own message by now; help and version come this way too, with exit code 0.
+    // Commander has printed its own message by now; help and version come this way too, with exit
+    // code 0.
     if (error instanceof CommanderError) return error.exitCode === 0 ? kExit.done : kExit.usage;
     output.err(`error: ${describeError(error)}\n`);
-    return error instanceof GrabberError && kUsageCodes.includes(error.code) ? kExit.usage : kExit.failed;
+    return error instanceof GrabberError && kUsageCodes.includes(error.code)
+      ? kExit.usage
+      : kExit.failed;
   }
 }
 
-async function buildProgram(args: readonly string[], state: { exitCode: number }, output: Output, signal: AbortSignal): Promise<Command> {
+async function buildProgram(
+  args: readonly string[],
+  state: { exitCode: number },
+  output: Output,
+  signal: AbortSignal,
+): Promise<Command> {
   const info = readPackageInfo();
   const program = new Command('terravox-grab')
-    .description('Fills a Terravox store with LiDAR squares and orthophotos from open-data portals or local files.')
+    .description(
+      'Fills a Terravox store with LiDAR squares and orthophotos from open-data portals or ' +
+        'local files.',
+    )
     .version(info.version)
-    .option('--config <folder>', 'folder of the configuration: sources, areas, converters', join(info.root, '..', 'config'))
+    .option(
+      '--config <folder>',
+      'folder of the configuration: sources, areas, converters',
+      join(info.root, '..', 'config'),
+    )
     .configureOutput({ writeOut: output.out, writeErr: output.err })
     .exitOverride()
     .addHelpText(
       'after',
-      '\nExit codes: 0 done, 1 failed, 2 wrong usage or configuration, 3 done but squares are missing, 130 stopped by SIGINT.',
+      '\nExit codes: 0 done, 1 failed, 2 wrong usage or configuration, 3 done but squares ' +
+        'are missing, 130 stopped by SIGINT.',
     );
   const configFolder = (): string => program.opts<{ config: string }>().config;
   const context: CliContext = {
@@ -68,20 +88,28 @@ async function buildProgram(args: readonly string[], state: { exitCode: number }
     signal,
     info,
     configFolder,
-    sources: async () => (await import('../sources/load-sources.js')).loadSources(join(configFolder(), 'sources'), signal),
+    sources: async () =>
+      (await import('../sources/load-sources.js')).loadSources(
+        join(configFolder(), 'sources'),
+        signal,
+      ),
     exit: (code) => {
       state.exitCode = code;
     },
   };
-  for (const load of wantedBy(args)) (await load())(program, context);
+  for (const load of commandsFor(args)) (await load())(program, context);
   return program;
 }
 
-/** The one command that is named, or all of them where none is: for the help text, and to say what there is. */
-function wantedBy(args: readonly string[]): (() => Promise<AddCommand>)[] {
+/**
+ * Finds the command that is named. Without a name all commands are loaded, for the help text and
+ * for error messages.
+ */
+function commandsFor(args: readonly string[]): (() => Promise<AddCommand>)[] {
   let index = 0;
   while (args[index]?.startsWith('-') === true) index += args[index] === '--config' ? 2 : 1;
   const named = args[index];
-  const command = named !== undefined && Object.hasOwn(kCommands, named) ? kCommands[named] : undefined;
+  const command =
+    named !== undefined && Object.hasOwn(kCommands, named) ? kCommands[named] : undefined;
   return command === undefined ? Object.values(kCommands) : [command];
 }

@@ -13,23 +13,41 @@ import { conversionFor, fillStore, type FetchHooks } from './fill-store.js';
 import { kExit, worseOf } from './exit-codes.js';
 import { accessOf, lidarJob } from './lidar-job.js';
 import type { Output } from './output.js';
-import { addRunOptions, catalogueAsking, chooseReporter, storeOf, type RunOptions } from './run-options.js';
+import {
+  addRunOptions,
+  monitorCatalogue,
+  chooseReporter,
+  storeOf,
+  type RunOptions,
+} from './run-options.js';
 import { checkSourceOf, writeStore } from './with-store.js';
 
 export type ResumeOptions = RunOptions & { source?: string };
 
-const kAdHoc = 'its source has no configuration; allowed: run fetch again with the options of the first time';
-const kFromFolder = 'they came from a folder; allowed: run fetch --from again with the options of the first time';
+const kAdHoc =
+  'its source has no configuration; allowed: run fetch again with the options of the first time';
+const kFromFolder =
+  'they came from a folder; allowed: run fetch --from again with the options of the first time';
 
 export function addResumeCommand(program: Command, context: CliContext): void {
-  const about = 'finish the squares that earlier runs have begun, and tell which orthophotos are not finished';
+  const about =
+    'finish the squares that earlier runs have begun, and tell which orthophotos are not finished';
   addRunOptions(program.command('resume').description(about), 'store to continue')
     .option('--source <id>', 'only the squares of this source')
-    .action(async (options: ResumeOptions) => context.exit(await resumeCommand(options, context, conversionFor(context))));
+    .action(async (options: ResumeOptions) =>
+      context.exit(await resumeCommand(options, context, conversionFor(context))),
+    );
 }
 
-/** Continues everything that is unfinished in a store. @return the exit code */
-async function resumeCommand(options: ResumeOptions, context: CliContext, hooks: FetchHooks): Promise<number> {
+/**
+ * Continues everything that is unfinished in a store.
+ * @return the exit code
+ */
+async function resumeCommand(
+  options: ResumeOptions,
+  context: CliContext,
+  hooks: FetchHooks,
+): Promise<number> {
   const sources = await context.sources();
   const reporter = chooseReporter(options, context.output);
   const clients: SourceClient[] = [];
@@ -44,9 +62,26 @@ async function resumeCommand(options: ResumeOptions, context: CliContext, hooks:
   };
   const continueIn = async (store: Store): Promise<number> => {
     checkSourceOf(store, options.source);
-    const { jobs, skipped } = jobsOf(store, sources, clientOf, options, hooks, reporter, context.output);
-    const code = await fillStore(jobs, store, { kept: 0, known_missing: 0, skipped }, options, reporter, context.signal);
-    return tellOrthophotos(store, options.source, reporter) > 0 ? worseOf(code, kExit.holes) : code;
+    const { jobs, skipped } = jobsOf(
+      store,
+      sources,
+      clientOf,
+      options,
+      hooks,
+      reporter,
+      context.output,
+    );
+    const code = await fillStore(
+      jobs,
+      store,
+      { kept: 0, known_missing: 0, skipped },
+      options,
+      reporter,
+      context.signal,
+    );
+    return reportOrthophotos(store, options.source, reporter) > 0
+      ? worseOf(code, kExit.holes)
+      : code;
   };
   try {
     return await writeStore(storeOf(options), context.signal, continueIn);
@@ -56,8 +91,12 @@ async function resumeCommand(options: ResumeOptions, context: CliContext, hooks:
   }
 }
 
-/** Orthophotos are made by another command, with choices that the store does not know. @return how many are unfinished */
-function tellOrthophotos(store: Store, grid: string | undefined, reporter: Reporter): number {
+/**
+ * Reports unfinished orthophotos, which another command makes, with options that the store does not
+ * record.
+ * @return how many are unfinished
+ */
+function reportOrthophotos(store: Store, grid: string | undefined, reporter: Reporter): number {
   const records = store.orthophotos.unfinished(grid === undefined ? {} : { grid });
   const groups = new Map<string, { source: string; grid: string; count: number }>();
   for (const { key } of records) {
@@ -66,11 +105,16 @@ function tellOrthophotos(store: Store, grid: string | undefined, reporter: Repor
     groups.set(id, group);
     ++group.count;
   }
-  for (const { source, grid, count } of groups.values()) reporter.orthophotosLeft(source, grid, count);
+  for (const { source, grid, count } of groups.values()) {
+    reporter.orthophotosLeft(source, grid, count);
+  }
   return records.length;
 }
 
-/** One job per source; how its hosts want to be asked stands in the configuration, not in the store. */
+/**
+ * Makes one job for each source. The limits of its hosts come from the configuration, not from the
+ * store.
+ */
 function jobsOf(
   store: Store,
   sources: ReadonlyMap<string, Source>,
@@ -96,7 +140,18 @@ function jobsOf(
     skip(id, local, kFromFolder);
     const http = clientOf(source);
     const rest = records.filter((record) => !local.includes(record));
-    jobs.push(lidarJob(rest, profileOf(source), openCatalogue(source, http, catalogueAsking(options, output)), store, http, false, options, hooks));
+    jobs.push(
+      lidarJob(
+        rest,
+        profileOf(source),
+        openCatalogue(source, http, monitorCatalogue(options, output)),
+        store,
+        http,
+        false,
+        options,
+        hooks,
+      ),
+    );
   }
   return { jobs, skipped };
 }

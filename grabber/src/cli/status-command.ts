@@ -4,14 +4,16 @@ import type { CliContext } from './context.js';
 import { readStore, storeOption, type StoreOption } from './with-store.js';
 
 const kColumns = 80;
-const kMostPictureRows = 40;
+const kMaxPictureRows = 40;
 
 type StatusOptions = StoreOption & { readonly json?: boolean };
 
 export function addStatusCommand(program: Command, context: CliContext): void {
   program
     .command('status')
-    .description('what the store holds: counts by source and state, a picture of the squares, the last errors')
+    .description(
+      'what the store holds: counts by source and state, a picture of the squares, the last errors',
+    )
     .addOption(storeOption())
     .option('--json', 'print JSON, without the picture')
     .action((options: StatusOptions) => statusCommand(options, context));
@@ -24,7 +26,10 @@ function statusCommand(options: StatusOptions, { output, signal }: CliContext): 
     if (options.json === true) return output.out(`${JSON.stringify(status, undefined, 2)}\n`);
     const { isTTY, columns } = process.stdout;
     const colour = isTTY && (process.env['NO_COLOR'] ?? '') === '';
-    const size = { columns: Math.max(10, (isTTY && columns > 0 ? columns : kColumns) - 1), rows: kMostPictureRows };
+    const size = {
+      columns: Math.max(10, (isTTY && columns > 0 ? columns : kColumns) - 1),
+      rows: kMaxPictureRows,
+    };
     output.out(statusText(status, store.squares.places(), size, { colour }));
   });
 }

@@ -2,14 +2,30 @@ import { rm } from 'node:fs/promises';
 import { join } from 'node:path';
 import type { Command } from 'commander';
 import type { Store } from '../model/store.js';
-import { tableOf, verifyFiles, wholeFiles, type BadFile, type VerifyProgress } from '../report/verify-store.js';
+import {
+  tableOf,
+  verifyFiles,
+  wholeFiles,
+  type BadFile,
+  type VerifyProgress,
+} from '../report/verify-store.js';
 import type { CliContext } from './context.js';
 import { kExit } from './exit-codes.js';
 import { parseSourceId } from './option-parsers.js';
 import { formatBytes, type Output } from './output.js';
-import { checkSourceOf, readStore, storeOption, writeStore, type StoreOption } from './with-store.js';
+import {
+  checkSourceOf,
+  readStore,
+  storeOption,
+  writeStore,
+  type StoreOption,
+} from './with-store.js';
 
-type VerifyOptions = StoreOption & { readonly source?: string; readonly repair?: boolean; readonly json?: boolean };
+type VerifyOptions = StoreOption & {
+  readonly source?: string;
+  readonly repair?: boolean;
+  readonly json?: boolean;
+};
 
 export function addVerifyCommand(program: Command, context: CliContext): void {
   program
@@ -27,36 +43,50 @@ export function addVerifyCommand(program: Command, context: CliContext): void {
     });
 }
 
-async function verifyCommand(store: Store, options: VerifyOptions, { output, signal }: CliContext): Promise<number> {
+async function verifyCommand(
+  store: Store,
+  options: VerifyOptions,
+  { output, signal }: CliContext,
+): Promise<number> {
   checkSourceOf(store, options.source);
   const files = wholeFiles(store, options.source);
   const bad = await verifyFiles(store, files, progressTo(output, process.stderr.isTTY), signal);
   if (options.repair === true) for (const one of bad) await repair(store, one);
   if (options.json === true) {
-    const told = bad.map(({ kind, key, file, reason }) => ({ kind, key, file, reason }));
-    output.out(`${JSON.stringify({ checked: files.length, repaired: options.repair === true, bad: told }, undefined, 2)}\n`);
+    const reported = bad.map(({ kind, key, file, reason }) => ({ kind, key, file, reason }));
+    const result = { checked: files.length, repaired: options.repair === true, bad: reported };
+    output.out(`${JSON.stringify(result, undefined, 2)}\n`);
   } else {
-    for (const { key, file, reason } of bad) output.out(`bad ${key.source}/${key.name}  ${file.path}: ${reason}\n`);
-    const then = bad.length === 0 ? '' : options.repair === true ? ', wanted again' : '; --repair wants them again';
+    for (const { key, file, reason } of bad) {
+      output.out(`bad ${key.source}/${key.name}  ${file.path}: ${reason}\n`);
+    }
+    const repaired = options.repair === true ? ', wanted again' : '; --repair wants them again';
+    const then = bad.length === 0 ? '' : repaired;
     output.out(`${files.length} files checked, ${bad.length} bad${then}\n`);
   }
   return bad.length === 0 ? kExit.done : kExit.failed;
 }
 
-/** The bad file goes first: a run that is cut off here leaves a record of a file that is not there, which is found again. */
+/**
+ * Removes a bad file and wants it again. The file goes first: after a kill the record names a
+ * missing file, which the next run finds.
+ */
 async function repair(store: Store, { kind, key, file }: BadFile): Promise<void> {
   await rm(join(store.root, file.path), { force: true });
   tableOf(store, kind).forget(key);
   tableOf(store, kind).want([key]);
 }
 
-/** One line that is written over in a terminal, else a line for every tenth. */
+/**
+ * Shows progress: one line that is overwritten in a terminal, else a line for every tenth of the
+ * files.
+ */
 function progressTo(output: Output, terminal: boolean): VerifyProgress {
-  let told = 0;
+  let reported = 0;
   return (done, total, bytes) => {
     const tenth = Math.floor((10 * done) / total);
-    if (!terminal && tenth === told) return;
-    told = tenth;
+    if (!terminal && tenth === reported) return;
+    reported = tenth;
     const text = `verify ${done}/${total} files, ${formatBytes(bytes)}`;
     output.err(terminal ? `\r${text}${done === total ? '\n' : ''}` : `${text}\n`);
   };

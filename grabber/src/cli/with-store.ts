@@ -15,16 +15,31 @@ export function storeOption(): Option {
   return new Option('--store <folder>', 'the store').env('TERRAVOX_STORE').makeOptionMandatory();
 }
 
-/** A slip in --source must not pass for nothing to do. @throws GrabberError USAGE unless the store has records of it */
+/**
+ * Makes sure that a mistyped --source does not pass for a source without work.
+ * @throws GrabberError USAGE unless the store has records of it
+ */
 export function checkSourceOf(store: Store, source: string | undefined): void {
   if (source === undefined) return;
-  const known = new Set([...store.squares.tally(), ...store.orthophotos.tally()].map((row) => row.source));
+  const known = new Set(
+    [...store.squares.tally(), ...store.orthophotos.tally()].map((row) => row.source),
+  );
   if (known.has(source)) return;
-  throw new GrabberError('USAGE', `choose source: the store ${store.root} has nothing of "${source}"; allowed: ${[...known].join(', ') || 'none yet'}`);
+  throw new GrabberError(
+    'USAGE',
+    `choose source: the store ${store.root} has nothing of "${source}"; allowed: ` +
+      `${[...known].join(', ') || 'none yet'}`,
+  );
 }
 
-/** Works with a store that others may be writing to. */
-export async function readStore<T>(folder: string, signal: AbortSignal, work: (store: Store) => T | Promise<T>): Promise<T> {
+/**
+ * Opens a store for reading, while another process may write to it, and closes it after the work.
+ */
+export async function readStore<T>(
+  folder: string,
+  signal: AbortSignal,
+  work: (store: Store) => T | Promise<T>,
+): Promise<T> {
   const store = openStore(resolve(folder), { readOnly: true }, signal);
   try {
     return await work(store);
@@ -33,21 +48,39 @@ export async function readStore<T>(folder: string, signal: AbortSignal, work: (s
   }
 }
 
-/** Works with a store that is there and that nobody else writes to meanwhile. @throws GrabberError STORE_LOCKED */
-export async function writeStore<T>(folder: string, signal: AbortSignal, work: (store: Store) => Promise<T>): Promise<T> {
+/**
+ * Opens an existing store for writing, under its lock, and closes it after the work.
+ * @throws GrabberError STORE_LOCKED, or STORE_FORMAT where there is no store
+ */
+export async function writeStore<T>(
+  folder: string,
+  signal: AbortSignal,
+  work: (store: Store) => Promise<T>,
+): Promise<T> {
   checkIsThere(storeLayout(resolve(folder)).database);
   return makeStore(folder, signal, work);
 }
 
-/** The same for a store that is made where there is none. @throws GrabberError STORE_LOCKED, or STORE_IO where it cannot be made */
-export async function makeStore<T>(folder: string, signal: AbortSignal, work: (store: Store) => Promise<T>): Promise<T> {
+/**
+ * Does the same for a store that is created when it does not exist.
+ * @throws GrabberError STORE_LOCKED, or STORE_IO where it cannot be created
+ */
+export async function makeStore<T>(
+  folder: string,
+  signal: AbortSignal,
+  work: (store: Store) => Promise<T>,
+): Promise<T> {
   const { root, lock } = storeLayout(resolve(folder));
   try {
     await makeFolder(root);
   } catch (error) {
-    throw new GrabberError('STORE_IO', `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`, {
-      cause: error,
-    });
+    throw new GrabberError(
+      'STORE_IO',
+      `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`,
+      {
+        cause: error,
+      },
+    );
   }
   const unlock = lockStore(lock, signal);
   try {

@@ -10,11 +10,18 @@ export type ConfigKind<T extends { readonly id: string }> = {
   /** In messages, such as "source". */
   readonly what: string;
   readonly schema: z.ZodType<T>;
-  /** What each field may hold, by its path ("access.urls") or the nearest part of it that is listed ("access"). */
+  /**
+   * What each field may hold, by its path ("access.urls") or the nearest part of it that is listed
+   * ("access").
+   */
   readonly allowed: Readonly<Record<string, string>>;
 };
 
-/** Reads every `*.toml` of a folder, sorted by id. One bad file fails all: a source that vanishes quietly would be a hole. */
+/**
+ * Reads every `*.toml` file of a folder, sorted by id. One invalid file fails all of them, since a
+ * source that is silently missing would leave holes.
+ * @throws GrabberError CONFIG
+ */
 export async function loadConfigFolder<T extends { readonly id: string }>(
   folder: string,
   kind: ConfigKind<T>,
@@ -26,7 +33,8 @@ export async function loadConfigFolder<T extends { readonly id: string }>(
   } catch (error) {
     throw new GrabberError(
       'CONFIG',
-      `read ${kind.what}s folder ${folder}: ${describeError(error)}; allowed: a folder of *.toml files`,
+      `read ${kind.what}s folder ${folder}: ${describeError(error)}; allowed: a folder of ` +
+        '*.toml files',
       { cause: error },
     );
   }
@@ -40,18 +48,29 @@ export async function loadConfigFolder<T extends { readonly id: string }>(
 }
 
 /** @param path used for messages, and its stem must be the id */
-export function parseConfig<T extends { readonly id: string }>(toml: string, path: string, kind: ConfigKind<T>): T {
+export function parseConfig<T extends { readonly id: string }>(
+  toml: string,
+  path: string,
+  kind: ConfigKind<T>,
+): T {
   let raw: unknown;
   try {
     raw = parse(toml);
   } catch (error) {
-    throw new GrabberError('CONFIG', `read ${kind.what} ${path}: not TOML: ${describeError(error)}`, { cause: error });
+    throw new GrabberError(
+      'CONFIG',
+      `read ${kind.what} ${path}: not TOML: ${describeError(error)}`,
+      { cause: error },
+    );
   }
   const result = kind.schema.safeParse(raw);
   // The schema's own words are for programmers, and would follow the message as its cause.
   if (!result.success) throw new GrabberError('CONFIG', problemOf(path, raw, result.error, kind));
   if (result.data.id !== basename(path, '.toml')) {
-    throw new GrabberError('CONFIG', fieldMessage(kind, path, 'id', result.data.id, allowedAt(kind, ['id'])));
+    throw new GrabberError(
+      'CONFIG',
+      fieldMessage(kind, path, 'id', result.data.id, allowedAt(kind, ['id'])),
+    );
   }
   return result.data;
 }
@@ -70,10 +89,18 @@ function problemOf<T extends { readonly id: string }>(
     return fieldMessage(kind, path, key.join('.'), valueAt(raw, key), allowedAt(kind, where));
   }
   const allowed = allowedAt(kind, where);
-  // A refinement says itself what is wrong; what its field may hold follows.
-  const custom = issue.code === 'custom' && issue.message !== 'Invalid input' ? `${issue.message} (${allowed})` : undefined;
-  if (custom === undefined) return fieldMessage(kind, path, where.join('.'), valueAt(raw, where), allowed);
-  return `read ${kind.what} ${path}: field ${where.join('.')} is ${JSON.stringify(valueAt(raw, where))}, which has ${custom}`;
+  // The message of a refinement names the fault, and what the field may hold follows.
+  const custom =
+    issue.code === 'custom' && issue.message !== 'Invalid input'
+      ? `${issue.message} (${allowed})`
+      : undefined;
+  if (custom === undefined) {
+    return fieldMessage(kind, path, where.join('.'), valueAt(raw, where), allowed);
+  }
+  return (
+    `read ${kind.what} ${path}: field ${where.join('.')} is ` +
+    `${JSON.stringify(valueAt(raw, where))}, which has ${custom}`
+  );
 }
 
 function fieldMessage<T extends { readonly id: string }>(
@@ -87,8 +114,11 @@ function fieldMessage<T extends { readonly id: string }>(
   return `read ${kind.what} ${path}: field ${field} is ${shown}; allowed: ${allowed}`;
 }
 
-/** The words for the field, or for the nearest of what encloses it. */
-function allowedAt<T extends { readonly id: string }>(kind: ConfigKind<T>, where: readonly string[]): string {
+/** The allowed values of a field, or of the nearest table around it. */
+function allowedAt<T extends { readonly id: string }>(
+  kind: ConfigKind<T>,
+  where: readonly string[],
+): string {
   for (let length = where.length; length > 0; --length) {
     const words = kind.allowed[where.slice(0, length).join('.')];
     if (words !== undefined) return words;

@@ -26,11 +26,17 @@ export type ConvertOptions = {
   readonly keepOriginal: boolean;
 };
 
-export type Converted = { readonly from: string; readonly file: StoredFile; readonly warnings: readonly string[] };
+export type Converted = {
+  readonly from: string;
+  readonly file: StoredFile;
+  readonly warnings: readonly string[];
+};
 
 /** Whether a file is in a form that is not kept. */
 export function needsConversion(record: StoreRecord): boolean {
-  return record.file !== null && ['.las', '.zlas'].includes(extname(record.file.path).toLowerCase());
+  return (
+    record.file !== null && ['.las', '.zlas'].includes(extname(record.file.path).toLowerCase())
+  );
 }
 
 /** Whether the program that the conversion begins with is there. */
@@ -40,9 +46,11 @@ export function canConvert(record: StoreRecord, tools: ConvertTools): boolean {
 }
 
 /**
- * Brings the file of one record into the form that is kept: LAZ. The result is checked, renamed into place and recorded,
- * in this order, before the original goes: a kill at any moment leaves a file that a record names.
- * The store keeps length and hash of the original in the row.
+ * Converts the file of one record to the form that is kept, LAZ. The result is checked, renamed
+ * into place and recorded, in this order, before the original is removed: after a kill at any
+ * moment the store holds a file that a record names. The row keeps length and hash of the original.
+ * @return undefined when the file needs no conversion
+ * @throws GrabberError COMMAND, CONVERTER, NO_CONVERTER or STORE_IO
  */
 export async function convertRecord(
   record: StoreRecord,
@@ -59,18 +67,30 @@ export async function convertRecord(
     const made = await makeLaz(original, record, tools, folder, signal);
     const path = file.path.replace(/\.[^./]+$/, '.laz');
     const final = join(store.root, path);
-    const stored = { path, bytes: (await fileSize(made.path)) ?? 0, sha256: await sha256OfFile(made.path, signal) };
+    const stored = {
+      path,
+      bytes: (await fileSize(made.path)) ?? 0,
+      sha256: await sha256OfFile(made.path, signal),
+    };
     await flushFile(made.path);
     await removeIfThere(laxPath(final));
     await rename(made.path, final);
     const warnings = [...record.warnings, ...made.warnings];
-    store.squares.converted(record.key, stored, { points: factsOf(made.header), image: null, crs: null, warnings });
-    await putAway(original, options.keepOriginal);
+    store.squares.converted(record.key, stored, {
+      points: factsOf(made.header),
+      image: null,
+      crs: null,
+      warnings,
+    });
+    await keepOrRemove(original, options.keepOriginal);
     return { from: file.path, file: stored, warnings: made.warnings };
   });
 }
 
-/** Writes the .lax file of a record's LAZ file, once. @return its path, undefined where there is nothing to do */
+/**
+ * Writes the .lax file of a record's LAZ file, once.
+ * @return its path, undefined where there is nothing to do
+ */
 export async function indexRecord(
   record: StoreRecord,
   store: Store,
@@ -111,7 +131,8 @@ async function makeLaz(
     plain = { path: original, header: await verifyLasFile(original, shown, signal), warnings: [] };
   }
   if (plain.header.compressed) {
-    // Without the tool the header and the chunk table have been looked at, which is what is done with a download too.
+    // Without the tool the header and the chunk table have been looked at, which is what is done
+    // with a download too.
     if (laz !== undefined) await laz.check(plain.path, folder, signal);
     return plain;
   }
@@ -120,7 +141,13 @@ async function makeLaz(
   await laz.compress(plain.path, path, folder, signal);
   const header = await verifyLasFile(path, `${shown}, compressed`, signal);
   const same = header.pointCount === plain.header.pointCount && sameBounds(header, plain.header);
-  if (!same) throw new GrabberError('CONVERTER', `compress ${shown}: the result's header says something else; allowed: the same points and bounds`);
+  if (!same) {
+    throw new GrabberError(
+      'CONVERTER',
+      `compress ${shown}: the result's header says something else; allowed: the same ` +
+        'points and bounds',
+    );
+  }
   return { path, header, warnings: plain.warnings };
 }
 
@@ -129,20 +156,25 @@ async function requireIntact(path: string, file: StoredFile, signal: AbortSignal
   if (bytes === file.bytes && (await sha256OfFile(path, signal)) === file.sha256) return;
   throw new GrabberError(
     'STORE_IO',
-    `convert ${file.path}: ${bytes === undefined ? 'it is gone' : 'its bytes are not those that were fetched'}; allowed: ${file.bytes} bytes with SHA-256 ${file.sha256}`,
+    `convert ${file.path}: ` +
+      `${bytes === undefined ? 'it is gone' : 'its bytes are not those that were fetched'}; ` +
+      `allowed: ${file.bytes} bytes with SHA-256 ${file.sha256}`,
   );
 }
 
-async function putAway(original: string, keep: boolean): Promise<void> {
+async function keepOrRemove(original: string, keep: boolean): Promise<void> {
   if (!keep) return removeIfThere(original);
-  // Beside the new file, readers of the folder would take it for another square.
+  // In the same folder, programs that read it would take the original for another square.
   const folder = join(dirname(original), 'original');
   await mkdir(folder, { recursive: true });
   await rename(original, join(folder, basename(original)));
 }
 
 function sameBounds(a: LasHeader, b: LasHeader): boolean {
-  return [0, 1, 2].every((axis) => a.min[axis] === b.min[axis] && a.max[axis] === b.max[axis]);
+  return [0, 1, 2].every((axis) => {
+    const sameMin = a.min[axis] === b.min[axis];
+    return sameMin && a.max[axis] === b.max[axis];
+  });
 }
 
 export function factsOf(header: LasHeader): PointFacts {

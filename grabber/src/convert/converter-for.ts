@@ -4,7 +4,10 @@ import { canConvert, convertRecord, needsConversion, type ConvertTools } from '.
 import { loadConverters } from './converters.js';
 import { findLazTool, lazTool } from './laz-tool.js';
 
-/** What to do with a record whose file was fetched or verified. Nothing, where the file is in its kept form already. */
+/**
+ * What to do with a record whose file was fetched or verified. Nothing, where the file is in its
+ * kept form already.
+ */
 export type Converter = (record: StoreRecord, store: Store, signal: AbortSignal) => Promise<void>;
 
 export type ConverterConfig = {
@@ -15,7 +18,10 @@ export type ConverterConfig = {
 
 const kDefaultTimeLimit_s = 3600;
 
-export async function convertTools(config: ConverterConfig, signal: AbortSignal): Promise<ConvertTools> {
+export async function convertTools(
+  config: ConverterConfig,
+  signal: AbortSignal,
+): Promise<ConvertTools> {
   const converters = await loadConverters(config.configFolder, signal);
   const program = await findLazTool(converters, config.packageRoot);
   const time_limit_s = converters.laz?.time_limit_s ?? kDefaultTimeLimit_s;
@@ -27,9 +33,11 @@ export async function convertTools(config: ConverterConfig, signal: AbortSignal)
 }
 
 /**
- * What follows a download. Programs are looked for once, when the first file needs one. Without one a LAS file stays as it
- * is, which can be used too, and a zLAS file stays fetched and waits: `convert` says what is missing.
- * @throws by the returned function: GrabberError COMMAND, CONVERTER; the caller records it with failed()
+ * Makes the conversion that follows a download. Programs are searched once, when the first file
+ * needs one. Without them a LAS file stays as it is, which is usable too, and a zLAS file stays in
+ * the state fetched; `convert` reports what is missing.
+ * @throws by the returned function: GrabberError COMMAND, CONVERTER; the caller records it with
+ *   failed()
  */
 export function converterFor(config: ConverterConfig): Converter {
   let tools: Promise<ConvertTools> | undefined;

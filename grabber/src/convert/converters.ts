@@ -18,7 +18,9 @@ const seconds = z.int().min(1).max(86_400).default(3600);
 const command = z
   .array(z.string().min(1))
   .min(1)
-  .refine((words) => ['{input}', '{output}'].every((name) => words.some((word) => word.includes(name))));
+  .refine((words) =>
+    ['{input}', '{output}'].every((name) => words.some((word) => word.includes(name))),
+  );
 
 const schema = z.strictObject({
   id: z.literal('converters'),
@@ -50,6 +52,8 @@ export async function loadConverters(folder: string, signal: AbortSignal): Promi
 export function noZlasConverter(shown: string, configFolder: string): GrabberError {
   return new GrabberError(
     'NO_CONVERTER',
-    `convert ${shown}: zLAS is Esri's own compression and no converter is configured; allowed: [zlas] command = ["/path/to/converter", "{input}", "{output}"] in ${join(configFolder, kConvertersFile)}`,
+    `convert ${shown}: zLAS is Esri's own compression and no converter is configured; ` +
+      'allowed: [zlas] command = ["/path/to/converter", "{input}", "{output}"] in ' +
+      `${join(configFolder, kConvertersFile)}`,
   );
 }

@@ -10,23 +10,40 @@ const kName = 'terravox-laz';
 export type LazTool = {
   /** Writes `to`, a LAZ file with the points of the LAS file `from`; compared by the tool. */
   compress(from: string, to: string, folder: string, signal: AbortSignal): Promise<void>;
-  /** Decodes all points. @throws GrabberError COMMAND with the tool's reason */
+  /**
+   * Decodes all points.
+   * @throws GrabberError COMMAND with the tool's reason
+   */
   check(file: string, folder: string, signal: AbortSignal): Promise<void>;
-  /** Writes the .lax file beside a file. */
+  /** Writes the .lax index next to a file. */
   index(file: string, folder: string, signal: AbortSignal): Promise<void>;
-  /** What its header says. */
+  /** Whether the header says that the file is a COPC file. */
   isCopc(file: string, folder: string, signal: AbortSignal): Promise<boolean>;
 };
 
-/** @param packageRoot folder of the grabber's package.json: the tool is looked for in the build beside it */
-export async function findLazTool(converters: Converters, packageRoot: string): Promise<string | undefined> {
+/**
+ * Finds the tool in the configuration, the project's build folder, or PATH, in this order.
+ * @param packageRoot folder of the grabber's package.json
+ * @return undefined when it is not found
+ * @throws GrabberError NO_CONVERTER when the configured path is no program
+ */
+export async function findLazTool(
+  converters: Converters,
+  packageRoot: string,
+): Promise<string | undefined> {
   const configured = converters.laz?.program;
   if (configured !== undefined) {
     const path = resolve(configured);
     if (await isProgram(path)) return path;
-    throw new GrabberError('NO_CONVERTER', `find ${kName}: ${path} of [laz] program is no program; allowed: the path of ${kName}`);
+    throw new GrabberError(
+      'NO_CONVERTER',
+      `find ${kName}: ${path} of [laz] program is no program; allowed: the path of ${kName}`,
+    );
   }
-  const folders = [join(packageRoot, '..', 'build', 'release', 'bin'), ...(process.env['PATH'] ?? '').split(delimiter)];
+  const folders = [
+    join(packageRoot, '..', 'build', 'release', 'bin'),
+    ...(process.env['PATH'] ?? '').split(delimiter),
+  ];
   for (const folder of folders.filter(isAbsolute)) {
     const path = join(folder, kName);
     if (await isProgram(path)) return path;
@@ -37,7 +54,8 @@ export async function findLazTool(converters: Converters, packageRoot: string): 
 export function missingLazTool(what: string): GrabberError {
   return new GrabberError(
     'NO_CONVERTER',
-    `${what}: ${kName} was not found; allowed: built (cmake --build build/release), in PATH, or [laz] program in converters.toml`,
+    `${what}: ${kName} was not found; allowed: built (cmake --build build/release), in ` +
+      'PATH, or [laz] program in converters.toml',
   );
 }
 
@@ -53,7 +71,7 @@ export function lazTool(program: string, time_limit_s: number): LazTool {
     const limits: CommandLimits = { time_limit_s, disk_bytes };
     return runCommand({ what, argv: [program, ...words], folder, limits }, signal);
   };
-  const kPlenty = 1 << 30;
+  const kMaxIndex_bytes = 1 << 30;
   return {
     compress: async (from, to, folder, signal) => {
       await run(`compress ${from}`, ['compress', from, to], folder, 2 ** 40, signal);
@@ -62,7 +80,7 @@ export function lazTool(program: string, time_limit_s: number): LazTool {
       await run(`check ${file}`, ['check', file], folder, 2 ** 40, signal);
     },
     index: async (file, folder, signal) => {
-      await run(`index ${file}`, ['index', file], folder, kPlenty, signal);
+      await run(`index ${file}`, ['index', file], folder, kMaxIndex_bytes, signal);
     },
     isCopc: async (file, folder, signal) => {
       const { out } = await run(`look into ${file}`, ['info', file], folder, 2 ** 40, signal);
@@ -72,5 +90,8 @@ export function lazTool(program: string, time_limit_s: number): LazTool {
 }
 
 async function isProgram(path: string): Promise<boolean> {
-  return access(path, constants.X_OK).then(() => true, () => false);
+  return access(path, constants.X_OK).then(
+    () => true,
+    () => false,
+  );
 }

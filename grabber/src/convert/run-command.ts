@@ -5,10 +5,10 @@ import { GrabberError, oneLine } from '../util/errors.js';
 import { programEnvironment } from '../util/environment.js';
 import { watchFolder } from './folder-size.js';
 
-/** What a program may use. Programs outside this one read files that strangers made. */
+/** Limits for an external program, which reads untrusted files. */
 export type CommandLimits = {
   readonly time_limit_s: number;
-  /** Of all files in its folder together, and of each file that it writes anywhere. */
+  /** Limit for all files in its folder together, and for each file that it writes anywhere. */
   readonly disk_bytes: number;
   /** Address space; undefined = as much as it wants. */
   readonly memory_bytes?: number;
@@ -17,7 +17,10 @@ export type CommandLimits = {
 export type Command = {
   /** In messages, such as "convert square 462_101". */
   readonly what: string;
-  /** The program and its words; `{input}` and the like stand for `values`, in a word or as one. Never read by a shell. */
+  /**
+   * The program and its words; `{input}` and the like stand for `values`, in a word or as one.
+   * Never read by a shell.
+   */
   readonly argv: readonly string[];
   /** Absolute paths; undefined = the words stand for themselves, braces and all. */
   readonly values?: Readonly<Record<string, string>>;
@@ -33,53 +36,50 @@ export type Command = {
 export type CommandOutput = { readonly out: string; readonly err: string };
 
 const kPlaceholder = /\{([a-z]+)\}/g;
-const kMostOutput = 4 << 20;
-const kKeptError = 4000;
-const kPipes_ms = 2000;
+const kMaxOutput = 4 << 20;
+const kMaxErrorText = 4000;
+const kPipeTimeout_ms = 2000;
 const kPrlimit = '/usr/bin/prlimit';
 
 /** @throws GrabberError CONFIG for a placeholder without a value */
-export function fillArguments(argv: readonly string[], values: Readonly<Record<string, string>>): string[] {
+export function fillArguments(
+  argv: readonly string[],
+  values: Readonly<Record<string, string>>,
+): string[] {
   return argv.map((word) =>
     word.replace(kPlaceholder, (whole, name: string) => {
       const value = values[name];
       if (value !== undefined) return value;
       const allowed = Object.keys(values).map((one) => `{${one}}`);
-      throw new GrabberError('CONFIG', `fill command word "${word}": ${whole}; allowed: ${allowed.join(' ') || 'none'}`);
+      throw new GrabberError(
+        'CONFIG',
+        `fill command word "${word}": ${whole}; allowed: ${allowed.join(' ') || 'none'}`,
+      );
     }),
   );
 }
 
 /**
- * Runs a program to its end, without a shell, in a process group of its own that is killed whole: when it has taken too
- * long, filled its folder, or the signal aborts, and also after its end, so that nothing it started lives on.
+ * Runs a program to its end, without a shell, in a process group of its own that is killed whole:
+ * when it has taken too long, filled its folder, or the signal aborts, and also after its end, so
+ * that nothing it started lives on.
  * @return what it wrote to standard output (at most 4 MiB) and the end of its standard error
- * @throws GrabberError COMMAND when it could not start or ended with anything but 0, or the signal's reason
+ * @throws GrabberError COMMAND when it could not start or ended with anything but 0, or the
+ *   signal's reason
  */
 export async function runCommand(command: Command, signal: AbortSignal): Promise<CommandOutput> {
   signal.throwIfAborted();
-  const filled = command.values === undefined ? [...command.argv] : fillArguments(command.argv, command.values);
-  const words = withLimits(filled, command.limits);
-  const [program, ...rest] = words;
-  if (program === undefined) throw new GrabberError('CONFIG', `${command.what}: the command is empty; allowed: a program and its words`);
-  const child = spawn(program, rest, {
-    cwd: command.folder,
-    env: { ...programEnvironment(command.folder), ...command.environment },
-    stdio: ['pipe', 'pipe', 'pipe'],
-    detached: true,
-  });
+  const child = start(command);
+  const text = { out: '', err: '' };
+  const limit_s = command.limits.time_limit_s;
   return await new Promise<CommandOutput>((resolve, reject) => {
     let reason: string | undefined;
     const stop = (why: string): void => {
       reason ??= why;
       killGroup(child);
     };
-    const text = { out: '', err: '' };
     collect(child, text, stop);
-    const timer = setTimeout(
-      () => stop(`it ran longer than ${command.limits.time_limit_s} s`),
-      command.limits.time_limit_s * 1000,
-    );
+    const timer = setTimeout(() => stop(`it ran longer than ${limit_s} s`), limit_s * 1000);
     const unwatch = watchFolder(command.folder, command.limits.disk_bytes, stop);
     const onAbort = (): void => killGroup(child);
     signal.addEventListener('abort', onAbort, { once: true });
@@ -93,24 +93,49 @@ export async function runCommand(command: Command, signal: AbortSignal): Promise
       killGroup(child);
       settle();
     };
-    child.once('error', (error) => end(() => reject(failure(command, `could not start: ${error.message}`, '', error))));
     const settle = (code: number | null, killedBy: NodeJS.Signals | null): void =>
       end(() => {
         if (signal.aborted) return reject(signal.reason as Error);
         if (reason === undefined && code === 0) return resolve(text);
-        const how = reason ?? (code === null ? `was ended by ${killedBy ?? 'a signal'}` : `ended with exit code ${code}`);
-        reject(failure(command, how, text.err));
+        reject(failure(command, reason ?? howItEnded(code, killedBy), text.err));
       });
+    child.once('error', (error) =>
+      end(() => reject(failure(command, `could not start: ${error.message}`, '', error))),
+    );
     child.once('close', settle);
-    // What it started may hold the pipes open; killed with its group it cannot, unless it has left the group.
+    // A process that the program started may hold the pipes open. It is killed with the group,
+    // unless it has left the group.
     child.once('exit', (code, killedBy) => {
       killGroup(child);
-      setTimeout(() => settle(code, killedBy), kPipes_ms).unref();
+      setTimeout(() => settle(code, killedBy), kPipeTimeout_ms).unref();
     });
-    // A program that does not read its input closes it; that is its affair.
-    child.stdin.on('error', () => undefined);
-    child.stdin.end(command.input ?? '');
   });
+}
+
+/** @throws GrabberError CONFIG for an empty command, or a placeholder without a value */
+function start({ what, argv, values, folder, limits, ...rest }: Command): ChildProcess {
+  const filled = values === undefined ? [...argv] : fillArguments(argv, values);
+  const [program, ...words] = withLimits(filled, limits);
+  if (program === undefined) {
+    throw new GrabberError(
+      'CONFIG',
+      `${what}: the command is empty; allowed: a program and its words`,
+    );
+  }
+  const child = spawn(program, words, {
+    cwd: folder,
+    env: { ...programEnvironment(folder), ...rest.environment },
+    stdio: ['pipe', 'pipe', 'pipe'],
+    detached: true,
+  });
+  // A program that does not read its input closes it, which is no error.
+  child.stdin.on('error', () => undefined);
+  child.stdin.end(rest.input ?? '');
+  return child;
+}
+
+function howItEnded(code: number | null, killedBy: NodeJS.Signals | null): string {
+  return code === null ? `was ended by ${killedBy ?? 'a signal'}` : `ended with exit code ${code}`;
 }
 
 function withLimits(words: string[], limits: CommandLimits): string[] {
@@ -119,17 +144,23 @@ function withLimits(words: string[], limits: CommandLimits): string[] {
   return [kPrlimit, `--fsize=${limits.disk_bytes}`, '--core=0', ...memory, '--', ...words];
 }
 
-function collect(child: ChildProcess, text: { out: string; err: string }, stop: (why: string) => void): void {
+function collect(
+  child: ChildProcess,
+  text: { out: string; err: string },
+  stop: (why: string) => void,
+): void {
   child.stdout?.setEncoding('utf8').on('data', (part: string) => {
     text.out += part;
-    if (text.out.length > kMostOutput) stop(`it wrote more than ${kMostOutput} characters to standard output`);
+    if (text.out.length > kMaxOutput) {
+      stop(`it wrote more than ${kMaxOutput} characters to standard output`);
+    }
   });
   child.stderr?.setEncoding('utf8').on('data', (part: string) => {
-    text.err = (text.err + part).slice(-kKeptError);
+    text.err = (text.err + part).slice(-kMaxErrorText);
   });
 }
 
-/** A program that took over in its group has the group's number; without one there is nothing to kill. */
+/** Kills the process group of a program. The group keeps its number while any process is in it. */
 function killGroup(child: ChildProcess): void {
   if (child.pid === undefined) return;
   try {
@@ -144,7 +175,9 @@ function failure(command: Command, how: string, err: string, cause?: unknown): G
   const program = basename(command.argv[0] ?? '');
   return new GrabberError(
     'COMMAND',
-    `${command.what}: ${program} ${how}${said === '' ? '' : `: ${said}`}; allowed: exit code 0 within ${command.limits.time_limit_s} s and ${command.limits.disk_bytes} bytes of disk`,
+    `${command.what}: ${program} ${how}${said === '' ? '' : `: ${said}`}; allowed: exit ` +
+      `code 0 within ${command.limits.time_limit_s} s and ${command.limits.disk_bytes} bytes ` +
+      'of disk',
     cause === undefined ? {} : { cause },
   );
 }

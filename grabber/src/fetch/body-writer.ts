@@ -3,11 +3,14 @@ import { writev, writevSync } from 'node:fs';
 import { promisify } from 'node:util';
 import type { Clock } from '../util/clock.js';
 import { GrabberError } from '../util/errors.js';
-import { storing, storingNow } from './disk-space.js';
+import { withStoreErrors, withStoreErrorsSync } from './disk-space.js';
 
-/** Pieces of a body are as small as the network's; written one by one, the calls cost more than the bytes. */
+/**
+ * Minimum batch for a write. Pieces of a body are as small as network packets, and writing each on
+ * its own would cost more than the copy.
+ */
 const kBatch_bytes = 512 * 1024;
-/** A slow line fills no batch for long; what a killed run has received should be on the disk by then. */
+/** Longest time until received bytes are written, so that a killed run finds them on the disk. */
 const kBatch_ms = 1000;
 
 const writeMany = promisify(writev);
@@ -28,12 +31,18 @@ export type BodySink = {
 };
 
 /**
- * Appends a body to a file and to its hash. The first piece is written at once: from then on a killed run has something
- * to continue. A full batch is written by another thread while the next is received, so at most two are in memory; a
- * smaller one costs less than the way to that thread. When the body breaks, all that came of it is written.
- * @return length of the file
+ * Appends a body to a file and to its hash. The first piece is written at once, so that a killed
+ * run has something to continue. A full batch is written by a worker thread while the next one is
+ * received, so at most two are in memory; smaller batches are written synchronously, which costs
+ * less. When the body fails, everything received is written.
+ * @return length of the file, in bytes
+ * @throws GrabberError TOO_LARGE, STORE_IO or DISK_FULL, or the error of the body
  */
-export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink, clock: Clock): Promise<number> {
+export async function writeBody(
+  body: AsyncIterable<Uint8Array>,
+  sink: BodySink,
+  clock: Clock,
+): Promise<number> {
   let bytes = sink.offset_bytes;
   let batch: Uint8Array[] = [];
   let waiting_bytes = 0;
@@ -46,9 +55,9 @@ export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink,
     const full = waiting_bytes >= kBatch_bytes;
     batch = [];
     waiting_bytes = 0;
-    if (full) writing = writeBeside(sink, pieces);
+    if (full) writing = writeInBackground(sink, pieces);
     else writeNow(sink, pieces);
-    // Whoever awaits it next sees its error; until then it must not count as unhandled.
+    // The next await throws its error; until then it must not count as unhandled.
     writing.catch(() => undefined);
     for (const piece of pieces) sink.hash.update(piece);
   };
@@ -73,18 +82,21 @@ export async function writeBody(body: AsyncIterable<Uint8Array>, sink: BodySink,
   return bytes;
 }
 
-async function writeBeside(sink: BodySink, pieces: readonly Uint8Array[]): Promise<void> {
-  for (let left = unwritten(pieces, 0); left.length > 0; ) {
+async function writeInBackground(sink: BodySink, pieces: readonly Uint8Array[]): Promise<void> {
+  for (let left = unwritten(pieces, 0); left.length > 0;) {
     const batch = left;
-    const { bytesWritten } = await storing(sink.path, () => writeMany(sink.fd, batch));
+    const { bytesWritten } = await withStoreErrors(sink.path, () => writeMany(sink.fd, batch));
     left = unwritten(batch, bytesWritten);
   }
 }
 
 function writeNow(sink: BodySink, pieces: readonly Uint8Array[]): void {
-  for (let left = unwritten(pieces, 0); left.length > 0; ) {
+  for (let left = unwritten(pieces, 0); left.length > 0;) {
     const batch = left;
-    left = unwritten(batch, storingNow(sink.path, () => writevSync(sink.fd, batch)));
+    left = unwritten(
+      batch,
+      withStoreErrorsSync(sink.path, () => writevSync(sink.fd, batch)),
+    );
   }
 }
 
@@ -100,5 +112,8 @@ function unwritten(pieces: readonly Uint8Array[], bytesWritten: number): Uint8Ar
 }
 
 export function tooLarge(shown: string, bytes: number, max_bytes: number): GrabberError {
-  return new GrabberError('TOO_LARGE', `fetch ${shown}: it has ${bytes} bytes or more; allowed: ${max_bytes} (--max-file-gib)`);
+  return new GrabberError(
+    'TOO_LARGE',
+    `fetch ${shown}: it has ${bytes} bytes or more; allowed: ${max_bytes} (--max-file-gib)`,
+  );
 }

@@ -3,13 +3,16 @@ import { createGunzip, createInflate } from 'node:zlib';
 import { GrabberError, describeError, systemCode } from '../util/errors.js';
 import { shownUrl } from './shown-url.js';
 
-/** What servers were seen to send although identity was asked for. */
+/** Encodings that servers send although identity was requested. */
 export const kCodings = ['gzip', 'x-gzip', 'deflate'] as const;
 export type Coding = (typeof kCodings)[number];
 
-/** Point clouds shrink three- to tenfold; a stream that grows a hundredfold is meant to fill the disk. */
+/**
+ * Point clouds shrink three- to tenfold; a stream that grows a hundredfold is meant to fill the
+ * disk.
+ */
 export const kMaxGrowth = 100;
-/** Below this, growth harms nobody. */
+/** Output below this size is never refused. */
 export const kGrowthFree_bytes = 64 * 1024 * 1024;
 
 /** @throws GrabberError TOO_LARGE when `grown` bytes out of `packed` can be no honest data */
@@ -22,7 +25,11 @@ export function checkGrowth(shown: string, packed: number, grown: number): void 
 }
 
 /** Undoes a Content-Encoding on the fly. */
-export async function* decoded(body: AsyncIterable<Uint8Array>, coding: Coding, url: string): AsyncGenerator<Uint8Array> {
+export async function* decoded(
+  body: AsyncIterable<Uint8Array>,
+  coding: Coding,
+  url: string,
+): AsyncGenerator<Uint8Array> {
   let packed = 0;
   async function* counted(): AsyncGenerator<Uint8Array> {
     for await (const chunk of body) {
@@ -41,9 +48,13 @@ export async function* decoded(body: AsyncIterable<Uint8Array>, coding: Coding, 
     }
   } catch (error) {
     if (systemCode(error)?.startsWith('Z_') !== true) throw error;
-    throw new GrabberError('HTTP_PROTOCOL', `unpack ${shownUrl(url)} (${coding}): ${describeError(error)}`, {
-      cause: error,
-      retryable: true,
-    });
+    throw new GrabberError(
+      'HTTP_PROTOCOL',
+      `unpack ${shownUrl(url)} (${coding}): ${describeError(error)}`,
+      {
+        cause: error,
+        retryable: true,
+      },
+    );
   }
 }

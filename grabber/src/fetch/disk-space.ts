@@ -6,28 +6,34 @@ export const kReserve_bytes = 256 * 1024 * 1024;
 
 const kSmallPart = 0.01;
 
-/** What grows to a length that nobody knows has so much reserved ahead. */
-const kAhead_bytes = 16 * 1024 * 1024;
+/** Space that is reserved ahead for a file of unknown length. */
+const kReserveAhead_bytes = 16 * 1024 * 1024;
 
-/** Free bytes for this user on the disk of a folder. Asked at once: another thread may be waiting for that disk. */
+/**
+ * Free bytes for this user on the disk of a folder. Synchronous, since all worker threads may be
+ * waiting for that disk.
+ */
 export function freeBytes(folder: string): number {
   const { bavail, bsize } = statfsSync(folder);
   return bavail * bsize;
 }
 
-export type Growing = {
+export type Reservation = {
   /** Before so many more bytes are written. */
   grow(more_bytes: number): void;
   /** To be called when no more will be written. */
-  giveBack(): void;
+  release(): void;
 };
 
-/** Knows what the transfers under way still need, so that many small ones do not fill the disk together. */
+/**
+ * Tracks the space that running transfers still need, so that many small ones do not fill the disk
+ * together.
+ */
 export class DiskSpace {
   readonly #folder: string;
   readonly #free: (folder: string) => number;
   #promised_bytes = 0;
-  /** The last answer of the disk; small files need not ask it each. */
+  /** The free space at the last query; small files reuse it. */
   #free_bytes = 0;
   #since_bytes = Infinity;
 
@@ -47,7 +53,9 @@ export class DiskSpace {
     if (bytes > left) {
       throw new GrabberError(
         'DISK_FULL',
-        `write ${shown} to ${this.#folder}: it needs ${bytes} bytes, ${free} are free and ${this.#promised_bytes} promised; allowed: ${Math.max(0, left)}, which leaves ${kReserve_bytes} for others`,
+        `write ${shown} to ${this.#folder}: it needs ${bytes} bytes, ${free} are free and ` +
+          `${this.#promised_bytes} promised; allowed: ${Math.max(0, left)}, which leaves ` +
+          `${kReserve_bytes} for others`,
       );
     }
     this.#promised_bytes += bytes;
@@ -62,23 +70,25 @@ export class DiskSpace {
    * Reserves for what may grow beyond `bytes`, while it does.
    * @throws GrabberError DISK_FULL, as `grow` does
    */
-  growing(bytes: number, shown: string): Growing {
-    let left = Math.max(bytes, kAhead_bytes);
-    let giveBack = this.reserve(left, shown);
+  reserveGrowing(bytes: number, shown: string): Reservation {
+    let left = Math.max(bytes, kReserveAhead_bytes);
+    let release = this.reserve(left, shown);
     return {
       grow: (more) => {
         left -= more;
         if (left >= 0) return;
         // What was reserved is written, so that the disk itself knows of it now.
-        giveBack();
-        left = Math.max(more, kAhead_bytes);
-        giveBack = this.reserve(left, shown);
+        release();
+        left = Math.max(more, kReserveAhead_bytes);
+        release = this.reserve(left, shown);
       },
-      giveBack: () => giveBack(),
+      release: () => release(),
     };
   }
 
-  /** Asks the disk, unless what was reserved since it was asked is a small part of its room. */
+  /**
+   * Queries the free space, unless the reservations since the last query are a small part of it.
+   */
   #freeNow(bytes: number): number {
     this.#since_bytes += bytes;
     if (this.#since_bytes > (this.#free_bytes - kReserve_bytes) * kSmallPart) {
@@ -89,8 +99,10 @@ export class DiskSpace {
   }
 }
 
-/** Keeps trouble of the disk apart from trouble of the network: only the second is worth another try. */
-export async function storing<T>(path: string, action: () => Promise<T>): Promise<T> {
+/**
+ * Turns errors of file operations into store errors, which are not retried, unlike network errors.
+ */
+export async function withStoreErrors<T>(path: string, action: () => Promise<T>): Promise<T> {
   try {
     return await action();
   } catch (error) {
@@ -98,8 +110,11 @@ export async function storing<T>(path: string, action: () => Promise<T>): Promis
   }
 }
 
-/** The same for what is done at once: opening, renaming, small writes, which cost less than a way to another thread and back. */
-export function storingNow<T>(path: string, action: () => T): T {
+/**
+ * The same for synchronous operations: opening, renaming and small writes cost less than a worker
+ * thread would.
+ */
+export function withStoreErrorsSync<T>(path: string, action: () => T): T {
   try {
     return action();
   } catch (error) {
@@ -110,10 +125,17 @@ export function storingNow<T>(path: string, action: () => T): T {
 export function storeError(path: string, error: unknown): GrabberError {
   if (error instanceof GrabberError) return error;
   const full = ['ENOSPC', 'EDQUOT'].includes(systemCode(error) ?? '');
-  return new GrabberError(full ? 'DISK_FULL' : 'STORE_IO', `write ${path}: ${describeError(error)}`, { cause: error });
+  return new GrabberError(
+    full ? 'DISK_FULL' : 'STORE_IO',
+    `write ${path}: ${describeError(error)}`,
+    { cause: error },
+  );
 }
 
-/** What makes the rest of a run pointless: the other files would only fail the same way, after a download. */
+/** Whether an error ends the whole run, because every other file would fail in the same way. */
 export function stopsRun(error: unknown): boolean {
-  return !(error instanceof GrabberError) || ['STORE_IO', 'DISK_FULL', 'STORE_CONFLICT'].includes(error.code);
+  return (
+    !(error instanceof GrabberError) ||
+    ['STORE_IO', 'DISK_FULL', 'STORE_CONFLICT'].includes(error.code)
+  );
 }

@@ -4,19 +4,21 @@ import type { Catalogue, RecordTable, Verified } from '../model/store.js';
 import type { FetchEvents } from '../progress/events.js';
 import type { Clock } from '../util/clock.js';
 import type { DiskSpace } from './disk-space.js';
-import type { HostLanes, HostLimits } from './host-lanes.js';
+import type { HostQueues, HostLimits } from './host-queues.js';
 import type { SourceClient } from './http-client.js';
 import type { RetryPolicy } from './retry.js';
 
 /** What was found in a whole file. */
 export type Checked = {
-  /** The file's own, whatever its address says; without a dot. */
+  /** The extension that fits the content, without a dot, whatever the address says. */
   readonly extension: string;
-  /** Null = nobody can look into it before it is converted. */
+  /** Null when the file cannot be read before it is converted. */
   readonly facts: Verified | null;
 };
 
-/** Files of one source that are to be brought into the store; LiDAR squares or orthophotos alike. */
+/**
+ * Files of one source that are to be brought into the store; LiDAR squares or orthophotos alike.
+ */
 export type FetchJob = {
   readonly kind: 'lidar' | 'ortho';
   readonly table: RecordTable;
@@ -25,7 +27,10 @@ export type FetchJob = {
   readonly limits: HostLimits;
   readonly missingStatus: readonly number[];
   readonly max_bytes: number;
-  /** file: addresses may be copied. False for all that a catalogue of the web says, which could name any file here. */
+  /**
+   * Whether file: addresses may be copied. False for addresses from a web catalogue, which could
+   * name any local file.
+   */
   readonly allowFiles: boolean;
   /** All that a finished file may have, so that one can be found again. */
   readonly extensions: readonly string[];
@@ -47,9 +52,12 @@ export type FetchRun = {
   readonly root: string;
   readonly clock: Clock;
   readonly policy: RetryPolicy;
-  readonly lanes: HostLanes;
+  readonly queues: HostQueues;
   readonly disk: DiskSpace;
-  /** What keeps the disk busy beside the downloads, a few at a time: unpacking, and waiting until a file is on it. */
+  /**
+   * Queue for slow disk operations that run next to the downloads: unpacking archives and syncing
+   * files.
+   */
   readonly syncs: PQueue;
   readonly events: FetchEvents;
 };

@@ -5,12 +5,12 @@ import { stopsRun } from './disk-space.js';
 import type { FetchJob, FetchRun } from './fetch-job.js';
 import { addressesOf } from './locate.js';
 import type { NearBlocks } from './near-blocks.js';
-import { obtain, type Obtained } from './obtain.js';
+import { fetchFromMirrors, type FetchResult } from './mirrors.js';
 import { recover } from './recover.js';
 
 /**
- * Brings one file into the store: locate, transfer, check, rename, convert. A failure of the file is an outcome; only
- * a stop, or trouble that all files share, is thrown.
+ * Fetches one file into the store: locate, transfer, check, rename, convert. A failure of the file
+ * is an outcome; only a stop, or a fault that all files share, is thrown.
  */
 export async function fetchRecord(
   record: StoreRecord,
@@ -21,7 +21,9 @@ export async function fetchRecord(
 ): Promise<Outcome> {
   const { key } = record;
   try {
-    const done = (await recover(record, job, run, signal)) ?? (await locateAndObtain(record, job, run, blocks, signal));
+    const done =
+      (await recover(record, job, run, signal)) ??
+      (await locateAndObtain(record, job, run, blocks, signal));
     if (done.kind === 'missing') {
       const reason = job.http.redact(`${key.source} has no square ${key.name} (${done.reason})`);
       job.table.missing(key, reason);
@@ -48,20 +50,26 @@ async function locateAndObtain(
   run: FetchRun,
   blocks: NearBlocks,
   signal: AbortSignal,
-): Promise<Obtained> {
+): Promise<FetchResult> {
   const urls = await addressesOf(record, job, run, blocks, signal);
   if (urls.length === 0) return { kind: 'missing', reason: 'at none of its possible addresses' };
-  return obtain(record, urls, job, run, signal);
+  return fetchFromMirrors(record, urls, job, run, signal);
 }
 
-function outcomeOf(record: StoreRecord, done: Extract<Obtained, { kind: 'stored' }>): Outcome {
-  const state = record.state === 'converted' ? 'converted' : done.checked.facts === null ? 'fetched' : 'verified';
+type Stored = Extract<FetchResult, { kind: 'stored' }>;
+
+function outcomeOf(record: StoreRecord, done: Stored): Outcome {
   return {
-    state: record.state === 'verified' ? 'verified' : state,
+    state: outcomeState(record, done),
     key: record.key,
     url: record.url,
     file: record.file ?? done.file,
     point_count: record.points?.pointCount ?? null,
     warnings: record.warnings,
   };
+}
+
+function outcomeState({ state }: StoreRecord, done: Stored): 'converted' | 'fetched' | 'verified' {
+  if (state === 'converted' || state === 'verified') return state;
+  return done.checked.facts === null ? 'fetched' : 'verified';
 }

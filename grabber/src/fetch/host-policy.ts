@@ -5,18 +5,21 @@ import { buildConnector } from 'undici';
 import { GrabberError } from '../util/errors.js';
 import { shownUrl } from './shown-url.js';
 
-/** Whom one source's requests may talk to. */
+/** The hosts that the requests of one source may contact. */
 export type HostAccess = {
   /** Lower case; "host:port" means this port, "host" alone any port of it. */
   readonly hosts: readonly string[];
   /**
-   * Scheme, host and port, as URL.origin writes them, that may lead into loopback, link-local and private ranges: those
-   * that a person has named. Another port of the same machine is another service, which nobody has allowed.
+   * Origins, as URL.origin writes them, that may resolve to loopback, link-local and private
+   * ranges: those that the user has named. Another port of the same machine is another service,
+   * which is not permitted.
    */
   readonly privateOrigins: readonly string[];
 };
 
-/** All addresses of a name, as `dns.lookup` with `all` gives them; tests put their own in its place. */
+/**
+ * All addresses of a name, as `dns.lookup` with `all` gives them; tests put their own in its place.
+ */
 export type Resolve = (
   name: string,
   options: LookupOptions & { all: true },
@@ -28,15 +31,20 @@ const kPrivateRanges = ['loopback', 'private', 'linkLocal', 'uniqueLocal', 'carr
 
 /**
  * Reads an address that a request is about to go to.
- * @throws GrabberError HOST_REFUSED unless it is http(s), without a password, and its host is one of the source's
+ * @throws GrabberError HOST_REFUSED unless it is http(s), without a password, and its host is one
+ *   of the source's
  */
 export function checkUrl(text: string, access: HostAccess): URL {
   const refuse = (what: string, allowed: string): GrabberError =>
     new GrabberError('HOST_REFUSED', `fetch ${shownUrl(text)}: ${what}; allowed: ${allowed}`);
   if (!URL.canParse(text)) throw refuse('no address', 'http(s)://host/path');
   const url = new URL(text);
-  if (url.protocol !== 'http:' && url.protocol !== 'https:') throw refuse(`scheme ${url.protocol}`, 'http: or https:');
-  if (url.username !== '' || url.password !== '') throw refuse('a user name or password in it', 'secret headers instead');
+  if (url.protocol !== 'http:' && url.protocol !== 'https:') {
+    throw refuse(`scheme ${url.protocol}`, 'http: or https:');
+  }
+  if (url.username !== '' || url.password !== '') {
+    throw refuse('a user name or password in it', 'secret headers instead');
+  }
   checkLiteral(text, url, access, refuse);
   if (!isListed(url, access.hosts)) {
     throw refuse(`host ${url.host} is not one of its source's`, access.hosts.join(', ') || 'none');
@@ -49,7 +57,10 @@ export function isListed(url: URL, hosts: readonly string[]): boolean {
   return hosts.includes(url.host) || hosts.includes(url.hostname);
 }
 
-/** A numeric host passes no name service, so it is judged here; one in disguise (decimal, octal, mapped) never passes. */
+/**
+ * Checks a numeric host, which the name service never sees. A disguised one (decimal, octal,
+ * mapped) is always refused.
+ */
 function checkLiteral(
   text: string,
   url: URL,
@@ -59,10 +70,18 @@ function checkLiteral(
   const host = url.hostname.replace(/^\[|\]$/g, '');
   if (!ipaddr.isValid(host)) return;
   const allowPrivate = access.privateOrigins.includes(url.origin);
-  if (!allowPrivate) throw refuse(`numeric host ${url.host}`, ['names', ...access.privateOrigins].join(', '));
-  if (!text.toLowerCase().includes(`//${url.hostname}`)) throw refuse('a disguised numeric host', 'dotted decimal');
-  if (ipaddr.process(host).toString() !== ipaddr.parse(host).toString()) throw refuse('IPv4 within IPv6', 'IPv4');
-  if (!addressAllowed(host, allowPrivate)) throw refuse(`address ${host}`, 'addresses of single machines');
+  if (!allowPrivate) {
+    throw refuse(`numeric host ${url.host}`, ['names', ...access.privateOrigins].join(', '));
+  }
+  if (!text.toLowerCase().includes(`//${url.hostname}`)) {
+    throw refuse('a disguised numeric host', 'dotted decimal');
+  }
+  if (ipaddr.process(host).toString() !== ipaddr.parse(host).toString()) {
+    throw refuse('IPv4 within IPv6', 'IPv4');
+  }
+  if (!addressAllowed(host, allowPrivate)) {
+    throw refuse(`address ${host}`, 'addresses of single machines');
+  }
 }
 
 /**
@@ -81,7 +100,10 @@ export function policedConnector(
   timeout_ms: number,
   resolve: Resolve = systemLookup,
 ): buildConnector.connector {
-  const connectPublic = buildConnector({ timeout: timeout_ms, lookup: policedLookup(false, resolve) });
+  const connectPublic = buildConnector({
+    timeout: timeout_ms,
+    lookup: policedLookup(false, resolve),
+  });
   const connectAny = buildConnector({ timeout: timeout_ms, lookup: policedLookup(true, resolve) });
   return (options, done) => {
     const { origin } = new URL(`${options.protocol}//${options.host ?? options.hostname}`);
@@ -91,8 +113,8 @@ export function policedConnector(
 }
 
 /**
- * Resolves names at the moment a connection is made, and gives only addresses that may be talked to: a check before
- * that could be passed by a name that resolves differently the second time.
+ * Resolves names at the moment a connection is made, and gives only addresses that may be talked
+ * to: a check before that could be passed by a name that resolves differently the second time.
  */
 function policedLookup(allowPrivate: boolean, resolve: Resolve): LookupFunction {
   return (name, options, done) => {
@@ -111,7 +133,8 @@ function refusedName(name: string, found: readonly LookupAddress[]): NodeJS.Errn
   const shown = found.map(({ address }) => address).join(', ') || 'nowhere';
   return new GrabberError(
     'HOST_REFUSED',
-    `connect to ${name}: it leads to ${shown}; allowed: public addresses, and others for the addresses that a source ` +
+    `connect to ${name}: it leads to ${shown}; allowed: public addresses, and others for ` +
+      'the addresses that a source ' +
       'with allow_private_addresses names, or that --allow-private was given for',
   );
 }

@@ -2,7 +2,7 @@ import { Agent, request, type Dispatcher } from 'undici';
 import { kSystemClock, type Clock } from '../util/clock.js';
 import { GrabberError, describeError } from '../util/errors.js';
 import { checkUrl, policedConnector, type HostAccess, type Resolve } from './host-policy.js';
-import { Pace } from './pace.js';
+import { StallDetector } from './stall-detector.js';
 import { redactError, redactorOf, withoutSecrets, type Redact } from './redact.js';
 import { shownUrl } from './shown-url.js';
 
@@ -12,25 +12,40 @@ export type HttpResponse = {
   header(name: string): string | undefined;
   /** @throws GrabberError NETWORK or TOO_SLOW while reading */
   readonly body: AsyncIterable<Uint8Array>;
-  /** Drops the body without reading all of it, and without waiting for more of it than a moment. Never throws. */
+  /**
+   * Drops the body without reading all of it, and without waiting for more of it than a moment.
+   * Never throws.
+   */
   discard(): Promise<void>;
 };
 
 type Headers = Readonly<Record<string, string>>;
+type Method = 'GET' | 'HEAD';
 
 /** What catalogues and downloads need of HTTP; tests may put their own in its place. */
 export type HttpClient = {
-  /** Follows redirects. @throws GrabberError NETWORK, REDIRECT or HOST_REFUSED, or the signal's reason */
+  /**
+   * Follows redirects.
+   * @throws GrabberError NETWORK, REDIRECT or HOST_REFUSED, or the signal's reason
+   */
   get(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
-  /** Hides the secrets in text; whoever cuts text of a server does this before. What the client throws shows none. */
+  /**
+   * Hides the secrets in text. Text of a server is redacted before it is cut. Errors that the
+   * client throws show no secret.
+   */
   readonly redact: Redact;
   close(): Promise<void>;
 };
 
 export type Access = HostAccess & {
-  /** Sent to `secretOrigins` only; never on a redirect to another than was asked first. Lower-case names. */
+  /**
+   * Headers that are sent to `secretOrigins` only, and never on a redirect to another origin. Names
+   * are in lower case.
+   */
   readonly secretHeaders: Headers;
-  /** Scheme, host and port of the addresses that the configuration gives, as URL.origin writes them. */
+  /**
+   * Scheme, host and port of the addresses that the configuration gives, as URL.origin writes them.
+   */
   readonly secretOrigins: readonly string[];
 };
 
@@ -38,7 +53,7 @@ export type Access = HostAccess & {
 export type SourceClient = HttpClient & {
   /** As get, but the answer has no body. */
   head(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse>;
-  /** Replaces whom it may talk to: a selection knows the hosts of its source only after it was read. */
+  /** Replaces the permitted hosts, which a selection knows only after its source was read. */
   permit(access: Access): void;
 };
 
@@ -48,12 +63,17 @@ export type HttpClientOptions = {
   readonly timeout_ms: number;
   readonly access: Access;
   readonly resolve?: Resolve;
-  /** Judges how fast bodies come; the system's when left out. */
+  /** Clock for the minimum rate of bodies; the system's when left out. */
   readonly clock?: Clock;
 };
 
-/** Nobody may be talked to, until permit() says otherwise. */
-export const kNoAccess: Access = { hosts: [], privateOrigins: [], secretHeaders: {}, secretOrigins: [] };
+/** Permits no host, until permit() is called. */
+export const kNoAccess: Access = {
+  hosts: [],
+  privateOrigins: [],
+  secretHeaders: {},
+  secretOrigins: [],
+};
 
 const kMaxRedirects = 5;
 const kRedirects = [301, 302, 303, 307, 308];
@@ -64,24 +84,85 @@ const kRest_bytes = 16 * 1024;
 const kRest_ms = 1000;
 
 export function createHttpClient(options: HttpClientOptions): SourceClient {
-  let access = options.access;
-  const clock = options.clock ?? kSystemClock;
-  const redact: Redact = (text) => redactorOf(Object.values(access.secretHeaders))(text);
-  const agent = new Agent({
-    connect: policedConnector(() => access, options.timeout_ms, options.resolve),
-    headersTimeout: options.timeout_ms,
-    bodyTimeout: options.timeout_ms,
-    keepAliveTimeout: kKeepAlive_ms,
-    pipelining: 1,
-  });
+  return new UndiciClient(options);
+}
 
-  async function askOnce(method: 'GET' | 'HEAD', url: URL, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
+class UndiciClient implements SourceClient {
+  readonly #options: HttpClientOptions;
+  readonly #clock: Clock;
+  readonly #agent: Agent;
+  #access: Access;
+
+  constructor(options: HttpClientOptions) {
+    this.#options = options;
+    this.#clock = options.clock ?? kSystemClock;
+    this.#access = options.access;
+    this.#agent = new Agent({
+      connect: policedConnector(() => this.#access, options.timeout_ms, options.resolve),
+      headersTimeout: options.timeout_ms,
+      bodyTimeout: options.timeout_ms,
+      keepAliveTimeout: kKeepAlive_ms,
+      pipelining: 1,
+    });
+  }
+
+  readonly redact: Redact = (text) => redactorOf(Object.values(this.#access.secretHeaders))(text);
+
+  get(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
+    return withoutSecrets(this.redact, () => this.#follow('GET', url, headers, signal));
+  }
+
+  head(url: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
+    return withoutSecrets(this.redact, () => this.#follow('HEAD', url, headers, signal));
+  }
+
+  permit(access: Access): void {
+    this.#access = access;
+  }
+
+  close(): Promise<void> {
+    return this.#agent.destroy();
+  }
+
+  /** Sends a request and follows its redirects. */
+  async #follow(
+    method: Method,
+    address: string,
+    headers: Headers,
+    signal: AbortSignal,
+  ): Promise<HttpResponse> {
+    signal.throwIfAborted();
+    const access = this.#access;
+    const first = checkUrl(address, access);
+    let url = first;
+    for (let hop = 0; hop <= kMaxRedirects; ++hop) {
+      const trusted = url.origin === first.origin && access.secretOrigins.includes(url.origin);
+      const secrets = trusted ? access.secretHeaders : {};
+      checkSecretsTravelSafely(url, secrets, access);
+      const response = await this.#send(method, url, { ...headers, ...secrets }, signal);
+      if (!kRedirects.includes(response.status)) return response;
+      await response.discard();
+      url = redirectTarget(url, response, access);
+    }
+    throw new GrabberError(
+      'REDIRECT',
+      `fetch ${shownUrl(address)}: more than ${kMaxRedirects} redirects, the last to ` +
+        `${shownUrl(url.href)}; allowed: at most ${kMaxRedirects}`,
+    );
+  }
+
+  async #send(
+    method: Method,
+    url: URL,
+    headers: Headers,
+    signal: AbortSignal,
+  ): Promise<HttpResponse> {
     try {
       const response = await request(url, {
-        dispatcher: agent,
+        dispatcher: this.#agent,
         method,
         signal,
-        headers: { 'user-agent': options.userAgent, ...headers },
+        headers: { 'user-agent': this.#options.userAgent, ...headers },
       });
       return {
         status: response.statusCode,
@@ -89,55 +170,34 @@ export function createHttpClient(options: HttpClientOptions): SourceClient {
           const value = response.headers[name];
           return Array.isArray(value) ? value[0] : value;
         },
-        body: checkedBody(response.body, url.href, clock, redact, signal),
+        body: checkedBody(response.body, url.href, this.#clock, this.redact, signal),
         discard: () => dropBody(response.body),
       };
     } catch (error) {
       throw networkError(url.href, error, signal);
     }
   }
-
-  async function ask(method: 'GET' | 'HEAD', address: string, headers: Headers, signal: AbortSignal): Promise<HttpResponse> {
-    signal.throwIfAborted();
-    const first = checkUrl(address, access);
-    let url = first;
-    for (let hop = 0; hop <= kMaxRedirects; ++hop) {
-      const trusted = url.origin === first.origin && access.secretOrigins.includes(url.origin);
-      const secrets = trusted ? access.secretHeaders : {};
-      checkSecretsTravelSafely(url, secrets, access);
-      const response = await askOnce(method, url, { ...headers, ...secrets }, signal);
-      if (!kRedirects.includes(response.status)) return response;
-      await response.discard();
-      url = redirectTarget(url, response, access);
-    }
-    throw new GrabberError(
-      'REDIRECT',
-      `fetch ${shownUrl(address)}: more than ${kMaxRedirects} redirects, the last to ${shownUrl(url.href)}; allowed: at most ${kMaxRedirects}`,
-    );
-  }
-
-  return {
-    get: (url, headers, signal) => withoutSecrets(redact, () => ask('GET', url, headers, signal)),
-    head: (url, headers, signal) => withoutSecrets(redact, () => ask('HEAD', url, headers, signal)),
-    permit: (next) => {
-      access = next;
-    },
-    redact,
-    close: () => agent.destroy(),
-  };
 }
 
 function checkSecretsTravelSafely(url: URL, secrets: Headers, access: Access): void {
   const safe = url.protocol === 'https:' || access.privateOrigins.includes(url.origin);
   if (safe || Object.keys(secrets).length === 0) return;
-  throw new GrabberError('SECRET', `send secret headers to ${url.host}: over ${url.protocol}; allowed: https:`);
+  throw new GrabberError(
+    'SECRET',
+    `send secret headers to ${url.host}: over ${url.protocol}; allowed: https:`,
+  );
 }
 
 function redirectTarget(from: URL, response: HttpResponse, access: Access): URL {
   const location = response.header('location');
   const refuse = (what: string): GrabberError =>
-    new GrabberError('REDIRECT', `fetch ${shownUrl(from.href)}: status ${response.status} leads to ${what}`);
-  if (location === undefined || !URL.canParse(location, from.href)) throw refuse('nowhere; allowed: http(s) addresses');
+    new GrabberError(
+      'REDIRECT',
+      `fetch ${shownUrl(from.href)}: status ${response.status} leads to ${what}`,
+    );
+  if (location === undefined || !URL.canParse(location, from.href)) {
+    throw refuse('nowhere; allowed: http(s) addresses');
+  }
   // An absolute address is judged as it is written, since a parsed one hides its disguise.
   const text = URL.canParse(location) ? location : new URL(location, from.href).href;
   const target = checkUrl(text, access);
@@ -150,24 +210,31 @@ function redirectTarget(from: URL, response: HttpResponse, access: Access): URL 
 type RawBody = Dispatcher.ResponseData['body'];
 
 async function dropBody(body: RawBody): Promise<void> {
-  // AbortSignal.timeout would outlive this by its whole time; thousands of holes a second would pile up.
+  // AbortSignal.timeout would outlive this by its whole time; thousands of holes a second would
+  // pile up.
   const stop = new AbortController();
   const timer = setTimeout(() => stop.abort(), kRest_ms);
   try {
     await body.dump({ limit: kRest_bytes, signal: stop.signal });
   } catch {
-    // What breaks here is of use to nobody any more.
+    // An error in a body that is dropped does not matter.
   } finally {
     clearTimeout(timer);
   }
 }
 
-/** Names the address in what the network throws, and gives up on a body that trickles. */
-async function* checkedBody(body: RawBody, url: string, clock: Clock, redact: Redact, signal: AbortSignal): AsyncGenerator<Uint8Array> {
-  const pace = new Pace(clock, shownUrl(url));
+/** Adds the address to errors of the network, and gives up on a body that is too slow. */
+async function* checkedBody(
+  body: RawBody,
+  url: string,
+  clock: Clock,
+  redact: Redact,
+  signal: AbortSignal,
+): AsyncGenerator<Uint8Array> {
+  const detector = new StallDetector(clock, shownUrl(url));
   try {
     for await (const chunk of body as AsyncIterable<Uint8Array>) {
-      pace.check(chunk.length);
+      detector.check(chunk.length);
       yield chunk;
     }
   } catch (error) {
@@ -175,10 +242,17 @@ async function* checkedBody(body: RawBody, url: string, clock: Clock, redact: Re
   }
 }
 
-/** Everything the network throws may pass, so it is worth another try; a wish to stop is not an error of the network. */
+/**
+ * Network errors are worth a retry; an abort is not a network error.
+ * @return the error to throw
+ */
 function networkError(url: string, error: unknown, signal: AbortSignal): unknown {
   if (signal.aborted) return signal.reason;
-  const refused = error instanceof GrabberError ? error : error instanceof Error ? error.cause : undefined;
-  if (refused instanceof GrabberError) return refused;
-  return new GrabberError('NETWORK', `fetch ${shownUrl(url)}: ${describeError(error)}`, { cause: error, retryable: true });
+  if (error instanceof GrabberError) return error;
+  // The connector's refusal of an address arrives as the cause of undici's error.
+  if (error instanceof Error && error.cause instanceof GrabberError) return error.cause;
+  return new GrabberError('NETWORK', `fetch ${shownUrl(url)}: ${describeError(error)}`, {
+    cause: error,
+    retryable: true,
+  });
 }

@@ -7,16 +7,32 @@ import { shownUrl } from './shown-url.js';
 
 export const kLidarExtensions = ['laz', 'las', 'zlas'] as const;
 
-/** What begins so is no point cloud, whatever its name. Esri's zLAS is not public, so its start is not judged. */
+/**
+ * What begins so is no point cloud, whatever its name. Esri's zLAS is not public, so its start is
+ * not judged.
+ */
 export function checkLidarStart(shown: string, start: Uint8Array): void {
   if (start.length < 4 || looksLikeLas(start) || /\.zlas$/i.test(pathOf(shown))) return;
   const found = JSON.stringify(Buffer.from(start.subarray(0, 12)).toString('latin1'));
-  throw new GrabberError('NOT_LAS', `fetch ${shown}: the body starts with ${found}; allowed: "LASF", a LAS or LAZ file`);
+  throw new GrabberError(
+    'NOT_LAS',
+    `fetch ${shown}: the body starts with ${found}; allowed: "LASF", a LAS or LAZ file`,
+  );
 }
 
-/** Whole, a LAS or LAZ file, and where it belongs: points elsewhere are kept, since the file is trusted over the catalogue. */
-export async function checkLidar(path: string, record: StoreRecord, url: string, signal: AbortSignal): Promise<Checked> {
-  if (record.member === null && /\.zlas$/i.test(pathOf(url))) return { extension: 'zlas', facts: null };
+/**
+ * Whole, a LAS or LAZ file, and where it belongs: points elsewhere are kept, since the file is
+ * trusted over the catalogue.
+ */
+export async function checkLidar(
+  path: string,
+  record: StoreRecord,
+  url: string,
+  signal: AbortSignal,
+): Promise<Checked> {
+  if (record.member === null && /\.zlas$/i.test(pathOf(url))) {
+    return { extension: 'zlas', facts: null };
+  }
   let header: LasHeader;
   try {
     header = await verifyLasFile(path, shownUrl(url), signal);
@@ -47,7 +63,9 @@ function placeWarnings({ key, bounds }: StoreRecord, { min, max }: LasHeader): s
   const [west, south, east, north] = bounds;
   if (max[0] >= west && min[0] <= east && max[1] >= south && min[1] <= north) return [];
   const points = `x ${min[0]} to ${max[0]}, y ${min[1]} to ${max[1]}`;
-  return [`points of square ${key.name} lie elsewhere: ${points}; expected within ${bounds.join(', ')}`];
+  return [
+    `points of square ${key.name} lie elsewhere: ${points}; expected within ${bounds.join(', ')}`,
+  ];
 }
 
 function pathOf(url: string): string {

@@ -1,8 +1,12 @@
 import type { StoreRecord } from '../model/square.js';
+import { compareText } from '../util/order.js';
 
 const kGridName = /^(-?\d{1,6})_(-?\d{1,6})$/;
 
-/** Remembers the blocks of squares, so that the block of a square nobody knows is first looked for next door. */
+/**
+ * Records the blocks of squares, so that an unknown block is searched among those of its neighbours
+ * first.
+ */
 export class NearBlocks {
   readonly #byName = new Map<string, string>();
   readonly #counts = new Map<string, number>();
@@ -17,7 +21,10 @@ export class NearBlocks {
     this.#counts.set(block, (this.#counts.get(block) ?? 0) + 1);
   }
 
-  /** Blocks of the eight neighbours first, the commonest first; then all others, the commonest first. */
+  /**
+   * @return blocks of the eight neighbours, then all others, each group with the most frequent
+   *   first
+   */
   near(name: string): string[] {
     const around = new Map<string, number>();
     const match = kGridName.exec(name);
@@ -32,6 +39,8 @@ export class NearBlocks {
   }
 }
 
+/** @return the blocks, the most frequent first, equally frequent ones by name */
 function byCount(counts: ReadonlyMap<string, number>): string[] {
-  return [...counts].sort(([a, m], [b, n]) => n - m || (a < b ? -1 : 1)).map(([block]) => block);
+  const sorted = [...counts].sort(([a, m], [b, n]) => n - m || compareText(a, b));
+  return sorted.map(([block]) => block);
 }

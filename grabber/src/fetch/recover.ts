@@ -5,42 +5,79 @@ import { GrabberError } from '../util/errors.js';
 import { fileSize, sha256OfFile } from '../util/files.js';
 import type { Checked, FetchJob, FetchRun } from './fetch-job.js';
 import { readPartialState, removePartial } from './partial.js';
-import { seal, type Sealed } from './seal.js';
+import { finalize, type FinalizedFile } from './finalize.js';
 
 /**
  * Finishes what a killed run had nearly done.
  * @return undefined when the file must be transferred
  */
-export async function recover(record: StoreRecord, job: FetchJob, run: FetchRun, signal: AbortSignal): Promise<Sealed | undefined> {
-  if (record.state === 'fetched' && record.file !== null) return recoverFetched(record, job, run, signal);
-  if (record.state === 'fetching' && record.file === null && record.member === null) return adoptFinished(record, job, run, signal);
+export async function recover(
+  record: StoreRecord,
+  job: FetchJob,
+  run: FetchRun,
+  signal: AbortSignal,
+): Promise<FinalizedFile | undefined> {
+  if (record.state === 'fetched' && record.file !== null) {
+    return recoverFetched(record, job, run, signal);
+  }
+  if (record.state === 'fetching' && record.file === null && record.member === null) {
+    return adoptFinished(record, job, run, signal);
+  }
   return undefined;
 }
 
-/** The record knows length and hash; the file lies under its final name, or still under the unfinished one. */
-async function recoverFetched(record: StoreRecord, job: FetchJob, run: FetchRun, signal: AbortSignal): Promise<Sealed | undefined> {
+/**
+ * The record knows length and hash; the file lies under its final name, or still under the
+ * unfinished one.
+ */
+async function recoverFetched(
+  record: StoreRecord,
+  job: FetchJob,
+  run: FetchRun,
+  signal: AbortSignal,
+): Promise<FinalizedFile | undefined> {
   const { file, url, urls } = record;
   if (file === null) return undefined;
   const from = url ?? urls[0] ?? file.path;
-  const place = job.extensions.map((extension) => kPlaces.finished(job.kind, record.key, extension)).find((one) => one === file.path);
-  if (place !== undefined && (await holds(join(run.root, place), file, signal))) {
-    const checked = await checkedOrNot(join(run.root, place), record, from, job, signal);
+  const place = job.extensions
+    .map((extension) => kPlaces.finished(job.kind, record.key, extension))
+    .find((one) => one === file.path);
+  if (place !== undefined && (await hasContent(join(run.root, place), file, signal))) {
+    const checked = await tryCheck(join(run.root, place), record, from, job, signal);
     if (checked === undefined) return undefined;
     if (checked.facts !== null) job.table.verified(record.key, checked.facts);
     return { kind: 'stored', file, checked };
   }
   const partial = join(run.root, kPlaces.unfinished(job.kind, record.key));
-  if (!(await holds(partial, file, signal))) return undefined;
-  return seal(record, { partial, url: from, bytes: file.bytes, sha256: file.sha256 }, job, run, signal);
+  if (!(await hasContent(partial, file, signal))) return undefined;
+  return finalize(
+    record,
+    { partial, url: from, bytes: file.bytes, sha256: file.sha256 },
+    job,
+    run,
+    signal,
+  );
 }
 
-async function holds(path: string, file: { bytes: number; sha256: string }, signal: AbortSignal): Promise<boolean> {
+async function hasContent(
+  path: string,
+  file: { bytes: number; sha256: string },
+  signal: AbortSignal,
+): Promise<boolean> {
   if ((await fileSize(path)) !== file.bytes) return false;
   return (await sha256OfFile(path, signal)) === file.sha256;
 }
 
-/** A file under its final name whose record had no time to say so: taken when its length or hash is the expected one. */
-async function adoptFinished(record: StoreRecord, job: FetchJob, run: FetchRun, signal: AbortSignal): Promise<Sealed | undefined> {
+/**
+ * A file under its final name whose record had no time to say so: taken when its length or hash is
+ * the expected one.
+ */
+async function adoptFinished(
+  record: StoreRecord,
+  job: FetchJob,
+  run: FetchRun,
+  signal: AbortSignal,
+): Promise<FinalizedFile | undefined> {
   const partial = join(run.root, kPlaces.unfinished(job.kind, record.key));
   const state = await readPartialState(partial, signal);
   for (const extension of job.extensions) {
@@ -53,7 +90,7 @@ async function adoptFinished(record: StoreRecord, job: FetchJob, run: FetchRun, 
         ? [record.expectedBytes, state?.total_bytes].includes(bytes)
         : record.expectedSha256.toLowerCase() === sha256;
     if (!fits) continue;
-    const checked = await checkedOrNot(join(run.root, path), record, record.url ?? path, job, signal);
+    const checked = await tryCheck(join(run.root, path), record, record.url ?? path, job, signal);
     if (checked?.extension !== extension) continue;
     const file = { path, bytes, sha256 };
     job.table.fetched(record.key, file);
@@ -65,7 +102,7 @@ async function adoptFinished(record: StoreRecord, job: FetchJob, run: FetchRun, 
 }
 
 /** @return undefined when the file is bad, and so must be fetched again */
-async function checkedOrNot(
+async function tryCheck(
   path: string,
   record: StoreRecord,
   url: string,

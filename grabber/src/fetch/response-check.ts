@@ -9,23 +9,33 @@ export const kRangeRefused = 416;
 /** Where the body of a response belongs in the file, and how long the whole file is. */
 export type BodyPlan = {
   readonly offset_bytes: number;
-  /** Undefined when the server does not tell, or tells the length of a compressed body. */
+  /** Undefined when the server does not send it, or sends the length of a compressed body. */
   readonly total_bytes: number | undefined;
   /** Undefined = as it is. */
   readonly coding: Coding | undefined;
 };
 
 /**
- * Whether the server refuses to send a rest since there is none: what we have is the whole file, and is still the same
- * one. Ref: RFC 9110 section 13.1.5: where If-Range does not hold, Range is ignored and not refused.
+ * Whether the server refuses to send a rest since there is none: what we have is the whole file,
+ * and is still the same one. Ref: RFC 9110 section 13.1.5: where If-Range does not hold, Range is
+ * ignored and not refused.
  */
 export function isWhole(response: HttpResponse, resumable: Resumable): boolean {
-  const whole = response.status === kRangeRefused && response.header('content-range') === `bytes */${resumable.offset_bytes}`;
+  const whole =
+    response.status === kRangeRefused &&
+    response.header('content-range') === `bytes */${resumable.offset_bytes}`;
   return whole && otherValidator(response, resumable) === undefined;
 }
 
-/** @throws GrabberError when the body cannot be put anywhere; the partial file is then of no use either */
-export function bodyPlan(url: string, response: HttpResponse, resumable: Resumable | undefined): BodyPlan {
+/**
+ * @throws GrabberError when the body cannot be put anywhere; the partial file is then of no use
+ * either
+ */
+export function bodyPlan(
+  url: string,
+  response: HttpResponse,
+  resumable: Resumable | undefined,
+): BodyPlan {
   const coding = codingOf(url, response);
   const length = contentLength(url, response);
   if (response.status === 206) return restPlan(url, response, resumable, coding, length);
@@ -40,7 +50,8 @@ function codingOf(url: string, response: HttpResponse): Coding | undefined {
   if (coding !== undefined) return coding;
   throw new GrabberError(
     'HTTP_PROTOCOL',
-    `fetch ${shownUrl(url)}: Content-Encoding is ${name}; allowed: identity, as asked for, or ${kCodings.join(', ')}`,
+    `fetch ${shownUrl(url)}: Content-Encoding is ${name}; allowed: identity, as asked for, ` +
+      `or ${kCodings.join(', ')}`,
   );
 }
 
@@ -52,7 +63,10 @@ function restPlan(
   length: number | undefined,
 ): BodyPlan {
   if (resumable === undefined) {
-    throw new GrabberError('HTTP_PROTOCOL', `fetch ${shownUrl(url)}: HTTP 206 without a Range request; allowed: 200`);
+    throw new GrabberError(
+      'HTTP_PROTOCOL',
+      `fetch ${shownUrl(url)}: HTTP 206 without a Range request; allowed: 200`,
+    );
   }
   const range = response.header('content-range') ?? '';
   const match = /^bytes (\d{1,15})-(\d{1,15})\/(\d{1,15}|\*)$/.exec(range);
@@ -65,27 +79,38 @@ function restPlan(
   if (!fits) {
     throw new GrabberError(
       'RESUME_REFUSED',
-      `continue ${shownUrl(url)}: Content-Range is "${range}"${coding === undefined ? '' : `, ${coding}`}; allowed: bytes ${resumable.offset_bytes}-.../${resumable.total_bytes ?? '*'}; the next try starts anew`,
+      `continue ${shownUrl(url)}: Content-Range is ` +
+        `"${range}"${coding === undefined ? '' : `, ${coding}`}; allowed: bytes ` +
+        `${resumable.offset_bytes}-.../${resumable.total_bytes ?? '*'}; the next try starts ` +
+        'anew',
       { retryable: true },
     );
   }
   checkSameFile(url, response, resumable);
   const rest = length === undefined ? undefined : resumable.offset_bytes + length;
-  return { offset_bytes: resumable.offset_bytes, total_bytes: total ?? resumable.total_bytes ?? rest, coding: undefined };
+  return {
+    offset_bytes: resumable.offset_bytes,
+    total_bytes: total ?? resumable.total_bytes ?? rest,
+    coding: undefined,
+  };
 }
 
-/** If-Range asks for this, but servers were seen to send the rest of whatever file they have now. */
+/** Checks the validators again: some servers ignore If-Range and send the rest of another file. */
 function checkSameFile(url: string, response: HttpResponse, resumable: Resumable): void {
   const other = otherValidator(response, resumable);
   if (other === undefined) return;
   throw new GrabberError(
     'RESUME_REFUSED',
-    `continue ${shownUrl(url)} at byte ${resumable.offset_bytes}: ${other}; allowed: ${resumable.if_range}, as before; the next try starts anew`,
+    `continue ${shownUrl(url)} at byte ${resumable.offset_bytes}: ${other}; allowed: ` +
+      `${resumable.if_range}, as before; the next try starts anew`,
     { retryable: true },
   );
 }
 
-/** @return what the server says of another file than the one before; undefined when it is the same, or it says nothing */
+/**
+ * @return what the server says of another file than the one before; undefined when it is the same,
+ * or it says nothing
+ */
 function otherValidator(response: HttpResponse, { if_range }: Resumable): string | undefined {
   const name = if_range.startsWith('"') ? 'ETag' : 'Last-Modified';
   const found = response.header(name.toLowerCase());
@@ -96,7 +121,10 @@ function contentLength(url: string, response: HttpResponse): number | undefined 
   const value = response.header('content-length');
   if (value === undefined) return undefined;
   if (!/^\d{1,15}$/.test(value)) {
-    throw new GrabberError('HTTP_PROTOCOL', `fetch ${shownUrl(url)}: Content-Length is "${value}"; allowed: a number of bytes`);
+    throw new GrabberError(
+      'HTTP_PROTOCOL',
+      `fetch ${shownUrl(url)}: Content-Length is "${value}"; allowed: a number of bytes`,
+    );
   }
   return Number(value);
 }

@@ -7,6 +7,8 @@ import { shownUrl } from './shown-url.js';
 /** Request timeout, too early, too many requests: as temporary as a 5xx. */
 const kTemporary = [408, 425, 429];
 const kSniffBytes = 4096;
+/** LAS and LAZ files, and ZIP archives. */
+const kFileMagics = ['LASF', 'PK\u0003\u0004'];
 
 export function statusError(
   url: string,
@@ -29,12 +31,18 @@ export function statusError(
 }
 
 /**
- * Portals send error pages, log-in pages and "file moved" pages with status 200. Worth another try: most of them are
- * gone when the portal is well again.
+ * Portals send error pages, log-in pages and "file moved" pages with status 200. Worth another try:
+ * most of them are gone when the portal is well again.
  */
-export function htmlError(url: string, response: HttpResponse, start: Uint8Array, redact: Redact): GrabberError | undefined {
+export function htmlError(
+  url: string,
+  response: HttpResponse,
+  start: Uint8Array,
+  redact: Redact,
+): GrabberError | undefined {
   // A file with the right magic is believed over a wrong Content-Type.
-  if (/^(LASF|PK\u0003\u0004)/.test(Buffer.from(start.subarray(0, 4)).toString('latin1'))) return undefined;
+  const magic = Buffer.from(start.subarray(0, 4)).toString('latin1');
+  if (kFileMagics.includes(magic)) return undefined;
   const text = Buffer.from(start.subarray(0, kSniffBytes))
     .toString('utf8')
     .replace(/^\uFEFF/, '')
@@ -43,8 +51,13 @@ export function htmlError(url: string, response: HttpResponse, start: Uint8Array
   const declared = /^\s*(text\/html|application\/xhtml\+xml)/i.test(type);
   if (!declared && !/^<(!doctype|html|head|body|\?xml)/i.test(text)) return undefined;
   const title = /<title[^>]*>([^<]{1,200})/i.exec(redact(text))?.[1];
-  const shown = title === undefined ? 'an HTML or XML page' : `an HTML page titled "${title.trim()}"`;
-  return new GrabberError('HTML_BODY', `fetch ${shownUrl(url)}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`, {
-    retryable: true,
-  });
+  const shown =
+    title === undefined ? 'an HTML or XML page' : `an HTML page titled "${title.trim()}"`;
+  return new GrabberError(
+    'HTML_BODY',
+    `fetch ${shownUrl(url)}: HTTP 200 but the body is ${shown}; allowed: a LAS or LAZ file`,
+    {
+      retryable: true,
+    },
+  );
 }

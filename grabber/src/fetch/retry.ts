@@ -13,17 +13,23 @@ export type RetryPolicy = {
 export const kBackoff = { base_ms: 1000, cap_ms: 60_000, max_wait_ms: 600_000 } as const;
 
 /**
- * A random part of a time that doubles from `base_ms` up to `cap_ms`: many clients that failed together come back
- * spread over all of that time.
- * Ref: Brooker, "Exponential Backoff And Jitter", 2015 (there "full jitter").
+ * A random part of a time that doubles from `base_ms` up to `cap_ms`: many clients that failed
+ * together come back spread over all of that time. Ref: Brooker, "Exponential Backoff And Jitter",
+ * 2015 (there "full jitter").
  * @param attempt 0 for the first retry
  * @param random  in [0, 1)
  */
-export function backoffMs(attempt: number, policy: Pick<RetryPolicy, 'base_ms' | 'cap_ms'>, random: number): number {
+export function backoffMs(
+  attempt: number,
+  policy: Pick<RetryPolicy, 'base_ms' | 'cap_ms'>,
+  random: number,
+): number {
   return Math.round(Math.min(policy.cap_ms, policy.base_ms * 2 ** attempt) * random);
 }
 
-/** @return milliseconds from `now`, or undefined when the header holds neither seconds nor a date */
+/**
+ * @return milliseconds from `now`, or undefined when the header holds neither seconds nor a date
+ */
 export function parseRetryAfter(value: string | undefined, now: Date): number | undefined {
   if (value === undefined) return undefined;
   if (/^\s*\d{1,9}\s*$/.test(value)) return Number(value) * 1000;
@@ -31,12 +37,17 @@ export function parseRetryAfter(value: string | undefined, now: Date): number | 
   return Number.isNaN(date) ? undefined : Math.max(0, date - now.getTime());
 }
 
-export type RetryNotice = { readonly error: GrabberError; readonly retry: number; readonly wait_ms: number };
+export type RetryNotice = {
+  readonly error: GrabberError;
+  readonly retry: number;
+  readonly wait_ms: number;
+};
 
 /**
- * Runs `attempt` until it succeeds, fails for good, or the retries are used up; then throws its last error.
- * @param advanced tells whether the last attempt got further than all before it, as a download that continues does:
- *                 then the count starts anew, so that a large file over a bad line ends well
+ * Runs `attempt` until it succeeds, fails for good, or the retries are used up; then throws its
+ * last error.
+ * @param advanced whether the last attempt got further than all before it, as a resumed download
+ *   does; then the count of retries starts anew, so that a large file arrives over a bad line
  */
 export async function withRetries<T>(
   attempt: () => Promise<T>,
@@ -70,6 +81,7 @@ function checkWait({ message, retryAfterMs = 0 }: GrabberError, max_wait_ms: num
 export function tooLongWait(attempt: string, wait_ms: number, max_wait_ms: number): GrabberError {
   return new GrabberError(
     'RETRY_AFTER_TOO_LONG',
-    `${attempt}: it wants to be left alone for ${Math.ceil(wait_ms / 1000)} s; allowed: at most ${max_wait_ms / 1000} s (--max-wait-s)`,
+    `${attempt}: it wants to be left alone for ${Math.ceil(wait_ms / 1000)} s; allowed: at ` +
+      `most ${max_wait_ms / 1000} s (--max-wait-s)`,
   );
 }

@@ -4,28 +4,39 @@ import { dirname, join } from 'node:path';
 import PQueue from 'p-queue';
 import type { Outcome, Tally } from '../progress/events.js';
 import { kPlaces } from '../store/layout.js';
-import { storing } from './disk-space.js';
+import { withStoreErrors } from './disk-space.js';
 import type { FetchJob, FetchRun } from './fetch-job.js';
 import { fetchRecord } from './fetch-record.js';
 import { NearBlocks } from './near-blocks.js';
 
-/** Syncs that wait together share a commit of the file system's journal; more would fill the four threads that there are. */
-const kSyncsAtOnce = 3;
+/**
+ * Syncs that wait together share a commit of the file system's journal; more would fill the four
+ * threads that there are.
+ */
+const kMaxSyncs = 3;
 
 /** The queue of slow work on the disk that all jobs of a run share. */
 export function syncQueue(): PQueue {
-  return new PQueue({ concurrency: kSyncsAtOnce });
+  return new PQueue({ concurrency: kMaxSyncs });
 }
 
-/** Files that wait for another try or for the disk keep no place at the host; so more are under way than it serves. */
-const kUnderWayPerRequest = 4;
+/**
+ * Files that wait for another try or for the disk keep no place at the host; so more are under way
+ * than it serves.
+ */
+const kFilesPerRequest = 4;
 
 /**
- * Works through all records of all jobs; sources run beside each other.
- * When the signal aborts, no further record starts, those under way are stopped, and the signal's reason is thrown
- * after the last of them has closed its files. Trouble that all files share (a full disk) stops the run the same way.
+ * Works through all records of all jobs; sources run concurrently. When the signal aborts, no
+ * further record starts, those under way are stopped, and the signal's reason is thrown after the
+ * last of them has closed its files. Trouble that all files share (a full disk) stops the run the
+ * same way.
  */
-export async function runJobs(jobs: readonly FetchJob[], run: FetchRun, signal: AbortSignal): Promise<Tally> {
+export async function runJobs(
+  jobs: readonly FetchJob[],
+  run: FetchRun,
+  signal: AbortSignal,
+): Promise<Tally> {
   const tally: Tally = { verified: 0, converted: 0, fetched: 0, kept: 0, missing: 0, failed: 0 };
   const stop = new AbortController();
   const both = AbortSignal.any([signal, stop.signal]);
@@ -51,11 +62,18 @@ async function runJob(
   if (first === undefined) return;
   try {
     signal.throwIfAborted();
-    for (const folder of new Set(job.records.map(({ key }) => dirname(join(run.root, kPlaces.unfinished(job.kind, key)))))) {
-      await storing(folder, () => mkdir(folder, { recursive: true }));
+    for (const folder of new Set(
+      job.records.map(({ key }) => dirname(join(run.root, kPlaces.unfinished(job.kind, key)))),
+    )) {
+      await withStoreErrors(folder, () => mkdir(folder, { recursive: true }));
     }
-    const blocks = new NearBlocks(job.locate === undefined ? [] : job.table.list({ source: first.key.source, grid: first.key.grid }));
-    // All take from one iterator: a queue would hold a promise and more for each of a country's squares.
+    const blocks = new NearBlocks(
+      job.locate === undefined
+        ? []
+        : job.table.list({ source: first.key.source, grid: first.key.grid }),
+    );
+    // All take from one iterator: a queue would hold a promise and more for each of a country's
+    // squares.
     const records = job.records.values();
     const work = async (): Promise<void> => {
       for (const record of records) {
@@ -63,7 +81,7 @@ async function runJob(
         done(await fetchRecord(record, job, run, blocks, signal));
       }
     };
-    const workers = Array.from({ length: job.limits.max_concurrent * kUnderWayPerRequest }, work);
+    const workers = Array.from({ length: job.limits.max_concurrent * kFilesPerRequest }, work);
     await Promise.all(workers.map((worker) => worker.catch((error: unknown) => stop.abort(error))));
   } catch (error) {
     stop.abort(error);

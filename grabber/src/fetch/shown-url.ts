@@ -1,6 +1,6 @@
 /**
- * An address as it may stand in messages: without a password, and with its query hidden where the query looks like
- * a signature or key, which redirects to object stores carry.
+ * An address as it may stand in messages: without a password, and with its query hidden where the
+ * query looks like a signature or key, which redirects to object stores carry.
  */
 export function shownUrl(text: string): string {
   if (!URL.canParse(text)) return text.slice(0, 200);
@@ -10,7 +10,9 @@ export function shownUrl(text: string): string {
     url.password = '';
   }
   for (const name of [...url.searchParams.keys()]) {
-    if (/sig|token|key|secret|credential|password|auth/i.test(name)) url.searchParams.set(name, '...');
+    if (/sig|token|key|secret|credential|password|auth/i.test(name)) {
+      url.searchParams.set(name, '...');
+    }
   }
   return url.href;
 }

@@ -5,10 +5,18 @@ import { GrabberError } from '../util/errors.js';
 import { hashFileInto } from '../util/files.js';
 import { tooLarge, writeBody } from './body-writer.js';
 import { decoded } from './content-coding.js';
-import type { DiskSpace, Growing } from './disk-space.js';
-import type { HostGate } from './host-gate.js';
+import type { DiskSpace, Reservation } from './disk-space.js';
+import type { HostRateLimiter } from './host-rate-limiter.js';
 import type { HttpClient, HttpResponse } from './http-client.js';
-import { findPartial, forgetState, openPartial, rememberState, rememberWhole, removePartial, type Resumable } from './partial.js';
+import {
+  findPartial,
+  forgetState,
+  openPartial,
+  rememberState,
+  rememberWhole,
+  removePartial,
+  type Resumable,
+} from './partial.js';
 import { withoutSecrets } from './redact.js';
 import { bodyPlan, isWhole, kRangeRefused, type BodyPlan } from './response-check.js';
 import { htmlError, statusError } from './response-error.js';
@@ -16,14 +24,16 @@ import { shownUrl } from './shown-url.js';
 
 export type TransferContext = {
   readonly http: HttpClient;
-  readonly gate: HostGate;
+  readonly limiter: HostRateLimiter;
   readonly disk: DiskSpace;
   readonly clock: Clock;
   readonly missingStatus: readonly number[];
   readonly max_bytes: number;
   /** What a catalogue says, 0 = nothing; only for the space on the disk. */
   readonly expected_bytes: number;
-  /** @throws GrabberError when a file may not begin so; before hundreds of megabytes are spent on it */
+  /**
+   * @throws GrabberError when a file may not begin so; before hundreds of megabytes are spent on it
+   */
   checkStart(shown: string, start: Uint8Array): void;
   /** @param total_bytes of the whole file, undefined = not known */
   onBytes(done_bytes: number, fresh_bytes: number, total_bytes: number | undefined): void;
@@ -35,15 +45,27 @@ export type TransferResult =
   | { readonly kind: 'missing'; readonly reason: string };
 
 /** One attempt to fetch a file; a call after a broken one continues where that stopped. */
-export function transferOnce(url: string, partial: string, context: TransferContext, signal: AbortSignal): Promise<TransferResult> {
+export function transferOnce(
+  url: string,
+  partial: string,
+  context: TransferContext,
+  signal: AbortSignal,
+): Promise<TransferResult> {
   return withoutSecrets(context.http.redact, () => transfer(url, partial, context, signal));
 }
 
-async function transfer(url: string, partial: string, context: TransferContext, signal: AbortSignal): Promise<TransferResult> {
+async function transfer(
+  url: string,
+  partial: string,
+  context: TransferContext,
+  signal: AbortSignal,
+): Promise<TransferResult> {
   const found = await findPartial(partial, url, signal);
   const hash = createHash('sha256');
   if (found.kind !== 'nothing') await hashFileInto(hash, partial, signal);
-  if (found.kind === 'whole') return { kind: 'complete', bytes: found.bytes, sha256: hash.digest('hex') };
+  if (found.kind === 'whole') {
+    return { kind: 'complete', bytes: found.bytes, sha256: hash.digest('hex') };
+  }
   const resumable = found.kind === 'part' ? found.part : undefined;
 
   const response = await context.http.get(url, requestHeaders(resumable), signal);
@@ -61,7 +83,14 @@ async function transfer(url: string, partial: string, context: TransferContext, 
     if (plan.total_bytes !== undefined && plan.total_bytes > context.max_bytes) {
       throw tooLarge(shownUrl(url), plan.total_bytes, context.max_bytes);
     }
-    return await receive(url, partial, response, plan, plan.offset_bytes > 0 ? hash : createHash('sha256'), context);
+    return await receive(
+      url,
+      partial,
+      response,
+      plan,
+      plan.offset_bytes > 0 ? hash : createHash('sha256'),
+      context,
+    );
   } catch (error) {
     // An unread body holds its connection.
     await response.discard();
@@ -69,7 +98,10 @@ async function transfer(url: string, partial: string, context: TransferContext, 
   }
 }
 
-/** Compressed transfer would hide the length and break ranges, and LAZ does not shrink; some servers do it unless told. */
+/**
+ * Compressed transfer would hide the length and break ranges, and LAZ does not shrink; some servers
+ * do it unless told.
+ */
 function requestHeaders(resumable: Resumable | undefined): Record<string, string> {
   const headers = { 'accept-encoding': 'identity' };
   if (resumable === undefined) return headers;
@@ -87,13 +119,16 @@ async function planOf(
     if (response.status === kRangeRefused && resumable !== undefined) {
       throw new GrabberError(
         'RESUME_REFUSED',
-        `continue ${shownUrl(url)} at byte ${resumable.offset_bytes}: HTTP 416; the next try starts anew`,
+        `continue ${shownUrl(url)} at byte ${resumable.offset_bytes}: HTTP 416; the next ` +
+          'try starts anew',
         { retryable: true },
       );
     }
     if (response.status !== 200 && response.status !== 206) {
       const error = statusError(url, response, context.missingStatus, context.clock.now());
-      if (error.retryAfterMs !== undefined) context.gate.closeFor(new URL(url).host, error.retryAfterMs);
+      if (error.retryAfterMs !== undefined) {
+        context.limiter.pause(new URL(url).host, error.retryAfterMs);
+      }
       throw error;
     }
     return bodyPlan(url, response, resumable);
@@ -113,22 +148,36 @@ async function receive(
   hash: Hash,
   context: TransferContext,
 ): Promise<TransferResult> {
-  const room = roomFor(plan, context, shownUrl(url));
+  const reservation = reservationFor(plan, context, shownUrl(url));
   try {
-    const bytes = await store(url, partial, response, plan, hash, context, room);
-    if (plan.total_bytes !== undefined && bytes !== plan.total_bytes) await refuseLength(url, partial, bytes, plan.total_bytes);
+    const bytes = await store(url, partial, response, plan, hash, context, reservation);
+    if (plan.total_bytes !== undefined && bytes !== plan.total_bytes) {
+      refuseLength(url, partial, bytes, plan.total_bytes);
+    }
     return { kind: 'complete', bytes, sha256: hash.digest('hex') };
   } catch (error) {
-    if (error instanceof GrabberError && ['HTML_BODY', 'NOT_LAS', 'TOO_LARGE'].includes(error.code)) removePartial(partial);
+    if (
+      error instanceof GrabberError &&
+      ['HTML_BODY', 'NOT_LAS', 'TOO_LARGE'].includes(error.code)
+    ) {
+      removePartial(partial);
+    }
     throw error;
   } finally {
-    room.giveBack();
+    reservation.release();
   }
 }
 
-function roomFor({ total_bytes, offset_bytes }: BodyPlan, { disk, expected_bytes }: TransferContext, shown: string): Growing {
-  if (total_bytes === undefined) return disk.growing(expected_bytes - offset_bytes, shown);
-  return { grow: () => undefined, giveBack: disk.reserve(Math.max(0, total_bytes - offset_bytes), shown) };
+function reservationFor(
+  { total_bytes, offset_bytes }: BodyPlan,
+  { disk, expected_bytes }: TransferContext,
+  shown: string,
+): Reservation {
+  if (total_bytes === undefined) return disk.reserveGrowing(expected_bytes - offset_bytes, shown);
+  return {
+    grow: () => undefined,
+    release: disk.reserve(Math.max(0, total_bytes - offset_bytes), shown),
+  };
 }
 
 async function store(
@@ -138,7 +187,7 @@ async function store(
   plan: BodyPlan,
   hash: Hash,
   context: TransferContext,
-  room: Growing,
+  reservation: Reservation,
 ): Promise<number> {
   const { offset_bytes, total_bytes, coding } = plan;
   // A state of before would claim that the new file is the old one.
@@ -146,7 +195,9 @@ async function store(
   const fd = openPartial(partial, offset_bytes);
   try {
     // What a compressed body gives has no place in the compressed file, so it cannot be continued.
-    if (offset_bytes === 0 && coding === undefined) rememberState(partial, url, response, total_bytes);
+    if (offset_bytes === 0 && coding === undefined) {
+      rememberState(partial, url, response, total_bytes);
+    }
     const onWhole = (bytes: number): void => {
       if (total_bytes === undefined) rememberWhole(partial, url, bytes);
     };
@@ -157,20 +208,34 @@ async function store(
         if (html !== undefined) throw html;
         context.checkStart(shownUrl(url), piece);
       }
-      room.grow(piece.length);
+      reservation.grow(piece.length);
       context.onBytes(before + piece.length, piece.length, total_bytes);
     };
-    const sink = { path: partial, fd, hash, offset_bytes, max_bytes: context.max_bytes, shown: shownUrl(url), onPiece, onWhole };
+    const sink = {
+      path: partial,
+      fd,
+      hash,
+      offset_bytes,
+      max_bytes: context.max_bytes,
+      shown: shownUrl(url),
+      onPiece,
+      onWhole,
+    };
     return await writeBody(body, sink, context.clock);
   } finally {
     closeSync(fd);
   }
 }
 
-async function refuseLength(url: string, partial: string, bytes: number, total: number): Promise<never> {
+/** @throws GrabberError LENGTH, always */
+function refuseLength(url: string, partial: string, bytes: number, total: number): never {
   // Too few bytes can be continued; too many are a different file.
   if (bytes > total) removePartial(partial);
-  throw new GrabberError('LENGTH', `fetch ${shownUrl(url)}: got ${bytes} bytes; allowed: ${total}, as announced`, {
-    retryable: true,
-  });
+  throw new GrabberError(
+    'LENGTH',
+    `fetch ${shownUrl(url)}: got ${bytes} bytes; allowed: ${total}, as announced`,
+    {
+      retryable: true,
+    },
+  );
 }

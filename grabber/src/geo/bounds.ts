@@ -6,8 +6,11 @@ export type BoundsDeg = readonly [west: number, south: number, east: number, nor
 
 export const kEverywhere: BoundsM = [-Infinity, -Infinity, Infinity, Infinity];
 
-/** Share of a box's edge that is added around it after projecting: straight lines bulge between the sampled points. */
-const kBulge = 0.002;
+/**
+ * Share of a box's edge that is added around it after projecting: straight lines bulge between the
+ * sampled points.
+ */
+const kBoxPadding = 0.002;
 const kEdgePieces = 20;
 
 /** Whether two boxes share ground; a common edge is none. */
@@ -18,12 +21,19 @@ export function overlap(a: BoundsM, b: BoundsM): boolean {
 /** @return undefined when they share no ground */
 export function intersectionOf(a: BoundsM, b: BoundsM): BoundsM | undefined {
   if (!overlap(a, b)) return undefined;
-  return [Math.max(a[0], b[0]), Math.max(a[1], b[1]), Math.min(a[2], b[2]), Math.min(a[3], b[3])];
+  const west = Math.max(a[0], b[0]);
+  const south = Math.max(a[1], b[1]);
+  const east = Math.min(a[2], b[2]);
+  const north = Math.min(a[3], b[3]);
+  return [west, south, east, north];
 }
 
 /** @param points at least one */
 export function boundsOf(points: Iterable<Point>): BoundsM {
-  let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
+  let west = Infinity;
+  let south = Infinity;
+  let east = -Infinity;
+  let north = -Infinity;
   for (const [x, y] of points) {
     west = Math.min(west, x);
     south = Math.min(south, y);
@@ -33,7 +43,10 @@ export function boundsOf(points: Iterable<Point>): BoundsM {
   return [west, south, east, north];
 }
 
-/** The smallest box around all of them. @param boxes at least one */
+/**
+ * The smallest box around all of them.
+ * @param boxes at least one
+ */
 export function unionOf(boxes: Iterable<BoundsM>): BoundsM {
   const corners: Point[] = [];
   for (const [west, south, east, north] of boxes) corners.push([west, south], [east, north]);
@@ -42,7 +55,13 @@ export function unionOf(boxes: Iterable<BoundsM>): BoundsM {
 
 /** A closed ring around the box, counter-clockwise, each edge in `pieces` equal parts. */
 export function ringOfBox([west, south, east, north]: BoundsM, pieces = 1): Point[] {
-  const corners: Point[] = [[west, south], [east, south], [east, north], [west, north], [west, south]];
+  const corners: Point[] = [
+    [west, south],
+    [east, south],
+    [east, north],
+    [west, north],
+    [west, south],
+  ];
   return densified(corners, pieces);
 }
 
@@ -63,7 +82,9 @@ function between(from: Point, to: Point, share: number): Point {
 /** How many pieces withShortEdges would make. */
 export function piecesOf(line: readonly Point[], longest: number): number {
   let pieces = 0;
-  line.slice(1).forEach((to, index) => (pieces += piecesBetween(line[index] ?? to, to, longest)));
+  line.slice(1).forEach((to, index) => {
+    pieces += piecesBetween(line[index] ?? to, to, longest);
+  });
   return pieces;
 }
 
@@ -83,12 +104,17 @@ export function withShortEdges(line: readonly Point[], longest: number): Point[]
   return out;
 }
 
-/** A box in degrees that encloses the box, a little wider than needed: for questions to catalogues. */
+/**
+ * A box in degrees that encloses the box, a little wider than needed: for questions to catalogues.
+ */
 export function boundsToDegrees(bounds: BoundsM, projection: Projection): BoundsDeg {
-  return padded(boundsOf(ringOfBox(bounds, kEdgePieces).map((point) => projection.toDegrees(point))));
+  return padded(
+    boundsOf(ringOfBox(bounds, kEdgePieces).map((point) => projection.toDegrees(point))),
+  );
 }
 
 function padded([west, south, east, north]: BoundsM): BoundsM {
-  const [x, y] = [(east - west) * kBulge, (north - south) * kBulge];
+  const x = (east - west) * kBoxPadding;
+  const y = (north - south) * kBoxPadding;
   return [west - x, south - y, east + x, north + y];
 }

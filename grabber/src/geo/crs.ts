@@ -6,8 +6,9 @@ import { GrabberError, describeError } from '../util/errors.js';
 export type Point = readonly [x: number, y: number];
 
 /**
- * A projected CRS against WGS 84, enough to choose squares, not to move points: good to a few metres for the CRSs of the
- * shipped sources (tests compare them with PROJ), for some older national datums only to about 200 m.
+ * A projected CRS against WGS 84, enough to choose squares, not to move points: good to a few
+ * metres for the CRSs of the shipped sources (tests compare them with PROJ), for some older
+ * national datums only to about 200 m.
  */
 export type Projection = {
   /** `EPSG:n` */
@@ -24,9 +25,10 @@ const kCode = /^EPSG:(\d{4,6})$/;
 const kWgs84 = 'WGS84';
 
 /**
- * Datum shifts that the index has in other units and with other signs than proj4 reads them, which puts places 170 m
- * away. Metres, seconds of arc (position vector), parts per million.
- * Ref: EPSG:15934 for the Netherlands, its rotations turned from microradians (coordinate frame) to seconds.
+ * Datum shifts that the index has in other units and with other signs than proj4 reads them, which
+ * puts places 170 m away. Metres, seconds of arc (position vector), parts per million. Ref:
+ * EPSG:15934 for the Netherlands, its rotations turned from microradians (coordinate frame) to
+ * seconds.
  */
 const kDatumShifts: Readonly<Record<string, string>> = {
   'EPSG:28992': '565.4171,50.3319,465.5524,-0.398957,0.343988,-1.877403,4.0725',
@@ -34,7 +36,10 @@ const kDatumShifts: Readonly<Record<string, string>> = {
 const require = createRequire(import.meta.url);
 const known = new Map<string, Projection>();
 
-/** @param code `EPSG:n` @throws GrabberError CRS when nobody knows how to project it */
+/**
+ * @param code `EPSG:n`
+ * @throws GrabberError CRS when nobody knows how to project it
+ */
 export function projectionOf(code: string): Projection {
   const found = known.get(code) ?? makeProjection(code);
   known.set(code, found);
@@ -43,7 +48,8 @@ export function projectionOf(code: string): Projection {
 
 function makeProjection(code: string): Projection {
   const definition = definitionOf(code);
-  // Loaded when the first place is projected: commands that only read the store start faster without.
+  // Loaded when the first place is projected: commands that only read the store start faster
+  // without.
   const project = require('proj4') as typeof proj4;
   let converter: proj4.Converter;
   try {
@@ -53,8 +59,12 @@ function makeProjection(code: string): Projection {
   }
   return {
     code,
-    fromDegrees: (point) => checked(`project ${point.join(',')} to ${code}`, () => converter.forward([...point])),
-    toDegrees: (point) => checked(`project ${point.join(',')} of ${code} to degrees`, () => converter.inverse([...point])),
+    fromDegrees: (point) =>
+      checked(`project ${point.join(',')} to ${code}`, () => converter.forward([...point])),
+    toDegrees: (point) =>
+      checked(`project ${point.join(',')} of ${code} to degrees`, () =>
+        converter.inverse([...point]),
+      ),
   };
 }
 
@@ -68,14 +78,24 @@ function definitionOf(code: string): string {
   } catch (error) {
     throw unknownCrs(code, 'not in the EPSG index', error);
   }
-  if (entry.proj4 === null || entry.proj4 === '') throw unknownCrs(code, `no projection (${entry.kind})`);
-  if (/\+proj=(longlat|geocent)/.test(entry.proj4)) throw unknownCrs(code, `not projected (${entry.kind})`);
+  if (entry.proj4 === null || entry.proj4 === '') {
+    throw unknownCrs(code, `no projection (${entry.kind})`);
+  }
+  if (/\+proj=(longlat|geocent)/.test(entry.proj4)) {
+    throw unknownCrs(code, `not projected (${entry.kind})`);
+  }
   const shift = kDatumShifts[code];
-  return shift === undefined ? entry.proj4 : entry.proj4.replace(/\+towgs84=\S+/, `+towgs84=${shift}`);
+  return shift === undefined
+    ? entry.proj4
+    : entry.proj4.replace(/\+towgs84=\S+/, `+towgs84=${shift}`);
 }
 
 function unknownCrs(code: string, why: string, cause?: unknown): GrabberError {
-  return new GrabberError('CRS', `use CRS ${code}: ${why}; allowed: EPSG:<number> of a projected CRS, such as EPSG:3794`, { cause });
+  return new GrabberError(
+    'CRS',
+    `use CRS ${code}: ${why}; allowed: EPSG:<number> of a projected CRS, such as EPSG:3794`,
+    { cause },
+  );
 }
 
 /** proj4 throws for some points out of reach and answers NaN or infinity for others. */
@@ -85,8 +105,15 @@ function checked(attempt: string, action: () => number[]): Point {
   try {
     [x, y] = action();
   } catch (error) {
-    throw new GrabberError('CRS', `${attempt}: ${describeError(error)}; allowed: points the projection is made for`, { cause: error });
+    throw new GrabberError(
+      'CRS',
+      `${attempt}: ${describeError(error)}; allowed: points the projection is made for`,
+      { cause: error },
+    );
   }
   if (x !== undefined && y !== undefined && Number.isFinite(x) && Number.isFinite(y)) return [x, y];
-  throw new GrabberError('CRS', `${attempt}: no finite value; allowed: points the projection is made for`);
+  throw new GrabberError(
+    'CRS',
+    `${attempt}: no finite value; allowed: points the projection is made for`,
+  );
 }

@@ -2,22 +2,33 @@ import type { BoundsM } from '../model/square.js';
 import { boundsOf, overlap } from './bounds.js';
 import type { Point } from './crs.js';
 
-/** Closed rings, the first the outer one, the others holes; inside is what an odd number of rings encloses. */
+/**
+ * Closed rings, the first the outer one, the others holes; inside is what an odd number of rings
+ * encloses.
+ */
 export type Polygon = readonly (readonly Point[])[];
 
 type Edge = { readonly from: Point; readonly to: Point };
 
-/** Height of a row of edges: about a square, so that a square asks few rows and an edge of an outline lies in few. */
+/**
+ * Height of a row of edges: about a square, so that a square asks few rows and an edge of an
+ * outline lies in few.
+ */
 const kRowHeight = 1000;
 const kMaxRows = 4096;
 
-/** Whether the open square and the polygon share ground; for many squares PolygonGround is faster. */
+/**
+ * Whether the open square and the polygon share ground; for many squares PolygonIndex is faster.
+ */
 export function touchesSquare(polygon: Polygon, square: BoundsM): boolean {
-  return new PolygonGround(polygon).touches(square);
+  return new PolygonIndex(polygon).touches(square);
 }
 
-/** A polygon that can tell quickly which squares it touches: its edges lie in rows from south to north. */
-export class PolygonGround {
+/**
+ * A polygon that can tell quickly which squares it touches: its edges lie in rows from south to
+ * north.
+ */
+export class PolygonIndex {
   readonly bounds: BoundsM;
   readonly #rows: Edge[][] = [];
   readonly #rowHeight: number;
@@ -33,25 +44,31 @@ export class PolygonGround {
   }
 
   /**
-   * Whether the open square and the polygon share ground: common edges and corners are none. Without a tolerance:
-   * either an edge of the polygon enters the square, or none does, and then the square is all inside or all outside, as
-   * its centre is.
+   * Whether the open square and the polygon share ground: common edges and corners are none.
+   * Without a tolerance: either an edge of the polygon enters the square, or none does, and then
+   * the square is all inside or all outside, as its centre is.
    */
   touches(square: BoundsM): boolean {
     if (!overlap(this.bounds, square)) return false;
     const high = this.#rowAt(Math.min(square[3], this.bounds[3]));
     for (let row = this.#rowAt(Math.max(square[1], this.bounds[1])); row <= high; ++row) {
-      if (this.#rows[row]?.some(({ from, to }) => entersBox(from, to, square)) === true) return true;
+      if (this.#rows[row]?.some(({ from, to }) => entersBox(from, to, square)) === true) {
+        return true;
+      }
     }
-    return this.holds([(square[0] + square[2]) / 2, (square[1] + square[3]) / 2]);
+    return this.contains([(square[0] + square[2]) / 2, (square[1] + square[3]) / 2]);
   }
 
-  /** Even-odd rule. */
-  holds([x, y]: Point): boolean {
+  /** Whether the polygon contains a point, by the even-odd rule. */
+  contains([x, y]: Point): boolean {
     if (y < this.bounds[1] || y > this.bounds[3]) return false;
     let inside = false;
     for (const { from, to } of this.#rows[this.#rowAt(y)] ?? []) {
-      if (from[1] > y !== to[1] > y && x < from[0] + ((y - from[1]) / (to[1] - from[1])) * (to[0] - from[0])) inside = !inside;
+      if (from[1] > y === to[1] > y) continue;
+      // The edge crosses the horizontal line through the point. It counts when it does so east of
+      // the point.
+      const share = (y - from[1]) / (to[1] - from[1]);
+      if (x < from[0] + share * (to[0] - from[0])) inside = !inside;
     }
     return inside;
   }
@@ -72,13 +89,21 @@ function* edgesOf(polygon: Polygon): Generator<Edge> {
   }
 }
 
-/** Ref: Liang & Barsky, "A New Concept and Method for Line Clipping", ACM Transactions on Graphics 1984. */
+/**
+ * Ref: Liang & Barsky, "A New Concept and Method for Line Clipping", ACM Transactions on Graphics
+ * 1984.
+ */
 function entersBox(from: Point, to: Point, [west, south, east, north]: BoundsM): boolean {
   const dx = to[0] - from[0];
   const dy = to[1] - from[1];
   let enter = 0;
   let leave = 1;
-  for (const [step, room] of [[-dx, from[0] - west], [dx, east - from[0]], [-dy, from[1] - south], [dy, north - from[1]]] as const) {
+  for (const [step, room] of [
+    [-dx, from[0] - west],
+    [dx, east - from[0]],
+    [-dy, from[1] - south],
+    [dy, north - from[1]],
+  ] as const) {
     if (step === 0) {
       // Along this side: on it or beyond it is outside the open box.
       if (room <= 0) return false;

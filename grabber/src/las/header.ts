@@ -21,7 +21,7 @@ export type LasHeader = {
 
 /** Enough bytes for the header of every version. */
 export const kHeaderReadBytes = 375;
-const kShortestHeaderBytes = 227;
+const kMinHeaderBytes = 227;
 const kSignature = 'LASF';
 
 /** Header length by minor version. */
@@ -49,64 +49,93 @@ export function readLasHeader(start: Uint8Array, fileBytes: number, shown: strin
       `read LAS header of ${shown}: it starts with ${printable(view)}; allowed: "${kSignature}"`,
     );
   }
-  if (view.length < kShortestHeaderBytes) throw truncated(shown, 'the header', kShortestHeaderBytes, fileBytes);
-  const fail = (field: string, value: unknown, allowed: string): never => {
+  if (view.length < kMinHeaderBytes) {
+    throw truncated(shown, 'the header', kMinHeaderBytes, fileBytes);
+  }
+  const fail: Fail = (field, value, allowed) => {
     throw new GrabberError(
       'LAS_HEADER',
       `read LAS header of ${shown}: ${field} is ${String(value)}; allowed: ${allowed}`,
     );
   };
-
-  const major = view.readUInt8(24);
-  const minor = view.readUInt8(25);
-  const version = `${major}.${minor}`;
-  const versionHeaderBytes = major === 1 ? kHeaderBytes[minor] : undefined;
-  if (versionHeaderBytes === undefined) return fail('version', version, '1.0 to 1.4');
-
-  const headerSize_bytes = view.readUInt16LE(94);
-  if (headerSize_bytes < versionHeaderBytes)
-    fail('header size', headerSize_bytes, `at least ${versionHeaderBytes} bytes`);
-  if (view.length < versionHeaderBytes) throw truncated(shown, 'the header', versionHeaderBytes, fileBytes);
-
-  const pointOffset_bytes = view.readUInt32LE(96);
-  if (pointOffset_bytes < headerSize_bytes)
-    fail('offset to points', pointOffset_bytes, `at least the header size, ${headerSize_bytes} bytes`);
-
-  const formatByte = view.readUInt8(104);
-  const compressed = (formatByte & kCompressedBit) !== 0;
-  const pointFormat = formatByte & ~kCompressedBit;
-  const shortestRecord = kRecordBytes[pointFormat];
-  if (shortestRecord === undefined) return fail('point format', pointFormat, '0 to 10');
-  if (pointFormat >= 6 && minor < 4)
-    fail('point format', `${pointFormat} in version ${version}`, '0 to 5 before version 1.4');
-  const recordLength_bytes = view.readUInt16LE(105);
-  if (recordLength_bytes < shortestRecord) {
-    fail('point record length', recordLength_bytes, `at least ${shortestRecord} bytes in point format ${pointFormat}`);
-  }
-
+  const { minor, neededBytes } = readVersion(view, fail);
+  const sizes = readSizes(view, neededBytes, fail);
+  if (view.length < neededBytes) throw truncated(shown, 'the header', neededBytes, fileBytes);
+  checkPointOffset(sizes, fail);
+  const points = readPointFormat(view, minor, fail);
   const pointCount = readPointCount(view, minor);
-  if (!Number.isSafeInteger(pointCount) || pointCount < 1) fail('point count', pointCount, '1 to 2^53 - 1');
-  if (pointOffset_bytes >= fileBytes)
-    throw truncated(shown, 'the start of the points', pointOffset_bytes + 1, fileBytes);
-
+  if (!Number.isSafeInteger(pointCount) || pointCount < 1) {
+    fail('point count', pointCount, '1 to 2^53 - 1');
+  }
+  if (sizes.pointOffset_bytes >= fileBytes) {
+    throw truncated(shown, 'the start of the points', sizes.pointOffset_bytes + 1, fileBytes);
+  }
   const { min, max } = readBounds(view, fail);
-  if (!compressed) {
-    const needed = pointOffset_bytes + pointCount * recordLength_bytes;
-    if (needed > fileBytes)
-      throw truncated(shown, `${pointCount} point records of ${recordLength_bytes} bytes`, needed, fileBytes);
+  const { recordLength_bytes } = points;
+  const needed = sizes.pointOffset_bytes + pointCount * recordLength_bytes;
+  if (!points.compressed && needed > fileBytes) {
+    const records = `${pointCount} point records of ${recordLength_bytes} bytes`;
+    throw truncated(shown, records, needed, fileBytes);
   }
   return {
-    version,
-    headerSize_bytes,
-    pointOffset_bytes,
+    version: `1.${minor}`,
+    ...sizes,
     vlrCount: view.readUInt32LE(100),
-    pointFormat,
-    compressed,
-    recordLength_bytes,
+    ...points,
     pointCount,
     min,
     max,
   };
+}
+
+type Fail = (field: string, value: unknown, allowed: string) => never;
+
+/** @return the minor version, and the shortest header that it has */
+function readVersion(view: Buffer, fail: Fail): { minor: number; neededBytes: number } {
+  const major = view.readUInt8(24);
+  const minor = view.readUInt8(25);
+  const neededBytes = major === 1 ? kHeaderBytes[minor] : undefined;
+  return neededBytes === undefined
+    ? fail('version', `${major}.${minor}`, '1.0 to 1.4')
+    : { minor, neededBytes };
+}
+
+type Sizes = Pick<LasHeader, 'headerSize_bytes' | 'pointOffset_bytes'>;
+
+function readSizes(view: Buffer, neededBytes: number, fail: Fail): Sizes {
+  const headerSize_bytes = view.readUInt16LE(94);
+  if (headerSize_bytes < neededBytes) {
+    fail('header size', headerSize_bytes, `at least ${neededBytes} bytes`);
+  }
+  return { headerSize_bytes, pointOffset_bytes: view.readUInt32LE(96) };
+}
+
+function checkPointOffset({ headerSize_bytes, pointOffset_bytes }: Sizes, fail: Fail): void {
+  if (pointOffset_bytes >= headerSize_bytes) return;
+  const allowed = `at least the header size, ${headerSize_bytes} bytes`;
+  fail('offset to points', pointOffset_bytes, allowed);
+}
+
+function readPointFormat(
+  view: Buffer,
+  minor: number,
+  fail: Fail,
+): Pick<LasHeader, 'pointFormat' | 'compressed' | 'recordLength_bytes'> {
+  const formatByte = view.readUInt8(104);
+  const compressed = (formatByte & kCompressedBit) !== 0;
+  const pointFormat = formatByte & ~kCompressedBit;
+  const minRecord = kRecordBytes[pointFormat];
+  if (minRecord === undefined) return fail('point format', pointFormat, '0 to 10');
+  if (pointFormat >= 6 && minor < 4) {
+    const found = `${pointFormat} in version 1.${minor}`;
+    fail('point format', found, '0 to 5 before version 1.4');
+  }
+  const recordLength_bytes = view.readUInt16LE(105);
+  if (recordLength_bytes < minRecord) {
+    const allowed = `at least ${minRecord} bytes in point format ${pointFormat}`;
+    fail('point record length', recordLength_bytes, allowed);
+  }
+  return { pointFormat, compressed, recordLength_bytes };
 }
 
 /** LAS 1.4 keeps the old 32-bit count only where it fits, and writes 0 otherwise. */
@@ -126,7 +155,9 @@ function readBounds(
   for (const axis of [0, 1, 2] as const) {
     const name = 'xyz'.charAt(axis);
     const scale = view.readDoubleLE(131 + 8 * axis);
-    if (!Number.isFinite(scale) || scale <= 0) fail(`${name} scale`, scale, 'a finite number above 0');
+    if (!Number.isFinite(scale) || scale <= 0) {
+      fail(`${name} scale`, scale, 'a finite number above 0');
+    }
     // The header stores the pairs as max x, min x, max y, min y, max z, min z.
     max[axis] = view.readDoubleLE(179 + 16 * axis);
     min[axis] = view.readDoubleLE(187 + 16 * axis);
@@ -137,14 +168,22 @@ function readBounds(
   return { min, max };
 }
 
-export function truncated(shown: string, part: string, needed: number, fileBytes: number): GrabberError {
+export function truncated(
+  shown: string,
+  part: string,
+  needed: number,
+  fileBytes: number,
+): GrabberError {
   return new GrabberError(
     'LAS_TRUNCATED',
-    `read ${shown}: the file has ${fileBytes} bytes, but ${part} needs ${needed}; allowed: the whole file`,
+    `read ${shown}: the file has ${fileBytes} bytes, but ${part} needs ${needed}; allowed: ` +
+      'the whole file',
     { retryable: true },
   );
 }
 
 function printable(start: Buffer): string {
-  return start.length === 0 ? 'nothing (0 bytes)' : JSON.stringify(start.subarray(0, 12).toString('latin1'));
+  return start.length === 0
+    ? 'nothing (0 bytes)'
+    : JSON.stringify(start.subarray(0, 12).toString('latin1'));
 }

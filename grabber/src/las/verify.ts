@@ -12,11 +12,16 @@ const kPointwise = 1;
 const kMaxVlrs = 10_000;
 
 /**
- * Checks that a file on disk is a LAS or LAZ file and whole, as far as that can be told without decoding points:
- * plain records fit the file, and a LAZ file holds its chunk table, which is written last. Three small reads, made at
- * once: on the way to another thread and back each would cost a hundred times its own time.
+ * Checks that a file on disk is a LAS or LAZ file and whole, as far as that can be told without
+ * decoding points: plain records fit the file, and a LAZ file holds its chunk table, which is
+ * written last. Three small reads, made at once: on the way to another thread and back each would
+ * cost a hundred times its own time.
  */
-export async function verifyLasFile(path: string, shown: string, signal: AbortSignal): Promise<LasHeader> {
+export async function verifyLasFile(
+  path: string,
+  shown: string,
+  signal: AbortSignal,
+): Promise<LasHeader> {
   const fd = openSync(path, 'r');
   try {
     const fileBytes = fstatSync(fd).size;
@@ -30,7 +35,10 @@ export async function verifyLasFile(path: string, shown: string, signal: AbortSi
   }
 }
 
-/** An open file with its beginning, where all but the chunk table mostly lies: one read instead of several. */
+/**
+ * An open file with its beginning, where all but the chunk table mostly lies: one read instead of
+ * several.
+ */
 type Reader = { readonly fd: number; readonly head: Buffer };
 
 function checkChunkTable(
@@ -42,15 +50,17 @@ function checkChunkTable(
 ): void {
   const compressor = readCompressor(file, header, shown, signal);
   if (compressor === kPointwise) return;
-  if (header.pointOffset_bytes + 8 > fileBytes)
+  if (header.pointOffset_bytes + 8 > fileBytes) {
     throw truncated(shown, 'the chunk table pointer', header.pointOffset_bytes + 8, fileBytes);
+  }
   let table = readAt(file, header.pointOffset_bytes, 8).readBigInt64LE(0);
   // A writer that could not seek back leaves -1 and appends the position at the very end.
   if (table === -1n) table = readAt(file, fileBytes - 8, 8).readBigInt64LE(0);
   if (table < BigInt(header.pointOffset_bytes + 8)) {
     throw new GrabberError(
       'LAS_HEADER',
-      `read ${shown}: chunk table position is ${table}; allowed: after the start of the points, ${header.pointOffset_bytes + 8}`,
+      `read ${shown}: chunk table position is ${table}; allowed: after the start of the ` +
+        `points, ${header.pointOffset_bytes + 8}`,
     );
   }
   const position = Number(table);
@@ -59,7 +69,8 @@ function checkChunkTable(
   if (chunks < 1 || chunks > header.pointCount) {
     throw new GrabberError(
       'LAS_HEADER',
-      `read ${shown}: chunk count is ${chunks}; allowed: 1 to the point count, ${header.pointCount}`,
+      `read ${shown}: chunk count is ${chunks}; allowed: 1 to the point count, ` +
+        `${header.pointCount}`,
     );
   }
 }
@@ -76,12 +87,15 @@ function readCompressor(
     if (position + kVlrHeaderBytes + 2 > header.pointOffset_bytes) break;
     const vlr = readAt(file, position, kVlrHeaderBytes + 2);
     const user = vlr.toString('latin1', 2, 18).replace(/\0.*$/s, '');
-    if (user === kLaszipUser && vlr.readUInt16LE(18) === kLaszipRecord) return vlr.readUInt16LE(kVlrHeaderBytes);
+    if (user === kLaszipUser && vlr.readUInt16LE(18) === kLaszipRecord) {
+      return vlr.readUInt16LE(kVlrHeaderBytes);
+    }
     position += kVlrHeaderBytes + vlr.readUInt16LE(20);
   }
   throw new GrabberError(
     'LAS_HEADER',
-    `read ${shown}: compressed point format without its LASzip record; allowed: one VLR "${kLaszipUser}" ${kLaszipRecord}`,
+    `read ${shown}: compressed point format without its LASzip record; allowed: one VLR ` +
+      `"${kLaszipUser}" ${kLaszipRecord}`,
   );
 }
 
@@ -95,7 +109,10 @@ function readFrom(fd: number, position: number, length: number): Buffer {
   const buffer = Buffer.alloc(length);
   const bytesRead = readSync(fd, buffer, 0, length, position);
   if (bytesRead !== length) {
-    throw new GrabberError('STORE_IO', `read ${length} bytes at ${position}: got ${bytesRead}; allowed: all of them`);
+    throw new GrabberError(
+      'STORE_IO',
+      `read ${length} bytes at ${position}: got ${bytesRead}; allowed: all of them`,
+    );
   }
   return buffer;
 }

@@ -2,20 +2,23 @@
 export type BoundsM = readonly [west: number, south: number, east: number, north: number];
 
 /**
- * Names one file of the store, whatever is in it. Of a LiDAR square `grid` is its source. An orthophoto is cut to a
- * square of the LiDAR source `grid`, and `source` is where the picture comes from.
+ * Names one file of the store, whatever is in it. Of a LiDAR square `grid` is its source. An
+ * orthophoto is cut to a square of the LiDAR source `grid`, and `source` is where the picture comes
+ * from.
  */
 export type RecordKey = { readonly source: string; readonly grid: string; readonly name: string };
 
 /**
- * known      a fishnet has it; nobody asked for it
- * wanted     asked for, waits for its turn
- * fetching   a transfer has begun; an unfinished file may lie beside the place of the finished one
- * fetched    all bytes are here and hashed; nobody has looked into them
- * verified   whole, and what it claims to be
- * converted  verified, and brought into the form that is kept (zLAS or LAS to LAZ, images to GeoTIFF)
+ * The states of a record:
+ * known      a fishnet has it, and nobody asked for it
+ * wanted     it was asked for and waits for its turn
+ * fetching   a transfer has begun; an unfinished file may lie next to the place of the finished one
+ * fetched    all bytes are stored and hashed, but not checked
+ * verified   the file is whole, and is what it claims to be
+ * converted  verified, and converted to the form that is kept (zLAS and LAS to LAZ, images to
+ *            GeoTIFF)
  * missing    its source says that there is no such square
- * failed     the last attempt ended with `lastError`; another may succeed
+ * failed     the last attempt ended with `lastError`; another attempt may succeed
  */
 export const kStates = [
   'known',
@@ -29,18 +32,26 @@ export const kStates = [
 ] as const;
 export type State = (typeof kStates)[number];
 
-/** States in which the file of a record can be used. It still can while another is fetched: then only `verifiedAt` tells. */
+/**
+ * States in which the file of a record can be used. It still can while another is fetched: then
+ * only `verifiedAt` tells.
+ */
 export const kUsable: readonly State[] = ['verified', 'converted'];
 
 /** What a catalogue says of a square, before anything is fetched. */
 export type CatalogueSquare = {
-  /** `E_N`, the south-west corner in kilometres of the source's CRS; of files without a grid, their name. */
+  /**
+   * `E_N`, the south-west corner in kilometres of the source's CRS; of files without a grid, their
+   * name.
+   */
   readonly name: string;
   /** Part of the survey (si-lss: b_35), null where the source has none or it is not known yet. */
   readonly block: string | null;
   /** In the source's CRS; null for files known by their name only. */
   readonly bounds: BoundsM | null;
-  /** The same file, best first; empty when the address is not known yet (Catalogue.locate finds it). */
+  /**
+   * The same file, best first; empty when the address is not known yet (Catalogue.locate finds it).
+   */
   readonly urls: readonly string[];
   /** Length of the file or of the archive, as the catalogue has it. */
   readonly bytes: number | null;
@@ -104,7 +115,10 @@ export type StoreRecord = Terms & {
   readonly expectedSha256: string | null;
   readonly member: string | null;
   readonly published: string | null;
-  /** Where the file came from, after redirects were followed by name only: the address that was asked. */
+  /**
+   * Where the file came from, after redirects were followed by name only: the address that was
+   * asked.
+   */
   readonly url: string | null;
   /** The last whole file; it stays when a later attempt fails. */
   readonly file: StoredFile | null;

@@ -1,4 +1,14 @@
-import type { BoundsM, CatalogueSquare, ImageFacts, PointFacts, RecordKey, State, StoreRecord, StoredFile, Terms } from './square.js';
+import type {
+  BoundsM,
+  CatalogueSquare,
+  ImageFacts,
+  PointFacts,
+  RecordKey,
+  State,
+  StoreRecord,
+  StoredFile,
+  Terms,
+} from './square.js';
 
 /** Which records; what is left out does not narrow. Results come by source, grid, name. */
 export type RecordFilter = {
@@ -10,32 +20,51 @@ export type RecordFilter = {
   readonly usable?: true;
 };
 
-export type Place = { readonly source: string; readonly grid: string; readonly state: State; readonly bounds: BoundsM };
+export type Place = {
+  readonly source: string;
+  readonly grid: string;
+  readonly state: State;
+  readonly bounds: BoundsM;
+};
 
 export type Learned = { readonly added: number; readonly changed: number };
 
 /**
- * The records of one kind of file. Every call is one transaction, done when it returns: a killed process leaves the
- * store as it was after some call. Calls that change a record throw STORE_CONFLICT when there is no such record.
+ * The records of one kind of file. Every call is one transaction, done when it returns: a killed
+ * process leaves the store as it was after some call. Calls that change a record throw
+ * STORE_CONFLICT when there is no such record.
  */
 export type RecordTable = {
-  /** Adds squares, or updates what the catalogue says of them; never their state or file. One transaction for all. */
-  learn(source: string, grid: string, gridCrs: string | null, terms: Terms, squares: Iterable<CatalogueSquare>): Learned;
+  /**
+   * Adds squares, or updates what the catalogue says of them; never their state or file. One
+   * transaction for all.
+   */
+  learn(
+    source: string,
+    grid: string,
+    gridCrs: string | null,
+    terms: Terms,
+    squares: Iterable<CatalogueSquare>,
+  ): Learned;
   get(key: RecordKey): StoreRecord | undefined;
   list(filter: RecordFilter): StoreRecord[];
   count(filter: RecordFilter): number;
   /**
-   * Counts by source and state, for a summary that reads no records. Bytes and points of the files that are there. What can
-   * be used while it is fetched again counts as what it is.
+   * Counts by source and state, for a summary that reads no records. Bytes and points of the files
+   * that are there. What can be used while it is fetched again counts as what it is.
    */
   tally(): { source: string; state: State; count: number; bytes: number; points: number }[];
-  /** Where the records with bounds lie, by source and grid: what a map needs, without reading records; states as in `tally`. */
+  /**
+   * Where the records with bounds lie, by source and grid: what a map needs, without reading
+   * records; states as in `tally`.
+   */
   places(): Place[];
   /** Those with a `lastError`, the latest first. */
   lastErrors(limit: number): StoreRecord[];
   /**
-   * Known, failed, and what has been missing for a month become wanted; with `again` all that is missing and what can be used
-   * already, whose file stays in use until another replaces it. @return how many did
+   * Known, failed, and what has been missing for a month become wanted; with `again` all that is
+   * missing and what can be used already, whose file stays in use until another replaces it.
+   * @return how many did
    */
   want(keys: Iterable<RecordKey>, again?: boolean): number;
   /** Wanted, fetching, fetched: what a run that was cut off has left to do. */
@@ -48,7 +77,10 @@ export type RecordTable = {
   verified(key: RecordKey, facts: Verified): void;
   converted(key: RecordKey, file: StoredFile, facts: Verified): void;
   missing(key: RecordKey, reason: string): void;
-  /** A file that could be used before still can, and a whole one that waits for its conversion still waits: `lastError` tells. */
+  /**
+   * A file that could be used before still can, and a whole one that waits for its conversion still
+   * waits: `lastError` tells.
+   */
   failed(key: RecordKey, code: string, message: string): void;
   /** Back to known; the caller has removed the file. */
   forget(key: RecordKey): void;
@@ -85,7 +117,10 @@ export type Store = {
   close(): void;
 };
 
-/** Relative to the store. The dot keeps an unfinished file out of listings that look for LAZ files and images. */
+/**
+ * Relative to the store. The dot keeps an unfinished file out of listings that look for LAZ files
+ * and images.
+ */
 export type FilePlaces = {
   /** @param extension without its dot: "laz", "las", "zlas", "tif" */
   finished(kind: 'lidar' | 'ortho', key: RecordKey, extension: string): string;
@@ -104,8 +139,12 @@ export type Region = {
 
 /** What a source has. */
 export type Catalogue = {
-  /** Squares of the region, each once, from south to north, then west to east. @throws GrabberError CATALOGUE: never fewer squares instead, unless whoever opened it is told of each */
-  find(region: Region, signal: AbortSignal): AsyncIterable<CatalogueSquare>;
+  /**
+   * Squares of the region, each once, from south to north, then west to east.
+   * @throws GrabberError CATALOGUE: never fewer squares instead, unless each one that is missing is
+   *   reported to the caller that opened the store
+   */
+  readonly find: (region: Region, signal: AbortSignal) => AsyncIterable<CatalogueSquare>;
   /** Addresses that were found are good for a while only, so that each run finds them anew. */
   readonly addressesExpire?: boolean;
   /**
@@ -114,10 +153,10 @@ export type Catalogue = {
    * @param there asks whether a file is there; counts as a request to its host
    * @return undefined when the source has no such square
    */
-  locate?(
+  readonly locate?: (
     square: CatalogueSquare,
     near: readonly string[],
-    there: (url: string, signal: AbortSignal) => Promise<boolean>,
+    exists: (url: string, signal: AbortSignal) => Promise<boolean>,
     signal: AbortSignal,
-  ): Promise<CatalogueSquare | undefined>;
+  ) => Promise<CatalogueSquare | undefined>;
 };

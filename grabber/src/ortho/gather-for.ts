@@ -7,7 +7,10 @@ import { wmsGather } from './wms.js';
 import { wmtsGather } from './wmts.js';
 
 /** How pictures of a source are gathered, and the whole files that it keeps meanwhile. */
-export function gatherFor(source: OrthoSource, cacheFolder: string): { readonly gather: Gather; readonly cache: AssetCache } {
+export function gatherFor(
+  source: OrthoSource,
+  cacheFolder: string,
+): { readonly gather: Gather; readonly cache: AssetCache } {
   const cache = new AssetCache(cacheFolder);
   const { access } = source;
   switch (access.kind) {

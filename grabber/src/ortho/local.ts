@@ -15,8 +15,8 @@ const kEndings = ['.tif', '.tiff', '.jpg', '.jpeg', '.png', '.jp2'];
 type LocalImage = Piece & { readonly bounds: BoundsM; readonly resolution_m: number };
 
 /**
- * Pictures that lie on this machine: one file, or all of a folder; GeoTIFF, or JPEG and PNG with a world file. One without
- * a CRS is taken to be in `crs`. Each is looked into once.
+ * Pictures that lie on this machine: one file, or all of a folder; GeoTIFF, or JPEG and PNG with a
+ * world file. One without a CRS is taken to be in `crs`. Each is looked into once.
  */
 export function localGather(from: string, crs: string | null): Gather {
   const path = resolve(from);
@@ -31,12 +31,26 @@ export function localGather(from: string, crs: string | null): Gather {
     if (touching.length === 0) return undefined;
     const finest = Math.min(...touching.map((image) => image.resolution_m));
     // Coarse ones first: finer ones are laid over them.
-    const pieces = touching.sort((a, b) => b.resolution_m - a.resolution_m || (a.path < b.path ? -1 : 1));
-    return { pieces, url: pathToFileURL(path).href, grid: undefined, resolution_m: finest, date: undefined, warnings: [] };
+    const pieces = touching.sort(
+      (a, b) => b.resolution_m - a.resolution_m || (a.path < b.path ? -1 : 1),
+    );
+    return {
+      pieces,
+      url: pathToFileURL(path).href,
+      grid: undefined,
+      resolution_m: finest,
+      date: undefined,
+      warnings: [],
+    };
   };
 }
 
-async function readImages(path: string, crs: string, gdal: Gdal, signal: AbortSignal): Promise<LocalImage[]> {
+async function readImages(
+  path: string,
+  crs: string,
+  gdal: Gdal,
+  signal: AbortSignal,
+): Promise<LocalImage[]> {
   const paths = await pathsOf(path);
   const images: LocalImage[] = [];
   for (const one of paths) {
@@ -44,7 +58,11 @@ async function readImages(path: string, crs: string, gdal: Gdal, signal: AbortSi
     const facts = await gdal.info(one, kind, {}, signal);
     const bounds = boundsOfRaster(facts);
     if (bounds === undefined) {
-      throw new GrabberError('ORTHO', `read the picture ${one}: it is turned or has no place on Earth; allowed: GeoTIFF tags or a world file, north up`);
+      throw new GrabberError(
+        'ORTHO',
+        `read the picture ${one}: it is turned or has no place on Earth; allowed: GeoTIFF ` +
+          'tags or a world file, north up',
+      );
     }
     const own = epsgOf(facts.wkt);
     images.push({
@@ -63,12 +81,30 @@ async function readImages(path: string, crs: string, gdal: Gdal, signal: AbortSi
 async function pathsOf(path: string): Promise<string[]> {
   try {
     if ((await stat(path)).isFile()) return [path];
-    const names = (await Promise.all(kEndings.flatMap((ending) => [ending, ending.toUpperCase()]).map((ending) => namesInFolder(path, ending)))).flat();
-    if (names.length > 0) return [...new Set(names)].filter((name) => !name.startsWith('.')).sort().map((name) => join(path, name));
+    const names = (
+      await Promise.all(
+        kEndings
+          .flatMap((ending) => [ending, ending.toUpperCase()])
+          .map((ending) => namesInFolder(path, ending)),
+      )
+    ).flat();
+    if (names.length > 0) {
+      return [...new Set(names)]
+        .filter((name) => !name.startsWith('.'))
+        .sort()
+        .map((name) => join(path, name));
+    }
   } catch (error) {
-    throw new GrabberError('USAGE', `read --from ${path}: ${describeError(error)}; allowed: a picture or a folder of pictures`, { cause: error });
+    throw new GrabberError(
+      'USAGE',
+      `read --from ${path}: ${describeError(error)}; allowed: a picture or a folder of pictures`,
+      { cause: error },
+    );
   }
-  throw new GrabberError('USAGE', `read --from ${path}: no pictures; allowed: a folder of ${kEndings.join(' ')}`);
+  throw new GrabberError(
+    'USAGE',
+    `read --from ${path}: no pictures; allowed: a folder of ${kEndings.join(' ')}`,
+  );
 }
 
 /** The number of a system, when its text ends with one. */

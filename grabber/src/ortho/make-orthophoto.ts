@@ -12,7 +12,7 @@ import type { Gather } from './piece.js';
 import { targetOf } from './target.js';
 
 /** What pictures are made of, and how; one for a run. */
-export type Workshop = {
+export type OrthoSettings = {
   readonly source: string;
   readonly terms: Omit<Terms, 'crs' | 'classTable'>;
   readonly gather: Gather;
@@ -28,7 +28,12 @@ export type Workshop = {
 };
 
 export type Made =
-  | { readonly state: 'made'; readonly file: StoredFile; readonly image: ImageFacts; readonly warnings: readonly string[] }
+  | {
+      readonly state: 'made';
+      readonly file: StoredFile;
+      readonly image: ImageFacts;
+      readonly warnings: readonly string[];
+    }
   | { readonly state: 'missing'; readonly reason: string };
 
 /** The key of the orthophoto of a LiDAR square. */
@@ -37,57 +42,118 @@ export function orthoKey(source: string, square: StoreRecord): RecordKey {
 }
 
 /**
- * Makes the rows of orthophotos known, so that they can be worked on; nothing else changes: of when a picture is says its
- * row once it is made, or another year would pass for what is there.
+ * Makes the rows of orthophotos known, so that they can be worked on; nothing else changes: of when
+ * a picture is says its row once it is made, or another year would pass for what is there.
  */
-export function learnOrthophotos(store: Store, workshop: Workshop, squares: readonly StoreRecord[]): void {
-  for (const square of squares) learnOne(store, workshop, square, store.orthophotos.get(orthoKey(workshop.source, square))?.published ?? null);
+export function learnOrthophotos(
+  store: Store,
+  settings: OrthoSettings,
+  squares: readonly StoreRecord[],
+): void {
+  for (const square of squares) {
+    learnOne(
+      store,
+      settings,
+      square,
+      store.orthophotos.get(orthoKey(settings.source, square))?.published ?? null,
+    );
+  }
 }
 
-function learnOne(store: Store, { source, terms }: Workshop, square: StoreRecord, published: string | null): void {
+function learnOne(
+  store: Store,
+  { source, terms }: OrthoSettings,
+  square: StoreRecord,
+  published: string | null,
+): void {
   const { key, bounds, gridCrs: crs } = square;
-  const row = { name: key.name, block: null, bounds, urls: [], bytes: null, sha256: null, member: null, published };
+  const row = {
+    name: key.name,
+    block: null,
+    bounds,
+    urls: [],
+    bytes: null,
+    sha256: null,
+    member: null,
+    published,
+  };
   store.orthophotos.learn(source, key.source, crs, { crs, classTable: null, ...terms }, [row]);
 }
 
 /** A picture that is there and is what is asked for now. */
-export async function isMade(record: StoreRecord, store: Store, workshop: Workshop): Promise<boolean> {
+export async function isMade(
+  record: StoreRecord,
+  store: Store,
+  settings: OrthoSettings,
+): Promise<boolean> {
   const { file, image } = record;
-  if (file === null || image === null || (record.state !== 'verified' && record.state !== 'converted')) return false;
-  const same = image.resolution_m === workshop.resolution_m && image.margin_m === workshop.margin_m && record.published === (workshop.time ?? null);
+  if (
+    file === null ||
+    image === null ||
+    (record.state !== 'verified' && record.state !== 'converted')
+  ) {
+    return false;
+  }
+  const same =
+    image.resolution_m === settings.resolution_m &&
+    image.margin_m === settings.margin_m &&
+    record.published === (settings.time ?? null);
   return same && (await fileSize(join(store.root, file.path))) === file.bytes;
 }
 
 /**
- * Gathers the pictures of one square, cuts them, and puts the result in its place: checked, flushed, renamed, recorded, in
- * this order. A picture that was there before stays until it is replaced.
+ * Gathers the pictures of one square, cuts them, and puts the result in its place: checked,
+ * flushed, renamed, recorded, in this order. A picture that was there before stays until it is
+ * replaced.
  */
-export async function makeOrthophoto(square: StoreRecord, store: Store, workshop: Workshop, signal: AbortSignal): Promise<Made> {
-  const key = orthoKey(workshop.source, square);
+export async function makeOrthophoto(
+  square: StoreRecord,
+  store: Store,
+  settings: OrthoSettings,
+  signal: AbortSignal,
+): Promise<Made> {
+  const key = orthoKey(settings.source, square);
   if (square.bounds === null || square.gridCrs === null) {
-    throw new GrabberError('ORTHO', `cut an orthophoto of ${key.grid}/${key.name}: its place or CRS is not known; allowed: squares of a grid`);
+    throw new GrabberError(
+      'ORTHO',
+      `cut an orthophoto of ${key.grid}/${key.name}: its place or CRS is not known; ` +
+        'allowed: squares of a grid',
+    );
   }
-  const target = targetOf(square.bounds, square.gridCrs, workshop.resolution_m, workshop.margin_m);
+  const target = targetOf(square.bounds, square.gridCrs, settings.resolution_m, settings.margin_m);
   return withWorkFolder(store.root, async (folder) => {
     const gdal = await openGdal(folder, signal);
-    const { download, time, concurrency, cache } = workshop;
-    const gathered = await workshop.gather(target, { folder, cache, gdal, download, time, concurrency }, signal);
+    const { download, time, concurrency, cache } = settings;
+    const gathered = await settings.gather(
+      target,
+      { folder, cache, gdal, download, time, concurrency },
+      signal,
+    );
     if (gathered === undefined) {
-      const reason = `${workshop.source} has no pictures of ${key.grid}/${key.name}`;
+      const reason = `${settings.source} has no pictures of ${key.grid}/${key.name}`;
       store.orthophotos.missing(key, reason);
       return { state: 'missing', reason };
     }
     store.orthophotos.begin(key, gathered.url);
-    const cut = await cutOrthophoto(gathered, target, workshop.cut, gdal, folder, signal);
-    const path = workshop.places.finished('ortho', key, 'tif');
-    const file = { path, bytes: (await fileSize(cut.path)) ?? 0, sha256: await sha256OfFile(cut.path, signal) };
+    const cut = await cutOrthophoto(gathered, target, settings.cut, gdal, folder, signal);
+    const path = settings.places.finished('ortho', key, 'tif');
+    const file = {
+      path,
+      bytes: (await fileSize(cut.path)) ?? 0,
+      sha256: await sha256OfFile(cut.path, signal),
+    };
     await flushFile(cut.path);
     await mkdir(dirname(join(store.root, path)), { recursive: true });
     await rename(cut.path, join(store.root, path));
     const { width_px, height_px } = target;
-    const image = { width_px, height_px, resolution_m: workshop.resolution_m, margin_m: workshop.margin_m };
+    const image = {
+      width_px,
+      height_px,
+      resolution_m: settings.resolution_m,
+      margin_m: settings.margin_m,
+    };
     const warnings = [...gathered.warnings, ...cut.warnings];
-    learnOne(store, workshop, square, workshop.time ?? null);
+    learnOne(store, settings, square, settings.time ?? null);
     store.orthophotos.fetched(key, file);
     store.orthophotos.verified(key, { points: null, image, crs: square.gridCrs, warnings });
     return { state: 'made', file, image, warnings };

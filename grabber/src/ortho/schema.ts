@@ -19,19 +19,25 @@ export const kAllowed = {
   access: 'a table with kind = "wms", "wmts", "stac" or "template" and the fields of that kind',
   'access.url': 'an http(s) address',
   'access.version': '"1.1.1" or "1.3.0"',
-  'access.axis': '"en" (easting first, the default) or "ne", the order that the CRS has in its registry',
+  'access.axis':
+    '"en" (easting first, the default) or "ne", the order that the CRS has in its registry',
   'access.northing_first': 'a list of EPSG:<number> whose registry entry has the northing first',
   more_crs: 'a list of EPSG:<number>: others in which the server draws',
   'access.max_pixels': 'an integer from 64 to 10000, the longest side of a picture',
   'access.format': '"image/jpeg", "image/png" or "image/tiff"',
   'access.asset': 'a regular expression that the address of an asset matches',
-  'access.matrices': 'a list of tables with id, resolution_m, left_m, top_m, tile_px, columns, rows, and tile_height_px where tiles are not square',
-  'access.place': '"square" (the picture covers its square) or "file" (a GeoTIFF says where it lies)',
+  'access.matrices':
+    'a list of tables with id, resolution_m, left_m, top_m, tile_px, columns, rows, and ' +
+    'tile_height_px where tiles are not square',
+  'access.place':
+    '"square" (the picture covers its square) or "file" (a GeoTIFF says where it lies)',
 } as const;
 
 const text = z.string().min(1).max(200);
 const crs = z.string().regex(/^EPSG:\d{4,6}$/);
-const address = z.string().refine((url) => URL.canParse(url) && ['http:', 'https:'].includes(new URL(url).protocol));
+const address = z
+  .string()
+  .refine((url) => URL.canParse(url) && ['http:', 'https:'].includes(new URL(url).protocol));
 const format = z.enum(['image/jpeg', 'image/png', 'image/tiff']);
 
 /** Web Map Service: a picture of any rectangle. */
@@ -39,7 +45,10 @@ const wms = z.strictObject({
   kind: z.literal('wms'),
   url: address,
   version: z.enum(['1.1.1', '1.3.0']).default('1.3.0'),
-  /** Systems whose registry entry has the northing first, which 1.3.0 obeys; 1.1.1 always has easting first. */
+  /**
+   * Systems whose registry entry has the northing first, which 1.3.0 obeys; 1.1.1 always has
+   * easting first.
+   */
   northing_first: z.array(crs).default([]),
   layer: text,
   style: z.string().max(200).default(''),
@@ -62,7 +71,10 @@ const matrix = z.strictObject({
 /** Web Map Tile Service: the matrices are read from its capabilities unless they stand here. */
 const wmts = z.strictObject({
   kind: z.literal('wmts'),
-  /** Of its capabilities; with `matrices`, of a tile: {matrix_set} {matrix} {row} {column} {style} {time}. */
+  /**
+   * Of its capabilities; with `matrices`, of a tile: {matrix_set} {matrix} {row} {column} {style}
+   * {time}.
+   */
   url: z.string().refine((url) => URL.canParse(url.replace(/\{[a-z_]+\}/g, '0'))),
   layer: text.optional(),
   style: z.string().max(200).default('default'),
@@ -111,17 +123,28 @@ export type WmtsAccess = z.infer<typeof wmts>;
 export type StacAccess = z.infer<typeof stac>;
 export type TemplateAccess = z.infer<typeof template>;
 
-export const kOrthoKind: ConfigKind<OrthoSource> = { what: 'orthophoto source', schema: orthoSchema, allowed: kAllowed };
+export const kOrthoKind: ConfigKind<OrthoSource> = {
+  what: 'orthophoto source',
+  schema: orthoSchema,
+  allowed: kAllowed,
+};
 
 /** Hosts that a source may make us talk to: those of its addresses and those that it names. */
 export function orthoHosts(source: OrthoSource): string[] {
-  return [...new Set([new URL(source.access.url.replace(/\{[^}]*\}/g, '0')).host, ...source.hosts])];
+  return [
+    ...new Set([new URL(source.access.url.replace(/\{[^}]*\}/g, '0')).host, ...source.hosts]),
+  ];
 }
 
-/** Those that may lead to private addresses: all that the source names when it allows that, else none. */
+/**
+ * Those that may lead to private addresses: all that the source names when it allows that, else
+ * none.
+ */
 export function orthoPrivateOrigins(source: OrthoSource): string[] {
   if (!source.allow_private_addresses) return [];
-  return [...new Set([originOfTemplate(source.access.url), ...source.hosts.flatMap(originsOfHost)])];
+  return [
+    ...new Set([originOfTemplate(source.access.url), ...source.hosts.flatMap(originsOfHost)]),
+  ];
 }
 
 function isRegExp(pattern: string): boolean {

@@ -1,13 +1,14 @@
 import { z } from 'zod';
 import { GrabberError, describeError } from '../util/errors.js';
-import { allOf } from './all-of.js';
+import { compareText } from '../util/order.js';
+import { runAll } from './run-all.js';
 import type { AssetCache } from './asset-cache.js';
-import { lookInto, type Gather, type GatherContext, type Piece } from './piece.js';
+import { probeImage, type Gather, type GatherContext, type Piece } from './piece.js';
 import { boundsIn } from './request-grid.js';
 import type { OrthoSource, StacAccess } from './schema.js';
 
-const kMostPage_bytes = 64 << 20;
-const kMostPages = 100;
+const kMaxPage_bytes = 64 << 20;
+const kMaxPages = 100;
 const kPageItems = 100;
 /** About 10 cm: the same square of ground has the same box, as far as catalogues compute alike. */
 const kBoxDigits = 6;
@@ -20,31 +21,42 @@ const itemSchema = z.object({
 });
 const pageSchema = z.object({
   features: z.array(itemSchema),
-  links: z.array(z.object({ rel: z.string(), href: z.string().optional(), method: z.string().optional() })).default([]),
+  links: z
+    .array(
+      z.object({ rel: z.string(), href: z.string().optional(), method: z.string().optional() }),
+    )
+    .default([]),
 });
 type Item = z.infer<typeof itemSchema>;
 type Asset = { readonly url: string; readonly date: string; readonly place: string };
 
-/** Whole files of a catalogue, cut later; the newest of each place (or of the time that was asked for). */
+/**
+ * Whole files of a catalogue, cut later; the newest of each place (or of the time that was asked
+ * for).
+ */
 export function stacGather(source: OrthoSource, access: StacAccess, cache: AssetCache): Gather {
   return async (target, context, signal) => {
     const { bounds } = await boundsIn(target, 'EPSG:4326', context.gdal, signal);
     const items = await findItems(access, bounds, context, signal);
     const assets = newestOfEachPlace(items.flatMap((item) => assetOf(item, access, context.time)));
     if (assets.length === 0) return undefined;
-    const pieces = await allOf(
+    const pieces = await runAll(
       assets.map((asset) => async (signal: AbortSignal): Promise<Piece | undefined> => {
         const path = await cache.get(asset.url, context.download, signal);
         if (path === undefined) return undefined;
-        const look = await lookInto(path, asset.url, context.gdal, signal);
-        return { path, kind: look.kind, channels: look.channels, crs: null };
+        const probe = await probeImage(path, asset.url, context.gdal, signal);
+        return { path, kind: probe.kind, channels: probe.channels, crs: null };
       }),
       context.concurrency,
       signal,
     );
     const found = pieces.filter((piece) => piece !== undefined);
     if (found.length < pieces.length) {
-      throw new GrabberError('MAP_SERVICE', `gather pictures of ${source.id}: ${pieces.length - found.length} of ${pieces.length} that its catalogue names are not there; allowed: all of them`);
+      throw new GrabberError(
+        'MAP_SERVICE',
+        `gather pictures of ${source.id}: ${pieces.length - found.length} of ` +
+          `${pieces.length} that its catalogue names are not there; allowed: all of them`,
+      );
     }
     return {
       pieces: found,
@@ -57,21 +69,42 @@ export function stacGather(source: OrthoSource, access: StacAccess, cache: Asset
   };
 }
 
-async function findItems(access: StacAccess, bounds: readonly number[], context: GatherContext, signal: AbortSignal): Promise<Item[]> {
+async function findItems(
+  access: StacAccess,
+  bounds: readonly number[],
+  context: GatherContext,
+  signal: AbortSignal,
+): Promise<Item[]> {
   const first = new URL(access.url);
   first.searchParams.set('bbox', bounds.map((degrees) => degrees.toFixed(7)).join(','));
   first.searchParams.set('limit', String(kPageItems));
   const items: Item[] = [];
   let next: string | undefined = first.href;
   for (let page = 0; next !== undefined; ++page) {
-    if (page === kMostPages) throw new GrabberError('MAP_SERVICE', `list pictures at ${access.url}: more than ${kMostPages} pages; allowed: at most that`);
-    const text = await context.download.text(next, kMostPage_bytes, signal);
-    if (text === undefined) throw new GrabberError('MAP_SERVICE', `list pictures at ${next}: not there; allowed: a STAC list of items`);
+    if (page === kMaxPages) {
+      throw new GrabberError(
+        'MAP_SERVICE',
+        `list pictures at ${access.url}: more than ${kMaxPages} pages; allowed: at most that`,
+      );
+    }
+    const text = await context.download.text(next, kMaxPage_bytes, signal);
+    if (text === undefined) {
+      throw new GrabberError(
+        'MAP_SERVICE',
+        `list pictures at ${next}: not there; allowed: a STAC list of items`,
+      );
+    }
     const parsed = parsePage(text, next);
     items.push(...parsed.features);
     const link = parsed.links.find((one) => one.rel === 'next');
-    if (link !== undefined && (link.href === undefined || (link.method ?? 'GET').toUpperCase() !== 'GET')) {
-      throw new GrabberError('MAP_SERVICE', `list pictures at ${next}: the next page is no plain address; allowed: a link to GET`);
+    if (
+      link !== undefined &&
+      (link.href === undefined || (link.method ?? 'GET').toUpperCase() !== 'GET')
+    ) {
+      throw new GrabberError(
+        'MAP_SERVICE',
+        `list pictures at ${next}: the next page is no plain address; allowed: a link to GET`,
+      );
     }
     next = link?.href === undefined ? undefined : new URL(link.href, next).href;
   }
@@ -82,7 +115,12 @@ function parsePage(text: string, url: string): z.infer<typeof pageSchema> {
   try {
     return pageSchema.parse(JSON.parse(text));
   } catch (error) {
-    throw new GrabberError('MAP_SERVICE', `list pictures at ${url}: ${describeError(error).slice(0, 200)}; allowed: a STAC list of items`, { cause: error });
+    throw new GrabberError(
+      'MAP_SERVICE',
+      `list pictures at ${url}: ${describeError(error).slice(0, 200)}; allowed: a STAC ` +
+        'list of items',
+      { cause: error },
+    );
   }
 }
 
@@ -98,6 +136,9 @@ function assetOf(item: Item, access: StacAccess, time: string | undefined): Asse
 
 /** Oldest first, since a later piece is laid over an earlier one. */
 function newestOfEachPlace(assets: Asset[]): Asset[] {
-  const sorted = [...assets].sort((a, b) => (a.date === b.date ? (a.url < b.url ? -1 : 1) : a.date < b.date ? -1 : 1));
-  return [...new Map(sorted.map((asset) => [asset.place, asset])).values()].sort((a, b) => (a.date < b.date ? -1 : a.date > b.date ? 1 : 0));
+  const sorted = [...assets].sort(
+    (a, b) => compareText(a.date, b.date) || compareText(a.url, b.url),
+  );
+  const newest = new Map(sorted.map((asset) => [asset.place, asset]));
+  return [...newest.values()].sort((a, b) => compareText(a.date, b.date));
 }

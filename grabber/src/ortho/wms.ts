@@ -1,9 +1,9 @@
 import { rename } from 'node:fs/promises';
 import { join } from 'node:path';
 import type { BoundsM } from '../model/square.js';
-import { allOf } from './all-of.js';
+import { runAll } from './run-all.js';
 import { writeWorldFile } from './gdal.js';
-import { lookInto, requireSize, type Gather, type Piece } from './piece.js';
+import { probeImage, requireSize, type Gather, type Piece } from './piece.js';
 import { requestGrid } from './request-grid.js';
 import type { OrthoSource, WmsAccess } from './schema.js';
 import { blocksOf, boundsOfBlock, type Block } from './target.js';
@@ -21,7 +21,7 @@ export function getMapUrl(
   time: string | undefined,
 ): string {
   const url = new URL(access.url);
-  const [west, south, east, north] = bounds.map(plain);
+  const [west, south, east, north] = bounds.map(rounded);
   const swapped = access.version === '1.3.0' && access.northing_first.includes(crs);
   const words: Record<string, string> = {
     SERVICE: 'WMS',
@@ -41,25 +41,31 @@ export function getMapUrl(
   return url.href;
 }
 
-/** Asks for a target in pictures that the server is willing to draw; together they are it, without a seam. */
+/**
+ * Asks for a target in pictures that the server is willing to draw; together they are it, without a
+ * seam.
+ */
 export function wmsGather(source: OrthoSource, access: WmsAccess): Gather {
   return async (target, context, signal) => {
     const crs = [source.crs, ...source.more_crs].includes(target.crs) ? target.crs : source.crs;
     const grid = await requestGrid(target, crs, context.gdal, signal);
-    const pieces = await allOf(
-      blocksOf(grid, access.max_pixels).map((block, index) => async (signal: AbortSignal): Promise<Piece | undefined> => {
-        const bounds = boundsOfBlock(grid, block);
-        const url = getMapUrl(access, crs, bounds, block, context.time);
-        const raw = join(context.folder, `block-${index}.raw`);
-        const most_bytes = block.width_px * block.height_px * kBytesPerPixel + kSlack_bytes;
-        if (!(await context.download.toFile(url, raw, most_bytes, signal))) return undefined;
-        const look = await lookInto(raw, url, context.gdal, signal);
-        requireSize(look, block.width_px, block.height_px, url);
-        const path = join(context.folder, `block-${index}.${look.kind.extension}`);
-        await rename(raw, path);
-        await writeWorldFile(path, look.kind, bounds, block.width_px, block.height_px);
-        return { path, kind: look.kind, channels: look.channels, crs };
-      }),
+    const pieces = await runAll(
+      blocksOf(grid, access.max_pixels).map(
+        (block, index) =>
+          async (signal: AbortSignal): Promise<Piece | undefined> => {
+            const bounds = boundsOfBlock(grid, block);
+            const url = getMapUrl(access, crs, bounds, block, context.time);
+            const raw = join(context.folder, `block-${index}.raw`);
+            const max_bytes = block.width_px * block.height_px * kBytesPerPixel + kSlack_bytes;
+            if (!(await context.download.toFile(url, raw, max_bytes, signal))) return undefined;
+            const probe = await probeImage(raw, url, context.gdal, signal);
+            requireSize(probe, block.width_px, block.height_px, url);
+            const path = join(context.folder, `block-${index}.${probe.kind.extension}`);
+            await rename(raw, path);
+            await writeWorldFile(path, probe.kind, bounds, block.width_px, block.height_px);
+            return { path, kind: probe.kind, channels: probe.channels, crs };
+          },
+      ),
       context.concurrency,
       signal,
     );
@@ -72,12 +78,13 @@ export function wmsGather(source: OrthoSource, access: WmsAccess): Gather {
       grid,
       resolution_m: target.resolution_m,
       date: context.time,
-      warnings: holes === 0 ? [] : [`${holes} of ${pieces.length} pictures of ${source.id} are missing`],
+      warnings:
+        holes === 0 ? [] : [`${holes} of ${pieces.length} pictures of ${source.id} are missing`],
     };
   };
 }
 
 /** No digits that only arithmetic has put there. */
-function plain(value: number): number {
+function rounded(value: number): number {
   return Number(value.toFixed(6));
 }

@@ -16,16 +16,24 @@ export type TileMatrix = {
   readonly rows: number;
 };
 
-export type TileRange = { readonly column: number; readonly row: number; readonly columns: number; readonly rows: number };
+export type TileRange = {
+  readonly column: number;
+  readonly row: number;
+  readonly columns: number;
+  readonly rows: number;
+};
 
-const kMostTiles = 4000;
+const kMaxTiles = 4000;
 /** Scale denominators are rounded numbers. */
-const kAsFine = 1.01;
+const kScaleTolerance = 1.01;
 
 /** The coarsest matrix that is as fine as wanted; else the finest there is. */
-export function chooseMatrix(matrices: readonly TileMatrix[], wanted: number): TileMatrix | undefined {
+export function chooseMatrix(
+  matrices: readonly TileMatrix[],
+  wanted: number,
+): TileMatrix | undefined {
   const byStep = [...matrices].sort((a, b) => b.resolution_m - a.resolution_m);
-  return byStep.find((matrix) => matrix.resolution_m <= wanted * kAsFine) ?? byStep.at(-1);
+  return byStep.find((matrix) => matrix.resolution_m <= wanted * kScaleTolerance) ?? byStep.at(-1);
 }
 
 /** Pixels across and down. */
@@ -35,17 +43,25 @@ export function tileSize({ tile_px, tile_height_px = tile_px }: TileMatrix): [nu
 
 /** @return the tiles that touch `bounds`, as far as the matrix goes; undefined when none does */
 export function tilesIn(matrix: TileMatrix, bounds: BoundsM): TileRange | undefined {
-  const [width, height] = tileSize(matrix).map((side_px) => side_px * matrix.resolution_m) as [number, number];
+  const [width, height] = tileSize(matrix).map((side_px) => side_px * matrix.resolution_m) as [
+    number,
+    number,
+  ];
   const [west, south, east, north] = bounds;
   // Room for one pixel around, which resampling reads.
   const pad = matrix.resolution_m;
   const column = Math.max(0, Math.floor((west - pad - matrix.left_m) / width));
   const row = Math.max(0, Math.floor((matrix.top_m - north - pad) / height));
-  const columns = Math.min(matrix.columns, Math.ceil((east + pad - matrix.left_m) / width)) - column;
+  const columns =
+    Math.min(matrix.columns, Math.ceil((east + pad - matrix.left_m) / width)) - column;
   const rows = Math.min(matrix.rows, Math.ceil((matrix.top_m - south + pad) / height)) - row;
   if (columns < 1 || rows < 1) return undefined;
-  if (columns * rows > kMostTiles) {
-    throw new GrabberError('ORTHO', `gather tiles of matrix ${matrix.id}: ${columns * rows} of them; allowed: at most ${kMostTiles} a square (--resolution-m)`);
+  if (columns * rows > kMaxTiles) {
+    throw new GrabberError(
+      'ORTHO',
+      `gather tiles of matrix ${matrix.id}: ${columns * rows} of them; allowed: at most ` +
+        `${kMaxTiles} a square (--resolution-m)`,
+    );
   }
   return { column, row, columns, rows };
 }
@@ -53,7 +69,8 @@ export function tilesIn(matrix: TileMatrix, bounds: BoundsM): TileRange | undefi
 /** The pixels of a range of tiles. */
 export function gridOfTiles(matrix: TileMatrix, range: TileRange, crs: string): Target {
   const [width_px, height_px] = tileSize(matrix);
-  const [width, height] = [width_px * matrix.resolution_m, height_px * matrix.resolution_m];
+  const width = width_px * matrix.resolution_m;
+  const height = height_px * matrix.resolution_m;
   const west = matrix.left_m + range.column * width;
   const north = matrix.top_m - range.row * height;
   return {

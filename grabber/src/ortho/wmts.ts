@@ -1,19 +1,22 @@
 import { rename } from 'node:fs/promises';
 import { join } from 'node:path';
 import { GrabberError } from '../util/errors.js';
-import { allOf } from './all-of.js';
+import { runAll } from './run-all.js';
 import { writeWorldFile } from './gdal.js';
-import { lookInto, requireSize, type Gather, type GatherContext, type Piece } from './piece.js';
+import { probeImage, requireSize, type Gather, type GatherContext, type Piece } from './piece.js';
 import { boundsIn } from './request-grid.js';
 import type { OrthoSource, WmtsAccess } from './schema.js';
 import { boundsOfBlock, type Target } from './target.js';
 import { parseCapabilities, type TileService } from './wmts-capabilities.js';
 import { chooseMatrix, gridOfTiles, tileSize, tilesIn, type TileMatrix } from './wmts-matrix.js';
 
-const kMostCapabilities_bytes = 32 << 20;
-const kMostTile_bytes = 8 << 20;
+const kMaxCapabilities_bytes = 32 << 20;
+const kMaxTile_bytes = 8 << 20;
 
-/** Joins the tiles of the matrix that is as fine as wanted. The service is asked for its capabilities once. */
+/**
+ * Joins the tiles of the matrix that is as fine as wanted. The service is asked for its
+ * capabilities once.
+ */
 export function wmtsGather(source: OrthoSource, access: WmtsAccess): Gather {
   let service: Promise<TileService> | undefined;
   return async (target, context, signal) => {
@@ -35,18 +38,38 @@ export function wmtsGather(source: OrthoSource, access: WmtsAccess): Gather {
       grid,
       resolution_m: matrix.resolution_m / stretch,
       date: context.time,
-      warnings: pieces.holes === 0 ? [] : [`${pieces.holes} of ${range.columns * range.rows} tiles of ${source.id} are missing`],
+      warnings:
+        pieces.holes === 0
+          ? []
+          : [`${pieces.holes} of ${range.columns * range.rows} tiles of ${source.id} are missing`],
     };
   };
 }
 
-async function serviceOf(source: OrthoSource, access: WmtsAccess, context: GatherContext, signal: AbortSignal): Promise<TileService> {
-  if (access.matrices !== undefined) return { crs: source.crs, matrices: access.matrices, template: access.url, kvp: access.url };
-  const xml = await context.download.text(access.url, kMostCapabilities_bytes, signal);
-  if (xml === undefined || access.layer === undefined) {
-    throw new GrabberError('MAP_SERVICE', `read the tile service ${access.url}: ${xml === undefined ? 'it is not there' : 'no layer is configured'}; allowed: capabilities, and access.layer`);
+async function serviceOf(
+  source: OrthoSource,
+  access: WmtsAccess,
+  context: GatherContext,
+  signal: AbortSignal,
+): Promise<TileService> {
+  if (access.matrices !== undefined) {
+    return { crs: source.crs, matrices: access.matrices, template: access.url, kvp: access.url };
   }
-  return parseCapabilities(xml, access.url, { layer: access.layer, matrixSet: access.matrix_set, format: access.format, axis: access.axis });
+  const xml = await context.download.text(access.url, kMaxCapabilities_bytes, signal);
+  if (xml === undefined || access.layer === undefined) {
+    throw new GrabberError(
+      'MAP_SERVICE',
+      `read the tile service ${access.url}: ` +
+        `${xml === undefined ? 'it is not there' : 'no layer is configured'}; allowed: ` +
+        'capabilities, and access.layer',
+    );
+  }
+  return parseCapabilities(xml, access.url, {
+    layer: access.layer,
+    matrixSet: access.matrix_set,
+    format: access.format,
+    axis: access.axis,
+  });
 }
 
 async function fetchTiles(
@@ -60,19 +83,27 @@ async function fetchTiles(
 ): Promise<{ found: Piece[]; holes: number }> {
   const [width_px, height_px] = tileSize(matrix);
   const places = Array.from({ length: range.columns * range.rows }, (_unused, index) => index);
-  const pieces = await allOf(
+  const pieces = await runAll(
     places.map((index) => async (signal: AbortSignal): Promise<Piece | undefined> => {
-      const [x, y] = [index % range.columns, Math.floor(index / range.columns)];
-      const url = tileUrl(access, service, matrix.id, range.column + x, range.row + y, context.time);
+      const x = index % range.columns;
+      const y = Math.floor(index / range.columns);
+      const url = tileUrl(
+        access,
+        service,
+        matrix.id,
+        range.column + x,
+        range.row + y,
+        context.time,
+      );
       const raw = join(context.folder, `tile-${y}-${x}.raw`);
-      if (!(await context.download.toFile(url, raw, kMostTile_bytes, signal))) return undefined;
-      const look = await lookInto(raw, url, context.gdal, signal);
-      requireSize(look, width_px, height_px, url);
-      const path = join(context.folder, `tile-${y}-${x}.${look.kind.extension}`);
+      if (!(await context.download.toFile(url, raw, kMaxTile_bytes, signal))) return undefined;
+      const probe = await probeImage(raw, url, context.gdal, signal);
+      requireSize(probe, width_px, height_px, url);
+      const path = join(context.folder, `tile-${y}-${x}.${probe.kind.extension}`);
       await rename(raw, path);
       const block = { x_px: x * width_px, y_px: y * height_px, width_px, height_px };
-      await writeWorldFile(path, look.kind, boundsOfBlock(grid, block), width_px, height_px);
-      return { path, kind: look.kind, channels: look.channels, crs: service.crs };
+      await writeWorldFile(path, probe.kind, boundsOfBlock(grid, block), width_px, height_px);
+      return { path, kind: probe.kind, channels: probe.channels, crs: service.crs };
     }),
     context.concurrency,
     signal,
@@ -81,7 +112,14 @@ async function fetchTiles(
   return { found, holes: pieces.length - found.length };
 }
 
-export function tileUrl(access: WmtsAccess, service: TileService, matrix: string, column: number, row: number, time: string | undefined): string {
+export function tileUrl(
+  access: WmtsAccess,
+  service: TileService,
+  matrix: string,
+  column: number,
+  row: number,
+  time: string | undefined,
+): string {
   const words: Record<string, string> = {
     tilematrixset: access.matrix_set,
     tilematrix: matrix,
@@ -100,7 +138,11 @@ export function tileUrl(access: WmtsAccess, service: TileService, matrix: string
     return service.template.replace(/\{([A-Za-z_]+)\}/g, (whole, name: string) => {
       const value = words[name.toLowerCase()];
       if (value !== undefined) return encodeURIComponent(value);
-      throw new GrabberError('MAP_SERVICE', `fill the tile address ${service.template ?? ''}: ${whole}; allowed: ${Object.keys(words).join(', ')}`);
+      throw new GrabberError(
+        'MAP_SERVICE',
+        `fill the tile address ${service.template ?? ''}: ${whole}; allowed: ` +
+          `${Object.keys(words).join(', ')}`,
+      );
     });
   }
   const url = new URL(service.kvp);

@@ -4,7 +4,10 @@ import type { RecordKey, StoredFile } from '../model/square.js';
 /** How the work on one record ended. */
 export type Outcome = { readonly key: RecordKey; readonly url: string | null } & (
   | {
-      /** fetched: whole, but of no use before a conversion, which nobody has done. kept: was there before the run. */
+      /**
+       * fetched: whole, but of no use before a conversion, which nobody has done. kept: was there
+       * before the run.
+       */
       readonly state: 'verified' | 'converted' | 'fetched' | 'kept';
       readonly file: StoredFile;
       readonly point_count: number | null;
@@ -18,16 +21,33 @@ export type OutcomeState = Outcome['state'];
 export type Tally = Record<OutcomeState, number>;
 
 /** What is known before the first request. */
-export type Plan = { readonly files: number; readonly kept: number; readonly known_bytes: number; readonly unknown_sizes: number };
+export type Plan = {
+  readonly files: number;
+  readonly kept: number;
+  readonly known_bytes: number;
+  readonly unknown_sizes: number;
+};
 
-export type Summary = Tally & { readonly known_missing: number; readonly received_bytes: number; readonly seconds: number };
+export type Summary = Tally & {
+  readonly known_missing: number;
+  readonly received_bytes: number;
+  readonly seconds: number;
+};
 
-/** Hears how a run goes. Called often, so an implementation decides itself what it shows; must not throw. */
+/**
+ * Hears how a run goes. Called often, so an implementation decides itself what it shows; must not
+ * throw.
+ */
 export type FetchEvents = {
   plan(plan: Plan): void;
   begin(key: RecordKey, url: string): void;
   /** @param total_bytes undefined = the server does not tell */
-  bytes(key: RecordKey, done_bytes: number, fresh_bytes: number, total_bytes: number | undefined): void;
+  bytes(
+    key: RecordKey,
+    done_bytes: number,
+    fresh_bytes: number,
+    total_bytes: number | undefined,
+  ): void;
   retry(key: RecordKey, notice: RetryNotice): void;
   outcome(outcome: Outcome): void;
 };

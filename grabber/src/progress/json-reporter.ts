@@ -8,9 +8,16 @@ import { orthophotosLine } from './text-reporter.js';
 const kProgressEvery_ms = 1000;
 
 /** One JSON object a line on standard output, for programs. */
-export function jsonReporter(output: Output, now_ms: () => number = () => performance.now()): Reporter {
+export function jsonReporter(
+  output: Output,
+  now_ms: () => number = () => performance.now(),
+): Reporter {
   const log = pino(
-    { base: null, timestamp: pino.stdTimeFunctions.isoTime, formatters: { level: (label) => ({ level: label }) } },
+    {
+      base: null,
+      timestamp: pino.stdTimeFunctions.isoTime,
+      formatters: { level: (label) => ({ level: label }) },
+    },
     { write: (line: string) => output.out(line) },
   );
   const shownAt_ms = new Map<string, number>();
@@ -24,7 +31,12 @@ export function jsonReporter(output: Output, now_ms: () => number = () => perfor
       const now = now_ms();
       if (now - (shownAt_ms.get(shown(key)) ?? 0) < kProgressEvery_ms) return;
       shownAt_ms.set(shown(key), now);
-      log.info({ event: 'progress', ...fieldsOf(key), done_bytes, total_bytes: total_bytes ?? null });
+      log.info({
+        event: 'progress',
+        ...fieldsOf(key),
+        done_bytes,
+        total_bytes: total_bytes ?? null,
+      });
     },
     outcome(outcome) {
       shownAt_ms.delete(shown(outcome.key));
@@ -35,11 +47,16 @@ export function jsonReporter(output: Output, now_ms: () => number = () => perfor
       else log[hasWarnings(outcome) ? 'warn' : 'info'](fields, `${outcome.state} ${key.name}`);
     },
     retry(key, { error, retry, wait_ms }) {
-      log.warn({ event: 'retry', ...fieldsOf(key), retry, wait_ms, code: error.code }, error.message);
+      log.warn(
+        { event: 'retry', ...fieldsOf(key), retry, wait_ms, code: error.code },
+        error.message,
+      );
     },
-    ignored: (path, source) => log.warn({ event: 'ignored', path, source }, 'not a file name of the source'),
+    ignored: (path, source) =>
+      log.warn({ event: 'ignored', path, source }, 'not a file name of the source'),
     skipped: (source, files, why) => log.error({ event: 'skipped', source, files }, why),
-    orthophotosLeft: (source, grid, files) => log.warn({ event: 'unfinished', source, grid, files }, orthophotosLine(source, grid, files)),
+    orthophotosLeft: (source, grid, files) =>
+      log.warn({ event: 'unfinished', source, grid, files }, orthophotosLine(source, grid, files)),
     summary: (sum) => log.info({ event: 'summary', ...sum }, 'done'),
     close: () => undefined,
   };

@@ -6,7 +6,9 @@ export type Reporter = FetchEvents & {
   ignored(path: string, source: string): void;
   /** Records that this run cannot continue. */
   skipped(source: string, files: number, why: string): void;
-  /** Orthophotos of squares of a LiDAR source that a run has begun, and this one does not continue. */
+  /**
+   * Orthophotos of squares of a LiDAR source that a run has begun, and this one does not continue.
+   */
   orthophotosLeft(source: string, grid: string, count: number): void;
   summary(summary: Summary): void;
   /** Leaves the terminal as it was; also after an error. */

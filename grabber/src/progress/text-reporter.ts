@@ -15,27 +15,41 @@ export function textReporter(output: Output): Reporter {
       for (const line of warningLines(outcome)) output.err(`${line}\n`);
     },
     retry(key, { error, retry, wait_ms }) {
-      output.err(`retry ${retry} of ${key.name} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`);
+      output.err(
+        `retry ${retry} of ${key.name} in ${(wait_ms / 1000).toFixed(1)} s: ${error.message}\n`,
+      );
     },
     ignored: (path, source) => output.err(`${ignoredLine(path, source)}\n`),
     skipped: (source, files, why) => output.err(`${skippedLine(source, files, why)}\n`),
-    orthophotosLeft: (source, grid, count) => output.err(`${orthophotosLine(source, grid, count)}\n`),
+    orthophotosLeft: (source, grid, count) =>
+      output.err(`${orthophotosLine(source, grid, count)}\n`),
     summary: (sum) => output.out(`${summaryLine(sum)}\n`),
     close: () => undefined,
   };
 }
 
 export function outcomeLine(outcome: Outcome): { text: string; good: boolean } {
-  if (outcome.state === 'failed') return { text: `error: ${outcome.key.name} ${outcome.code}: ${outcome.message}`, good: false };
+  if (outcome.state === 'failed') {
+    return { text: `error: ${outcome.key.name} ${outcome.code}: ${outcome.message}`, good: false };
+  }
   if (outcome.state === 'missing') return { text: `hole: ${outcome.reason}`, good: false };
   const points = outcome.point_count === null ? '' : `  ${outcome.point_count} points`;
-  return { text: `${outcome.state} ${outcome.key.name}  ${formatBytes(outcome.file.bytes)}${points}  ${outcome.file.path}`, good: true };
+  return {
+    text:
+      `${outcome.state} ${outcome.key.name}  ${formatBytes(outcome.file.bytes)}${points}  ` +
+      `${outcome.file.path}`,
+    good: true,
+  };
 }
 
 export function warningLines(outcome: Outcome): string[] {
   if (outcome.state === 'failed' || outcome.state === 'missing') return [];
   const lines = outcome.warnings.map((warning) => `warning: ${warning}`);
-  if (outcome.state === 'fetched') lines.push(`warning: ${outcome.file.path} needs a conversion before it can be used (grab convert)`);
+  if (outcome.state === 'fetched') {
+    lines.push(
+      `warning: ${outcome.file.path} needs a conversion before it can be used (grab convert)`,
+    );
+  }
   return lines;
 }
 
@@ -48,7 +62,10 @@ export function skippedLine(source: string, files: number, why: string): string 
 }
 
 export function orthophotosLine(source: string, grid: string, count: number): string {
-  return `warning: ${count} orthophotos of ${source} are unfinished (grab ortho --source ${source} --grid ${grid}; pictures of your own: --from)`;
+  return (
+    `warning: ${count} orthophotos of ${source} are unfinished (grab ortho --source ` +
+    `${source} --grid ${grid}; pictures of your own: --from)`
+  );
 }
 
 export function summaryLine(sum: Summary): string {
@@ -57,7 +74,9 @@ export function summaryLine(sum: Summary): string {
     ...(sum.fetched === 0 ? [] : [`${sum.fetched} to convert`]),
     `${sum.kept} already there`,
     `${sum.missing} missing`,
-    ...(sum.known_missing === 0 ? [] : [`${sum.known_missing} known to be missing (--refetch asks again)`]),
+    ...(sum.known_missing === 0
+      ? []
+      : [`${sum.known_missing} known to be missing (--refetch asks again)`]),
     `${sum.failed} failed`,
     formatBytes(sum.received_bytes),
     `${sum.seconds.toFixed(1)} s`,

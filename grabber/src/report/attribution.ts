@@ -7,10 +7,22 @@ export type AttributionNames = {
   readonly addresses: ReadonlyMap<string, string>;
 };
 
-type Group = { readonly first: StoreRecord; readonly what: string; count: number; years: Set<number> };
+type Group = {
+  readonly first: StoreRecord;
+  readonly what: string;
+  count: number;
+  years: Set<number>;
+};
 
-/** What must be said of the data when pictures of it are shown. @param squares, orthophotos the usable ones */
-export function attributionText(squares: readonly StoreRecord[], orthophotos: readonly StoreRecord[], names: AttributionNames): string {
+/**
+ * What must be said of the data when pictures of it are shown.
+ * @param squares, orthophotos the usable ones
+ */
+export function attributionText(
+  squares: readonly StoreRecord[],
+  orthophotos: readonly StoreRecord[],
+  names: AttributionNames,
+): string {
   const groups = [...grouped(squares, 'LiDAR squares'), ...grouped(orthophotos, 'orthophotos')];
   if (groups.length === 0) return 'The store holds no data yet.\n';
   return groups.map((group) => groupText(group, names)).join('\n');
@@ -30,7 +42,10 @@ function grouped(records: readonly StoreRecord[], what: string): Group[] {
   return [...groups.values()];
 }
 
-function groupText({ first, what, count, years }: Group, { titles, addresses }: AttributionNames): string {
+function groupText(
+  { first, what, count, years }: Group,
+  { titles, addresses }: AttributionNames,
+): string {
   const { key, licence, attribution } = first;
   const title = titles.get(key.source);
   const address = licence === null ? undefined : addresses.get(licence);
@@ -47,6 +62,7 @@ function groupText({ first, what, count, years }: Group, { titles, addresses }: 
 
 function yearsText(years: ReadonlySet<number>): string {
   if (years.size === 0) return 'not recorded';
-  const [low, high] = [Math.min(...years), Math.max(...years)];
+  const low = Math.min(...years);
+  const high = Math.max(...years);
   return low === high ? String(low) : `${low} to ${high}`;
 }

@@ -8,15 +8,23 @@ import { fileSize, sha256OfFile } from '../util/files.js';
 
 /**
  * Reads all of a file of the store again: length, hash, and whether it opens as what it is.
- * @return what is wrong with it, undefined when nothing is @throws the signal's reason when it aborts
+ * @return what is wrong with it, undefined when nothing is
+ * @throws the signal's reason when it aborts
  */
-export async function whatIsWrong(root: string, file: StoredFile, kind: FileKind, signal: AbortSignal): Promise<string | undefined> {
+export async function problemOf(
+  root: string,
+  file: StoredFile,
+  kind: FileKind,
+  signal: AbortSignal,
+): Promise<string | undefined> {
   const path = join(root, file.path);
   try {
     const wrong = await wrongBytes(root, file, signal);
     // zLAS is Esri's own; nobody else knows its header.
     if (wrong !== undefined || file.path.endsWith('.zlas')) return wrong;
-    return await (kind === 'lidar' ? lasProblem(path, file.path, signal) : tiffProblem(path, file.bytes));
+    return await (kind === 'lidar'
+      ? lasProblem(path, file.path, signal)
+      : tiffProblem(path, file.bytes));
   } catch (error) {
     signal.throwIfAborted();
     return describeError(error);
@@ -24,7 +32,11 @@ export async function whatIsWrong(root: string, file: StoredFile, kind: FileKind
 }
 
 /** @return in what way its bytes are not those that are recorded */
-export async function wrongBytes(root: string, file: StoredFile, signal: AbortSignal): Promise<string | undefined> {
+export async function wrongBytes(
+  root: string,
+  file: StoredFile,
+  signal: AbortSignal,
+): Promise<string | undefined> {
   const path = join(root, file.path);
   const bytes = await fileSize(path);
   if (bytes === undefined) return 'it is not there';
@@ -47,12 +59,21 @@ async function tiffProblem(path: string, bytes: number): Promise<string | undefi
     const little = order === 'II';
     const version = little ? buffer.readUInt16LE(2) : buffer.readUInt16BE(2);
     if (version !== 42 && version !== 43) return `its TIFF version is ${version}; allowed: 42, 43`;
-    const big = version === 43;
-    const offset = big
-      ? Number(little ? buffer.readBigUInt64LE(8) : buffer.readBigUInt64BE(8))
-      : little ? buffer.readUInt32LE(4) : buffer.readUInt32BE(4);
-    return offset < 8 || offset >= bytes ? `its directory is at ${offset}; allowed: 8 to ${bytes - 1}` : undefined;
+    const offset = version === 43 ? bigTiffOffset(buffer, little) : tiffOffset(buffer, little);
+    return offset < 8 || offset >= bytes
+      ? `its directory is at ${offset}; allowed: 8 to ${bytes - 1}`
+      : undefined;
   } finally {
     await file.close();
   }
+}
+
+/** @return the position of the first directory of a plain TIFF file */
+function tiffOffset(header: Buffer, little: boolean): number {
+  return little ? header.readUInt32LE(4) : header.readUInt32BE(4);
+}
+
+/** @return the position of the first directory of a BigTIFF file */
+function bigTiffOffset(header: Buffer, little: boolean): number {
+  return Number(little ? header.readBigUInt64LE(8) : header.readBigUInt64BE(8));
 }

@@ -10,39 +10,58 @@ export type Leftover = { readonly path: string; readonly bytes: number };
 export type Leftovers = {
   /** Files that no record names, by path. */
   readonly files: readonly Leftover[];
-  /** Links, folders outside of the store, and names that this program does not give: nobody's business but the user's. */
+  /**
+   * Links, folders outside of the store, and names that this program does not give: nobody's
+   * business but the user's.
+   */
   readonly leftAlone: readonly string[];
 };
 
 const kKinds: readonly FileKind[] = ['lidar', 'ortho'];
 /** Names that this program gives: finished and unfinished files, and what lies beside them. */
-const kOurs = /\.(laz|las|zlas|lax|tif|tif\.(aux\.xml|ovr|msk))$|\/\.[^/]+\.part(\.json(\.tmp)?)?$/i;
-const kPutAway = /^lidar\/[^/]+\/original\//;
+const kOwnNames =
+  /\.(laz|las|zlas|lax|tif|tif\.(aux\.xml|ovr|msk))$|\/\.[^/]+\.part(\.json(\.tmp)?)?$/i;
+const kKeptOriginal = /^lidar\/[^/]+\/original\//;
 const kUnfinished = new Set(['wanted', 'fetching', 'fetched']);
 
 /**
- * Looks for files in the store's folders that no record needs. Nobody may write to the store meanwhile.
- * @param dropped a source whose records count as if they named nothing, and the only one whose folders are looked at
+ * Looks for files in the store's folders that no record needs. Nobody may write to the store
+ * meanwhile.
+ * @param dropped a source whose records count as if they named nothing, and the only one whose
+ *   folders are looked at
  */
-export async function findLeftovers(store: Store, dropped: string | undefined, signal: AbortSignal): Promise<Leftovers> {
+export async function findLeftovers(
+  store: Store,
+  dropped: string | undefined,
+  signal: AbortSignal,
+): Promise<Leftovers> {
   const needed = new Needed(dropped === undefined);
   for (const kind of kKinds) {
     const table = kind === 'lidar' ? store.squares : store.orthophotos;
-    for (const record of table.list({})) if (record.key.source !== dropped) needed.add(kind, record);
+    for (const record of table.list({})) {
+      if (record.key.source !== dropped) needed.add(kind, record);
+    }
   }
   const files: Leftover[] = [];
   const leftAlone: string[] = [];
   for (const kind of kKinds) {
     const folder = dropped === undefined ? kind : `${kind}/${dropped}`;
     for await (const found of walk(store.root, folder, signal)) {
-      if (found.link || !(kOurs.test(found.path) || needed.has(found.path))) leftAlone.push(found.path);
-      else if (!needed.has(found.path)) files.push({ path: found.path, bytes: (await stat(join(store.root, found.path))).size });
+      if (found.link || !(kOwnNames.test(found.path) || needed.has(found.path))) {
+        leftAlone.push(found.path);
+      } else if (!needed.has(found.path)) {
+        files.push({ path: found.path, bytes: (await stat(join(store.root, found.path))).size });
+      }
     }
   }
   return { files, leftAlone };
 }
 
-export async function removeLeftovers(store: Store, files: readonly Leftover[], signal: AbortSignal): Promise<void> {
+export async function removeLeftovers(
+  store: Store,
+  files: readonly Leftover[],
+  signal: AbortSignal,
+): Promise<void> {
   for (const { path } of files) {
     signal.throwIfAborted();
     await rm(join(store.root, path), { force: true });
@@ -66,17 +85,23 @@ class Needed {
     const unfinished = kPlaces.unfinished(kind, key);
     this.#unfinished.add(unfinished).add(archiveBeside(unfinished));
     // A run that was killed may have brought the file to its place, and not told the record.
-    for (const extension of kFileExtensions[kind]) this.#addFile(kPlaces.finished(kind, key, extension));
+    for (const extension of kFileExtensions[kind]) {
+      this.#addFile(kPlaces.finished(kind, key, extension));
+    }
   }
 
   /** Indices and overviews lie beside their file: a.lax or a.tif.aux.xml. */
   has(path: string): boolean {
     // What --keep-original has put away is there because somebody wanted it.
-    if (this.#files.has(path) || (this.#keepsPutAway && kPutAway.test(path))) return true;
+    if (this.#files.has(path) || (this.#keepsPutAway && kKeptOriginal.test(path))) return true;
     const part = /^(.*\/\.[^/]+?\.part)(\.[^/]*)?$/.exec(path)?.[1];
     if (part !== undefined) return this.#unfinished.has(part);
     if (path.endsWith('.lax')) return this.#stems.has(path.slice(0, -'.lax'.length));
-    for (let dot = path.lastIndexOf('.'); dot > path.lastIndexOf('/'); dot = path.lastIndexOf('.', dot - 1)) {
+    for (
+      let dot = path.lastIndexOf('.');
+      dot > path.lastIndexOf('/');
+      dot = path.lastIndexOf('.', dot - 1)
+    ) {
       if (this.#files.has(path.slice(0, dot))) return true;
     }
     return false;
@@ -88,8 +113,15 @@ class Needed {
   }
 }
 
-/** All plain files and links below a folder of the store; never follows a link, and never leaves the store. */
-async function* walk(root: string, folder: string, signal: AbortSignal): AsyncGenerator<{ path: string; link: boolean }> {
+/**
+ * All plain files and links below a folder of the store; never follows a link, and never leaves the
+ * store.
+ */
+async function* walk(
+  root: string,
+  folder: string,
+  signal: AbortSignal,
+): AsyncGenerator<{ path: string; link: boolean }> {
   if (!(await isInside(root, folder))) {
     yield { path: folder, link: true };
     return;
@@ -104,7 +136,9 @@ async function* walk(root: string, folder: string, signal: AbortSignal): AsyncGe
 
 async function entriesOf(folder: string): Promise<Dirent[]> {
   try {
-    return (await readdir(folder, { withFileTypes: true })).sort((a, b) => (a.name < b.name ? -1 : 1));
+    return (await readdir(folder, { withFileTypes: true })).sort((a, b) =>
+      a.name < b.name ? -1 : 1,
+    );
   } catch (error) {
     if (systemCode(error) === 'ENOENT') return [];
     throw error;

@@ -1,5 +1,13 @@
 import type { BoundsM, State } from '../model/square.js';
-import { background, foreground, kLooks, kReset, kShownFirst, legend, type Looks } from './state-looks.js';
+import {
+  background,
+  foreground,
+  kStateSymbols,
+  kReset,
+  kShownFirst,
+  legend,
+  type PictureStyle,
+} from './state-symbols.js';
 
 export type PlacedState = { readonly state: State; readonly bounds: BoundsM };
 export type PictureSize = { readonly columns: number; readonly rows: number };
@@ -9,19 +17,30 @@ type Raster = { readonly width: number; readonly height: number; readonly ranks:
 const kEmpty = 255;
 
 /**
- * A small picture of squares, north up, a legend below. In colour a character shows two elements (half blocks), so that a square is
- * about square; without, a letter shows both. Squares are put together where the terminal has fewer places than the ground.
+ * A small picture of squares, north up, a legend below. In colour a character shows two elements
+ * (half blocks), so that a square is about square; without, a letter shows both. Squares are put
+ * together where the terminal has fewer places than the ground.
  */
-export function drawSquares(squares: readonly PlacedState[], size: PictureSize, looks: Looks): string {
+export function drawSquares(
+  squares: readonly PlacedState[],
+  size: PictureSize,
+  style: PictureStyle,
+): string {
   const raster = rasterize(squares, Math.max(1, size.columns), Math.max(2, 2 * size.rows));
   if (raster === undefined) return '';
   const lines: string[] = [];
-  for (let row = 0; row < raster.height; row += 2) lines.push(looks.colour ? colouredLine(raster, row) : letterLine(raster, row));
+  for (let row = 0; row < raster.height; row += 2) {
+    lines.push(style.colour ? colouredLine(raster, row) : letterLine(raster, row));
+  }
   const present = new Set(squares.map((square) => square.state));
-  return `${[...lines, legend(present, looks)].join('\n')}\n`;
+  return `${[...lines, legend(present, style)].join('\n')}\n`;
 }
 
-function rasterize(squares: readonly PlacedState[], mostColumns: number, mostRows: number): Raster | undefined {
+function rasterize(
+  squares: readonly PlacedState[],
+  maxColumns: number,
+  maxRows: number,
+): Raster | undefined {
   const first = squares[0];
   if (first === undefined) return undefined;
   let [west, south, east, north] = first.bounds;
@@ -33,13 +52,23 @@ function rasterize(squares: readonly PlacedState[], mostColumns: number, mostRow
     north = Math.max(north, bounds[3]);
     unit = Math.min(unit, bounds[2] - bounds[0]);
   }
-  // Whole squares share an element, so that a pattern of states does not depend on how the picture happens to fall.
-  const step = unit * Math.max(1, Math.ceil((east - west) / unit / mostColumns), Math.ceil((north - south) / unit / mostRows));
+  // Whole squares share an element, so that a pattern of states does not depend on how the picture
+  // happens to fall.
+  const step =
+    unit *
+    Math.max(
+      1,
+      Math.ceil((east - west) / unit / maxColumns),
+      Math.ceil((north - south) / unit / maxRows),
+    );
   const width = Math.max(1, Math.ceil((east - west) / step - 1e-9));
   const height = Math.max(1, Math.ceil((north - south) / step - 1e-9));
   const ranks = new Uint8Array(width * height).fill(kEmpty);
   for (const { bounds, state } of squares) {
-    const column = Math.min(width - 1, Math.floor((bounds[0] + bounds[2]) / 2 / step - west / step));
+    const column = Math.min(
+      width - 1,
+      Math.floor((bounds[0] + bounds[2]) / 2 / step - west / step),
+    );
     const row = Math.min(height - 1, Math.floor(north / step - (bounds[1] + bounds[3]) / 2 / step));
     const at = row * width + column;
     ranks[at] = Math.min(ranks[at] ?? kEmpty, kShownFirst.indexOf(state));
@@ -54,10 +83,17 @@ function rankAt({ width, height, ranks }: Raster, row: number, column: number): 
 function letterLine(raster: Raster, row: number): string {
   let line = '';
   for (let column = 0; column < raster.width; ++column) {
-    const state = kShownFirst[Math.min(rankAt(raster, row, column), rankAt(raster, row + 1, column))];
-    line += state === undefined ? ' ' : kLooks[state].letter;
+    const state =
+      kShownFirst[Math.min(rankAt(raster, row, column), rankAt(raster, row + 1, column))];
+    line += state === undefined ? ' ' : kStateSymbols[state].letter;
   }
   return line.trimEnd();
+}
+
+/** Shows the upper element in the foreground colour where there is one, else the lower. */
+function halfBlock(upper: State | undefined, lower: State | undefined): string {
+  if (upper !== undefined) return '▀';
+  return lower === undefined ? ' ' : '▄';
 }
 
 function colouredLine(raster: Raster, row: number): string {
@@ -67,11 +103,13 @@ function colouredLine(raster: Raster, row: number): string {
     const upper = kShownFirst[rankAt(raster, row, column)];
     const lower = kShownFirst[rankAt(raster, row + 1, column)];
     const shown = upper ?? lower;
-    let wanted = shown === undefined ? '' : foreground(kLooks[shown].colour);
-    if (upper !== undefined && lower !== undefined) wanted += background(kLooks[lower].colour);
+    let wanted = shown === undefined ? '' : foreground(kStateSymbols[shown].colour);
+    if (upper !== undefined && lower !== undefined) {
+      wanted += background(kStateSymbols[lower].colour);
+    }
     if (wanted !== style) line += kReset + wanted;
     style = wanted;
-    line += shown === undefined ? ' ' : upper === undefined ? '▄' : '▀';
+    line += halfBlock(upper, lower);
   }
   return line + kReset;
 }

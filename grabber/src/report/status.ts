@@ -2,7 +2,7 @@ import { formatBytes, formatTable } from '../cli/output.js';
 import type { State } from '../model/square.js';
 import type { Place, RecordTable, Store } from '../model/store.js';
 import { drawSquares, type PictureSize } from './square-picture.js';
-import type { Looks } from './state-looks.js';
+import type { PictureStyle } from './state-symbols.js';
 
 const kErrorsShown = 5;
 
@@ -16,26 +16,52 @@ export type StatusError = {
   readonly at: string;
 };
 
-export type TableStatus = { readonly tally: ReturnType<RecordTable['tally']>; readonly errors: readonly StatusError[] };
-export type Status = { readonly store: string; readonly squares: TableStatus; readonly orthophotos: TableStatus };
+export type TableStatus = {
+  readonly tally: ReturnType<RecordTable['tally']>;
+  readonly errors: readonly StatusError[];
+};
+export type Status = {
+  readonly store: string;
+  readonly squares: TableStatus;
+  readonly orthophotos: TableStatus;
+};
 
 export function statusOf(store: Store): Status {
-  return { store: store.root, squares: tableStatus(store.squares), orthophotos: tableStatus(store.orthophotos) };
+  return {
+    store: store.root,
+    squares: tableStatus(store.squares),
+    orthophotos: tableStatus(store.orthophotos),
+  };
 }
 
 function tableStatus(table: RecordTable): TableStatus {
-  const errors = table.lastErrors(kErrorsShown).flatMap(({ key, state, lastError }) =>
-    lastError === null ? [] : [{ ...key, state, ...lastError }],
-  );
+  const errors = table
+    .lastErrors(kErrorsShown)
+    .flatMap(({ key, state, lastError }) =>
+      lastError === null ? [] : [{ ...key, state, ...lastError }],
+    );
   return { tally: table.tally(), errors };
 }
 
 /** For people: tables, the latest errors, and a picture of the squares of each source. */
-export function statusText(status: Status, places: readonly Place[], size: PictureSize, looks: Looks): string {
-  const parts = [tallyText('squares', status.squares), tallyText('orthophotos', status.orthophotos), ...pictures(places, size, looks)];
+export function statusText(
+  status: Status,
+  places: readonly Place[],
+  size: PictureSize,
+  style: PictureStyle,
+): string {
+  const parts = [
+    tallyText('squares', status.squares),
+    tallyText('orthophotos', status.orthophotos),
+    ...pictures(places, size, style),
+  ];
   const errors = [...status.squares.errors, ...status.orthophotos.errors];
   if (errors.length > 0) {
-    const lines = errors.map((error) => `${error.at}  ${error.source}/${error.name}  ${error.state}  ${error.code}: ${error.message}\n`);
+    const lines = errors.map(
+      (error) =>
+        `${error.at}  ${error.source}/${error.name}  ${error.state}  ${error.code}: ` +
+        `${error.message}\n`,
+    );
     parts.push(`last errors\n${lines.join('')}`);
   }
   return parts.filter((part) => part !== '').join('\n');
@@ -53,12 +79,14 @@ function tallyText(title: string, { tally }: TableStatus): string {
   return formatTable([title, 'state', 'count', 'size', 'points'], rows);
 }
 
-function pictures(places: readonly Place[], size: PictureSize, looks: Looks): string[] {
+function pictures(places: readonly Place[], size: PictureSize, style: PictureStyle): string[] {
   const bySource = new Map<string, Place[]>();
   for (const place of places) {
     const others = bySource.get(place.source);
     if (others === undefined) bySource.set(place.source, [place]);
     else others.push(place);
   }
-  return [...bySource].map(([source, squares]) => `${source}\n${drawSquares(squares, size, looks)}`);
+  return [...bySource].map(
+    ([source, squares]) => `${source}\n${drawSquares(squares, size, style)}`,
+  );
 }

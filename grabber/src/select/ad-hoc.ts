@@ -55,17 +55,30 @@ export function givenVariables(options: SelectionOptions): Variables {
 export function checkTemplate(template: string, given: Variables, known: readonly string[]): void {
   const problem = templateProblem(template, [...new Set([...known, ...Object.keys(given)])]);
   if (problem !== undefined) throw usage(`read --url-template "${template}": ${problem}`);
-  const needless = Object.keys(given).find((name) => !placeholdersOf(template).includes(name));
-  if (needless !== undefined) throw usage(`set ${needless}: the address "${template}" has no {${needless}}; allowed: its own placeholders`);
+  const unused = Object.keys(given).find((name) => !placeholdersOf(template).includes(name));
+  if (unused !== undefined) {
+    throw usage(
+      `set ${unused}: the address "${template}" has no {${unused}}; allowed: its own ` +
+        'placeholders',
+    );
+  }
 }
 
-/** The source with the address that was typed instead of its own; values nobody described may be anything. */
+/**
+ * Replaces the addresses of a source by the one that was typed; variables without a description may
+ * hold any text.
+ */
 export function withTemplate(source: Source, template: string, given: Variables): Source {
   const own = variablesOf(source);
   checkTemplate(template, given, Object.keys(own));
   const used = placeholdersOf(template);
-  const typed = Object.keys(given).map((name): [string, SourceVariable] => [name, { about: 'typed', pattern: '.+', allowed: 'any text' }]);
-  const variables = Object.fromEntries([...typed, ...Object.entries(own)].filter(([name]) => used.includes(name)));
+  const typed = Object.keys(given).map((name): [string, SourceVariable] => [
+    name,
+    { about: 'typed', pattern: '.+', allowed: 'any text' },
+  ]);
+  const variables = Object.fromEntries(
+    [...typed, ...Object.entries(own)].filter(([name]) => used.includes(name)),
+  );
   return {
     ...source,
     hosts: [...source.hosts, hostOfTemplate(template)],

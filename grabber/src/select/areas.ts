@@ -25,16 +25,24 @@ const areaSchema = z
     title: z.string().min(1).max(200),
     aliases: z.array(z.string().min(1).max(100)).default([]),
     circle: z.strictObject({ lon, lat, radius_m: z.number().min(100).max(100_000) }).optional(),
-    polygon: z.array(z.tuple([lon, lat])).min(3).max(10_000).optional(),
+    polygon: z
+      .array(z.tuple([lon, lat]))
+      .min(3)
+      .max(10_000)
+      .optional(),
     bbox: z
       .tuple([lon, lat, lon, lat])
       .refine(([west, south, east, north]) => west < east && south < north)
       .optional(),
   })
-  .refine(({ circle, polygon, bbox }) => [circle, polygon, bbox].filter((shape) => shape !== undefined).length === 1, {
-    message: 'not exactly one of circle, polygon and bbox',
-    path: ['circle'],
-  });
+  .refine(
+    ({ circle, polygon, bbox }) =>
+      [circle, polygon, bbox].filter((shape) => shape !== undefined).length === 1,
+    {
+      message: 'not exactly one of circle, polygon and bbox',
+      path: ['circle'],
+    },
+  );
 
 type AreaFile = z.infer<typeof areaSchema>;
 const kKind: ConfigKind<AreaFile> = { what: 'area', schema: areaSchema, allowed: kAllowed };
@@ -45,25 +53,41 @@ export type NamedArea = Area & { readonly aliases: readonly string[] };
 const kNearest = 3;
 
 /** Areas of `config/areas`, sorted by name. */
-export async function loadAreas(folder: string, signal: AbortSignal): Promise<readonly NamedArea[]> {
+export async function loadAreas(
+  folder: string,
+  signal: AbortSignal,
+): Promise<readonly NamedArea[]> {
   const files = await loadConfigFolder(folder, kKind, signal);
-  return [...files.values()].map((file) => ({ name: file.id, title: file.title, aliases: file.aliases, polygon: polygonOf(file) }));
+  return [...files.values()].map((file) => ({
+    name: file.id,
+    title: file.title,
+    aliases: file.aliases,
+    polygon: polygonOf(file),
+  }));
 }
 
 function polygonOf(file: AreaFile): Polygon {
-  if (file.circle !== undefined) return circlePolygonDeg([file.circle.lon, file.circle.lat], file.circle.radius_m);
+  if (file.circle !== undefined) {
+    return circlePolygonDeg([file.circle.lon, file.circle.lat], file.circle.radius_m);
+  }
   if (file.bbox !== undefined) return [ringOfBox(file.bbox)];
   const points: Point[] = file.polygon ?? [];
   return [[...points, ...points.slice(0, 1)]];
 }
 
-/** Capitals, accents, blanks and hyphens do not matter. @throws GrabberError USAGE with the nearest names */
+/**
+ * Capitals, accents, blanks and hyphens do not matter.
+ * @throws GrabberError USAGE with the nearest names
+ */
 export function findArea(name: string, areas: readonly NamedArea[]): NamedArea {
   const wanted = folded(name);
   const found = areas.find((area) => namesOf(area).some((other) => folded(other) === wanted));
   if (found !== undefined) return found;
   const near = nearest(wanted, areas);
-  const hint = near.length === 0 ? `${areas.length} areas that "areas" lists` : `did you mean ${near.join(', ')}? ("areas" lists all ${areas.length})`;
+  const hint =
+    near.length === 0
+      ? `${areas.length} areas that "areas" lists`
+      : `did you mean ${near.join(', ')}? ("areas" lists all ${areas.length})`;
   throw usage(`choose area: "${name}"; allowed: ${hint}`);
 }
 
@@ -86,14 +110,20 @@ export function folded(text: string): string {
 
 function nearest(wanted: string, areas: readonly NamedArea[]): string[] {
   return areas
-    .map((area) => ({ name: area.name, distance: Math.min(...namesOf(area).map((other) => editDistance(wanted, folded(other)))) }))
+    .map((area) => ({
+      name: area.name,
+      distance: Math.min(...namesOf(area).map((other) => editDistance(wanted, folded(other)))),
+    }))
     .filter(({ name, distance }) => distance <= Math.max(1, Math.floor(name.length / 3)))
     .sort((a, b) => a.distance - b.distance || (a.name < b.name ? -1 : 1))
     .slice(0, kNearest)
     .map(({ name }) => name);
 }
 
-/** Letters to add, leave out or change. Ref: Wagner & Fischer, "The String-to-String Correction Problem", 1974. */
+/**
+ * Letters to add, leave out or change. Ref: Wagner & Fischer, "The String-to-String Correction
+ * Problem", 1974.
+ */
 export function editDistance(a: string, b: string): number {
   let row = Array.from({ length: b.length + 1 }, (_unused, column) => column);
   for (let i = 1; i <= a.length; ++i) {
@@ -108,7 +138,12 @@ export function editDistance(a: string, b: string): number {
 }
 
 /** Middle and size of an area's box, for lists. */
-export function extentOf(area: Area): { readonly lon: number; readonly lat: number; readonly width_m: number; readonly height_m: number } {
+export function extentOf(area: Area): {
+  readonly lon: number;
+  readonly lat: number;
+  readonly width_m: number;
+  readonly height_m: number;
+} {
   const [west, south, east, north] = boundsOf(area.polygon.flat());
   const lat = (south + north) / 2;
   const perDegree_m = 111_195;

@@ -9,9 +9,16 @@ type Extension = (typeof kExtensions)[number];
 
 const kPointFile = /^(.+?)(?:\.copc)?\.(laz|las|zlas)$/i;
 
-export type PointFile = { readonly path: string; readonly stem: string; readonly extension: Extension };
+export type PointFile = {
+  readonly path: string;
+  readonly stem: string;
+  readonly extension: Extension;
+};
 
-/** Every LAZ, LAS and zLAS file below a folder, sorted by path; files and folders whose name starts with a dot are none. */
+/**
+ * Every LAZ, LAS and zLAS file below a folder, sorted by path; files and folders whose name starts
+ * with a dot are none.
+ */
 export async function findPointFiles(folder: string, signal: AbortSignal): Promise<PointFile[]> {
   const files: PointFile[] = [];
   const waiting = [folder];
@@ -33,11 +40,17 @@ async function listFolder(folder: string) {
   try {
     return await readdir(folder, { withFileTypes: true });
   } catch (error) {
-    throw usage(`read folder ${folder}: ${describeError(error)}; allowed: a folder that can be read`, error);
+    throw usage(
+      `read folder ${folder}: ${describeError(error)}; allowed: a folder that can be read`,
+      error,
+    );
   }
 }
 
-/** Those of the best kind there is. @param files of one square */
+/**
+ * Those of the best kind there is.
+ * @param files of one square
+ */
 export function bestOf(files: readonly PointFile[]): readonly PointFile[] {
   const extension = kExtensions.find((wanted) => files.some((file) => file.extension === wanted));
   return files.filter((file) => file.extension === extension);

@@ -6,12 +6,21 @@ import { GrabberError } from '../util/errors.js';
 
 const kMaxPoints = 1_000_000;
 
-const ringSchema = z.array(z.tuple([z.number().min(-180).max(180), z.number().min(-90).max(90)]).rest(z.unknown())).min(4);
+const ringSchema = z
+  .array(z.tuple([z.number().min(-180).max(180), z.number().min(-90).max(90)]).rest(z.unknown()))
+  .min(4);
 const polygonSchema = z.array(ringSchema).min(1);
 
-/** All polygons of a vector file, in degrees. @throws GrabberError POLYGON_FILE, also for features that are no polygons */
+/**
+ * All polygons of a vector file, in degrees.
+ * @throws GrabberError POLYGON_FILE, also for features that are no polygons
+ */
 export async function readPolygonFile(file: string, signal: AbortSignal): Promise<Polygon[]> {
-  const features = await readVectorFile(file, { crs: 'EPSG:4326', code: 'POLYGON_FILE', what: 'read polygon' }, signal);
+  const features = await readVectorFile(
+    file,
+    { crs: 'EPSG:4326', code: 'POLYGON_FILE', what: 'read polygon' },
+    signal,
+  );
   const polygons = features.flatMap((feature, index) => polygonsOf(feature, file, index));
   const points = polygons.flat().reduce((sum, ring) => sum + ring.length, 0);
   if (polygons.length === 0) throw refused(file, 'it holds no features', 'at least one polygon');
@@ -19,14 +28,31 @@ export async function readPolygonFile(file: string, signal: AbortSignal): Promis
   return polygons;
 }
 
+/** @return the coordinates of each polygon; undefined for any other geometry */
+function partsOf({ geometry }: VectorFeature): unknown[] | undefined {
+  if (geometry?.type === 'Polygon') return [geometry.coordinates];
+  if (geometry?.type !== 'MultiPolygon' || !Array.isArray(geometry.coordinates)) return undefined;
+  return geometry.coordinates as unknown[];
+}
+
 function polygonsOf(feature: VectorFeature, file: string, index: number): Polygon[] {
-  const type = feature.geometry?.type;
-  const coordinates = feature.geometry?.coordinates;
-  const raw = type === 'Polygon' ? [coordinates] : type === 'MultiPolygon' && Array.isArray(coordinates) ? (coordinates as unknown[]) : undefined;
-  if (raw === undefined) throw refused(file, `feature ${index + 1} is ${type ?? 'without a geometry'}`, 'Polygon or MultiPolygon');
+  const raw = partsOf(feature);
+  if (raw === undefined) {
+    throw refused(
+      file,
+      `feature ${index + 1} is ${feature.geometry?.type ?? 'without a geometry'}`,
+      'Polygon or MultiPolygon',
+    );
+  }
   return raw.map((one) => {
     const parsed = polygonSchema.safeParse(one);
-    if (!parsed.success) throw refused(file, `feature ${index + 1} has rings that are none`, 'rings of at least 4 points in degrees');
+    if (!parsed.success) {
+      throw refused(
+        file,
+        `feature ${index + 1} has rings that are none`,
+        'rings of at least 4 points in degrees',
+      );
+    }
     return parsed.data.map((ring) => ring.map(([x, y]): Point => [x, y]));
   });
 }

@@ -1,7 +1,15 @@
-import { kEverywhere, overlap, piecesOf, ringOfBox, unionOf, withShortEdges, type BoundsDeg } from '../geo/bounds.js';
+import {
+  kEverywhere,
+  overlap,
+  piecesOf,
+  ringOfBox,
+  unionOf,
+  withShortEdges,
+  type BoundsDeg,
+} from '../geo/bounds.js';
 import { circlePolygonDeg, circleTouchesSquare } from '../geo/circle.js';
 import { projectionOf, type Point, type Projection } from '../geo/crs.js';
-import { PolygonGround, type Polygon } from '../geo/polygon.js';
+import { PolygonIndex, type Polygon } from '../geo/polygon.js';
 import type { BoundsM } from '../model/square.js';
 import type { Region } from '../model/store.js';
 import { boundsOfSquare } from '../sources/naming.js';
@@ -16,9 +24,14 @@ const kMaxPieces = 2_000_000;
 /** All squares there are. */
 export const kAll: Region = { bounds: kEverywhere, touches: () => true, names: undefined };
 
-/** Exactly these squares. @param squares at least one; bounds are everywhere when they have no corners */
+/**
+ * Exactly these squares.
+ * @param squares at least one; bounds are everywhere when they have no corners
+ */
 export function regionOfSquares(squares: readonly Square[], square_m: number): Region {
-  const boxes = squares.map((square) => boundsOfSquare(square, square_m)).filter((box) => box !== null);
+  const boxes = squares
+    .map((square) => boundsOfSquare(square, square_m))
+    .filter((box) => box !== null);
   const names = new Set(squares.map((square) => square.name));
   if (boxes.length === 0) return { ...kAll, names };
   const places = new Set(boxes.map((box) => box.join(' ')));
@@ -39,18 +52,26 @@ export function regionOfCircle([east, north, radius]: readonly [number, number, 
 }
 
 /**
- * @param polygons in degrees, at least one @param crs `EPSG:n` of the squares
+ * @param polygons in degrees, at least one
+ * @param crs `EPSG:n` of the squares
  * @throws GrabberError USAGE for outlines that are too long to follow
  */
 export function regionOfPolygons(polygons: readonly Polygon[], crs: string): Region {
   const projection = projectionOf(crs);
   const pieces = polygons.flat().reduce((sum, ring) => sum + piecesOf(ring, kPiece_deg), 0);
-  if (pieces > kMaxPieces) throw usage(`read polygons: an outline of ${pieces} pieces of 500 m or less; allowed: at most ${kMaxPieces}`);
-  const grounds = polygons.map((polygon) => new PolygonGround(polygon.map((ring) => projectRing(ring, projection))));
+  if (pieces > kMaxPieces) {
+    throw usage(
+      `read polygons: an outline of ${pieces} pieces of 500 m or less; allowed: at most ` +
+        `${kMaxPieces}`,
+    );
+  }
+  const indices = polygons.map(
+    (polygon) => new PolygonIndex(polygon.map((ring) => projectRing(ring, projection))),
+  );
   return {
-    bounds: unionOf(grounds.map(({ bounds }) => bounds)),
+    bounds: unionOf(indices.map(({ bounds }) => bounds)),
     names: undefined,
-    touches: (square) => grounds.some((ground) => ground.touches(square)),
+    touches: (square) => indices.some((index) => index.touches(square)),
   };
 }
 
@@ -63,6 +84,9 @@ export function regionOfBoxDeg(box: BoundsDeg, crs: string): Region {
 }
 
 /** @param circle longitude, latitude and radius in metres on the ground */
-export function regionOfCircleDeg([lon, lat, radius_m]: readonly [number, number, number], crs: string): Region {
+export function regionOfCircleDeg(
+  [lon, lat, radius_m]: readonly [number, number, number],
+  crs: string,
+): Region {
   return regionOfPolygons([circlePolygonDeg([lon, lat], radius_m)], crs);
 }

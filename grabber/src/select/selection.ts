@@ -11,14 +11,30 @@ import { profileOf, termsOf, type AccessProfile } from '../sources/profile.js';
 import type { Source } from '../sources/source.js';
 import type { Variables } from '../sources/url-template.js';
 import { adHocCatalogue } from './ad-hoc-catalogue.js';
-import { adHocProfile, adHocTerms, checkTemplate, givenVariables, kAdHocSquareM, needsCorner, withTemplate } from './ad-hoc.js';
-import { withAskedNames } from './asked-names.js';
+import {
+  adHocProfile,
+  adHocTerms,
+  checkTemplate,
+  givenVariables,
+  kAdHocSquareM,
+  needsCorner,
+  withTemplate,
+} from './ad-hoc.js';
+import { withRequestedNames } from './requested-names.js';
 import { openFolder } from './folder-catalogue.js';
 import { kAll } from './region.js';
-import { chosenRegion, chosenWay, kWayNames, type Ground } from './region-options.js';
+import {
+  chosenRegion,
+  chosenRegionOption,
+  kRegionOptionNames,
+  type GridInfo,
+} from './region-options.js';
 import { usage } from './usage.js';
 
-/** What the command line says of sources and ground; cli/selection.ts makes it (`addSelectionOptions`). */
+/**
+ * What the command line says of sources and ground; cli/selection.ts makes it
+ * (`addSelectionOptions`).
+ */
 export type SelectionOptions = {
   source?: string;
   urlTemplate?: string;
@@ -44,7 +60,7 @@ export type SelectionOptions = {
   areasFolder?: string;
 };
 
-/** Which squares of which source, and how its hosts want to be asked. */
+/** Which squares of which source, and the limits for requests to its hosts. */
 export type Selection = {
   /** Folder name in the store. */
   readonly source: string;
@@ -60,80 +76,104 @@ export type Selection = {
   readonly ignored: readonly string[];
 };
 
-/** How patiently a catalogue is asked. */
-type Asking = Pick<CatalogueOptions, 'policy' | 'onRetry' | 'onLeftOut'>;
+/** How requests to a catalogue are retried and reported. */
+type CatalogueMonitoring = Pick<CatalogueOptions, 'policy' | 'onRetry' | 'onLeftOut'>;
 
 /**
- * Turns the command line into squares and how to get them. Reads area and polygon files, asks no host.
- * The catalogue gives every square that was asked for by name; one that the source does not have comes without
- * addresses, and `locate` says undefined to it.
- * @throws GrabberError USAGE, POLYGON_FILE, CONFIG
+ * Turns the command line into squares and their access. Reads area and polygon files, and contacts
+ * no host. The catalogue lists every square that was requested by name; one that the source lacks
+ * has no addresses, and `locate` finds none.
+ * @throws GrabberError USAGE, POLYGON_FILE or CONFIG
  */
 export async function select(
   options: SelectionOptions,
   sources: ReadonlyMap<string, Source>,
   http: HttpClient,
   signal: AbortSignal,
-  asking: Asking = {},
+  monitor: CatalogueMonitoring = {},
 ): Promise<Selection> {
-  chosenWay(options);
+  chosenRegionOption(options);
   let complete = true;
-  const { onLeftOut } = asking;
-  const heard = (error: GrabberError): void => {
+  const { onLeftOut } = monitor;
+  const countLeftOut = (error: GrabberError): void => {
     complete = false;
     onLeftOut?.(error);
   };
   const source = findSource(options, sources);
-  const selection =
-    options.from !== undefined
-      ? await fromFolder(options.from, options, source, signal)
-      : source !== undefined
-        ? await fromSource(options, source, http, onLeftOut === undefined ? asking : { ...asking, onLeftOut: heard }, signal)
-        : await fromTemplate(options, signal);
-  return { ...selection, catalogue: withAskedNames(selection.catalogue, selection.profile.square_m, () => complete) };
+  const counted = onLeftOut === undefined ? monitor : { ...monitor, onLeftOut: countLeftOut };
+  const selection = await selectFrom(options, source, http, counted, signal);
+  return {
+    ...selection,
+    catalogue: withRequestedNames(selection.catalogue, selection.profile.square_m, () => complete),
+  };
+}
+
+function selectFrom(
+  options: SelectionOptions,
+  source: Source | undefined,
+  http: HttpClient,
+  monitor: CatalogueMonitoring,
+  signal: AbortSignal,
+): Promise<Selection> {
+  if (options.from !== undefined) return fromFolder(options.from, options, source, signal);
+  if (source !== undefined) return fromSource(options, source, http, monitor, signal);
+  return fromTemplate(options, signal);
 }
 
 async function fromSource(
   options: SelectionOptions,
   configured: Source,
   http: HttpClient,
-  asking: Asking,
+  monitor: CatalogueMonitoring,
   signal: AbortSignal,
 ): Promise<Selection> {
   const given = givenVariables(options);
-  const source = options.urlTemplate === undefined ? configured : withTemplate(configured, options.urlTemplate, given);
-  const catalogue = openCatalogue(source, http, { ...asking, variables: given });
+  const source =
+    options.urlTemplate === undefined
+      ? configured
+      : withTemplate(configured, options.urlTemplate, given);
+  const catalogue = openCatalogue(source, http, { ...monitor, variables: given });
   return {
     ...recordsOf(source),
     profile: profileWithTemplate(source, configured, options.urlTemplate),
     catalogue,
-    region: await neededRegion(options, groundOf(source), signal),
+    region: await neededRegion(options, gridInfoOf(source), signal),
     ignored: [],
   };
 }
 
 /**
- * An address that was typed may be in a private network; it hears no secrets, which are for the addresses in the
- * source's file.
+ * Permits the origin of a typed address to be private; secrets are for the addresses in the
+ * source's file only.
  */
-function profileWithTemplate(source: Source, configured: Source, template: string | undefined): AccessProfile {
+function profileWithTemplate(
+  source: Source,
+  configured: Source,
+  template: string | undefined,
+): AccessProfile {
   const profile = { ...profileOf(source), secretOrigins: secretOriginsOf(configured) };
   if (template === undefined) return profile;
   return { ...profile, privateOrigins: [...profile.privateOrigins, originOfTemplate(template)] };
 }
 
 /** What the store records of squares of a source. */
-export function recordsOf(source: Source): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
+export function recordsOf(
+  source: Source,
+): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
   return { source: source.id, grid: source.id, gridCrs: source.crs, terms: termsOf(source) };
 }
 
-export function groundOf(source: Source): Ground {
+export function gridInfoOf(source: Source): GridInfo {
   return { crs: source.crs, square_m: source.square_m ?? null, extent_m: source.extent_m };
 }
 
 async function fromTemplate(options: SelectionOptions, signal: AbortSignal): Promise<Selection> {
   const template = options.urlTemplate;
-  if (template === undefined) throw usage('choose source: none given; allowed: --source ID, --url-template URL or --from FOLDER');
+  if (template === undefined) {
+    throw usage(
+      'choose source: none given; allowed: --source ID, --url-template URL or --from FOLDER',
+    );
+  }
   const given = givenVariables(options);
   checkTemplate(template, given, []);
   const plainNames = !needsCorner(template);
@@ -142,50 +182,91 @@ async function fromTemplate(options: SelectionOptions, signal: AbortSignal): Pro
     ...adHocRecords(options, 'adhoc'),
     profile: adHocProfile(options, template, square_m),
     catalogue: adHocCatalogue(template, given, plainNames),
-    region: await neededRegion(options, { crs: options.crs ?? null, square_m, extent_m: undefined }, signal),
+    region: await neededRegion(
+      options,
+      { crs: options.crs ?? null, square_m, extent_m: undefined },
+      signal,
+    ),
     ignored: [],
   };
 }
 
-async function fromFolder(from: string, options: SelectionOptions, source: Source | undefined, signal: AbortSignal): Promise<Selection> {
+async function fromFolder(
+  from: string,
+  options: SelectionOptions,
+  source: Source | undefined,
+  signal: AbortSignal,
+): Promise<Selection> {
   const folder = resolve(from);
-  const needless = { '--url-template': options.urlTemplate, '--block': options.block, '--set': options.set, '--missing-status': options.missingStatus, '--allow-private': options.allowPrivate };
-  const clash = Object.entries(needless).find(([, value]) => value !== undefined);
-  if (clash !== undefined) throw usage(`read folder ${folder}: ${clash[0]} with --from; allowed: only for web addresses`);
-  const way = chosenWay(options);
-  if (source?.square_m === undefined && way !== undefined && way !== 'squares') {
-    throw usage(`choose squares: a place with --from but without a grid; allowed: --squares, or --source ID whose file names tell the place`);
+  const unused = {
+    '--url-template': options.urlTemplate,
+    '--block': options.block,
+    '--set': options.set,
+    '--missing-status': options.missingStatus,
+    '--allow-private': options.allowPrivate,
+  };
+  const conflict = Object.entries(unused).find(([, value]) => value !== undefined);
+  if (conflict !== undefined) {
+    throw usage(
+      `read folder ${folder}: ${conflict[0]} with --from; allowed: only for web addresses`,
+    );
+  }
+  const regionOption = chosenRegionOption(options);
+  if (source?.square_m === undefined && regionOption !== undefined && regionOption !== 'squares') {
+    throw usage(
+      'choose squares: a place with --from but without a grid; allowed: --squares, or ' +
+        '--source ID whose file names tell the place',
+    );
   }
   const { catalogue, ignored } = await openFolder(folder, source, signal);
-  const ground = source === undefined ? { crs: null, square_m: null, extent_m: undefined } : groundOf(source);
+  const gridInfo =
+    source === undefined ? { crs: null, square_m: null, extent_m: undefined } : gridInfoOf(source);
   return {
     ...(source === undefined ? adHocRecords(options, 'local') : recordsOf(source)),
     profile: source === undefined ? adHocProfile(options, undefined, null) : profileOf(source),
     catalogue,
-    region: (await chosenRegion(options, ground, signal)) ?? kAll,
+    region: (await chosenRegion(options, gridInfo, signal)) ?? kAll,
     ignored,
   };
 }
 
-function adHocRecords(options: SelectionOptions, id: string): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
+function adHocRecords(
+  options: SelectionOptions,
+  id: string,
+): Pick<Selection, 'source' | 'grid' | 'gridCrs' | 'terms'> {
   const name = options.as ?? id;
   return { source: name, grid: name, gridCrs: options.crs ?? null, terms: adHocTerms(options) };
 }
 
-async function neededRegion(options: SelectionOptions, ground: Ground, signal: AbortSignal): Promise<Region> {
-  const region = await chosenRegion(options, ground, signal);
-  if (region === undefined) throw usage(`choose squares: none given; allowed: one of ${kWayNames}`);
+async function neededRegion(
+  options: SelectionOptions,
+  gridInfo: GridInfo,
+  signal: AbortSignal,
+): Promise<Region> {
+  const region = await chosenRegion(options, gridInfo, signal);
+  if (region === undefined) {
+    throw usage(`choose squares: none given; allowed: one of ${kRegionOptionNames}`);
+  }
   return region;
 }
 
-/** @return undefined without --source @throws GrabberError USAGE */
-export function findSource(options: SelectionOptions, sources: ReadonlyMap<string, Source>): Source | undefined {
+/**
+ * @return undefined without --source
+ * @throws GrabberError USAGE
+ */
+export function findSource(
+  options: SelectionOptions,
+  sources: ReadonlyMap<string, Source>,
+): Source | undefined {
   if (options.source === undefined) return undefined;
   const source = sources.get(options.source);
   if (source === undefined) {
-    throw usage(`choose source: "${options.source}"; allowed: ${[...sources.keys()].join(', ') || 'none, the sources folder is empty'}`);
+    throw usage(
+      `choose source: "${options.source}"; allowed: ` +
+        `${[...sources.keys()].join(', ') || 'none, the sources folder is empty'}`,
+    );
   }
-  const ownWords = {
+  const ownOptions = {
     '--as': options.as,
     '--crs': options.crs,
     '--licence': options.licence,
@@ -193,7 +274,11 @@ export function findSource(options: SelectionOptions, sources: ReadonlyMap<strin
     '--missing-status': options.missingStatus,
     '--allow-private': options.allowPrivate,
   };
-  const clash = Object.entries(ownWords).find(([, value]) => value !== undefined);
-  if (clash !== undefined) throw usage(`choose source: ${clash[0]} with --source ${source.id}; allowed: only without --source`);
+  const conflict = Object.entries(ownOptions).find(([, value]) => value !== undefined);
+  if (conflict !== undefined) {
+    throw usage(
+      `choose source: ${conflict[0]} with --source ${source.id}; allowed: only without --source`,
+    );
+  }
   return source;
 }

@@ -4,13 +4,21 @@ import { usage } from './usage.js';
 /** Becomes a file name in the store. */
 const kPlainName = /^[\p{L}\p{N}][\p{L}\p{N} ._()+-]{0,118}(?<! )$/u;
 
-/** Squares of a grid by name, or by the names of two corner squares: `462_101:465_103` is all twelve. */
+/**
+ * Squares of a grid by name, or by the names of two corner squares: `462_101:465_103` is all
+ * twelve.
+ */
 export function squaresByName(names: readonly string[], grid: Grid): Square[] {
   const found = new Map<string, Square>();
   for (const name of names) {
     for (const square of oneOrRange(name, grid)) {
       found.set(square.name, square);
-      if (found.size > kMaxSquares) throw usage(`read --squares: ${name} makes more than ${kMaxSquares} squares; allowed: at most ${kMaxSquares}`);
+      if (found.size > kMaxSquares) {
+        throw usage(
+          `read --squares: ${name} makes more than ${kMaxSquares} squares; allowed: at ` +
+            `most ${kMaxSquares}`,
+        );
+      }
     }
   }
   return [...found.values()];
@@ -23,10 +31,15 @@ function* oneOrRange(text: string, grid: Grid): Generator<Square> {
   if (from === undefined) return;
   const last = to ?? from;
   if (last.east_m < from.east_m || last.north_m < from.north_m) {
-    throw usage(`read --squares: "${text}"; allowed: a range from its south-west square to its north-east square`);
+    throw usage(
+      `read --squares: "${text}"; allowed: a range from its south-west square to its ` +
+        'north-east square',
+    );
   }
   for (let north = from.north_m; north <= last.north_m; north += grid.square_m) {
-    for (let east = from.east_m; east <= last.east_m; east += grid.square_m) yield squareAt(east, north);
+    for (let east = from.east_m; east <= last.east_m; east += grid.square_m) {
+      yield squareAt(east, north);
+    }
   }
 }
 
@@ -38,5 +51,8 @@ export function plainSquareOrNone(name: string): Square | undefined {
 /** A square of which only the name matters. */
 export function plainSquare(name: string): Square {
   if (kPlainName.test(name)) return { name, corner: undefined };
-  throw usage(`read square name: "${name}"; allowed: letters, digits, spaces, and ".", "_", "-", "+", "(" and ")", at most 120, the first a letter or digit`);
+  throw usage(
+    `read square name: "${name}"; allowed: letters, digits, spaces, and ".", "_", "-", ` +
+      '"+", "(" and ")", at most 120, the first a letter or digit',
+  );
 }

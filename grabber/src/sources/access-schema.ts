@@ -3,13 +3,19 @@ import { z } from 'zod';
 /** What the fields of [access] may hold; also the text of the error when they do not. */
 export const kAccessAllowed = {
   access: 'a table [access] with kind = "template", "stac" or "wfs" and the fields of that kind',
-  'access.kind': '"template" (an address per square), "stac" (STAC API) or "wfs" (OGC Web Feature Service)',
+  'access.kind':
+    '"template" (an address per square), "stac" (STAC API) or "wfs" (OGC Web Feature Service)',
   'access.urls':
-    'http(s) addresses, best first, with {E} and {N} (kilometres), {x} and {y} (metres) or {name}, and the names under [access.variables]',
-  'access.variables': 'tables [access.variables.<name>] with about, pattern (regular expression), allowed (text), and value or values',
+    'http(s) addresses, best first, with {E} and {N} (kilometres), {x} and {y} (metres) or ' +
+    '{name}, and the names under [access.variables]',
+  'access.variables':
+    'tables [access.variables.<name>] with about, pattern (regular expression), allowed ' +
+    '(text), and value or values',
   'access.items': 'http(s) address of the items of a STAC collection, .../collections/<id>/items',
   'access.page_size': 'an integer from 1 to 10000, items a reply',
-  'access.assets': 'tables [[access.assets]], best first, with key, href or media_type (regular expressions) and, for archives, member',
+  'access.assets':
+    'tables [[access.assets]], best first, with key, href or media_type (regular ' +
+    'expressions) and, for archives, member',
   'access.sign': 'http(s) address with {href}, that answers {"href": ...} for it',
   'access.url': 'http(s) address of the service, without parameters',
   'access.type': 'name of a feature type, such as namespace:layer',
@@ -17,7 +23,9 @@ export const kAccessAllowed = {
   'access.axes': '"en" or "ne", the order of coordinates in BBOX and replies',
   'access.url_field': 'field that holds the address; or else urls',
   'access.name_field': 'field that holds the name',
-  'access.name_pattern': 'regular expression with the groups (?<E>) and (?<N>) in kilometres or (?<x>) and (?<y>) in metres',
+  'access.name_pattern':
+    'regular expression with the groups (?<E>) and (?<N>) in kilometres or (?<x>) and ' +
+    '(?<y>) in metres',
   'access.name_corner': '"sw" or "nw", the corner that names tell',
   'access.block_field': 'field that holds the part of the survey',
   'access.block_pattern': 'regular expression with the group (?<block>)',
@@ -34,9 +42,9 @@ const variableSchema = z
     about: z.string().min(1).max(200),
     pattern: regExp,
     allowed: z.string().min(1).max(300),
-    /** What it always is unless the user says otherwise. */
+    /** The value unless the user gives another. */
     value: z.string().min(1).optional(),
-    /** All there are: a variable that nobody gave is found by asking for the square with each. */
+    /** All possible values: when the user gives none, each is tried until the square is found. */
     values: z.array(z.string().min(1)).min(1).max(200).optional(),
   })
   .refine(({ value, values }) => value === undefined || values === undefined)
@@ -58,8 +66,16 @@ const templateAccess = z.strictObject({
 });
 
 const assetSchema = z
-  .strictObject({ key: regExp.optional(), href: regExp.optional(), media_type: regExp.optional(), member: z.string().min(1).optional() })
-  .refine(({ key, href, media_type }) => key !== undefined || href !== undefined || media_type !== undefined);
+  .strictObject({
+    key: regExp.optional(),
+    href: regExp.optional(),
+    media_type: regExp.optional(),
+    member: z.string().min(1).optional(),
+  })
+  .refine(
+    ({ key, href, media_type }) =>
+      key !== undefined || href !== undefined || media_type !== undefined,
+  );
 
 const stacAccess = z.strictObject({
   kind: z.literal('stac'),
@@ -75,7 +91,10 @@ const wfsAccess = z
     kind: z.literal('wfs'),
     url: webAddress.refine((text) => !text.includes('?')),
     type: field,
-    crs: z.string().regex(/^EPSG:\d{4,6}$/).optional(),
+    crs: z
+      .string()
+      .regex(/^EPSG:\d{4,6}$/)
+      .optional(),
     axes: z.enum(['en', 'ne']).default('en'),
     page_size: z.int().min(1).max(10_000).default(1000),
     url_field: field.optional(),
@@ -90,9 +109,15 @@ const wfsAccess = z
   })
   .superRefine((access, context) => {
     if ((access.url_field === undefined) === (access.urls === undefined)) {
-      context.addIssue({ code: 'custom', path: ['url_field'], message: 'both url_field and urls, or neither' });
+      context.addIssue({
+        code: 'custom',
+        path: ['url_field'],
+        message: 'both url_field and urls, or neither',
+      });
     }
-    if (access.name_pattern === undefined) context.addIssue({ code: 'custom', path: ['name_pattern'] });
+    if (access.name_pattern === undefined) {
+      context.addIssue({ code: 'custom', path: ['name_pattern'] });
+    }
   });
 
 export const accessSchema = z.discriminatedUnion('kind', [templateAccess, stacAccess, wfsAccess]);

@@ -3,7 +3,10 @@ import { kAllowed, sourceSchema, type Source } from './source.js';
 
 const kKind: ConfigKind<Source> = { what: 'source', schema: sourceSchema, allowed: kAllowed };
 
-export function loadSources(folder: string, signal: AbortSignal): Promise<ReadonlyMap<string, Source>> {
+export function loadSources(
+  folder: string,
+  signal: AbortSignal,
+): Promise<ReadonlyMap<string, Source>> {
   return loadConfigFolder(folder, kKind, signal);
 }
 

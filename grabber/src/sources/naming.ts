@@ -3,22 +3,33 @@ import { squareAt, type Square } from './square.js';
 import { templatesOf, type Source } from './source.js';
 import { stemReader } from './url-template.js';
 
-/** Reads the place of a square out of the name a source gives it; undefined when the name is not of that form. */
+/**
+ * Reads the place of a square out of the name a source gives it; undefined when the name is not of
+ * that form.
+ */
 export type NameReader = (name: string) => Square | undefined;
 
-/** @param pattern groups E and N (kilometres) or x and y (metres); not anchored @param corner which one they tell */
+/**
+ * @param pattern groups E and N (kilometres) or x and y (metres); not anchored
+ * @param corner which one they tell
+ */
 export function patternReader(pattern: string, corner: 'sw' | 'nw', square_m: number): NameReader {
   const reader = new RegExp(pattern, 'i');
   return (name) => {
     const groups = reader.exec(name)?.groups;
     if (groups === undefined) return undefined;
-    const east_m = groups['E'] !== undefined ? Number(groups['E']) * 1000 : Number(groups['x'] ?? NaN);
-    const told_m = groups['N'] !== undefined ? Number(groups['N']) * 1000 : Number(groups['y'] ?? NaN);
-    return onGrid(east_m, corner === 'nw' ? told_m - square_m : told_m, square_m);
+    const east_m =
+      groups['E'] !== undefined ? Number(groups['E']) * 1000 : Number(groups['x'] ?? NaN);
+    const north_m =
+      groups['N'] !== undefined ? Number(groups['N']) * 1000 : Number(groups['y'] ?? NaN);
+    return onGrid(east_m, corner === 'nw' ? north_m - square_m : north_m, square_m);
   };
 }
 
-/** Reads file names of a source, without their extension, as its addresses or its catalogue have them. */
+/**
+ * Reads file names of a source, without their extension, as its addresses or its catalogue have
+ * them.
+ */
 export function fileNameReader(source: Source): NameReader {
   const { access, square_m } = source;
   if (square_m === undefined) return () => undefined;

@@ -2,7 +2,7 @@ import type { Terms } from '../model/square.js';
 import { hostsOf, privateOriginsOf, secretOriginsOf } from './hosts.js';
 import type { Source } from './source.js';
 
-/** How the hosts of a source want to be asked. */
+/** Limits and permissions for requests to the hosts of a source. */
 export type AccessProfile = {
   /** Requests at a time, 1 to 32. */
   readonly max_concurrent: number;
@@ -14,9 +14,12 @@ export type AccessProfile = {
   readonly hosts: readonly string[];
   /** Origins that may lead to loopback, link-local and private addresses (sources/hosts.ts). */
   readonly privateOrigins: readonly string[];
-  /** Header name -> NAME of the environment variable that holds its value; neither value nor header is ever logged. */
+  /**
+   * Header name -> NAME of the environment variable that holds its value; neither value nor header
+   * is ever logged.
+   */
   readonly secretHeaders: Readonly<Record<string, string>>;
-  /** Who may hear them, as URL.origin writes it (sources/hosts.ts). */
+  /** Origins that may receive the secret headers, as URL.origin writes them (sources/hosts.ts). */
   readonly secretOrigins: readonly string[];
   /** Edge of a square; null where files have no grid. */
   readonly square_m: number | null;

@@ -13,14 +13,19 @@ export const kAllowed = {
   licence: 'text of 1 to 200 characters',
   attribution: 'text of 1 to 200 characters',
   crs: 'EPSG:<number>, such as EPSG:3794',
-  crs_in_files: 'true or false, true where each file says its own CRS and crs is that of the catalogue only',
-  square_m: 'a multiple of 1000 from 1000 to 100000, metres; left out only for STAC catalogues whose files have no grid',
+  crs_in_files:
+    'true or false, true where each file says its own CRS and crs is that of the catalogue only',
+  square_m:
+    'a multiple of 1000 from 1000 to 100000, metres; left out only for STAC catalogues ' +
+    'whose files have no grid',
   extent_m: '[west, south, east, north] in metres with west < east and south < north',
   class_table: 'lower-case letters, digits and "-", the name of a file in config/classes',
   max_concurrent: 'an integer from 1 to 32, requests at a time',
   max_per_s: 'a number from 0.01 to 1000, requests a second',
   missing_status: 'a list of HTTP statuses from 400 to 499',
-  hosts: 'a list of host names without scheme or path, such as assets.example.org or assets.example.org:8080',
+  hosts:
+    'a list of host names without scheme or path, such as assets.example.org or ' +
+    'assets.example.org:8080',
   allow_private_addresses: 'true or false',
   secret_headers: 'a table [secret_headers] of header = "NAME_OF_ENVIRONMENT_VARIABLE"',
   ...kAccessAllowed,
@@ -28,7 +33,10 @@ export const kAllowed = {
 
 const text = z.string().min(1).max(200);
 const kLabel = '[a-z0-9]([a-z0-9-]*[a-z0-9])?';
-/** "host" is any port of a public host, and of a private one the ports of http and https; "host:port" this port. */
+/**
+ * "host" is any port of a public host, and of a private one the ports of http and https;
+ * "host:port" this port.
+ */
 export const hostName = z
   .string()
   .regex(new RegExp(`^(?=.{1,259}$)${kLabel}(\\.${kLabel})*(:[1-9]\\d{0,4})?$`))
@@ -52,20 +60,35 @@ export const sourceSchema = z
     missing_status: z.array(z.int().min(400).max(499)),
     hosts: z.array(hostName).default([]),
     allow_private_addresses: z.boolean().default(false),
-    secret_headers: z.record(z.string().regex(/^[A-Za-z][A-Za-z0-9-]*$/), z.string().regex(/^[A-Za-z_][A-Za-z0-9_]*$/)).default({}),
+    secret_headers: z
+      .record(
+        z.string().regex(/^[A-Za-z][A-Za-z0-9-]*$/),
+        z.string().regex(/^[A-Za-z_][A-Za-z0-9_]*$/),
+      )
+      .default({}),
     access: accessSchema,
   })
   .superRefine((source, context) => {
     const problem = addressProblem(source.access);
-    if (problem !== undefined) context.addIssue({ code: 'custom', path: ['access', problem.field], message: problem.message });
+    if (problem !== undefined) {
+      context.addIssue({
+        code: 'custom',
+        path: ['access', problem.field],
+        message: problem.message,
+      });
+    }
     const gridless = source.access.kind === 'stac' && source.access.name_pattern === undefined;
-    if (source.square_m === undefined && !gridless) context.addIssue({ code: 'custom', path: ['square_m'] });
+    if (source.square_m === undefined && !gridless) {
+      context.addIssue({ code: 'custom', path: ['square_m'] });
+    }
   });
 
 /** One open-data portal. */
 export type Source = z.infer<typeof sourceSchema>;
 
-/** What the addresses of a source leave open; sources whose catalogue knows the addresses have none. */
+/**
+ * What the addresses of a source leave open; sources whose catalogue knows the addresses have none.
+ */
 export function variablesOf(source: Source): SourceVariables {
   return source.access.kind === 'stac' ? {} : source.access.variables;
 }
@@ -84,9 +107,16 @@ function addressProblem(access: Source['access']): { field: string; message: str
     if (message !== undefined) return { field: 'urls', message };
   }
   const unused = names.find((name) => !urls.some((url) => placeholdersOf(url).includes(name)));
-  if (unused !== undefined) return { field: 'variables', message: `${unused}, which no address uses` };
+  if (unused !== undefined) {
+    return { field: 'variables', message: `${unused}, which no address uses` };
+  }
   const probed = names.filter((name) => access.variables[name]?.values !== undefined);
   // The row of a square remembers one thing that was found, its block.
-  if (probed.length > 1) return { field: 'variables', message: `values for ${probed.join(' and ')}, where one can be found by asking` };
+  if (probed.length > 1) {
+    return {
+      field: 'variables',
+      message: `values for ${probed.join(' and ')}, where one can be found by asking`,
+    };
+  }
   return undefined;
 }

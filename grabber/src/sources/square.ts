@@ -1,7 +1,9 @@
 import type { BoundsM } from '../model/square.js';
 import { GrabberError } from '../util/errors.js';
 
-/** A square of a source's kilometre grid, or a file known only by its name (then without a corner). */
+/**
+ * A square of a source's kilometre grid, or a file known only by its name (then without a corner).
+ */
 export type Square = {
   readonly name: string;
   /** South-west corner, metres in the source's CRS. */
@@ -29,17 +31,25 @@ export function squareAt(east_m: number, north_m: number): Square {
 export function parseSquare(name: string, grid: Grid): Square {
   const match = kGridName.exec(name);
   if (match === null) {
-    throw new GrabberError('USAGE', `read square name: "${name}"; allowed: E_N in kilometres, such as 462_101`);
+    throw new GrabberError(
+      'USAGE',
+      `read square name: "${name}"; allowed: E_N in kilometres, such as 462_101`,
+    );
   }
   const square = squareAt(Number(match[1]) * 1000, Number(match[2]) * 1000);
   const { east_m, north_m } = square.corner ?? { east_m: 0, north_m: 0 };
   if (east_m % grid.square_m !== 0 || north_m % grid.square_m !== 0) {
     throw new GrabberError(
       'USAGE',
-      `read square name: "${name}"; allowed: multiples of the square size, ${grid.square_m / 1000} km`,
+      `read square name: "${name}"; allowed: multiples of the square size, ` +
+        `${grid.square_m / 1000} km`,
     );
   }
-  checkExtent(`read square name: "${name}"`, [east_m, north_m, east_m + grid.square_m, north_m + grid.square_m], grid);
+  checkExtent(
+    `read square name: "${name}"`,
+    [east_m, north_m, east_m + grid.square_m, north_m + grid.square_m],
+    grid,
+  );
   return square;
 }
 
@@ -50,6 +60,7 @@ function checkExtent(shown: string, box: BoundsM, grid: Grid): void {
   if (box[0] < east && box[2] > west && box[1] < north && box[3] > south) return;
   throw new GrabberError(
     'USAGE',
-    `${shown} lies outside the source; allowed: ${west},${south},${east},${north} (west,south,east,north in metres)`,
+    `${shown} lies outside the source; allowed: ${west},${south},${east},${north} ` +
+      '(west,south,east,north in metres)',
   );
 }

@@ -20,7 +20,10 @@ export function placeholdersOf(template: string): string[] {
 }
 
 /** @return why the template cannot be used, or undefined when it can */
-export function templateProblem(template: string, variableNames: readonly string[]): string | undefined {
+export function templateProblem(
+  template: string,
+  variableNames: readonly string[],
+): string | undefined {
   const allowed = [...kGridPlaceholders, ...variableNames];
   const unknown = placeholdersOf(template).find((name) => !allowed.includes(name));
   if (unknown !== undefined) {
@@ -31,13 +34,19 @@ export function templateProblem(template: string, variableNames: readonly string
   }
   const used = placeholdersOf(template);
   const placed =
-    used.includes('name') || (used.includes('E') && used.includes('N')) || (used.includes('x') && used.includes('y'));
-  if (!placed) return 'no placeholder that tells squares apart; allowed: {E} and {N}, {x} and {y}, or {name}';
+    used.includes('name') ||
+    (used.includes('E') && used.includes('N')) ||
+    (used.includes('x') && used.includes('y'));
+  if (!placed) {
+    return 'no placeholder that tells squares apart; allowed: {E} and {N}, {x} and {y}, or {name}';
+  }
   const sample = template.replace(kPlaceholder, '0');
   if (!URL.canParse(sample) || !['http:', 'https:'].includes(new URL(sample).protocol)) {
     return 'no web address; allowed: http://... or https://...';
   }
-  if (/^[a-z]+:\/\/[^/?#]*\{/i.test(template)) return 'a placeholder in the host; allowed: in path and parameters only';
+  if (/^[a-z]+:\/\/[^/?#]*\{/i.test(template)) {
+    return 'a placeholder in the host; allowed: in path and parameters only';
+  }
   return undefined;
 }
 
@@ -47,7 +56,8 @@ export function expandTemplate(template: string, square: Square, variables: Vari
     if (value === undefined) {
       throw new GrabberError(
         'TEMPLATE',
-        `expand url template "${template}" for square ${square.name}: {${name}} has no value; allowed: any text`,
+        `expand url template "${template}" for square ${square.name}: {${name}} has no ` +
+          'value; allowed: any text',
       );
     }
     return encodeURIComponent(width === undefined ? value : value.padStart(Number(width), '0'));
@@ -66,8 +76,12 @@ function gridValue(name: GridPlaceholder, square: Square): string | undefined {
  * Reads file names made by the template's last path segment, without their extension.
  * @return a function from a stem such as TM_462_101 to the corner, undefined when it does not fit
  */
-export function stemReader(template: string): (stem: string) => { east_m: number; north_m: number } | undefined {
-  const segment = template.slice(template.lastIndexOf('/') + 1).replace(/(\.copc)?\.(laz|las|zlas)$/i, '');
+export function stemReader(
+  template: string,
+): (stem: string) => { east_m: number; north_m: number } | undefined {
+  const segment = template
+    .slice(template.lastIndexOf('/') + 1)
+    .replace(/(\.copc)?\.(laz|las|zlas)$/i, '');
   let pattern = '';
   let last = 0;
   const seen = new Set<string>();
@@ -80,8 +94,10 @@ export function stemReader(template: string): (stem: string) => { east_m: number
   return (stem) => {
     const groups = whole.exec(stem)?.groups;
     if (groups === undefined) return undefined;
-    const east_m = groups['E'] !== undefined ? Number(groups['E']) * 1000 : Number(groups['x'] ?? NaN);
-    const north_m = groups['N'] !== undefined ? Number(groups['N']) * 1000 : Number(groups['y'] ?? NaN);
+    const east_m =
+      groups['E'] !== undefined ? Number(groups['E']) * 1000 : Number(groups['x'] ?? NaN);
+    const north_m =
+      groups['N'] !== undefined ? Number(groups['N']) * 1000 : Number(groups['y'] ?? NaN);
     return Number.isFinite(east_m) && Number.isFinite(north_m) ? { east_m, north_m } : undefined;
   };
 }

@@ -6,43 +6,57 @@ import { placeholdersOf, type Variables } from './url-template.js';
 /** What is known before any square is asked for. */
 export type ChosenVariables = {
   readonly given: Variables;
-  /** The one variable that is found by asking, with all it may be; undefined when nothing is left open. */
+  /**
+   * The one variable that is found by asking, with all it may be; undefined when nothing is left
+   * open.
+   */
   readonly probed: { readonly name: string; readonly values: readonly string[] } | undefined;
 };
 
 /** @throws GrabberError USAGE for a value that is missing, needless or not allowed */
 export function chooseVariables(source: Source, given: Variables): ChosenVariables {
   const all = variablesOf(source);
-  refuseNeedless(source, all, given);
+  refuseUnused(source, all, given);
   const values: Record<string, string> = {};
   let probed: ChosenVariables['probed'];
   for (const [name, variable] of Object.entries(all)) {
     const value = given[name] ?? variable.value;
     if (value !== undefined) {
-      if (!matches(variable.pattern, value)) throw usage(`set ${name}: "${value}"; allowed: ${variable.allowed}`);
+      if (!matches(variable.pattern, value)) {
+        throw usage(`set ${name}: "${value}"; allowed: ${variable.allowed}`);
+      }
       values[name] = value;
     } else if (variable.values !== undefined) {
       probed = { name, values: variable.values };
     } else {
       const how = name === 'block' ? '--block' : `--set ${name}=`;
-      throw usage(`choose squares of ${source.id}: ${name} (${variable.about}) is missing; allowed: ${how} with ${variable.allowed}`);
+      throw usage(
+        `choose squares of ${source.id}: ${name} (${variable.about}) is missing; allowed: ` +
+          `${how} with ${variable.allowed}`,
+      );
     }
   }
   return { given: values, probed };
 }
 
-function refuseNeedless(source: Source, all: SourceVariables, given: Variables): void {
-  const needless = Object.keys(given).find((name) => all[name] === undefined);
-  if (needless === undefined) return;
+function refuseUnused(source: Source, all: SourceVariables, given: Variables): void {
+  const unused = Object.keys(given).find((name) => all[name] === undefined);
+  if (unused === undefined) return;
   const own = Object.keys(all).join(', ') || 'none, its addresses leave nothing open';
-  throw usage(`set ${needless}: source ${source.id} has no {${needless}}; allowed: ${own}`);
+  throw usage(`set ${unused}: source ${source.id} has no {${unused}}; allowed: ${own}`);
 }
 
-/** The name of the variable that is a square's block: the one found by asking, else one named so. */
+/**
+ * The name of the variable that is a square's block: the one found by asking, else one named so.
+ */
 export function blockVariableOf(source: Source): string | undefined {
   const all = variablesOf(source);
-  const names = Object.keys(all).filter((name) => templatesOf(source).some((url) => placeholdersOf(url).includes(name)));
-  return names.find((name) => all[name]?.values !== undefined) ?? names.find((name) => name === 'block');
+  const names = Object.keys(all).filter((name) =>
+    templatesOf(source).some((url) => placeholdersOf(url).includes(name)),
+  );
+  return (
+    names.find((name) => all[name]?.values !== undefined) ?? names.find((name) => name === 'block')
+  );
 }
 
 function usage(message: string): GrabberError {

@@ -1,6 +1,6 @@
 import type { Statement } from 'better-sqlite3';
 import type { Area, AreaTable as AreaTableContract } from '../model/store.js';
-import { changing, reading, type Connection } from './connection.js';
+import { inTransaction, withReadErrors, type Connection } from './connection.js';
 import { Contents } from './contents.js';
 import { decodePolygon, encodePolygon } from './geopackage-geometry.js';
 import { RowReader, type Row } from './row-reader.js';
@@ -18,14 +18,15 @@ export class AreaTable implements AreaTableContract {
     this.#connection = connection;
     this.#contents = new Contents(db, 'areas');
     this.#put = db.prepare(
-      'INSERT INTO areas (geom, name, title) VALUES (@geom, @name, @title) ON CONFLICT (name) DO UPDATE SET geom = @geom, title = @title',
+      'INSERT INTO areas (geom, name, title) VALUES (@geom, @name, @title) ON CONFLICT ' +
+        '(name) DO UPDATE SET geom = @geom, title = @title',
     );
     this.#get = db.prepare('SELECT * FROM areas WHERE name = ?');
     this.#list = db.prepare('SELECT * FROM areas ORDER BY name');
   }
 
   put(area: Area): void {
-    changing(this.#connection, () => {
+    inTransaction(this.#connection, () => {
       this.#put.run({ name: area.name, title: area.title, geom: encodePolygon(area.polygon) });
       this.#contents.measure();
       this.#contents.touch(this.#connection.clock.now().toISOString());
@@ -33,14 +34,14 @@ export class AreaTable implements AreaTableContract {
   }
 
   get(name: string): Area | undefined {
-    return reading(this.#connection, () => {
+    return withReadErrors(this.#connection, () => {
       const row = this.#get.get(name) as Row | undefined;
       return row === undefined ? undefined : areaOf(row);
     });
   }
 
   list(): Area[] {
-    return reading(this.#connection, () => (this.#list.all() as Row[]).map(areaOf));
+    return withReadErrors(this.#connection, () => (this.#list.all() as Row[]).map(areaOf));
   }
 }
 
@@ -49,5 +50,9 @@ function areaOf(row: Row): Area {
   const read = new RowReader(row, shown);
   const geom = row['geom'];
   if (!Buffer.isBuffer(geom)) return read.fail('geom', 'a geometry');
-  return { name: read.text('name'), title: read.text('title'), polygon: decodePolygon(geom, shown) };
+  return {
+    name: read.text('name'),
+    title: read.text('title'),
+    polygon: decodePolygon(geom, shown),
+  };
 }

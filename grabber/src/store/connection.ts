@@ -5,10 +5,15 @@ import { GrabberError } from '../util/errors.js';
 import { asStoreError } from './store-error.js';
 
 /** An open database with its place and its clock; what its tables share. */
-export type Connection = { readonly db: Database; readonly path: string; readonly clock: Clock; readonly readOnly: boolean };
+export type Connection = {
+  readonly db: Database;
+  readonly path: string;
+  readonly clock: Clock;
+  readonly readOnly: boolean;
+};
 
 /** Runs reads; SQLite's errors become the store's. */
-export function reading<T>({ path }: Connection, run: () => T): T {
+export function withReadErrors<T>({ path }: Connection, run: () => T): T {
   try {
     return run();
   } catch (error) {
@@ -28,9 +33,17 @@ function immediate(db: Database, run: () => unknown): unknown {
   return transaction.immediate(run);
 }
 
-/** Runs changes as one transaction. Immediate: one that begins by reading could find at its first write that another process was faster. */
-export function changing<T>({ db, path, readOnly }: Connection, run: () => T): T {
-  if (readOnly) throw new GrabberError('STORE_IO', `write ${path}: the store was opened for reading; allowed: reads`);
+/**
+ * Runs changes as one transaction. Immediate: one that begins by reading could find at its first
+ * write that another process was faster.
+ */
+export function inTransaction<T>({ db, path, readOnly }: Connection, run: () => T): T {
+  if (readOnly) {
+    throw new GrabberError(
+      'STORE_IO',
+      `write ${path}: the store was opened for reading; allowed: reads`,
+    );
+  }
   try {
     return immediate(db, run) as T;
   } catch (error) {

@@ -1,7 +1,10 @@
 import type { Database, Statement } from 'better-sqlite3';
 import { envelopeOfBlob, type Envelope } from './geopackage-geometry.js';
 
-/** Keeps what gpkg_contents says of a layer right: its extent, and when it last changed. Called within the change's transaction. */
+/**
+ * Keeps what gpkg_contents says of a layer right: its extent, and when it last changed. Called
+ * within the change's transaction.
+ */
 export class Contents {
   readonly #touch: Statement;
   readonly #grow: Statement;
@@ -12,11 +15,16 @@ export class Contents {
     const where = `WHERE table_name = '${table}'`;
     this.#touch = db.prepare(`UPDATE gpkg_contents SET last_change = ? ${where}`);
     this.#grow = db.prepare(
-      'UPDATE gpkg_contents SET min_x = min(coalesce(min_x, @a), @a), max_x = max(coalesce(max_x, @b), @b), ' +
+      'UPDATE gpkg_contents SET min_x = min(coalesce(min_x, @a), @a), max_x = ' +
+        'max(coalesce(max_x, @b), @b), ' +
         `min_y = min(coalesce(min_y, @c), @c), max_y = max(coalesce(max_y, @d), @d) ${where}`,
     );
-    this.#set = db.prepare(`UPDATE gpkg_contents SET min_x = ?, max_x = ?, min_y = ?, max_y = ? ${where}`);
-    this.#geometries = db.prepare(`SELECT substr(geom, 1, 40) FROM ${table} WHERE geom IS NOT NULL`).pluck();
+    this.#set = db.prepare(
+      `UPDATE gpkg_contents SET min_x = ?, max_x = ?, min_y = ?, max_y = ? ${where}`,
+    );
+    this.#geometries = db
+      .prepare(`SELECT substr(geom, 1, 40) FROM ${table} WHERE geom IS NOT NULL`)
+      .pluck();
   }
 
   touch(now: string): void {
@@ -43,6 +51,11 @@ export class Extent {
     const one = blob === null ? undefined : envelopeOfBlob(blob);
     if (one === undefined) return;
     const [a, b, c, d] = this.envelope ?? one;
-    this.envelope = [Math.min(a, one[0]), Math.max(b, one[1]), Math.min(c, one[2]), Math.max(d, one[3])];
+    this.envelope = [
+      Math.min(a, one[0]),
+      Math.max(b, one[1]),
+      Math.min(c, one[2]),
+      Math.max(d, one[3]),
+    ];
   }
 }

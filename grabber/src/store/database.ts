@@ -8,44 +8,74 @@ import { asStoreError } from './store-error.js';
 /** Another process writes in short transactions; this is far longer than any of them. */
 const kBusyTimeout_ms = 10_000;
 
-/** Opens or makes the database of a store for writing, at the newest version. @throws GrabberError */
-export function openForWriting(root: string, path: string, migrations: readonly Migration[], now: Date): Database {
+/**
+ * Opens or makes the database of a store for writing, at the newest version.
+ * @throws GrabberError
+ */
+export function openForWriting(
+  root: string,
+  path: string,
+  migrations: readonly Migration[],
+  now: Date,
+): Database {
   try {
     mkdirSync(root, { recursive: true });
   } catch (error) {
-    throw new GrabberError('STORE_IO', `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`, { cause: error });
+    throw new GrabberError(
+      'STORE_IO',
+      `make store folder ${root}: ${describeError(error)}; allowed: a folder that can be written`,
+      { cause: error },
+    );
   }
-  return opened(path, () => new Sqlite(path, { timeout: kBusyTimeout_ms }), (db) => {
-    // Looked at before anything is changed: it may be somebody else's database.
-    checkNotNewer(schemaVersion(db, path), migrations.length, path);
-    db.pragma('journal_mode = WAL');
-    db.pragma('synchronous = NORMAL');
-    db.pragma('foreign_keys = ON');
-    migrate(db, path, migrations, now);
-  });
+  return opened(
+    path,
+    () => new Sqlite(path, { timeout: kBusyTimeout_ms }),
+    (db) => {
+      // Checked before anything is changed, since it may be a foreign database.
+      checkNotNewer(schemaVersion(db, path), migrations.length, path);
+      db.pragma('journal_mode = WAL');
+      db.pragma('synchronous = NORMAL');
+      db.pragma('foreign_keys = ON');
+      migrate(db, path, migrations, now);
+    },
+  );
 }
 
-/** Opens the database of a store that is there, also while another process writes to it. @throws GrabberError */
+/**
+ * Opens the database of a store that is there, also while another process writes to it.
+ * @throws GrabberError
+ */
 export function openForReading(path: string, migrations: readonly Migration[]): Database {
   checkIsThere(path);
-  return opened(path, () => readable(path), (db) => {
-    const version = schemaVersion(db, path);
-    checkNotNewer(version, migrations.length, path);
-    if (version === migrations.length) return;
-    throw new GrabberError(
-      'STORE_FORMAT',
-      `open store ${path}: its version is ${version}; allowed: ${migrations.length}; "resume" brings it there`,
-    );
-  });
+  return opened(
+    path,
+    () => readable(path),
+    (db) => {
+      const version = schemaVersion(db, path);
+      checkNotNewer(version, migrations.length, path);
+      if (version === migrations.length) return;
+      throw new GrabberError(
+        'STORE_FORMAT',
+        `open store ${path}: its version is ${version}; allowed: ${migrations.length}; ` +
+          '"resume" brings it there',
+      );
+    },
+  );
 }
 
 /** @throws GrabberError STORE_FORMAT when there is no database */
 export function checkIsThere(path: string): void {
   if (statSync(path, { throwIfNoEntry: false })?.isFile() === true) return;
-  throw new GrabberError('STORE_FORMAT', `open store ${path}: no such file; allowed: a folder that the grabber fills`);
+  throw new GrabberError(
+    'STORE_FORMAT',
+    `open store ${path}: no such file; allowed: a folder that the grabber fills`,
+  );
 }
 
-/** A reader shares memory with writers through a file beside the database, which cannot be made on a disk without write access. */
+/**
+ * Opens a database for reading. Readers share memory with writers through a file next to the
+ * database, which cannot be created on a read-only disk.
+ */
 function readable(path: string): Database {
   const db = new Sqlite(path, { readonly: true, timeout: kBusyTimeout_ms });
   try {
@@ -55,21 +85,32 @@ function readable(path: string): Database {
     db.close();
     const code = error instanceof Error && 'code' in error ? String(error.code) : '';
     // What is in a log that cannot be read would be missing, so then it is an error.
-    if (!/^SQLITE_(CANTOPEN|READONLY)/.test(code) || (statSync(`${path}-wal`, { throwIfNoEntry: false })?.size ?? 0) > 0) throw error;
+    if (
+      !/^SQLITE_(CANTOPEN|READONLY)/.test(code) ||
+      (statSync(`${path}-wal`, { throwIfNoEntry: false })?.size ?? 0) > 0
+    ) {
+      throw error;
+    }
     return new Sqlite(`${pathToFileURL(path).href}?immutable=1`, { readonly: true });
   }
 }
 
-/** Whether files lie beside the database that its users share: its log, and an index of it. */
+/**
+ * Whether the files that users of a database share exist next to it: its log, and the index of the
+ * log.
+ */
 export function hasLog(path: string): boolean {
-  return ['-wal', '-shm'].some((end) => statSync(`${path}${end}`, { throwIfNoEntry: false }) !== undefined);
+  return ['-wal', '-shm'].some(
+    (end) => statSync(`${path}${end}`, { throwIfNoEntry: false }) !== undefined,
+  );
 }
 
 /**
- * Removes an empty log that only readers have made, which they may not do themselves: the last to leave a database must
- * have been able to write. SQLite sees to it that nobody else is there. On a disk without write access it stays.
+ * Removes an empty log that readers have created: only a process that can write may remove it, as
+ * the last one to close the database. SQLite makes sure that no other process uses it. On a
+ * read-only disk it stays.
  */
-export function leaveNoLog(path: string): void {
+export function removeEmptyLog(path: string): void {
   if (!hasLog(path)) return;
   try {
     const db = new Sqlite(path, { fileMustExist: true, timeout: 0 });
@@ -79,7 +120,7 @@ export function leaveNoLog(path: string): void {
       db.close();
     }
   } catch {
-    // Somebody else is there, or it cannot be written.
+    // Another process uses it, or the disk is read-only.
   }
 }
 

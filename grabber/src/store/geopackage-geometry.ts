@@ -13,7 +13,7 @@ const kHeaderBytes = 40;
 const kFlags = 0b0000_0011;
 const kPolygon = 3;
 /** More than any area has; a damaged count must not fill the memory. */
-const kMostPositions = 1_000_000;
+const kMaxPositions = 1_000_000;
 
 /**
  * A polygon in EPSG:4326 as GeoPackageBinary: header with envelope, then little-endian WKB.
@@ -40,11 +40,17 @@ export function encodePolygon(rings: Rings): Buffer {
   return out;
 }
 
-/** @param shown names the geometry in messages @throws GrabberError STORE_DAMAGED */
+/**
+ * @param shown names the geometry in messages
+ * @throws GrabberError STORE_DAMAGED
+ */
 export function decodePolygon(blob: Uint8Array, shown: string): Position[][] {
   const bytes = Buffer.from(blob.buffer, blob.byteOffset, blob.byteLength);
   const fail = (what: string): never => {
-    throw new GrabberError('STORE_DAMAGED', `read geometry of ${shown}: ${what}; allowed: a GeoPackage polygon in EPSG:4326`);
+    throw new GrabberError(
+      'STORE_DAMAGED',
+      `read geometry of ${shown}: ${what}; allowed: a GeoPackage polygon in EPSG:4326`,
+    );
   };
   let at = polygonStart(bytes, fail);
   const count = (): number => {
@@ -54,12 +60,17 @@ export function decodePolygon(blob: Uint8Array, shown: string): Position[][] {
   };
   const rings: Position[][] = [];
   const ringCount = count();
-  if (ringCount < 1 || ringCount > kMostPositions) fail(`${ringCount} rings`);
+  if (ringCount < 1 || ringCount > kMaxPositions) fail(`${ringCount} rings`);
   for (let index = 0; index < ringCount; ++index) {
     const length = count();
-    if (length > kMostPositions || at + 16 * length > bytes.length) return fail('it is cut off');
-    const ring = Array.from({ length }, (_unused, i): Position => [bytes.readDoubleLE(at + 16 * i), bytes.readDoubleLE(at + 16 * i + 8)]);
-    if (ring.some(([x, y]) => !Number.isFinite(x) || !Number.isFinite(y))) fail('a position is no number');
+    if (length > kMaxPositions || at + 16 * length > bytes.length) return fail('it is cut off');
+    const ring = Array.from({ length }, (_unused, i): Position => [
+      bytes.readDoubleLE(at + 16 * i),
+      bytes.readDoubleLE(at + 16 * i + 8),
+    ]);
+    if (ring.some(([x, y]) => !Number.isFinite(x) || !Number.isFinite(y))) {
+      fail('a position is no number');
+    }
     rings.push(ring);
     at += 16 * length;
   }
@@ -69,13 +80,27 @@ export function decodePolygon(blob: Uint8Array, shown: string): Position[][] {
 /** Of the header that encodePolygon and every GIS program write; undefined when there is none. */
 export function envelopeOfBlob(blob: Uint8Array): Envelope | undefined {
   const bytes = Buffer.from(blob.buffer, blob.byteOffset, blob.byteLength);
-  if (bytes.length < kHeaderBytes || bytes.toString('latin1', 0, 2) !== 'GP' || (bytes.readUInt8(3) & 1) === 0) return undefined;
+  if (
+    bytes.length < kHeaderBytes ||
+    bytes.toString('latin1', 0, 2) !== 'GP' ||
+    (bytes.readUInt8(3) & 1) === 0
+  ) {
+    return undefined;
+  }
   if (((bytes.readUInt8(3) >> 1) & 7) === 0) return undefined;
-  return [bytes.readDoubleLE(8), bytes.readDoubleLE(16), bytes.readDoubleLE(24), bytes.readDoubleLE(32)];
+  return [
+    bytes.readDoubleLE(8),
+    bytes.readDoubleLE(16),
+    bytes.readDoubleLE(24),
+    bytes.readDoubleLE(32),
+  ];
 }
 
 export function envelopeOf(rings: Rings): Envelope {
-  let [minX, maxX, minY, maxY] = [Infinity, -Infinity, Infinity, -Infinity];
+  let minX = Infinity;
+  let maxX = -Infinity;
+  let minY = Infinity;
+  let maxY = -Infinity;
   for (const ring of rings) {
     for (const [x, y] of ring) {
       minX = Math.min(minX, x);
@@ -87,15 +112,24 @@ export function envelopeOf(rings: Rings): Envelope {
   return [minX, maxX, minY, maxY];
 }
 
-/** GIS programs may have written the geometry anew, so every envelope is understood. @return where the count of rings stands */
+/**
+ * GIS programs may have written the geometry anew, so every envelope is understood.
+ * @return where the count of rings stands
+ */
 function polygonStart(bytes: Buffer, fail: (what: string) => never): number {
-  if (bytes.length < 8 || bytes.toString('latin1', 0, 2) !== 'GP') fail('it does not start with "GP"');
+  if (bytes.length < 8 || bytes.toString('latin1', 0, 2) !== 'GP') {
+    fail('it does not start with "GP"');
+  }
   const flags = bytes.readUInt8(3);
   const envelopeBytes = [0, 32, 48, 48, 64][(flags >> 1) & 7];
-  if (bytes.readUInt8(2) !== 0 || (flags & 1) === 0 || envelopeBytes === undefined) return fail(`version or flags ${flags}`);
+  if (bytes.readUInt8(2) !== 0 || (flags & 1) === 0 || envelopeBytes === undefined) {
+    return fail(`version or flags ${flags}`);
+  }
   if (bytes.readInt32LE(4) !== kWgs84) fail(`its srs_id is ${bytes.readInt32LE(4)}`);
   const at = 8 + envelopeBytes;
   if (bytes.length < at + 9) fail('it is cut off');
-  if (bytes.readUInt8(at) !== 1 || bytes.readUInt32LE(at + 1) !== kPolygon) fail('it is no little-endian polygon');
+  if (bytes.readUInt8(at) !== 1 || bytes.readUInt32LE(at + 1) !== kPolygon) {
+    fail('it is no little-endian polygon');
+  }
   return at + 5;
 }

@@ -24,19 +24,27 @@ export type FileKind = 'lidar' | 'ortho';
 export const kNamePattern = /^[^./\\\p{Cc}][^/\\\p{Cc}]{0,199}$/u;
 const kNameAllowed = '1 to 200 characters without "/", "\\", control characters, or "." in front';
 
+/** A part of a path that kNamePattern allows, for patterns of whole paths. */
+const kPart = String.raw`[^./\\\p{Cc}][^/\\\p{Cc}]*`;
+
 /** Paths of finished files, as `kPlaces` makes them. */
-export const kFilePath: Readonly<Record<FileKind, { readonly pattern: RegExp; readonly allowed: string }>> = {
+export const kFilePath: Readonly<
+  Record<FileKind, { readonly pattern: RegExp; readonly allowed: string }>
+> = {
   lidar: {
-    pattern: /^lidar\/[^./\\\p{Cc}][^/\\\p{Cc}]*\/[^./\\\p{Cc}][^/\\\p{Cc}]*\.(laz|las|zlas)$/u,
+    pattern: new RegExp(`^lidar/${kPart}/${kPart}\\.(laz|las|zlas)$`, 'u'),
     allowed: 'lidar/<source>/<name>.laz, .las or .zlas',
   },
   ortho: {
-    pattern: /^ortho\/[^./\\\p{Cc}][^/\\\p{Cc}]*\/[^./\\\p{Cc}][^/\\\p{Cc}]*\/[^./\\\p{Cc}][^/\\\p{Cc}]*\.tif$/u,
+    pattern: new RegExp(`^ortho/${kPart}/${kPart}/${kPart}\\.tif$`, 'u'),
     allowed: 'ortho/<source>/<grid>/<name>.tif',
   },
 };
 /** Of finished files, without the dot. */
-export const kFileExtensions: Readonly<Record<FileKind, readonly string[]>> = { lidar: ['laz', 'las', 'zlas'], ortho: ['tif'] };
+export const kFileExtensions: Readonly<Record<FileKind, readonly string[]>> = {
+  lidar: ['laz', 'las', 'zlas'],
+  ortho: ['tif'],
+};
 
 /** Relative to the store with forward slashes, so that a store can be moved between systems. */
 export const kPlaces: FilePlaces = {
@@ -66,5 +74,8 @@ export function checkedName(what: string, name: string): string {
 }
 
 function refuse(what: string, value: string, allowed: string): GrabberError {
-  return new GrabberError('STORE_CONFLICT', `place a file in the store: ${what} is ${JSON.stringify(value)}; allowed: ${allowed}`);
+  return new GrabberError(
+    'STORE_CONFLICT',
+    `place a file in the store: ${what} is ${JSON.stringify(value)}; allowed: ${allowed}`,
+  );
 }

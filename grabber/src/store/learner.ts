@@ -1,17 +1,32 @@
 import type { Database, Statement } from 'better-sqlite3';
 import type { CatalogueSquare, RecordKey, Terms } from '../model/square.js';
 import type { Learned } from '../model/store.js';
-import { Contents, Extent } from './contents.js';
-import { Ground } from './ground.js';
+import type { Contents } from './contents.js';
+import { Extent } from './contents.js';
+import { FootprintEncoder } from './footprints.js';
 import { checkedName } from './layout.js';
-import { columnsOf, differs, isNewerFile, keepWhatWasLocated, kNewerFile, withWarning, type LearnedColumn } from './learning.js';
+import {
+  columnsOf,
+  differs,
+  isNewerFile,
+  keepLocatedAddress,
+  kNewerFile,
+  withWarning,
+  type LearnedColumn,
+} from './learning.js';
 import { kLearned, type RecordSql } from './record-sql.js';
 import { RowReader, type Row } from './row-reader.js';
 
 const kPlaced: readonly LearnedColumn[] = ['west', 'south', 'east', 'north', 'grid_crs'];
 
 /** A catalogue as it is learnt. */
-export type Catalogued = { readonly source: string; readonly grid: string; readonly gridCrs: string | null; readonly terms: Terms; readonly now: string };
+export type Catalogued = {
+  readonly source: string;
+  readonly grid: string;
+  readonly gridCrs: string | null;
+  readonly terms: Terms;
+  readonly now: string;
+};
 
 /** Takes what catalogues say into a table of records; within the caller's transaction. */
 export class Learner {
@@ -19,9 +34,14 @@ export class Learner {
   readonly #sql: Readonly<Record<keyof RecordSql, Statement>>;
   readonly #contents: Contents;
   readonly #anyOf: Statement;
-  readonly #ground = new Ground();
+  readonly #footprints = new FootprintEncoder();
 
-  constructor(db: Database, table: string, sql: Readonly<Record<keyof RecordSql, Statement>>, contents: Contents) {
+  constructor(
+    db: Database,
+    table: string,
+    sql: Readonly<Record<keyof RecordSql, Statement>>,
+    contents: Contents,
+  ) {
     this.#table = table;
     this.#sql = sql;
     this.#contents = contents;
@@ -31,10 +51,13 @@ export class Learner {
   learn(from: Catalogued, squares: Iterable<CatalogueSquare>): Learned {
     const source = checkedName('source', from.source);
     const grid = checkedName('grid', from.grid);
-    // Of a catalogue that is new, hardly any square is there; looking for each first takes a third of the time.
+    // A new catalogue has hardly any square in the store; looking up each would take a third of the
+    // time.
     const fresh = this.#anyOf.get(source, grid) === undefined;
     const extent = new Extent();
-    let [added, changed, moved] = [0, 0, false];
+    let added = 0;
+    let changed = 0;
+    let moved = false;
     for (const square of squares) {
       const key = { source, grid, name: checkedName('name', square.name) };
       const old = fresh ? undefined : this.#old(key);
@@ -58,24 +81,44 @@ export class Learner {
 
   /** @return false when it is there already */
   #add(key: RecordKey, square: CatalogueSquare, from: Catalogued, extent: Extent): boolean {
-    const geom = this.#ground.polygon(square.bounds, from.gridCrs);
+    const geom = this.#footprints.polygon(square.bounds, from.gridCrs);
     const { crs } = from.terms;
     const columns = columnsOf(square, from.gridCrs, from.terms);
     const values = kLearned.map((name) => columns[name]);
-    const { changes } = this.#sql.insert.run(key.source, key.grid, key.name, geom, crs, from.now, ...values);
+    const { changes } = this.#sql.insert.run(
+      key.source,
+      key.grid,
+      key.name,
+      geom,
+      crs,
+      from.now,
+      ...values,
+    );
     if (changes === 1) extent.add(geom);
     return changes === 1;
   }
 
-  #update(key: RecordKey, square: CatalogueSquare, from: Catalogued, old: Row | undefined): 'same' | 'changed' | 'moved' {
+  #update(
+    key: RecordKey,
+    square: CatalogueSquare,
+    from: Catalogued,
+    old: Row | undefined,
+  ): 'same' | 'changed' | 'moved' {
     if (old === undefined) return 'same';
-    const columns = keepWhatWasLocated(columnsOf(square, from.gridCrs, from.terms), old);
+    const columns = keepLocatedAddress(columnsOf(square, from.gridCrs, from.terms), old);
     if (!differs(columns, old, kLearned)) return 'same';
-    const known = new RowReader(old, `${this.#table} ${key.source}/${key.grid}/${key.name}`).texts('warnings');
-    const warnings = isNewerFile(columns, old) ? withWarning(known, kNewerFile) : JSON.stringify(known);
+    const known = new RowReader(old, `${this.#table} ${key.source}/${key.grid}/${key.name}`).texts(
+      'warnings',
+    );
+    const warnings = isNewerFile(columns, old)
+      ? withWarning(known, kNewerFile)
+      : JSON.stringify(known);
     this.#sql.relearn.run({ ...columns, warnings, fid: old['fid'] });
     if (!differs(columns, old, kPlaced)) return 'changed';
-    this.#sql.redraw.run({ geom: this.#ground.polygon(square.bounds, from.gridCrs), fid: old['fid'] });
+    this.#sql.redraw.run({
+      geom: this.#footprints.polygon(square.bounds, from.gridCrs),
+      fid: old['fid'],
+    });
     return 'moved';
   }
 }

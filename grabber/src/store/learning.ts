@@ -8,7 +8,11 @@ export type LearnedColumns = Record<LearnedColumn, string | number | null>;
 export const kNewerFile = 'the source has a newer file';
 
 /** What a catalogue says of a square, as columns. */
-export function columnsOf(square: CatalogueSquare, gridCrs: string | null, terms: Terms): LearnedColumns {
+export function columnsOf(
+  square: CatalogueSquare,
+  gridCrs: string | null,
+  terms: Terms,
+): LearnedColumns {
   const [west, south, east, north] = square.bounds ?? [null, null, null, null];
   return {
     block: square.block,
@@ -29,19 +33,34 @@ export function columnsOf(square: CatalogueSquare, gridCrs: string | null, terms
   };
 }
 
-/** A catalogue that does not know the address must not wipe out the one that was found by asking for it. */
-export function keepWhatWasLocated(columns: LearnedColumns, old: Row): LearnedColumns {
+/**
+ * A catalogue that does not know the address must not wipe out the one that was found by asking for
+ * it.
+ */
+export function keepLocatedAddress(columns: LearnedColumns, old: Row): LearnedColumns {
   if (columns.urls !== '[]') return columns;
-  return { ...columns, urls: old['urls'] as string, block: columns.block ?? (old['block'] as string | null) };
+  return {
+    ...columns,
+    urls: old['urls'] as string,
+    block: columns.block ?? (old['block'] as string | null),
+  };
 }
 
-export function differs(columns: LearnedColumns, old: Row, names: readonly LearnedColumn[]): boolean {
+export function differs(
+  columns: LearnedColumns,
+  old: Row,
+  names: readonly LearnedColumn[],
+): boolean {
   return names.some((name) => columns[name] !== old[name]);
 }
 
-/** Only where both are known: a catalogue that has learnt to tell lengths has no newer files for that. */
+/**
+ * Whether the catalogue has a newer file. Compares only what is known on both sides: a catalogue
+ * that begins to give lengths has no newer files for that reason.
+ */
 export function isNewerFile(columns: LearnedColumns, old: Row): boolean {
-  const changed = (name: LearnedColumn): boolean => old[name] !== null && columns[name] !== null && old[name] !== columns[name];
+  const changed = (name: LearnedColumn): boolean =>
+    old[name] !== null && columns[name] !== null && old[name] !== columns[name];
   return old['file_path'] !== null && (changed('expected_bytes') || changed('expected_sha256'));
 }
 

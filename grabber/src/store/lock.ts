@@ -2,10 +2,11 @@ import Sqlite from 'better-sqlite3';
 import { GrabberError, describeError, systemCode } from '../util/errors.js';
 
 /**
- * Two runs on one store would take turns at the same files, so that a run holds a lock: that of SQLite on a database of its own, which
- * the system lets go when the process ends, however it ends. The file stays; it says nothing.
+ * Locks a store, so that two runs do not write the same files. The lock is SQLite's on a database
+ * of its own, which the system releases when the process ends in any way. The file stays, and its
+ * content means nothing.
  * @return releases the lock
- * @throws GrabberError STORE_LOCKED
+ * @throws GrabberError STORE_LOCKED, or STORE_IO where the file cannot be written
  */
 export function lockStore(path: string, signal: AbortSignal): () => void {
   signal.throwIfAborted();
@@ -16,9 +17,16 @@ export function lockStore(path: string, signal: AbortSignal): () => void {
   } catch (error) {
     database?.close();
     if (systemCode(error) === 'SQLITE_BUSY') {
-      throw new GrabberError('STORE_LOCKED', `lock store: another grabber holds ${path}; allowed: one grabber at a time`);
+      throw new GrabberError(
+        'STORE_LOCKED',
+        `lock store: another grabber holds ${path}; allowed: one grabber at a time`,
+      );
     }
-    throw new GrabberError('STORE_IO', `lock store ${path}: ${describeError(error)}; allowed: a folder that can be written`, { cause: error });
+    throw new GrabberError(
+      'STORE_IO',
+      `lock store ${path}: ${describeError(error)}; allowed: a folder that can be written`,
+      { cause: error },
+    );
   }
   const held = database;
   return () => {

@@ -23,10 +23,15 @@ export function readMigrations(folder: string): Migration[] {
     if (version !== index + 1) {
       throw new GrabberError(
         'CONFIG',
-        `read migrations ${folder}: file ${index + 1} is ${name}; allowed: ${String(index + 1).padStart(4, '0')}_<name>.sql`,
+        `read migrations ${folder}: file ${index + 1} is ${name}; allowed: ` +
+          `${String(index + 1).padStart(4, '0')}_<name>.sql`,
       );
     }
-    return { version, name: name.slice(0, -'.sql'.length), sql: readFileSync(join(folder, name), 'utf8') };
+    return {
+      version,
+      name: name.slice(0, -'.sql'.length),
+      sql: readFileSync(join(folder, name), 'utf8'),
+    };
   });
 }
 
@@ -39,13 +44,21 @@ export function schemaVersion(db: Database, path: string): number {
   const application = db.pragma('application_id', { simple: true }) as number;
   if (objects === 0 && application === 0) return 0;
   const refuse = (what: string): never => {
-    throw new GrabberError('STORE_FORMAT', `open store ${path}: ${what}; allowed: a fishnet.gpkg that the grabber made`);
+    throw new GrabberError(
+      'STORE_FORMAT',
+      `open store ${path}: ${what}; allowed: a fishnet.gpkg that the grabber made`,
+    );
   };
   if (application !== kApplicationId) refuse(`its application_id is ${application}, no GeoPackage`);
-  const ours = db.prepare("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'terravox_schema'").pluck().get();
+  const ours = db
+    .prepare("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'terravox_schema'")
+    .pluck()
+    .get();
   if (ours !== 1) refuse('a GeoPackage without the table terravox_schema');
   const version: unknown = db.prepare('SELECT max(version) FROM terravox_schema').pluck().get();
-  if (typeof version !== 'number' || !Number.isInteger(version) || version < 1) return refuse(`its version is ${String(version)}`);
+  if (typeof version !== 'number' || !Number.isInteger(version) || version < 1) {
+    return refuse(`its version is ${String(version)}`);
+  }
   return version;
 }
 
@@ -54,20 +67,33 @@ export function checkNotNewer(version: number, newest: number, path: string): vo
   if (version <= newest) return;
   throw new GrabberError(
     'STORE_FORMAT',
-    `open store ${path}: its version is ${version}; allowed: up to ${newest}; a newer grabber has made it`,
+    `open store ${path}: its version is ${version}; allowed: up to ${newest}; a newer ` +
+      'grabber has made it',
   );
 }
 
-/** Brings a database to the newest version: all steps or none. @return how many steps it took */
-export function migrate(db: Database, path: string, migrations: readonly Migration[], now: Date): number {
+/**
+ * Brings a database to the newest version: all steps or none.
+ * @return how many steps it took
+ */
+export function migrate(
+  db: Database,
+  path: string,
+  migrations: readonly Migration[],
+  now: Date,
+): number {
   const run = db.transaction((): number => {
-    // Asked again within the transaction: another process may have been here first.
+    // Read again within the transaction, since another process may have migrated meanwhile.
     const version = schemaVersion(db, path);
     checkNotNewer(version, migrations.length, path);
     const steps = migrations.slice(version);
     for (const step of steps) {
       db.exec(step.sql);
-      db.prepare('INSERT INTO terravox_schema (version, name, migrated_at) VALUES (?, ?, ?)').run(step.version, step.name, now.toISOString());
+      db.prepare('INSERT INTO terravox_schema (version, name, migrated_at) VALUES (?, ?, ?)').run(
+        step.version,
+        step.name,
+        now.toISOString(),
+      );
     }
     return steps.length;
   });

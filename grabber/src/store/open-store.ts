@@ -1,7 +1,13 @@
 import type { Store } from '../model/store.js';
 import { kSystemClock, type Clock } from '../util/clock.js';
 import { AreaTable } from './area-table.js';
-import { checkIsThere, hasLog, leaveNoLog, openForReading, openForWriting } from './database.js';
+import {
+  checkIsThere,
+  hasLog,
+  removeEmptyLog,
+  openForReading,
+  openForWriting,
+} from './database.js';
 import { storeLayout } from './layout.js';
 import { migrationsFolder, readMigrations } from './migrations.js';
 import { RecordTable } from './record-table.js';
@@ -18,11 +24,14 @@ export type OpenStoreOptions = {
 };
 
 /** What the grabber's own commands may use beyond the contract. */
-export type OpenStore = Store & { readonly squares: RecordTable; readonly orthophotos: RecordTable };
+export type OpenStore = Store & {
+  readonly squares: RecordTable;
+  readonly orthophotos: RecordTable;
+};
 
 /**
- * Opens a store; for writing it is made when it is not there, and brought to the newest version when it is older.
- * Whoever writes holds the lock of the store (lock.ts); this does not take it.
+ * Opens a store. For writing it is created when it does not exist, and migrated when it is older. A
+ * writer holds the lock of the store (lock.ts), which this function does not take.
  * @throws GrabberError STORE_FORMAT (no store, or of a newer grabber), STORE_DAMAGED, STORE_IO
  */
 export function openStore(root: string, options: OpenStoreOptions, signal: AbortSignal): OpenStore {
@@ -33,7 +42,9 @@ export function openStore(root: string, options: OpenStoreOptions, signal: Abort
   const readOnly = options.readOnly ?? false;
   if (options.mustExist === true) checkIsThere(path);
   const logBefore = readOnly && hasLog(path);
-  const db = readOnly ? openForReading(path, migrations) : openForWriting(root, path, migrations, clock.now());
+  const db = readOnly
+    ? openForReading(path, migrations)
+    : openForWriting(root, path, migrations, clock.now());
   const connection = { db, path, clock, readOnly };
   try {
     return {
@@ -43,7 +54,7 @@ export function openStore(root: string, options: OpenStoreOptions, signal: Abort
       areas: new AreaTable(connection),
       close: () => {
         db.close();
-        if (readOnly && !logBefore) leaveNoLog(path);
+        if (readOnly && !logBefore) removeEmptyLog(path);
       },
     };
   } catch (error) {

@@ -7,7 +7,12 @@ export function keyOf(key: RecordKey): { source: string; grid: string; name: str
 }
 
 /** What was found in a file, as columns. */
-export function factsOf({ points, image, crs, warnings }: Verified): Record<string, string | number | null> {
+export function factsOf({
+  points,
+  image,
+  crs,
+  warnings,
+}: Verified): Record<string, string | number | null> {
   return {
     point_count: points?.pointCount ?? null,
     las_version: points?.lasVersion ?? null,

@@ -15,7 +15,10 @@ const kSha256Allowed = '64 lower-case hexadecimal digits';
 /** As toISOString writes it, and as GIS programs do. */
 const kTime = /^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,9})?Z$/;
 
-/** @param table for messages @throws GrabberError STORE_DAMAGED, naming row and column */
+/**
+ * @param table for messages
+ * @throws GrabberError STORE_DAMAGED, naming row and column
+ */
 export function recordOfRow(row: Row, table: string, kind: FileKind): StoreRecord {
   const key = [row['source'], row['grid'], row['name']].map(String).join('/');
   const read = new RowReader(row, `${table} ${key}`);
@@ -56,7 +59,10 @@ function name(read: RowReader, column: string): string {
 
 function bounds(read: RowReader): BoundsM | null {
   if (['west', 'south', 'east', 'north'].every((column) => read.isNull(column))) return null;
-  const [west, south, east, north] = [read.number('west'), read.number('south'), read.number('east'), read.number('north')];
+  const west = read.number('west');
+  const south = read.number('south');
+  const east = read.number('east');
+  const north = read.number('north');
   if (west >= east) read.fail('east', `above west, ${west}`);
   if (south >= north) read.fail('north', `above south, ${south}`);
   return [west, south, east, north];
@@ -74,7 +80,10 @@ function file(read: RowReader, kind: FileKind): StoredFile | null {
 
 function original(read: RowReader): StoreRecord['original'] {
   if (read.isNull('original_bytes')) return null;
-  return { bytes: read.count('original_bytes'), sha256: read.matching('original_sha256', kSha256, kSha256Allowed) };
+  return {
+    bytes: read.count('original_bytes'),
+    sha256: read.matching('original_sha256', kSha256, kSha256Allowed),
+  };
 }
 
 function points(read: RowReader): PointFacts | null {
@@ -102,7 +111,11 @@ function image(read: RowReader): ImageFacts | null {
 
 function lastError(read: RowReader): LastError | null {
   if (read.isNull('error_code')) return null;
-  return { code: read.text('error_code'), message: read.text('error_message'), at: time(read, 'error_at') ?? read.fail('error_at', 'a time') };
+  return {
+    code: read.text('error_code'),
+    message: read.text('error_message'),
+    at: time(read, 'error_at') ?? read.fail('error_at', 'a time'),
+  };
 }
 
 function sha256OrNull(read: RowReader, column: string): string | null {
@@ -110,5 +123,7 @@ function sha256OrNull(read: RowReader, column: string): string | null {
 }
 
 function time(read: RowReader, column: string): string | null {
-  return read.isNull(column) ? null : read.matching(column, kTime, 'a time such as 2026-01-31T12:00:00.000Z');
+  return read.isNull(column)
+    ? null
+    : read.matching(column, kTime, 'a time such as 2026-01-31T12:00:00.000Z');
 }

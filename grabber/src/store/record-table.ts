@@ -1,8 +1,22 @@
 import type { Statement } from 'better-sqlite3';
-import { kStates, type CatalogueSquare, type RecordKey, type State, type StoredFile, type StoreRecord, type Terms } from '../model/square.js';
-import type { Learned, Place, RecordFilter, RecordTable as RecordTableContract, Verified } from '../model/store.js';
+import {
+  kStates,
+  type CatalogueSquare,
+  type RecordKey,
+  type State,
+  type StoredFile,
+  type StoreRecord,
+  type Terms,
+} from '../model/square.js';
+import type {
+  Learned,
+  Place,
+  RecordFilter,
+  RecordTable as RecordTableContract,
+  Verified,
+} from '../model/store.js';
 import { GrabberError } from '../util/errors.js';
-import { changing, reading, type Connection } from './connection.js';
+import { inTransaction, withReadErrors, type Connection } from './connection.js';
 import { Contents } from './contents.js';
 import type { FileKind } from './layout.js';
 import { Learner } from './learner.js';
@@ -12,10 +26,16 @@ import { recordSql, type RecordSql } from './record-sql.js';
 import { RowReader, type Row } from './row-reader.js';
 import { recordedMessage } from './store-error.js';
 
-/** A source may have got what it did not have; asking for all of its holes at every run would be rude. */
+/**
+ * How long a square counts as missing. A source may publish it later, but requesting all holes in
+ * every run would burden it.
+ */
 const kMissingFor_ms = 30 * 24 * 3600 * 1000;
 
-/** Squares or orthophotos: the same columns in two tables. Statements are prepared once; each call is one transaction. */
+/**
+ * Squares or orthophotos: the same columns in two tables. Statements are prepared once; each call
+ * is one transaction.
+ */
 export class RecordTable implements RecordTableContract {
   readonly #connection: Connection;
   readonly #table: 'squares' | 'orthophotos';
@@ -28,18 +48,28 @@ export class RecordTable implements RecordTableContract {
     this.#connection = connection;
     this.#table = table;
     this.#kind = table === 'squares' ? 'lidar' : 'ortho';
-    const entries = Object.entries(recordSql(table)).map(([name, text]) => [name, connection.db.prepare(text)] as const);
+    const entries = Object.entries(recordSql(table)).map(
+      ([name, text]) => [name, connection.db.prepare(text)] as const,
+    );
     this.#sql = Object.fromEntries(entries) as Record<keyof RecordSql, Statement>;
     this.#contents = new Contents(connection.db, table);
     this.#learner = new Learner(connection.db, table, this.#sql, this.#contents);
   }
 
-  learn(source: string, grid: string, gridCrs: string | null, terms: Terms, squares: Iterable<CatalogueSquare>): Learned {
-    return changing(this.#connection, () => this.#learner.learn({ source, grid, gridCrs, terms, now: this.#now() }, squares));
+  learn(
+    source: string,
+    grid: string,
+    gridCrs: string | null,
+    terms: Terms,
+    squares: Iterable<CatalogueSquare>,
+  ): Learned {
+    return inTransaction(this.#connection, () =>
+      this.#learner.learn({ source, grid, gridCrs, terms, now: this.#now() }, squares),
+    );
   }
 
   get(key: RecordKey): StoreRecord | undefined {
-    return reading(this.#connection, () => {
+    return withReadErrors(this.#connection, () => {
       const row = this.#sql.get.get(keyOf(key)) as Row | undefined;
       return row === undefined ? undefined : this.#record(row);
     });
@@ -54,11 +84,14 @@ export class RecordTable implements RecordTableContract {
   }
 
   count(filter: RecordFilter): number {
-    return reading(this.#connection, () => Object.values(this.#sql.count.get(filterOf(filter)) as Record<string, number>)[0] ?? 0);
+    return withReadErrors(
+      this.#connection,
+      () => Object.values(this.#sql.count.get(filterOf(filter)) as Record<string, number>)[0] ?? 0,
+    );
   }
 
   tally(): { source: string; state: State; count: number; bytes: number; points: number }[] {
-    return reading(this.#connection, () =>
+    return withReadErrors(this.#connection, () =>
       (this.#sql.tally.all() as Row[]).map((row) => {
         const read = new RowReader(row, `${this.#table} by source and state`);
         return {
@@ -73,27 +106,41 @@ export class RecordTable implements RecordTableContract {
   }
 
   places(): Place[] {
-    return reading(this.#connection, () =>
+    return withReadErrors(this.#connection, () =>
       (this.#sql.places.all() as Row[]).map((row) => {
         const read = new RowReader(row, `${this.#table} of ${String(row['source'])}`);
-        const bounds = [read.number('west'), read.number('south'), read.number('east'), read.number('north')] as const;
-        return { source: read.text('source'), grid: read.text('grid'), state: read.oneOf('state', kStates), bounds };
+        const bounds = [
+          read.number('west'),
+          read.number('south'),
+          read.number('east'),
+          read.number('north'),
+        ] as const;
+        return {
+          source: read.text('source'),
+          grid: read.text('grid'),
+          state: read.oneOf('state', kStates),
+          bounds,
+        };
       }),
     );
   }
 
   lastErrors(limit: number): StoreRecord[] {
-    return reading(this.#connection, () => (this.#sql.errors.all({ limit }) as Row[]).map((row) => this.#record(row)));
+    return withReadErrors(this.#connection, () =>
+      (this.#sql.errors.all({ limit }) as Row[]).map((row) => this.#record(row)),
+    );
   }
 
   want(keys: Iterable<RecordKey>, again = false): number {
-    return changing(this.#connection, () => {
+    return inTransaction(this.#connection, () => {
       const now = this.#now();
       const stale = new Date(Date.parse(now) - kMissingFor_ms).toISOString();
       let became = 0;
       for (const key of keys) {
         const { changes } = this.#sql.want.run({ ...keyOf(key), now, stale, again: again ? 1 : 0 });
-        if (changes === 0 && this.#sql.learned.get(keyOf(key)) === undefined) throw this.#noRecord('want', key);
+        if (changes === 0 && this.#sql.learned.get(keyOf(key)) === undefined) {
+          throw this.#noRecord('want', key);
+        }
         became += changes;
       }
       if (became > 0) this.#contents.touch(now);
@@ -122,7 +169,11 @@ export class RecordTable implements RecordTableContract {
   }
 
   missing(key: RecordKey, reason: string): void {
-    this.#change('missing', key, { now: this.#now(), code: 'MISSING', message: recordedMessage(reason) });
+    this.#change('missing', key, {
+      now: this.#now(),
+      code: 'MISSING',
+      message: recordedMessage(reason),
+    });
   }
 
   failed(key: RecordKey, code: string, message: string): void {
@@ -133,17 +184,25 @@ export class RecordTable implements RecordTableContract {
     this.#change('forget', key, {});
   }
 
-  #change(call: Exclude<keyof RecordSql, 'want'>, key: RecordKey, values: Readonly<Record<string, unknown>>): void {
-    changing(this.#connection, () => {
-      if (this.#sql[call].run({ ...values, ...keyOf(key) }).changes === 0) throw this.#noRecord(call, key);
+  #change(
+    call: Exclude<keyof RecordSql, 'want'>,
+    key: RecordKey,
+    values: Readonly<Record<string, unknown>>,
+  ): void {
+    inTransaction(this.#connection, () => {
+      if (this.#sql[call].run({ ...values, ...keyOf(key) }).changes === 0) {
+        throw this.#noRecord(call, key);
+      }
       this.#contents.touch(this.#now());
     });
   }
 
   #records(statement: Statement, filter: RecordFilter): StoreRecord[] {
-    return reading(this.#connection, () => {
+    return withReadErrors(this.#connection, () => {
       const records: StoreRecord[] = [];
-      for (const row of statement.iterate(filterOf(filter)) as Iterable<Row>) records.push(this.#record(row));
+      for (const row of statement.iterate(filterOf(filter)) as Iterable<Row>) {
+        records.push(this.#record(row));
+      }
       return records;
     });
   }
@@ -153,9 +212,13 @@ export class RecordTable implements RecordTableContract {
   }
 
   #noRecord(call: string, key: RecordKey): GrabberError {
-    const there = this.#sql.learned.get(keyOf(key)) !== undefined;
-    const allowed = there ? 'a record whose file is there' : 'a record that was learnt before';
-    return new GrabberError('STORE_CONFLICT', `record "${call}" of ${this.#shown(key)}: ${there ? 'it has no file' : 'no such record'}; allowed: ${allowed}`);
+    const known = this.#sql.learned.get(keyOf(key)) !== undefined;
+    const allowed = known ? 'a record whose file is there' : 'a record that was learnt before';
+    return new GrabberError(
+      'STORE_CONFLICT',
+      `record "${call}" of ${this.#shown(key)}: ` +
+        `${known ? 'it has no file' : 'no such record'}; allowed: ${allowed}`,
+    );
   }
 
   #shown(key: RecordKey): string {
@@ -168,7 +231,14 @@ export class RecordTable implements RecordTableContract {
 }
 
 function filterOf(filter: RecordFilter): Record<string, string | number | null> {
-  const list = (values: readonly string[] | undefined): string | null => (values === undefined ? null : JSON.stringify(values));
+  const list = (values: readonly string[] | undefined): string | null =>
+    values === undefined ? null : JSON.stringify(values);
   const { source = null, grid = null } = filter;
-  return { source, grid, states: list(filter.states), names: list(filter.names), usable: filter.usable === true ? 1 : null };
+  return {
+    source,
+    grid,
+    states: list(filter.states),
+    names: list(filter.names),
+    usable: filter.usable === true ? 1 : null,
+  };
 }

@@ -1,11 +1,14 @@
 import { GrabberError } from '../util/errors.js';
 
 const kLabels = new Map<string, string>();
-const kMostLabels = 1000;
+const kMaxLabels = 1000;
 
 export type Row = Readonly<Record<string, unknown>>;
 
-/** Reads columns of one row, each with its type: a damaged or foreign row is an error that names it, never a guess. */
+/**
+ * Reads columns of one row, each with its type: a damaged or foreign row is an error that names it,
+ * never a guess.
+ */
 export class RowReader {
   readonly #row: Row;
   readonly #shown: string;
@@ -25,13 +28,13 @@ export class RowReader {
     return value === null || typeof value === 'string' ? value : this.fail(column, 'text');
   }
 
-  /** Text that many rows have: of a country's, all share one copy. */
+  /** Reads text that many rows share; all rows refer to one copy. */
   labelOrNull(column: string): string | null {
     const text = this.textOrNull(column);
     if (text === null) return null;
     const known = kLabels.get(text);
     if (known !== undefined) return known;
-    if (kLabels.size >= kMostLabels) kLabels.clear();
+    if (kLabels.size >= kMaxLabels) kLabels.clear();
     kLabels.set(text, text);
     return text;
   }
@@ -43,13 +46,17 @@ export class RowReader {
 
   countOrNull(column: string): number | null {
     const value = this.#row[column];
-    if (value === null || (Number.isSafeInteger(value) && (value as number) >= 0)) return value as number | null;
+    if (value === null || (Number.isSafeInteger(value) && (value as number) >= 0)) {
+      return value as number | null;
+    }
     return this.fail(column, 'an integer from 0 to 2^53 - 1');
   }
 
   number(column: string): number {
     const value = this.#row[column];
-    return typeof value === 'number' && Number.isFinite(value) ? value : this.fail(column, 'a finite number');
+    return typeof value === 'number' && Number.isFinite(value)
+      ? value
+      : this.fail(column, 'a finite number');
   }
 
   isNull(column: string): boolean {
@@ -76,13 +83,22 @@ export class RowReader {
       if (error instanceof GrabberError) throw error;
       return this.fail(column, allowed);
     }
-    if (Array.isArray(value) && value.every((one) => typeof one === 'string')) return value as string[];
+    if (Array.isArray(value) && value.every((one) => typeof one === 'string')) {
+      return value;
+    }
     return this.fail(column, allowed);
   }
 
   fail(column: string, allowed: string): never {
-    const value = this.#row[column];
-    const shown = value === undefined ? 'missing' : Buffer.isBuffer(value) ? `${value.length} bytes` : JSON.stringify(value);
-    throw new GrabberError('STORE_DAMAGED', `read ${this.#shown}: ${column} is ${String(shown).slice(0, 200)}; allowed: ${allowed}`);
+    const shown = shownValue(this.#row[column]).slice(0, 200);
+    throw new GrabberError(
+      'STORE_DAMAGED',
+      `read ${this.#shown}: ${column} is ${shown}; allowed: ${allowed}`,
+    );
   }
+}
+
+function shownValue(value: unknown): string {
+  if (value === undefined) return 'missing';
+  return Buffer.isBuffer(value) ? `${value.length} bytes` : JSON.stringify(value);
 }

@@ -10,15 +10,15 @@ export type Clock = {
 };
 
 /** Timers of Node.js that wait longer do not wait at all. */
-const kLongestTimer_ms = 2 ** 31 - 1;
+const kMaxTimer_ms = 2 ** 31 - 1;
 
 export const kSystemClock: Clock = {
   now: () => new Date(),
   sleep: async (ms, signal) => {
     signal.throwIfAborted();
     try {
-      for (let left_ms = ms; left_ms > 0; left_ms -= kLongestTimer_ms) {
-        await delay(Math.min(left_ms, kLongestTimer_ms), undefined, { signal });
+      for (let left_ms = ms; left_ms > 0; left_ms -= kMaxTimer_ms) {
+        await delay(Math.min(left_ms, kMaxTimer_ms), undefined, { signal });
       }
     } catch (error) {
       signal.throwIfAborted();

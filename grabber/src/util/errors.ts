@@ -42,7 +42,7 @@ export type ErrorCode =
 
 export type GrabberErrorOptions = {
   readonly cause?: unknown;
-  /** True when the same attempt may succeed later without anybody changing anything. */
+  /** Whether the same attempt may succeed later without any change. */
   readonly retryable?: boolean;
   /** How long the server asked to wait, in milliseconds. */
   readonly retryAfterMs?: number;
@@ -64,15 +64,20 @@ export class GrabberError extends Error {
 }
 
 /** In characters; what was read may be as long as a file, and readers of files quote it. */
-const kLongestLine = 4000;
+const kMaxLineLength = 4000;
 
-/** Folds line breaks and control characters, so that text from a server cannot forge log lines, and cuts what is longer than a line. */
+/**
+ * Folds line breaks and control characters, so that text from a server cannot forge log lines, and
+ * cuts what is longer than a line.
+ */
 export function oneLine(text: string): string {
-  const part = text.length <= kLongestLine ? text : `${text.slice(0, kLongestLine)}…`;
-  return part.replace(/[\u0000-\u001f\u007f-\u009f\u2028\u2029]+/gu, ' ').trim();
+  const part = text.length <= kMaxLineLength ? text : `${text.slice(0, kMaxLineLength)}…`;
+  return part.replace(/[\p{Cc}\u2028\u2029]+/gu, ' ').trim();
 }
 
-/** The message of anything thrown, with the message of its cause, which often holds the real reason. */
+/**
+ * The message of anything thrown, with the message of its cause, which often holds the real reason.
+ */
 export function describeError(error: unknown): string {
   if (!(error instanceof Error)) return oneLine(String(error));
   const cause = error.cause;
@@ -85,6 +90,8 @@ export function describeError(error: unknown): string {
 
 /** The `code` of a Node.js system error such as ENOENT, or undefined. */
 export function systemCode(error: unknown): string | undefined {
-  if (error instanceof Error && 'code' in error && typeof error.code === 'string') return error.code;
+  if (error instanceof Error && 'code' in error && typeof error.code === 'string') {
+    return error.code;
+  }
   return undefined;
 }

@@ -5,7 +5,11 @@ import { dirname } from 'node:path';
 import { systemCode } from './errors.js';
 
 /** Replaces `path` in one step: a reader sees the old text or the new text, never a part of it. */
-export async function writeFileAtomically(path: string, text: string, signal: AbortSignal): Promise<void> {
+export async function writeFileAtomically(
+  path: string,
+  text: string,
+  signal: AbortSignal,
+): Promise<void> {
   signal.throwIfAborted();
   const temporary = `${path}.tmp`;
   const file = await open(temporary, 'w');
@@ -41,7 +45,10 @@ export async function sha256OfFile(path: string, signal: AbortSignal): Promise<s
   return hash.digest('hex');
 }
 
-/** With all that is missing above it. Node's own recursive way never ends where the system refuses a name with ENOENT, as in /proc. */
+/**
+ * With all that is missing above it. Node's own recursive way never ends where the system refuses a
+ * name with ENOENT, as in /proc.
+ */
 export async function makeFolder(path: string): Promise<void> {
   const makeOne = async (): Promise<void> => {
     try {

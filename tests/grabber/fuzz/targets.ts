@@ -26,7 +26,11 @@ import { readPolygonFile } from '../../../grabber/src/select/polygon-file.js';
 import { regionOfBox } from '../../../grabber/src/select/region.js';
 import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
 import { parseSource } from '../../../grabber/src/sources/load-sources.js';
-import { decodePolygon, encodePolygon, envelopeOfBlob } from '../../../grabber/src/store/geopackage-geometry.js';
+import {
+  decodePolygon,
+  encodePolygon,
+  envelopeOfBlob,
+} from '../../../grabber/src/store/geopackage-geometry.js';
 import { storeLayout } from '../../../grabber/src/store/layout.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
 import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
@@ -36,7 +40,7 @@ import { makeLas, makeLaz } from '../support/las-fixture.js';
 import { kNever, squareOf } from '../support/store-fixture.js';
 import { makeZip } from '../support/zip-fixture.js';
 import { arrived, damagedOneOf } from './damage.js';
-import { takenOrRefused } from './refusal.js';
+import { acceptedOrRefused } from './refusal.js';
 
 /** A reader of what strangers send, with what must hold for every input. */
 export type Target = {
@@ -47,19 +51,34 @@ export type Target = {
 };
 
 const kConfig = join(readPackageInfo().root, '..', 'config');
-const kDisk = { disk: new DiskSpace(tmpdir(), () => 2 ** 40), clock: fakeClock(), max_bytes: 64 * 1024 * 1024 };
+const kDisk = {
+  disk: new DiskSpace(tmpdir(), () => 2 ** 40),
+  clock: fakeClock(),
+  max_bytes: 64 * 1024 * 1024,
+};
 
 /** A folder for the files of this process, removed at its end. */
 const kFolder = mkdtempSync(join(tmpdir(), 'terravox-fuzz-'));
 process.on('exit', () => rmSync(kFolder, { recursive: true, force: true }));
 
-function target<T>(name: string, runs: number, input: fc.Arbitrary<T>, check: (input: T) => unknown): Target {
+function target<T>(
+  name: string,
+  runs: number,
+  input: fc.Arbitrary<T>,
+  check: (input: T) => unknown,
+): Target {
   const property = fc.asyncProperty(input, async (value) => void (await check(value)));
   return { name, runs, property: property as fc.IRawProperty<unknown> };
 }
 
 /** Good files and their damaged copies, written to a file of that name. */
-function files(name: string, runs: number, good: readonly Buffer[], file: string, check: (path: string, bytes: Buffer) => unknown): Target {
+function files(
+  name: string,
+  runs: number,
+  good: readonly Buffer[],
+  file: string,
+  check: (path: string, bytes: Buffer) => unknown,
+): Target {
   return target(name, runs, damagedOneOf(good.length), (input) => {
     const path = join(kFolder, file);
     const bytes = arrived(good, input);
@@ -77,17 +96,25 @@ function lasTargets(): Target[] {
     makeLaz({ minor: 4, format: 7, streamed: true }),
   ];
   const codes = ['NOT_LAS', 'LAS_HEADER', 'LAS_TRUNCATED'] as const;
-  const header = target('las-header', 2000, fc.tuple(damagedOneOf(good.length), fc.maxSafeNat()), async ([input, size]) => {
-    const start = arrived(good, input).subarray(0, kHeaderReadBytes);
-    pointCountOf(start);
-    const read = await takenOrRefused(codes, () => readLasHeader(start, size, 'a file'));
-    if (read === undefined) return;
-    assert.ok(Number.isSafeInteger(read.pointCount) && read.pointCount >= 1);
-    assert.ok(read.compressed || read.pointOffset_bytes + read.pointCount * read.recordLength_bytes <= size);
-    for (const axis of [0, 1, 2] as const) assert.ok(read.min[axis] <= read.max[axis]);
-  });
+  const header = target(
+    'las-header',
+    2000,
+    fc.tuple(damagedOneOf(good.length), fc.maxSafeNat()),
+    async ([input, size]) => {
+      const start = arrived(good, input).subarray(0, kHeaderReadBytes);
+      pointCountOf(start);
+      const read = await acceptedOrRefused(codes, () => readLasHeader(start, size, 'a file'));
+      if (read === undefined) return;
+      assert.ok(Number.isSafeInteger(read.pointCount) && read.pointCount >= 1);
+      assert.ok(
+        read.compressed ||
+          read.pointOffset_bytes + read.pointCount * read.recordLength_bytes <= size,
+      );
+      for (const axis of [0, 1, 2] as const) assert.ok(read.min[axis] <= read.max[axis]);
+    },
+  );
   const whole = files('las-file', 400, good, 'points.laz', (path) =>
-    takenOrRefused(codes, () => verifyLasFile(path, 'a file', kNever)),
+    acceptedOrRefused(codes, () => verifyLasFile(path, 'a file', kNever)),
   );
   return [header, whole];
 }
@@ -95,11 +122,14 @@ function lasTargets(): Target[] {
 function zipTarget(): Target {
   const laz = makeLaz({ dataBytes: 3000 });
   const good = [
-    makeZip([{ name: 'readme.txt', data: Buffer.from('hello') }, { name: 'a/x.laz', data: laz }]),
+    makeZip([
+      { name: 'readme.txt', data: Buffer.from('hello') },
+      { name: 'a/x.laz', data: laz },
+    ]),
     makeZip([{ name: 'x.laz', data: laz, stored: true }]),
   ];
   return files('zip-member', 200, good, 'archive.zip', async (path) => {
-    const taken = await takenOrRefused(['ARCHIVE', 'TOO_LARGE'], () =>
+    const taken = await acceptedOrRefused(['ARCHIVE', 'TOO_LARGE'], () =>
       unzipMember(path, '*', join(kFolder, 'member'), 'an archive', kDisk, kNever),
     );
     if (taken !== undefined) assert.ok(taken.bytes <= kDisk.max_bytes);
@@ -108,19 +138,42 @@ function zipTarget(): Target {
 
 function geometryTargets(): Target[] {
   const good = [
-    encodePolygon([[[14, 46], [15, 46], [15, 47], [14, 46]]]),
-    encodePolygon([[[14, 46], [15, 46], [15, 47], [14, 46]], [[14.1, 46.1], [14.2, 46.1], [14.2, 46.2], [14.1, 46.1]]]),
+    encodePolygon([
+      [
+        [14, 46],
+        [15, 46],
+        [15, 47],
+        [14, 46],
+      ],
+    ]),
+    encodePolygon([
+      [
+        [14, 46],
+        [15, 46],
+        [15, 47],
+        [14, 46],
+      ],
+      [
+        [14.1, 46.1],
+        [14.2, 46.1],
+        [14.2, 46.2],
+        [14.1, 46.1],
+      ],
+    ]),
   ];
   const damaged = target('gpkg-geometry', 2000, damagedOneOf(good.length), async (input) => {
     const blob = arrived(good, input);
     envelopeOfBlob(blob);
-    const rings = await takenOrRefused(['STORE_DAMAGED'], () => decodePolygon(blob, 'a row'));
+    const rings = await acceptedOrRefused(['STORE_DAMAGED'], () => decodePolygon(blob, 'a row'));
     for (const position of rings?.flat() ?? []) assert.ok(position.every(Number.isFinite));
   });
   const number = fc.double({ noNaN: true, noDefaultInfinity: true });
   const ring = fc.array(fc.tuple(number, number), { minLength: 1, maxLength: 20 });
-  const same = target('gpkg-geometry-roundtrip', 300, fc.array(ring, { minLength: 1, maxLength: 5 }), (rings) =>
-    assert.deepEqual(decodePolygon(encodePolygon(rings), 'a row'), rings),
+  const same = target(
+    'gpkg-geometry-roundtrip',
+    300,
+    fc.array(ring, { minLength: 1, maxLength: 5 }),
+    (rings) => assert.deepEqual(decodePolygon(encodePolygon(rings), 'a row'), rings),
   );
   return [damaged, same];
 }
@@ -131,12 +184,18 @@ function storeTarget(): Target {
   const store = openStore(root, {}, kNever);
   const terms = { crs: 'EPSG:3794', classTable: 'asprs', licence: 'CC0', attribution: 'Us' };
   const names = Array.from({ length: 40 }, (_unused, index) => `${462 + index}_101`);
-  store.squares.learn('here', 'here', 'EPSG:3794', terms, names.map((name) => squareOf(name, [`https://h.example/${name}`])));
+  store.squares.learn(
+    'here',
+    'here',
+    'EPSG:3794',
+    terms,
+    names.map((name) => squareOf(name, [`https://h.example/${name}`])),
+  );
   store.close();
   const good = readFileSync(path);
   return target('gpkg-store', 60, damagedOneOf(1), (input) => {
     writeFileSync(path, arrived([good], input));
-    return takenOrRefused(['STORE_FORMAT', 'STORE_DAMAGED', 'STORE_IO'], () => {
+    return acceptedOrRefused(['STORE_FORMAT', 'STORE_DAMAGED', 'STORE_IO'], () => {
       const opened = openStore(root, { readOnly: true }, kNever);
       try {
         opened.squares.tally();
@@ -148,7 +207,10 @@ function storeTarget(): Target {
   });
 }
 
-/** Squares of the fishnet of a survey, as GDAL writes them in each format. Each run starts programs, hence few runs. */
+/**
+ * Squares of the fishnet of a survey, as GDAL writes them in each format. Each run starts programs,
+ * hence few runs.
+ */
 function vectorTargets(): Target[] {
   const kinds = [
     { driver: 'GeoJSON', name: 'net.geojson' },
@@ -158,8 +220,15 @@ function vectorTargets(): Target[] {
     { driver: 'KML', name: 'net.kml' },
     { driver: 'FlatGeobuf', name: 'net.fgb' },
   ];
-  const source = sourceWith('[access]\nkind = "template"\nurls = ["https://h.example/{E}_{N}.laz"]');
-  const square = [[14.4, 46], [14.5, 46], [14.5, 46.1], [14.4, 46]];
+  const source = sourceWith(
+    '[access]\nkind = "template"\nurls = ["https://h.example/{E}_{N}.laz"]',
+  );
+  const square = [
+    [14.4, 46],
+    [14.5, 46],
+    [14.5, 46.1],
+    [14.4, 46],
+  ];
   const features = ['462_101', '463_101'].map((NAME) => ({
     type: 'Feature',
     properties: { NAME, BLOK: 'b_35' },
@@ -174,15 +243,22 @@ function vectorTargets(): Target[] {
     const make = (): Buffer => {
       writeFileSync(plain, JSON.stringify({ type: 'FeatureCollection', features }));
       mkdirSync(folder);
-      execFileSync('ogr2ogr', ['-f', driver, join(folder, name.replace('.dbf', '.shp')), plain], { stdio: 'ignore' });
+      execFileSync('ogr2ogr', ['-f', driver, join(folder, name.replace('.dbf', '.shp')), plain], {
+        stdio: 'ignore',
+      });
       return readFileSync(path);
     };
-    return target(`import-${name.slice(name.indexOf('.') + 1)}`, 2, damagedOneOf(1), async (input) => {
-      good ??= make();
-      writeFileSync(path, arrived([good], input));
-      await takenOrRefused(['FISHNET'], () => readFishnet(path, source, {}, {}, kNever));
-      await takenOrRefused(['POLYGON_FILE'], () => readPolygonFile(path, kNever));
-    });
+    return target(
+      `import-${name.slice(name.indexOf('.') + 1)}`,
+      2,
+      damagedOneOf(1),
+      async (input) => {
+        good ??= make();
+        writeFileSync(path, arrived([good], input));
+        await acceptedOrRefused(['FISHNET'], () => readFishnet(path, source, {}, {}, kNever));
+        await acceptedOrRefused(['POLYGON_FILE'], () => readPolygonFile(path, kNever));
+      },
+    );
   });
 }
 
@@ -194,13 +270,39 @@ const headerValue = fc.oneof(
   fc.double().map(String),
   fc.date({ noInvalidDate: false }).map(String),
   fc.date().map((date) => date.toUTCString()),
-  fc.tuple(fc.nat(), fc.nat(), fc.oneof(fc.nat().map(String), fc.constant('*'))).map(([a, b, c]) => `bytes ${a}-${b}/${c}`),
-  fc.constantFrom('gzip', 'deflate', 'identity', 'br', '"tag"', 'text/html', 'bytes */5', 'bytes 5-9/10'),
+  fc
+    .tuple(fc.nat(), fc.nat(), fc.oneof(fc.nat().map(String), fc.constant('*')))
+    .map(([a, b, c]) => `bytes ${a}-${b}/${c}`),
+  fc.constantFrom(
+    'gzip',
+    'deflate',
+    'identity',
+    'br',
+    '"tag"',
+    'text/html',
+    'bytes */5',
+    'bytes 5-9/10',
+  ),
 );
-const kHeaders = ['content-length', 'content-range', 'content-encoding', 'content-type', 'etag', 'last-modified', 'retry-after', 'location'] as const;
-const headers = fc.dictionary(fc.constantFrom(...kHeaders), headerValue, { maxKeys: kHeaders.length });
+const kHeaders = [
+  'content-length',
+  'content-range',
+  'content-encoding',
+  'content-type',
+  'etag',
+  'last-modified',
+  'retry-after',
+  'location',
+] as const;
+const headers = fc.dictionary(fc.constantFrom(...kHeaders), headerValue, {
+  maxKeys: kHeaders.length,
+});
 
-function responseOf(status: number, values: Readonly<Record<string, string>>, body: Uint8Array = Buffer.alloc(0)): HttpResponse {
+function responseOf(
+  status: number,
+  values: Readonly<Record<string, string>>,
+  body: Uint8Array = Buffer.alloc(0),
+): HttpResponse {
   async function* once(): AsyncGenerator<Uint8Array> {
     yield await Promise.resolve(body);
   }
@@ -212,30 +314,41 @@ function httpTargets(): Target[] {
   const url = 'https://h.example/a.laz';
   const retryAfter = target('retry-after', 2000, headerValue, (value) => {
     const wait_ms = parseRetryAfter(value, now);
-    if (wait_ms !== undefined) assert.ok(Number.isFinite(wait_ms) && wait_ms >= 0, `waits ${wait_ms} ms`);
+    if (wait_ms !== undefined) {
+      assert.ok(Number.isFinite(wait_ms) && wait_ms >= 0, `waits ${wait_ms} ms`);
+    }
   });
   const status = fc.constantFrom(200, 206, 404, 416, 429, 500, 503);
   const part: Resumable = { url, offset_bytes: 5, if_range: '"tag"', total_bytes: 10 };
-  const responses = target('http-headers', 2000, fc.tuple(status, headers, fc.boolean(), fc.uint8Array()), async ([code, values, resumed, start]) => {
-    const response = responseOf(code, values);
-    const resumable = resumed ? part : undefined;
-    const plan = await takenOrRefused(['HTTP_PROTOCOL', 'RESUME_REFUSED'], () => bodyPlan(url, response, resumable));
-    if (plan !== undefined) {
-      assert.ok(plan.offset_bytes === 0 || plan.offset_bytes === part.offset_bytes);
-      assert.ok(plan.total_bytes === undefined || Number.isSafeInteger(plan.total_bytes));
-    }
-    isWhole(response, part);
-    const wait_ms = statusError(url, response, [404], now).retryAfterMs;
-    assert.ok(wait_ms === undefined || (Number.isFinite(wait_ms) && wait_ms >= 0));
-    htmlError(url, response, start, (text) => text);
-  });
+  const responses = target(
+    'http-headers',
+    2000,
+    fc.tuple(status, headers, fc.boolean(), fc.uint8Array()),
+    async ([code, values, resumed, start]) => {
+      const response = responseOf(code, values);
+      const resumable = resumed ? part : undefined;
+      const plan = await acceptedOrRefused(['HTTP_PROTOCOL', 'RESUME_REFUSED'], () =>
+        bodyPlan(url, response, resumable),
+      );
+      if (plan !== undefined) {
+        assert.ok(plan.offset_bytes === 0 || plan.offset_bytes === part.offset_bytes);
+        assert.ok(plan.total_bytes === undefined || Number.isSafeInteger(plan.total_bytes));
+      }
+      isWhole(response, part);
+      const wait_ms = statusError(url, response, [404], now).retryAfterMs;
+      assert.ok(wait_ms === undefined || (Number.isFinite(wait_ms) && wait_ms >= 0));
+      htmlError(url, response, start, (text) => text);
+    },
+  );
   const text = Buffer.from('points '.repeat(500));
   const packed = [gzipSync(text), deflateSync(text)];
   const codings = target('content-coding', 200, damagedOneOf(packed.length), (input) =>
-    takenOrRefused(['HTTP_PROTOCOL', 'TOO_LARGE'], async () => {
+    acceptedOrRefused(['HTTP_PROTOCOL', 'TOO_LARGE'], async () => {
       const body = responseOf(200, {}, arrived(packed, input)).body;
       let bytes = 0;
-      for await (const piece of decoded(body, input.base === 0 ? 'gzip' : 'deflate', url)) bytes += piece.length;
+      for await (const piece of decoded(body, input.base === 0 ? 'gzip' : 'deflate', url)) {
+        bytes += piece.length;
+      }
       return bytes;
     }),
   );
@@ -243,19 +356,61 @@ function httpTargets(): Target[] {
 }
 
 function addressTarget(): Target {
-  const access = { hosts: ['data.example', '127.0.0.1', 'files.example:8080'], privateOrigins: ['http://127.0.0.1:8000'] };
+  const access = {
+    hosts: ['data.example', '127.0.0.1', 'files.example:8080'],
+    privateOrigins: ['http://127.0.0.1:8000'],
+  };
   const part = fc.constantFrom(
-    ...['http:', 'https:', '//', '/', '\\', '@', ':', '8000', '8080', '127.0.0.1', '0x7f.1', '2130706433', '[::1]', '[::ffff:127.0.0.1]'],
-    ...['data.example', 'files.example', 'localhost', '.', '?', '#', '%2f', '\t', '\n', 'user', 'file:', '。', '１'],
+    ...[
+      'http:',
+      'https:',
+      '//',
+      '/',
+      '\\',
+      '@',
+      ':',
+      '8000',
+      '8080',
+      '127.0.0.1',
+      '0x7f.1',
+      '2130706433',
+      '[::1]',
+      '[::ffff:127.0.0.1]',
+    ],
+    ...[
+      'data.example',
+      'files.example',
+      'localhost',
+      '.',
+      '?',
+      '#',
+      '%2f',
+      '\t',
+      '\n',
+      'user',
+      'file:',
+      '。',
+      '１',
+    ],
   );
-  const address = fc.oneof(fc.webUrl(), fc.array(fc.oneof(part, fc.string({ maxLength: 4 })), { maxLength: 8 }).map((parts) => parts.join('')));
+  const address = fc.oneof(
+    fc.webUrl(),
+    fc
+      .array(fc.oneof(part, fc.string({ maxLength: 4 })), { maxLength: 8 })
+      .map((parts) => parts.join('')),
+  );
   return target('address', 3000, address, async (text) => {
-    const url = await takenOrRefused(['HOST_REFUSED'], () => checkUrl(text, access));
+    const url = await acceptedOrRefused(['HOST_REFUSED'], () => checkUrl(text, access));
     if (url === undefined) return;
-    assert.ok(['http:', 'https:'].includes(url.protocol) && url.username === '' && url.password === '');
+    assert.ok(
+      ['http:', 'https:'].includes(url.protocol) && url.username === '' && url.password === '',
+    );
     assert.ok(access.hosts.includes(url.hostname) || access.hosts.includes(url.host), url.href);
     if (/^[\d.]+$|^\[/.test(url.hostname)) {
-      assert.ok(access.privateOrigins.includes(url.origin) && addressAllowed(url.hostname, true), url.href);
+      assert.ok(
+        access.privateOrigins.includes(url.origin) && addressAllowed(url.hostname, true),
+        url.href,
+      );
     }
   });
 }
@@ -268,40 +423,93 @@ function tomlTargets(): Target[] {
   ].map((path) => ({ name: basename(path), text: readFileSync(path) }));
   const damaged = damagedOneOf(good.length).map((input) => ({ ...good[input.base], input }));
   const check = (text: string, name: string): Promise<unknown> =>
-    takenOrRefused(['CONFIG'], () => {
-      const kinds = [() => parseSource(text, name), () => parseConfig(text, name, kOrthoKind), () => parseConverters(text, name)];
+    acceptedOrRefused(['CONFIG'], () => {
+      const kinds = [
+        () => parseSource(text, name),
+        () => parseConfig(text, name, kOrthoKind),
+        () => parseConverters(text, name),
+      ];
       for (const kind of kinds) kind();
     });
   const bytes = target('toml', 600, damaged, async ({ name = 'a.toml', input }) => {
-    await check(arrived(good.map(({ text }) => text), input).toString('utf8'), name);
+    await check(
+      arrived(
+        good.map(({ text }) => text),
+        input,
+      ).toString('utf8'),
+      name,
+    );
   });
-  const nested = target('toml-nesting', 20, fc.nat(20_000), (depth) => check(`a = ${'['.repeat(depth)}`, 'a.toml'));
-  const values = target('toml-values', 400, fc.tuple(fc.nat(30), tomlValue), async ([line, value]) => {
-    const lines = (good[0]?.text.toString('utf8') ?? '').split('\n');
-    const index = line % lines.length;
-    lines[index] = (lines[index] ?? '').replace(/=.*$/, `= ${value}`);
-    await check(lines.join('\n'), 'si-lss.toml');
-  });
+  const nested = target('toml-nesting', 20, fc.nat(20_000), (depth) =>
+    check(`a = ${'['.repeat(depth)}`, 'a.toml'),
+  );
+  const values = target(
+    'toml-values',
+    400,
+    fc.tuple(fc.nat(30), tomlValue),
+    async ([line, value]) => {
+      const lines = (good[0]?.text.toString('utf8') ?? '').split('\n');
+      const index = line % lines.length;
+      lines[index] = (lines[index] ?? '').replace(/=.*$/, `= ${value}`);
+      await check(lines.join('\n'), 'si-lss.toml');
+    },
+  );
   return [bytes, nested, values];
 }
 
 const tomlValue = fc.oneof(
   fc.string({ maxLength: 50 }).map((text) => JSON.stringify(text)),
-  fc.constantFrom('nan', 'inf', '-inf', '0', '-1', '1e400', '9223372036854775807', '0xffffffffffffffff', 'true', '{}', '[]', '[[]]'),
-  fc.constantFrom('1979-05-27T07:32:00Z', '0000-00-00', '9999-99-99', '07:32:00', '{ a = 1979-05-27 }', '[1979-02-30]', '"(((((a+)+)+)+)+)+$"'),
+  fc.constantFrom(
+    'nan',
+    'inf',
+    '-inf',
+    '0',
+    '-1',
+    '1e400',
+    '9223372036854775807',
+    '0xffffffffffffffff',
+    'true',
+    '{}',
+    '[]',
+    '[[]]',
+  ),
+  fc.constantFrom(
+    '1979-05-27T07:32:00Z',
+    '0000-00-00',
+    '9999-99-99',
+    '07:32:00',
+    '{ a = 1979-05-27 }',
+    '[1979-02-30]',
+    '"(((((a+)+)+)+)+)+$"',
+  ),
   fc.double().map(String),
 );
 
-/** Replies of catalogues: JSON of any form, and replies that have the right form with values that are not. */
+/**
+ * Replies of catalogues: JSON of any form, and replies that have the right form with values that
+ * are not.
+ */
 function replyTargets(): Target[] {
   const stac = sourceWith(
-    "[access]\nkind = \"stac\"\nitems = \"https://h.example/items\"\nname_pattern = '_(?<E>\\d+)-(?<N>\\d+)'\n[[access.assets]]\nhref = 'laz$'",
+    '[access]\nkind = "stac"\nitems = "https://h.example/items"\nname_pattern = ' +
+      "'_(?<E>\\d+)-(?<N>\\d+)'\n[[access.assets]]\nhref = 'laz$'",
   );
   const wfs = sourceWith(
-    "[access]\nkind = \"wfs\"\nurl = \"https://h.example/wfs\"\ntype = \"a:b\"\nname_field = \"NAME\"\nurl_field = \"URL\"\nname_pattern = '(?<E>\\d+)_(?<N>\\d+)'",
+    '[access]\nkind = "wfs"\nurl = "https://h.example/wfs"\ntype = "a:b"\nname_field = ' +
+      '"NAME"\nurl_field = "URL"\nname_pattern = \'(?<E>\\d+)_(?<N>\\d+)\'',
   );
   const any = fc.jsonValue({ maxDepth: 4 });
-  const text = fc.oneof(fc.constantFrom('x_462-101', '462_101', 'https://h.example/a.laz', 'https://evil.example/', 'file:///etc/passwd', ''), fc.string());
+  const text = fc.oneof(
+    fc.constantFrom(
+      'x_462-101',
+      '462_101',
+      'https://h.example/a.laz',
+      'https://evil.example/',
+      'file:///etc/passwd',
+      '',
+    ),
+    fc.string(),
+  );
   const value = fc.oneof(any, text);
   const feature = fc.record(
     {
@@ -309,26 +517,51 @@ function replyTargets(): Target[] {
       type: fc.constant('Feature'),
       bbox: fc.oneof(any, fc.array(fc.double(), { minLength: 4, maxLength: 6 })),
       geometry: value,
-      properties: fc.oneof(any, fc.record({ NAME: value, URL: value, datetime: value }, { requiredKeys: [] })),
-      assets: fc.oneof(any, fc.dictionary(fc.string({ maxLength: 4 }), fc.record({ href: value, type: value }, { requiredKeys: [] }), { maxKeys: 3 })),
+      properties: fc.oneof(
+        any,
+        fc.record({ NAME: value, URL: value, datetime: value }, { requiredKeys: [] }),
+      ),
+      assets: fc.oneof(
+        any,
+        fc.dictionary(
+          fc.string({ maxLength: 4 }),
+          fc.record({ href: value, type: value }, { requiredKeys: [] }),
+          { maxKeys: 3 },
+        ),
+      ),
     },
     { requiredKeys: [] },
   );
-  const links = fc.array(fc.record({ rel: fc.constantFrom('next', 'self'), href: value }, { requiredKeys: [] }), { maxLength: 2 });
-  const reply = fc.oneof(any, fc.record({ features: fc.array(feature, { maxLength: 4 }), links, numberMatched: value }, { requiredKeys: ['features'] }));
+  const links = fc.array(
+    fc.record({ rel: fc.constantFrom('next', 'self'), href: value }, { requiredKeys: [] }),
+    { maxLength: 2 },
+  );
+  const reply = fc.oneof(
+    any,
+    fc.record(
+      { features: fc.array(feature, { maxLength: 4 }), links, numberMatched: value },
+      { requiredKeys: ['features'] },
+    ),
+  );
   const region = regionOfBox([462_000, 101_000, 463_000, 102_000]);
-  return ([['stac', stac], ['wfs', wfs]] as const).map(([kind, source]) =>
+  return (
+    [
+      ['stac', stac],
+      ['wfs', wfs],
+    ] as const
+  ).map(([kind, source]) =>
     target(`reply-${kind}`, 400, reply, async (json) => {
       const answer = Buffer.from(JSON.stringify(json));
       const get = (): Promise<HttpResponse> => Promise.resolve(responseOf(200, {}, answer));
       const http: HttpClient = { get, redact: (words) => words, close: () => Promise.resolve() };
       const policy = { retries: 0, base_ms: 1, cap_ms: 1, max_wait_ms: 1 };
       const limits = { pages: 5 };
-      await takenOrRefused(['CATALOGUE', 'TEMPLATE'], async () => {
+      await acceptedOrRefused(['CATALOGUE', 'TEMPLATE'], async () => {
         const catalogue = openCatalogue(source, http, { policy, clock: fakeClock(), limits });
         for await (const square of catalogue.find(region, kNever)) {
           for (const url of square.urls) assert.match(url, /^https?:/);
-          assert.match(square.name, /^[^/\\\u0000]+$/);
+          assert.match(square.name, /^[^/\\]+$/);
+          assert.ok(!square.name.includes('\0'));
         }
       });
     }),
@@ -336,19 +569,28 @@ function replyTargets(): Target[] {
 }
 
 function capabilitiesTarget(): Target {
-  const matrix =
-    '<TileMatrix><ows:Identifier>0</ows:Identifier><ScaleDenominator>1000</ScaleDenominator><TopLeftCorner>0 100</TopLeftCorner>' +
-    '<TileWidth>256</TileWidth><TileHeight>256</TileHeight><MatrixWidth>4</MatrixWidth><MatrixHeight>4</MatrixHeight></TileMatrix>';
-  const xml =
-    `<?xml version="1.0"?><Capabilities><Contents><Layer><ows:Identifier>a</ows:Identifier>` +
-    `<ResourceURL format="image/jpeg" resourceType="tile" template="https://h.example/{TileMatrix}"/></Layer>` +
-    `<TileMatrixSet><ows:Identifier>s</ows:Identifier><ows:SupportedCRS>urn:ogc:def:crs:EPSG::3794</ows:SupportedCRS>${matrix}</TileMatrixSet>` +
-    `</Contents></Capabilities>`;
+  const matrix = [
+    '<TileMatrix><ows:Identifier>0</ows:Identifier>',
+    '<ScaleDenominator>1000</ScaleDenominator><TopLeftCorner>0 100</TopLeftCorner>',
+    '<TileWidth>256</TileWidth><TileHeight>256</TileHeight>',
+    '<MatrixWidth>4</MatrixWidth><MatrixHeight>4</MatrixHeight></TileMatrix>',
+  ];
+  const xml = [
+    '<?xml version="1.0"?><Capabilities><Contents><Layer><ows:Identifier>a</ows:Identifier>',
+    '<ResourceURL format="image/jpeg" resourceType="tile" ',
+    'template="https://h.example/{TileMatrix}"/></Layer>',
+    '<TileMatrixSet><ows:Identifier>s</ows:Identifier>',
+    '<ows:SupportedCRS>urn:ogc:def:crs:EPSG::3794</ows:SupportedCRS>',
+    ...matrix,
+    '</TileMatrixSet></Contents></Capabilities>',
+  ].join('');
   const good = [Buffer.from(xml)];
   return target('capabilities', 600, damagedOneOf(1), async (input) => {
     const wanted = { layer: 'a', matrixSet: 's', format: 'image/jpeg', axis: 'en' } as const;
     const text = arrived(good, input).toString('utf8');
-    const service = await takenOrRefused(['MAP_SERVICE'], () => parseCapabilities(text, 'https://h.example/wmts', wanted));
+    const service = await acceptedOrRefused(['MAP_SERVICE'], () =>
+      parseCapabilities(text, 'https://h.example/wmts', wanted),
+    );
     for (const { resolution_m, columns, rows, tile_px } of service?.matrices ?? []) {
       assert.ok(resolution_m > 0 && [columns, rows, tile_px].every(Number.isInteger));
     }

@@ -37,7 +37,10 @@ export const kTransient: readonly Fault[] = [
 /** Chance of each fault per request. */
 export type FaultChances = ReadonlyMap<Fault, number>;
 
-/** @param text such as "reset=0.05,html=0.01", or "transient=0.1": that chance shared by all of kTransient */
+/**
+ * @param text such as "reset=0.05,html=0.01", or "transient=0.1": that chance shared by all of
+ * kTransient
+ */
 export function parseFaults(text: string): FaultChances {
   const chances = new Map<Fault, number>();
   for (const part of text.split(',').filter((one) => one !== '')) {
@@ -45,9 +48,14 @@ export function parseFaults(text: string): FaultChances {
     const chance = Number(value);
     const faults = name === 'transient' ? kTransient : kFaults.filter((one) => one === name);
     if (faults.length === 0 || value === '' || !(chance >= 0 && chance <= 1)) {
-      throw new Error(`read --faults: "${part}"; allowed: NAME=CHANCE with 0 to 1 and transient, ${kFaults.join(', ')}`);
+      throw new Error(
+        `read --faults: "${part}"; allowed: NAME=CHANCE with 0 to 1 and transient, ` +
+          `${kFaults.join(', ')}`,
+      );
     }
-    for (const fault of faults) chances.set(fault, (chances.get(fault) ?? 0) + chance / faults.length);
+    for (const fault of faults) {
+      chances.set(fault, (chances.get(fault) ?? 0) + chance / faults.length);
+    }
   }
   return chances;
 }

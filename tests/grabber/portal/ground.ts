@@ -1,8 +1,12 @@
 import { createRequire } from 'node:module';
 
-// The packages belong to the grabber, and tests lie beside it: they are found from where this is compiled to.
+// The packages belong to the grabber, and the tests are in another folder: packages are resolved
+// from where this file is compiled to.
 const load = createRequire(import.meta.url);
-const proj4 = load('proj4') as (from: string, to: string) => { forward(point: [number, number]): [number, number] };
+const proj4 = load('proj4') as (
+  from: string,
+  to: string,
+) => { forward(point: [number, number]): [number, number] };
 
 export type Box = [west: number, south: number, east: number, north: number];
 
@@ -11,7 +15,13 @@ export function ringInDegrees(box: Box, crs: string): [number, number][] {
   const definition = load(`epsg-index/s/${crs.replace('EPSG:', '')}.json`) as { proj4: string };
   const transform = proj4(definition.proj4, 'EPSG:4326');
   const [west, south, east, north] = box;
-  const corners: [number, number][] = [[west, south], [east, south], [east, north], [west, north], [west, south]];
+  const corners: [number, number][] = [
+    [west, south],
+    [east, south],
+    [east, north],
+    [west, north],
+    [west, south],
+  ];
   return corners.map((corner) => transform.forward(corner));
 }
 

@@ -48,33 +48,49 @@ export type PortalHandler = (
   context: PortalContext,
 ) => boolean | Promise<boolean>;
 
-export type Portal = { readonly base: string; readonly context: PortalContext; close(): Promise<void>; idle(): Promise<void> };
+export type Portal = {
+  readonly base: string;
+  readonly context: PortalContext;
+  close(): Promise<void>;
+  idle(): Promise<void>;
+};
 
-/** A small open-data portal on this machine: files, folder listings, STAC and WFS over the same squares. */
+/**
+ * A small open-data portal on this machine: files, folder listings, STAC and WFS over the same
+ * squares.
+ */
 export async function startPortal(options: PortalOptions): Promise<Portal> {
-  const handlers = [statsHandler, ...(options.handlers ?? []), stacHandler, wfsHandler, arsoHandler, fileHandler];
-  let context: PortalContext;
-  const server = createServer((request, response) => {
-    answer(handlers, request, response, context).catch((error: unknown) => {
-      if (!response.headersSent) response.writeHead(500).end(String(error));
-      else response.destroy();
-    });
-  });
+  const handlers = [
+    statsHandler,
+    ...(options.handlers ?? []),
+    stacHandler,
+    wfsHandler,
+    arsoHandler,
+    fileHandler,
+  ];
+  const squares = await scanSquares(options.root);
+  const server = createServer();
   await new Promise<void>((resolve, reject) => {
     server.once('error', reject);
     server.listen(options.port ?? 0, '127.0.0.1', resolve);
   });
-  context = {
+  const context: PortalContext = {
     root: options.root,
     base: `http://127.0.0.1:${(server.address() as AddressInfo).port}`,
     crs: options.crs ?? 'EPSG:3794',
-    squares: await scanSquares(options.root),
+    squares,
     faults: options.faults ?? new Map(),
     random: seededRandom(options.seed ?? 1),
     rate_bytes_per_s: options.rate_bytes_per_s,
     retry_after_s: options.retry_after_s ?? 1,
     stats: new PortalStats(),
   };
+  server.on('request', (request, response) => {
+    answer(handlers, request, response, context).catch((error: unknown) => {
+      if (!response.headersSent) response.writeHead(500).end(String(error));
+      else response.destroy();
+    });
+  });
   const close = async (): Promise<void> => {
     server.closeAllConnections();
     await new Promise((resolve) => server.close(resolve));
@@ -96,16 +112,24 @@ async function answer(
   for (const handler of handlers) {
     if (await handler(request, response, context)) return;
   }
-  response.writeHead(404, { 'content-type': 'text/html' }).end('<html><title>Not found</title></html>');
+  response
+    .writeHead(404, { 'content-type': 'text/html' })
+    .end('<html><title>Not found</title></html>');
 }
 
 export function pathOf(request: IncomingMessage): URL {
   return new URL(request.url ?? '/', 'http://portal');
 }
 
-export function sendJson(response: ServerResponse, value: unknown, type = 'application/json'): void {
+export function sendJson(
+  response: ServerResponse,
+  value: unknown,
+  type = 'application/json',
+): void {
   const body = Buffer.from(JSON.stringify(value));
-  response.writeHead(200, { 'content-type': type, 'content-length': String(body.length) }).end(body);
+  response
+    .writeHead(200, { 'content-type': type, 'content-length': String(body.length) })
+    .end(body);
 }
 
 const statsHandler: PortalHandler = (request, response, context) => {

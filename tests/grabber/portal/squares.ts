@@ -15,7 +15,10 @@ export type PortalSquare = {
 
 const kSquareFile = /(\d{1,4})_(\d{1,4})[^/]*\.(laz|las|zip)$/i;
 
-/** Every point cloud below a folder whose name holds a place, from south to north, then west to east. */
+/**
+ * Every point cloud below a folder whose name holds a place, from south to north, then west to
+ * east.
+ */
 export async function scanSquares(root: string): Promise<PortalSquare[]> {
   const squares: PortalSquare[] = [];
   for (const entry of await readdir(root, { recursive: true, withFileTypes: true })) {

@@ -5,7 +5,10 @@ import type { PortalSquare } from './squares.js';
 const kItems = '/stac/v1/collections/squares/items';
 const kLimit = 100;
 
-/** A STAC API like that of swisstopo: GET items?bbox=&limit=, paged by links with rel "next". Invented squares. */
+/**
+ * A STAC API like that of swisstopo: GET items?bbox=&limit=, paged by links with rel "next".
+ * Invented squares.
+ */
 export const stacHandler: PortalHandler = (request, response, context) => {
   const { pathname, searchParams } = pathOf(request);
   if (pathname !== kItems) return false;
@@ -13,20 +16,33 @@ export const stacHandler: PortalHandler = (request, response, context) => {
   const limit = Math.min(kLimit, Number(searchParams.get('limit') ?? kLimit)) || kLimit;
   const from = Number(searchParams.get('cursor') ?? 0);
   const features = context.squares.map((square) => itemOf(square, context));
-  const fitting = bbox === undefined ? features : features.filter((item) => overlap(item.bbox, bbox));
+  const fitting =
+    bbox === undefined ? features : features.filter((item) => overlap(item.bbox, bbox));
   const links: object[] = [{ rel: 'self', href: `${context.base}${kItems}` }];
   if (from + limit < fitting.length) {
     const query = new URLSearchParams(searchParams);
     query.set('cursor', String(from + limit));
-    links.push({ rel: 'next', method: 'GET', type: 'application/geo+json', href: `${context.base}${kItems}?${query.toString()}` });
+    links.push({
+      rel: 'next',
+      method: 'GET',
+      type: 'application/geo+json',
+      href: `${context.base}${kItems}?${query.toString()}`,
+    });
   }
-  sendJson(response, { type: 'FeatureCollection', features: fitting.slice(from, from + limit), links }, 'application/geo+json');
+  sendJson(
+    response,
+    { type: 'FeatureCollection', features: fitting.slice(from, from + limit), links },
+    'application/geo+json',
+  );
   return true;
 };
 
 function itemOf(square: PortalSquare, context: PortalContext) {
   const { east_km, north_km, bytes, path } = square;
-  const ring = ringInDegrees([east_km * 1000, north_km * 1000, east_km * 1000 + 1000, north_km * 1000 + 1000], context.crs);
+  const ring = ringInDegrees(
+    [east_km * 1000, north_km * 1000, east_km * 1000 + 1000, north_km * 1000 + 1000],
+    context.crs,
+  );
   const name = path.split('/').at(-1) ?? path;
   const type = name.endsWith('.zip') ? 'application/x.las+zip' : 'application/vnd.laszip+copc';
   return {
@@ -36,8 +52,19 @@ function itemOf(square: PortalSquare, context: PortalContext) {
     collection: 'squares',
     bbox: boxOf(ring),
     geometry: { type: 'Polygon', coordinates: [ring] },
-    properties: { datetime: '2024-05-01T00:00:00Z', created: '2024-06-01T00:00:00Z', updated: '2024-06-01T00:00:00Z' },
+    properties: {
+      datetime: '2024-05-01T00:00:00Z',
+      created: '2024-06-01T00:00:00Z',
+      updated: '2024-06-01T00:00:00Z',
+    },
     links: [{ rel: 'self', href: `${context.base}${kItems}/squares_2024_${east_km}-${north_km}` }],
-    assets: { [name]: { type, href: `${context.base}/${path}`, 'proj:epsg': Number(context.crs.replace('EPSG:', '')), 'file:size': bytes } },
+    assets: {
+      [name]: {
+        type,
+        href: `${context.base}/${path}`,
+        'proj:epsg': Number(context.crs.replace('EPSG:', '')),
+        'file:size': bytes,
+      },
+    },
   };
 }

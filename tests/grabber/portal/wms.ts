@@ -11,20 +11,32 @@ export type WmsOptions = {
   readonly refuse?: string;
 };
 
-/** A map server that draws the invented picture. @return whether the request was for it (path /wms) */
-export function wmsHandler(options: WmsOptions): (request: IncomingMessage, response: ServerResponse) => boolean {
+/**
+ * A map server that draws the invented picture.
+ * @return whether the request was for it (path /wms)
+ */
+export function wmsHandler(
+  options: WmsOptions,
+): (request: IncomingMessage, response: ServerResponse) => boolean {
   return (request, response) => {
     const url = new URL(request.url ?? '/', 'http://portal');
     if (url.pathname !== '/wms') return false;
-    const words = new Map([...url.searchParams].map(([name, value]) => [name.toUpperCase(), value]));
+    const words = new Map(
+      [...url.searchParams].map(([name, value]) => [name.toUpperCase(), value]),
+    );
     const wrong = options.refuse ?? problem(words, options);
     if (wrong === undefined) {
       const [width, height] = [Number(words.get('WIDTH')), Number(words.get('HEIGHT'))];
       const png = encodePng(drawPattern(boundsOf(words, options), width, height), width, height);
-      response.writeHead(200, { 'content-type': 'image/png', 'content-length': String(png.length) }).end(png);
+      response
+        .writeHead(200, { 'content-type': 'image/png', 'content-length': String(png.length) })
+        .end(png);
     } else {
       response.writeHead(200, { 'content-type': 'text/xml' });
-      response.end(`<?xml version="1.0"?><ServiceExceptionReport><ServiceException code="Wrong">${wrong}</ServiceException></ServiceExceptionReport>`);
+      response.end(
+        '<?xml version="1.0"?><ServiceExceptionReport><ServiceException ' +
+          `code="Wrong">${wrong}</ServiceException></ServiceExceptionReport>`,
+      );
     }
     return true;
   };
@@ -43,6 +55,8 @@ function problem(words: ReadonlyMap<string, string>, options: WmsOptions): strin
   if (words.get('LAYERS') !== options.layer) return `no layer ${words.get('LAYERS') ?? ''}`;
   if (!options.crs.includes(crs)) return `no CRS ${crs}`;
   const sides = ['WIDTH', 'HEIGHT'].map((name) => Number(words.get(name)));
-  if (sides.some((side) => !(side >= 1 && side <= options.mostPixels))) return `picture of ${sides.join(' x ')}`;
+  if (sides.some((side) => !(side >= 1 && side <= options.mostPixels))) {
+    return `picture of ${sides.join(' x ')}`;
+  }
   return words.has('STYLES') && words.has('FORMAT') ? undefined : 'STYLES and FORMAT are missing';
 }

@@ -32,17 +32,33 @@ ${access}
 }
 
 /** Asks without waiting between its tries. */
-export function catalogueOf(t: TestContext, source: Source, options: CatalogueOptions = {}): Catalogue {
-  return openCatalogue(source, clientFor(t), { policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 }, clock: fakeClock(), ...options });
+export function catalogueOf(
+  t: TestContext,
+  source: Source,
+  options: CatalogueOptions = {},
+): Catalogue {
+  return openCatalogue(source, clientFor(t), {
+    policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },
+    clock: fakeClock(),
+    ...options,
+  });
 }
 
 export function clientFor(t: TestContext): HttpClient {
-  const http = createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: 20_000, access: kHere });
+  const http = createHttpClient({
+    userAgent: 'terravox-grabber/test',
+    timeout_ms: 20_000,
+    access: kHere,
+  });
   t.after(() => http.close());
   return http;
 }
 
-export async function found(catalogue: Catalogue, region: Region, signal: AbortSignal = kNever): Promise<CatalogueSquare[]> {
+export async function found(
+  catalogue: Catalogue,
+  region: Region,
+  signal: AbortSignal = kNever,
+): Promise<CatalogueSquare[]> {
   const squares: CatalogueSquare[] = [];
   for await (const square of catalogue.find(region, signal)) squares.push(square);
   return squares;

@@ -4,7 +4,11 @@ import { readPackageInfo } from '../../../grabber/src/util/package-info.js';
 
 const kMain = join(readPackageInfo().root, 'dist', 'main.js');
 
-export type CliResult = { readonly code: number | null; readonly out: string; readonly err: string };
+export type CliResult = {
+  readonly code: number | null;
+  readonly out: string;
+  readonly err: string;
+};
 
 /** Runs the built program. `onStart` may signal the child. */
 export function cli(
@@ -13,7 +17,10 @@ export function cli(
   environment: Readonly<Record<string, string>> = {},
 ): Promise<CliResult> {
   return new Promise((resolve, reject) => {
-    const child = spawn(process.execPath, [kMain, ...args], { stdio: ['ignore', 'pipe', 'pipe'], env: { ...process.env, ...environment } });
+    const child = spawn(process.execPath, [kMain, ...args], {
+      stdio: ['ignore', 'pipe', 'pipe'],
+      env: { ...process.env, ...environment },
+    });
     let out = '';
     let err = '';
     child.stdout.setEncoding('utf8').on('data', (text: string) => (out += text));

@@ -3,7 +3,10 @@ import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { temporaryFolder } from './store-fixture.js';
 
-/** A source "here" of LiDAR squares, served by this machine. @param access lines of its [access] */
+/**
+ * A source "here" of LiDAR squares, served by this machine.
+ * @param access lines of its [access]
+ */
 export function sourceHere(access: string, missingStatus = 403): string {
   return `id = "here"
 title = "Here"

@@ -1,6 +1,8 @@
 import type { Clock } from '../../../grabber/src/util/clock.js';
 
-export type FakeClock = { -readonly [K in keyof Clock]: Clock[K] } & { readonly slept_ms: number[] };
+export type FakeClock = { -readonly [K in keyof Clock]: Clock[K] } & {
+  readonly slept_ms: number[];
+};
 
 /** Sleeps take no time here, but move the time on. */
 export function fakeClock(start = '2026-06-21T12:00:00.000Z', random = 0): FakeClock {

@@ -7,7 +7,12 @@ export const kNobody = 'http://127.0.0.1:1';
 const kServed = [kNobody];
 
 /** What a client needs to talk to kNobody and to all servers that serve() has started. */
-export const kHere = { hosts: ['127.0.0.1'], privateOrigins: kServed, secretHeaders: {}, secretOrigins: [] } as const;
+export const kHere = {
+  hosts: ['127.0.0.1'],
+  privateOrigins: kServed,
+  secretHeaders: {},
+  secretOrigins: [],
+} as const;
 
 export type Seen = { readonly path: string; readonly headers: IncomingMessage['headers'] };
 export type Handler = (request: IncomingMessage, response: ServerResponse, index: number) => void;
@@ -22,7 +27,10 @@ export type HttpFixture = {
 
 const kOpenParts = new Set<ServerResponse>();
 
-/** A web server on a free port of this machine, closed when the test ends. `index` counts requests from 0. */
+/**
+ * A web server on a free port of this machine, closed when the test ends. `index` counts requests
+ * from 0.
+ */
 export async function serve(t: TestContext, handler: Handler): Promise<HttpFixture> {
   const seen: Seen[] = [];
   const server = createServer((request, response) => {
@@ -43,19 +51,27 @@ export async function serve(t: TestContext, handler: Handler): Promise<HttpFixtu
   return { base, seen, cut };
 }
 
-export function sendFile(response: ServerResponse, body: Buffer, headers: Record<string, string> = {}): void {
+export function sendFile(
+  response: ServerResponse,
+  body: Buffer,
+  headers: Record<string, string> = {},
+): void {
   response.writeHead(200, { 'content-length': String(body.length), ...headers });
   response.end(body);
 }
 
-export function sendStatus(response: ServerResponse, status: number, headers: Record<string, string> = {}): void {
+export function sendStatus(
+  response: ServerResponse,
+  status: number,
+  headers: Record<string, string> = {},
+): void {
   response.writeHead(status, headers);
   response.end();
 }
 
 /**
- * Announces the whole body and sends its first part only, until the test calls cut(). Cutting by itself would race the
- * client: what it has received but not yet read is lost with the connection.
+ * Announces the whole body and sends its first part only, until the test calls cut(). Cutting by
+ * itself would race the client: what it has received but not yet read is lost with the connection.
  */
 export function sendPart(
   response: ServerResponse,
@@ -69,9 +85,16 @@ export function sendPart(
 }
 
 /** Answers `Range: bytes=N-` as RFC 9110 wants, for a file with this ETag. */
-export function sendRest(request: IncomingMessage, response: ServerResponse, body: Buffer, etag: string): void {
+export function sendRest(
+  request: IncomingMessage,
+  response: ServerResponse,
+  body: Buffer,
+  etag: string,
+): void {
   const start = Number(/^bytes=(\d+)-$/.exec(request.headers.range ?? '')?.[1] ?? 0);
-  if (start === 0 || request.headers['if-range'] !== etag) return sendFile(response, body, { etag });
+  if (start === 0 || request.headers['if-range'] !== etag) {
+    return sendFile(response, body, { etag });
+  }
   response.writeHead(206, {
     etag,
     'content-length': String(body.length - start),

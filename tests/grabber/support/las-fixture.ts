@@ -26,9 +26,17 @@ export function makeLas(fixture: LasFixture = {}): Buffer {
   return Buffer.concat([header, records]);
 }
 
-/** Compressed in form only: header, LASzip record, chunk table pointer, `dataBytes` of filling, chunk table. */
+/**
+ * Compressed in form only: header, LASzip record, chunk table pointer, `dataBytes` of filling,
+ * chunk table.
+ */
 export function makeLaz(
-  fixture: LasFixture & { dataBytes?: number; compressor?: number; chunks?: number; streamed?: boolean } = {},
+  fixture: LasFixture & {
+    dataBytes?: number;
+    compressor?: number;
+    chunks?: number;
+    streamed?: boolean;
+  } = {},
 ): Buffer {
   const vlr = Buffer.alloc(54 + 34);
   vlr.write('laszip encoded', 2, 'latin1');

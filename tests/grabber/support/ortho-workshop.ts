@@ -7,10 +7,16 @@ import { createHttpClient } from '../../../grabber/src/fetch/http-client.js';
 import type { StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
 import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
-import { HostGate } from '../../../grabber/src/fetch/host-gate.js';
+import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
 import { downloader } from '../../../grabber/src/ortho/download.js';
 import { gatherFor } from '../../../grabber/src/ortho/gather-for.js';
-import { learnOrthophotos, makeOrthophoto, orthoKey, type Made, type Workshop } from '../../../grabber/src/ortho/make-orthophoto.js';
+import {
+  learnOrthophotos,
+  makeOrthophoto,
+  orthoKey,
+  type Made,
+  type OrthoSettings,
+} from '../../../grabber/src/ortho/make-orthophoto.js';
 import type { Gather } from '../../../grabber/src/ortho/piece.js';
 import { orthoSchema, type OrthoSource } from '../../../grabber/src/ortho/schema.js';
 import { openStore } from '../../../grabber/src/store/open-store.js';
@@ -24,15 +30,38 @@ const run = promisify(execFile);
 export const kBounds = [462_000, 101_000, 462_100, 101_100] as const;
 export const kCrs = 'EPSG:3794';
 
-export function orthoSource(access: Record<string, unknown>, more: Record<string, unknown> = {}): OrthoSource {
-  const words = { id: 'here', title: 'Here', licence: 'CC BY 4.0', attribution: 'Us', crs: kCrs, resolution_m: 0.5, missing_status: [404], ...more };
+export function orthoSource(
+  access: Record<string, unknown>,
+  more: Record<string, unknown> = {},
+): OrthoSource {
+  const words = {
+    id: 'here',
+    title: 'Here',
+    licence: 'CC BY 4.0',
+    attribution: 'Us',
+    crs: kCrs,
+    resolution_m: 0.5,
+    missing_status: [404],
+    ...more,
+  };
   return orthoSchema.parse({ ...words, access });
 }
 
-export type Bench = { readonly store: Store; readonly square: StoreRecord; make(change?: Partial<Workshop>): Promise<Made>; row(): StoreRecord };
+export type Bench = {
+  readonly store: Store;
+  readonly square: StoreRecord;
+  make(change?: Partial<OrthoSettings>): Promise<Made>;
+  row(): StoreRecord;
+};
 
 /** A store with one square, and all that is needed to make its orthophoto. */
-export async function bench(t: TestContext, source: OrthoSource, bounds: readonly [number, number, number, number] = kBounds, crs = kCrs, gather?: Gather): Promise<Bench> {
+export async function bench(
+  t: TestContext,
+  source: OrthoSource,
+  bounds: readonly [number, number, number, number] = kBounds,
+  crs = kCrs,
+  gather?: Gather,
+): Promise<Bench> {
   const store = openStore(await temporaryFolder(t), {}, kNever);
   const terms = { crs, classTable: null, licence: null, attribution: null };
   const plain = { block: null, urls: [], bytes: null, sha256: null, member: null, published: null };
@@ -42,18 +71,27 @@ export async function bench(t: TestContext, source: OrthoSource, bounds: readonl
   const http = createHttpClient({ userAgent: 'test', timeout_ms: 20_000, access: kHere });
   t.after(() => http.close());
   const cache = await temporaryFolder(t);
-  const workshop: Workshop = {
+  const settings: OrthoSettings = {
     source: source.id,
     terms: { licence: source.licence, attribution: source.attribution },
     gather: gather ?? gatherFor(source, cache).gather,
-    download: downloader({ http, policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 }, clock: fakeClock(), gate: new HostGate(fakeClock(), 60_000), disk: new DiskSpace(cache), missingStatus: source.missing_status, onRetry: () => undefined }),
+    download: downloader({
+      http,
+      policy: { retries: 2, base_ms: 1, cap_ms: 1, max_wait_ms: 60_000 },
+      clock: fakeClock(),
+      limiter: new HostRateLimiter(fakeClock(), 60_000),
+      disk: new DiskSpace(cache),
+      missingStatus: source.missing_status,
+      onRetry: () => undefined,
+    }),
     concurrency: 2,
     time: undefined,
     resolution_m: source.resolution_m,
     margin_m: 20,
     cut: { lossless: true, nearInfrared: false },
     places: {
-      finished: (_kind, key, extension) => `ortho/${key.source}/${key.grid}/${key.name}.${extension}`,
+      finished: (_kind, key, extension) =>
+        `ortho/${key.source}/${key.grid}/${key.name}.${extension}`,
       unfinished: (_kind, key) => `ortho/${key.source}/${key.grid}/.${key.name}.part`,
     },
     cache,
@@ -62,7 +100,7 @@ export async function bench(t: TestContext, source: OrthoSource, bounds: readonl
     store,
     square,
     make(change = {}) {
-      const changed = { ...workshop, ...change };
+      const changed = { ...settings, ...change };
       learnOrthophotos(store, changed, [square]);
       return makeOrthophoto(square, store, changed, kNever);
     },
@@ -86,7 +124,12 @@ type GdalInfo = {
   geoTransform: [number, number, number, number, number, number];
   coordinateSystem: { wkt: string };
   metadata: Record<string, Record<string, string>>;
-  bands: { block: [number, number]; overviews?: { size: [number, number] }[]; mask?: { flags: string[] }; colorInterpretation: string }[];
+  bands: {
+    block: [number, number];
+    overviews?: { size: [number, number] }[];
+    mask?: { flags: string[] };
+    colorInterpretation: string;
+  }[];
 };
 
 /** Reads a GeoTIFF with GDAL as others have it, without any of our settings. */
@@ -109,7 +152,10 @@ export async function readPicture(path: string, folder: string): Promise<Picture
 }
 
 /** Pixels that are not what the invented picture has there; the first of them as text. */
-export function wrongPixels(picture: Picture, skip: (easting: number, northing: number) => boolean = () => false): { count: number; first: string } {
+export function wrongPixels(
+  picture: Picture,
+  skip: (easting: number, northing: number) => boolean = () => false,
+): { count: number; first: string } {
   const [west = 0, , , north = 0] = picture.bounds;
   const step = ((picture.bounds[2] ?? 0) - west) / picture.width;
   let count = 0;
@@ -120,7 +166,8 @@ export function wrongPixels(picture: Picture, skip: (easting: number, northing: 
       if (skip(easting, northing)) continue;
       const [wanted, found] = [patternAt(easting, northing).join(), picture.at(x, y).join()];
       if (wanted === found) continue;
-      if (count++ === 0) first = `pixel ${x}, ${y}: ${found}; wanted ${wanted}`;
+      count += 1;
+      if (count === 1) first = `pixel ${x}, ${y}: ${found}; wanted ${wanted}`;
     }
   }
   return { count, first };

@@ -1,13 +1,38 @@
-import type { BoundsM, CatalogueSquare, RecordKey, StoredFile, Terms } from '../../../grabber/src/model/square.js';
+import type {
+  BoundsM,
+  CatalogueSquare,
+  RecordKey,
+  StoredFile,
+  Terms,
+} from '../../../grabber/src/model/square.js';
 import type { Verified } from '../../../grabber/src/model/store.js';
 
-export const kTerms: Terms = { crs: 'EPSG:3794', classTable: 'si-lss', licence: 'CC BY 4.0', attribution: 'ARSO' };
+export const kTerms: Terms = {
+  crs: 'EPSG:3794',
+  classTable: 'si-lss',
+  licence: 'CC BY 4.0',
+  attribution: 'ARSO',
+};
 
 /** A square E_N of 1 km, as a catalogue has it. */
-export function catalogueSquare(e: number, n: number, more: Partial<CatalogueSquare> = {}): CatalogueSquare {
+export function catalogueSquare(
+  e: number,
+  n: number,
+  more: Partial<CatalogueSquare> = {},
+): CatalogueSquare {
   const bounds: BoundsM = [e * 1000, n * 1000, e * 1000 + 1000, n * 1000 + 1000];
   const name = `${e}_${n}`;
-  return { name, block: null, bounds, urls: [`http://h/${name}.laz`], bytes: null, sha256: null, member: null, published: null, ...more };
+  return {
+    name,
+    block: null,
+    bounds,
+    urls: [`http://h/${name}.laz`],
+    bytes: null,
+    sha256: null,
+    member: null,
+    published: null,
+    ...more,
+  };
 }
 
 export function keyOfSquare(name: string, source = 'si-lss', grid = source): RecordKey {
@@ -25,7 +50,10 @@ export const kVerified: Verified = {
   warnings: [],
 };
 
-/** A small generator whose seed a failing test prints. Ref: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014. */
+/**
+ * A small generator whose seed a failing test prints. Ref: Steele, Lea, Flood, "Fast Splittable
+ * Pseudorandom Number Generators", 2014.
+ */
 export function seeded(seed: number): (below: number) => number {
   let state = seed >>> 0;
   return (below) => {

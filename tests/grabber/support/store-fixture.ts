@@ -4,10 +4,18 @@ import { join } from 'node:path';
 import type { TestContext } from 'node:test';
 import { DiskSpace } from '../../../grabber/src/fetch/disk-space.js';
 import type { FetchJob, FetchRun } from '../../../grabber/src/fetch/fetch-job.js';
-import { HostGate } from '../../../grabber/src/fetch/host-gate.js';
-import { HostLanes } from '../../../grabber/src/fetch/host-lanes.js';
-import { createHttpClient, type Access, type SourceClient } from '../../../grabber/src/fetch/http-client.js';
-import { checkLidar, checkLidarStart, kLidarExtensions } from '../../../grabber/src/fetch/lidar-check.js';
+import { HostRateLimiter } from '../../../grabber/src/fetch/host-rate-limiter.js';
+import { HostQueues } from '../../../grabber/src/fetch/host-queues.js';
+import {
+  createHttpClient,
+  type Access,
+  type SourceClient,
+} from '../../../grabber/src/fetch/http-client.js';
+import {
+  checkLidar,
+  checkLidarStart,
+  kLidarExtensions,
+} from '../../../grabber/src/fetch/lidar-check.js';
 import { runJobs, syncQueue } from '../../../grabber/src/fetch/run-jobs.js';
 import type { CatalogueSquare, RecordKey, StoreRecord } from '../../../grabber/src/model/square.js';
 import type { Store } from '../../../grabber/src/model/store.js';
@@ -17,7 +25,12 @@ import { fakeClock, type FakeClock } from './fake-clock.js';
 
 export const kNever = new AbortController().signal;
 export const kName = '462_101';
-const kTerms = { crs: 'EPSG:3794', classTable: 'asprs', licence: 'CC BY 4.0', attribution: 'Somebody' };
+const kTerms = {
+  crs: 'EPSG:3794',
+  classTable: 'asprs',
+  licence: 'CC BY 4.0',
+  attribution: 'Somebody',
+};
 
 export async function temporaryFolder(t: TestContext): Promise<string> {
   const folder = await mkdtemp(join(tmpdir(), 'terravox-grabber-'));
@@ -30,9 +43,23 @@ export function keyOf(name: string): RecordKey {
 }
 
 /** A square of the 1 km grid at these addresses. */
-export function squareOf(name: string, urls: readonly string[], more: Partial<CatalogueSquare> = {}): CatalogueSquare {
+export function squareOf(
+  name: string,
+  urls: readonly string[],
+  more: Partial<CatalogueSquare> = {},
+): CatalogueSquare {
   const [east = NaN, north = NaN] = name.split('_').map((km) => Number(km) * 1000);
-  return { name, block: null, bounds: [east, north, east + 1000, north + 1000], urls, bytes: null, sha256: null, member: null, published: null, ...more };
+  return {
+    name,
+    block: null,
+    bounds: [east, north, east + 1000, north + 1000],
+    urls,
+    bytes: null,
+    sha256: null,
+    member: null,
+    published: null,
+    ...more,
+  };
 }
 
 export type FixtureOptions = {
@@ -56,7 +83,11 @@ export type Fixture = {
   readonly retries: string[];
   readonly outcomes: Outcome[];
   /** Learns and wants the squares, and runs until all are done. */
-  fetch(squares: readonly CatalogueSquare[], again?: boolean, signal?: AbortSignal): Promise<Outcome[]>;
+  fetch(
+    squares: readonly CatalogueSquare[],
+    again?: boolean,
+    signal?: AbortSignal,
+  ): Promise<Outcome[]>;
   /** Continues what is unfinished. */
   resume(): Promise<Outcome[]>;
   record(name?: string): StoreRecord | undefined;
@@ -73,7 +104,10 @@ function watched(http: SourceClient, onStored: (bytes: number) => void): SourceC
     }
   }
   return {
-    ...http,
+    head: (url, headers, signal) => http.head(url, headers, signal),
+    permit: (access) => http.permit(access),
+    redact: http.redact,
+    close: () => http.close(),
     get: async (url, headers, signal) => {
       const response = await http.get(url, headers, signal);
       return { ...response, body: watch(response.body) };
@@ -81,8 +115,15 @@ function watched(http: SourceClient, onStored: (bytes: number) => void): SourceC
   };
 }
 
-/** All that a fetch from a server of this machine needs, in a store of its own, with a clock that does not wait. */
-export async function fetchFixture(t: TestContext, base: string, options: FixtureOptions = {}): Promise<Fixture> {
+/**
+ * All that a fetch from a server of this machine needs, in a store of its own, with a clock that
+ * does not wait.
+ */
+export async function fetchFixture(
+  t: TestContext,
+  base: string,
+  options: FixtureOptions = {},
+): Promise<Fixture> {
   const root = options.root ?? (await temporaryFolder(t));
   const clock = fakeClock('2026-06-21T12:00:00.000Z', 0.5);
   const { host, origin } = new URL(base);
@@ -94,10 +135,14 @@ export async function fetchFixture(t: TestContext, base: string, options: Fixtur
     ...options.access,
   };
   const http = watched(
-    createHttpClient({ userAgent: 'terravox-grabber/test', timeout_ms: options.timeout_ms ?? 20_000, access }),
+    createHttpClient({
+      userAgent: 'terravox-grabber/test',
+      timeout_ms: options.timeout_ms ?? 20_000,
+      access,
+    }),
     options.onStored ?? (() => undefined),
   );
-  const store = await openStore(root, {}, kNever);
+  const store = openStore(root, {}, kNever);
   t.after(async () => {
     store.close();
     await http.close();
@@ -107,9 +152,17 @@ export async function fetchFixture(t: TestContext, base: string, options: Fixtur
   const run: FetchRun = {
     root,
     clock,
-    policy: { retries: options.retries ?? 3, base_ms: 1000, cap_ms: 60_000, max_wait_ms: options.maxWaitMs ?? 600_000 },
-    lanes: new HostLanes(new HostGate(clock, options.maxWaitMs ?? 600_000)),
-    disk: new DiskSpace(root, options.freeBytes === undefined ? undefined : () => options.freeBytes?.() ?? 0),
+    policy: {
+      retries: options.retries ?? 3,
+      base_ms: 1000,
+      cap_ms: 60_000,
+      max_wait_ms: options.maxWaitMs ?? 600_000,
+    },
+    queues: new HostQueues(new HostRateLimiter(clock, options.maxWaitMs ?? 600_000)),
+    disk: new DiskSpace(
+      root,
+      options.freeBytes === undefined ? undefined : () => options.freeBytes?.() ?? 0,
+    ),
     syncs: syncQueue(),
     events: {
       plan: () => undefined,
@@ -161,6 +214,10 @@ export async function storedFiles(root: string): Promise<string[]> {
   const names = await readdir(root, { recursive: true, withFileTypes: true });
   return names
     .filter((entry) => entry.isFile() && !/^(fishnet\.gpkg|\.grabber\.lock)/.test(entry.name))
-    .map((entry) => join(entry.parentPath, entry.name).slice(root.length + 1).replaceAll('\\', '/'))
+    .map((entry) =>
+      join(entry.parentPath, entry.name)
+        .slice(root.length + 1)
+        .replaceAll('\\', '/'),
+    )
     .sort();
 }

@@ -30,7 +30,9 @@ export function makeZip(members: readonly ZipMember[]): Buffer {
     const local = Buffer.concat([Buffer.from('PK\x03\x04'), fields, name, packed]);
     const rest = Buffer.alloc(14);
     rest.writeUInt32LE(offset, 10);
-    directory.push(Buffer.concat([Buffer.from('PK\x01\x02'), Buffer.from([20, 0]), fields, rest, name]));
+    directory.push(
+      Buffer.concat([Buffer.from('PK\x01\x02'), Buffer.from([20, 0]), fields, rest, name]),
+    );
     locals.push(local);
     offset += local.length;
   }

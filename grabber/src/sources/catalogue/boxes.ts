@@ -5,8 +5,11 @@ import type { Source } from '../source.js';
 import { parseSquare } from '../square.js';
 import { boundsOfSquare } from '../naming.js';
 
-/** A few squares far apart are asked for one by one, rather than all that lies between them. */
-const kMostSingles = 50;
+/**
+ * Up to this number of distant squares are requested one by one, rather than everything between
+ * them.
+ */
+const kMaxSingles = 50;
 const kSpread = 8;
 
 /** The boxes to ask a catalogue for, within the source's extent. */
@@ -15,8 +18,12 @@ export function boxesOf(region: Region, source: Source): BoundsM[] {
   if (whole === undefined) return [];
   const size = source.square_m;
   const names = region.names;
-  if (size === undefined || names === undefined || names.size > kMostSingles) return [whole];
+  if (size === undefined || names === undefined || names.size > kMaxSingles) return [whole];
   const between = ((whole[2] - whole[0]) / size) * ((whole[3] - whole[1]) / size);
   if (between <= kSpread * names.size) return [whole];
-  return [...names].map((name) => boundsOfSquare(parseSquare(name, { square_m: size, extent_m: source.extent_m }), size) ?? whole);
+  return [...names].map(
+    (name) =>
+      boundsOfSquare(parseSquare(name, { square_m: size, extent_m: source.extent_m }), size) ??
+      whole,
+  );
 }

@@ -1,21 +1,25 @@
 import { GrabberError } from '../../util/errors.js';
 import type { CatalogueSettings } from './options.js';
 
-/** So many that cannot be read, and none that can, come from another catalogue than the one that is configured. */
-const kMostUnread = 100;
+/**
+ * So many that cannot be read, and none that can, come from another catalogue than the one that is
+ * configured.
+ */
+const kMaxUnread = 100;
 
 /**
- * Reads the entries of a catalogue one by one. One that cannot be read is told and left out, so that a slip of a portal
- * does not keep its whole country back. Where none can be read the first one's error is thrown.
+ * Reads the entries of a catalogue one by one. An unreadable entry is reported and left out, so
+ * that one faulty entry does not block the whole catalogue. When none can be read, the first error
+ * is thrown.
  */
 export class Entries {
-  readonly #tell: CatalogueSettings['onLeftOut'];
+  readonly #onLeftOut: CatalogueSettings['onLeftOut'];
   #read = 0;
   #unread = 0;
   #first: GrabberError | undefined;
 
   constructor({ onLeftOut }: CatalogueSettings) {
-    this.#tell = onLeftOut;
+    this.#onLeftOut = onLeftOut;
   }
 
   /** @return undefined for one that is left out */
@@ -27,8 +31,9 @@ export class Entries {
     } catch (error) {
       if (!(error instanceof GrabberError)) throw error;
       this.#first ??= error;
-      this.#tell(error);
-      if (++this.#unread === kMostUnread) this.end();
+      this.#onLeftOut(error);
+      this.#unread += 1;
+      if (this.#unread === kMaxUnread) this.end();
       return undefined;
     }
   }

@@ -1,9 +1,13 @@
 import type { CatalogueSquare } from '../../model/square.js';
 import type { Region } from '../../model/store.js';
 import { GrabberError } from '../../util/errors.js';
+import { compareText } from '../../util/order.js';
 
-/** Whether a square was asked for. Squares without bounds are known by their name only. */
-export function isAsked(square: Pick<CatalogueSquare, 'name' | 'bounds'>, region: Region): boolean {
+/** Whether a square is requested. Squares without bounds are known by their name only. */
+export function isInRegion(
+  square: Pick<CatalogueSquare, 'name' | 'bounds'>,
+  region: Region,
+): boolean {
   if (region.names !== undefined) return region.names.has(square.name);
   return square.bounds === null || region.touches(square.bounds);
 }
@@ -18,12 +22,21 @@ export function byPlace(a: CatalogueSquare, b: CatalogueSquare): number {
 }
 
 function byName(a: CatalogueSquare, b: CatalogueSquare): number {
-  return a.name < b.name ? -1 : a.name > b.name ? 1 : 0;
+  return compareText(a.name, b.name);
 }
 
 /** @param what such as "list si-clss" */
-export function catalogueError(what: string, found: string, allowed: string, cause?: unknown): GrabberError {
-  return new GrabberError('CATALOGUE', `${what}: ${found}; allowed: ${allowed}`, cause === undefined ? {} : { cause });
+export function catalogueError(
+  what: string,
+  found: string,
+  allowed: string,
+  cause?: unknown,
+): GrabberError {
+  return new GrabberError(
+    'CATALOGUE',
+    `${what}: ${found}; allowed: ${allowed}`,
+    cause === undefined ? {} : { cause },
+  );
 }
 
 /** Squares of a catalogue as they come in: the newest of each name, and never more than allowed. */
@@ -43,7 +56,11 @@ export class Listing {
     if (before !== undefined && before.rank >= rank) return;
     this.#newest.set(square.name, { square, rank });
     if (this.#newest.size > this.#maxSquares) {
-      throw catalogueError(this.#what, `more than ${this.#maxSquares} squares`, `at most ${this.#maxSquares} a run; choose less ground`);
+      throw catalogueError(
+        this.#what,
+        `more than ${this.#maxSquares} squares`,
+        `at most ${this.#maxSquares} a run; choose less ground`,
+      );
     }
   }
 

@@ -9,20 +9,37 @@ import { stacCatalogue } from './stac-catalogue.js';
 import { templateCatalogue } from './template-catalogue.js';
 import { wfsCatalogue } from './wfs-catalogue.js';
 
-/** What a source has. Asks nobody yet; what it throws shows no secret. @throws GrabberError USAGE for variables that are missing or not allowed */
-export function openCatalogue(source: Source, http: HttpClient, options: CatalogueOptions = {}): Catalogue {
+/**
+ * Opens the catalogue of a source. Contacts no host yet; its errors show no secret.
+ * @throws GrabberError USAGE for variables that are missing or not allowed
+ */
+export function openCatalogue(
+  source: Source,
+  http: HttpClient,
+  options: CatalogueOptions = {},
+): Catalogue {
   const { onLeftOut } = options;
-  const told = onLeftOut === undefined ? {} : { onLeftOut: (error: GrabberError) => onLeftOut(redactError(error, http.redact)) };
-  const catalogue = catalogueOf(source, http, settingsOf({ ...options, ...told }));
+  const redacted =
+    onLeftOut === undefined
+      ? {}
+      : { onLeftOut: (error: GrabberError) => onLeftOut(redactError(error, http.redact)) };
+  const catalogue = catalogueOf(source, http, settingsOf({ ...options, ...redacted }));
   const { locate } = catalogue;
   return {
     ...catalogue,
     find: (region, signal) => findWithoutSecrets(catalogue, http.redact, region, signal),
-    ...(locate === undefined ? {} : { locate: (...asked) => withoutSecrets(http.redact, () => locate(...asked)) }),
+    ...(locate === undefined
+      ? {}
+      : { locate: (...parameters) => withoutSecrets(http.redact, () => locate(...parameters)) }),
   };
 }
 
-async function* findWithoutSecrets(catalogue: Catalogue, redact: Redact, region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
+async function* findWithoutSecrets(
+  catalogue: Catalogue,
+  redact: Redact,
+  region: Region,
+  signal: AbortSignal,
+): AsyncGenerator<CatalogueSquare> {
   try {
     yield* catalogue.find(region, signal);
   } catch (error) {

@@ -11,26 +11,38 @@ export type CatalogueOptions = {
   readonly maxSquares?: number;
   readonly limits?: Partial<CatalogueLimits>;
   readonly policy?: RetryPolicy;
-  /** Hears of every request that will be tried again. */
+  /** Called before each retry of a request. */
   readonly onRetry?: (notice: RetryNotice) => void;
-  /** Hears of entries that cannot be read, which are left out. Without it they are errors: nobody gets fewer squares unawares. */
+  /**
+   * Called for each unreadable entry, which is left out. Without it such an entry is an error, so
+   * that squares never vanish unnoticed.
+   */
   readonly onLeftOut?: (error: GrabberError) => void;
   readonly clock?: Clock;
 };
 
-/** A portal that runs wild must not fill memory or keep us busy for ever. */
+/**
+ * Limits for the replies of a portal, so that a faulty one can neither fill the memory nor run
+ * forever.
+ */
 export type CatalogueLimits = {
   readonly pages: number;
-  /** Items or features, before those that were not asked for are left out. */
+  /** Limit for items or features, including those outside the region. */
   readonly items: number;
   readonly reply_bytes: number;
 };
 
-export const kLimits: CatalogueLimits = { pages: 2000, items: 100_000, reply_bytes: 16 * 1024 * 1024 };
+export const kLimits: CatalogueLimits = {
+  pages: 2000,
+  items: 100_000,
+  reply_bytes: 16 * 1024 * 1024,
+};
 const kRetries = 4;
 
 /** All options, none left out. */
-export type CatalogueSettings = Required<Omit<CatalogueOptions, 'limits'>> & { readonly limits: CatalogueLimits };
+export type CatalogueSettings = Required<Omit<CatalogueOptions, 'limits'>> & {
+  readonly limits: CatalogueLimits;
+};
 
 export function settingsOf(options: CatalogueOptions): CatalogueSettings {
   return {

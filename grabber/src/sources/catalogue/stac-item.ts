@@ -16,7 +16,10 @@ const assetSchema = z.looseObject({
   'checksum:multihash': z.string().optional(),
 });
 
-/** STAC 0.9 to 1.1, what is needed of it. Ref: "STAC Item Specification", File Info and Projection extensions. */
+/**
+ * STAC 0.9 to 1.1, what is needed of it. Ref: "STAC Item Specification", File Info and Projection
+ * extensions.
+ */
 export const itemSchema = z.looseObject({
   id: z.string().min(1).max(300),
   bbox: z.array(z.number()).optional(),
@@ -29,22 +32,45 @@ export type StacItem = z.infer<typeof itemSchema>;
 export function parseItem(raw: unknown, what: string): StacItem {
   const result = itemSchema.safeParse(raw);
   if (result.success) return result.data;
-  const { id } = z.looseObject({ id: z.string().max(300).catch('without an id') }).catch({ id: 'without an id' }).parse(raw);
+  const { id } = z
+    .looseObject({ id: z.string().max(300).catch('without an id') })
+    .catch({ id: 'without an id' })
+    .parse(raw);
   const issue = result.error.issues[0];
   const where = issue?.path.map(String).join('.') ?? '';
-  throw catalogueError(`${what}: item ${id}`, `${where || 'it'} has ${issue?.message ?? 'another form'}`, 'a STAC item', result.error);
+  throw catalogueError(
+    `${what}: item ${id}`,
+    `${where || 'it'} has ${issue?.message ?? 'another form'}`,
+    'a STAC item',
+    result.error,
+  );
 }
 
 type Asset = z.infer<typeof assetSchema>;
 
-/** Half of what a footprint may differ from its square: footprints follow the data, and were projected. */
+/**
+ * Half of what a footprint may differ from its square: footprints follow the data, and were
+ * projected.
+ */
 const kFootprintSlack = 0.05;
 const kPlainName = /^[A-Za-z0-9][A-Za-z0-9._-]{0,119}$/;
 
-export type ReadItem = { readonly square: CatalogueSquare; readonly rank: string; readonly hrefs: readonly string[] };
+export type ReadItem = {
+  readonly square: CatalogueSquare;
+  readonly rank: string;
+  readonly hrefs: readonly string[];
+};
 
-/** @param base address of the reply, for links relative to it @throws GrabberError CATALOGUE */
-export function readItem(item: StacItem, source: Source, access: StacAccess, base: string): ReadItem {
+/**
+ * @param base address of the reply, for links relative to it
+ * @throws GrabberError CATALOGUE
+ */
+export function readItem(
+  item: StacItem,
+  source: Source,
+  access: StacAccess,
+  base: string,
+): ReadItem {
   const what = `list ${source.id}: item ${item.id}`;
   const [asset, choice] = chooseAsset(item, access.assets, what);
   const place = placeOf(item, source, access, what);
@@ -52,7 +78,8 @@ export function readItem(item: StacItem, source: Source, access: StacAccess, bas
   const href = absolute(asset.href, base, what);
   return {
     hrefs: [href],
-    // Items without a date are older than any; the id decides between equals, so that the order of replies does not.
+    // Items without a date are older than any; the id decides between equals, so that the order of
+    // replies does not.
     rank: `${published ?? ''} ${item.id}`,
     square: {
       ...place,
@@ -66,13 +93,26 @@ export function readItem(item: StacItem, source: Source, access: StacAccess, bas
   };
 }
 
-function chooseAsset(item: StacItem, choices: readonly AssetChoice[], what: string): [Asset, AssetChoice] {
+function chooseAsset(
+  item: StacItem,
+  choices: readonly AssetChoice[],
+  what: string,
+): [Asset, AssetChoice] {
   const all = Object.entries(item.assets).sort(([a], [b]) => (a < b ? -1 : 1));
   for (const choice of choices) {
-    const found = all.find(([key, asset]) => fits(choice.key, key) && fits(choice.href, asset.href) && fits(choice.media_type, asset.type ?? ''));
+    const found = all.find(
+      ([key, asset]) =>
+        fits(choice.key, key) &&
+        fits(choice.href, asset.href) &&
+        fits(choice.media_type, asset.type ?? ''),
+    );
     if (found !== undefined) return [found[1], choice];
   }
-  throw catalogueError(what, `assets ${all.map(([key]) => key).join(', ') || 'none'}`, 'one that [[access.assets]] describes');
+  throw catalogueError(
+    what,
+    `assets ${all.map(([key]) => key).join(', ') || 'none'}`,
+    'one that [[access.assets]] describes',
+  );
 }
 
 function fits(pattern: string | undefined, text: string): boolean {
@@ -84,11 +124,22 @@ function absolute(href: string, base: string, what: string): string {
   throw catalogueError(what, `address ${href}`, 'a web address');
 }
 
-function placeOf(item: StacItem, source: Source, access: StacAccess, what: string): { name: string; bounds: BoundsM | null } {
+function placeOf(
+  item: StacItem,
+  source: Source,
+  access: StacAccess,
+  what: string,
+): { name: string; bounds: BoundsM | null } {
   const projection = projectionOf(source.crs);
   if (source.square_m === undefined) {
     // The name finds the item again and becomes a file's, so it is taken as it is or not at all.
-    if (!kPlainName.test(item.id)) throw catalogueError(what, 'its id is no file name', 'letters, digits, ".", "_" and "-", at most 120');
+    if (!kPlainName.test(item.id)) {
+      throw catalogueError(
+        what,
+        'its id is no file name',
+        'letters, digits, ".", "_" and "-", at most 120',
+      );
+    }
     return { name: item.id, bounds: footprintOf(item, projection) };
   }
   const square =
@@ -103,25 +154,46 @@ function placeOf(item: StacItem, source: Source, access: StacAccess, what: strin
 }
 
 function footprintOf(item: StacItem, projection: Projection): BoundsM | null {
-  const flat = item.bbox?.length === 6 ? [0, 1, 3, 4].map((index) => item.bbox?.[index] ?? NaN) : item.bbox;
+  const flat =
+    item.bbox?.length === 6 ? [0, 1, 3, 4].map((index) => item.bbox?.[index] ?? NaN) : item.bbox;
   if (flat?.length !== 4) return null;
   const [west = NaN, south = NaN, east = NaN, north = NaN] = flat;
-  return boundsOf(ringOfBox([west, south, east, north], 4).map((point: Point) => projection.fromDegrees(point)));
+  return boundsOf(
+    ringOfBox([west, south, east, north], 4).map((point: Point) => projection.fromDegrees(point)),
+  );
 }
 
 /** The square of the grid that holds the footprint. */
 function snapped(item: StacItem, projection: Projection, size: number, what: string): Square {
   const footprint = footprintOf(item, projection);
-  if (footprint === null) throw catalogueError(what, 'it has no bbox', 'west, south, east, north in degrees');
+  if (footprint === null) {
+    throw catalogueError(what, 'it has no bbox', 'west, south, east, north in degrees');
+  }
   const [west, south, east, north] = footprint;
-  const corner: Point = [Math.floor((west + east) / 2 / size) * size, Math.floor((south + north) / 2 / size) * size];
+  const corner: Point = [
+    Math.floor((west + east) / 2 / size) * size,
+    Math.floor((south + north) / 2 / size) * size,
+  ];
   const slack = size * kFootprintSlack;
-  const inside = west >= corner[0] - slack && south >= corner[1] - slack && east <= corner[0] + size + slack && north <= corner[1] + size + slack;
-  if (!inside) throw catalogueError(what, `its footprint is ${footprint.map(Math.round).join(',')}`, `one square of ${size} m`);
+  const inside =
+    west >= corner[0] - slack &&
+    south >= corner[1] - slack &&
+    east <= corner[0] + size + slack &&
+    north <= corner[1] + size + slack;
+  if (!inside) {
+    throw catalogueError(
+      what,
+      `its footprint is ${footprint.map(Math.round).join(',')}`,
+      `one square of ${size} m`,
+    );
+  }
   return squareAt(corner[0], corner[1]);
 }
 
-/** A multihash names its function and length first: 12 = SHA-256, 20 = 32 bytes. Others are none of ours. */
+/**
+ * A multihash names its function and length first: 12 = SHA-256, 20 = 32 bytes. Others are none of
+ * ours.
+ */
 function sha256Of(multihash: string | undefined): string | null {
   const match = /^1220([0-9a-f]{64})$/i.exec(multihash ?? '');
   return match?.[1]?.toLowerCase() ?? null;

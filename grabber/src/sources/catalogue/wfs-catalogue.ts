@@ -10,39 +10,64 @@ import { parseSquare } from '../square.js';
 import { blockVariableOf, chooseVariables } from '../variables.js';
 import { boxesOf } from './boxes.js';
 import { Entries } from './entries.js';
-import { checkHost, getJson, type Asker } from './json-request.js';
-import { catalogueError, isAsked, Listing } from './listing.js';
+import { checkHost, getJson, type CatalogueClient } from './json-request.js';
+import { catalogueError, isInRegion, Listing } from './listing.js';
 import type { CatalogueSettings } from './options.js';
 import { addressesOf } from './probe.js';
 import { gridSquare } from './template-catalogue.js';
-import { collectionSchema, footprintOf, isUnpublished, readFeature, type WfsCollection, type WfsFeature } from './wfs-feature.js';
+import {
+  collectionSchema,
+  footprintOf,
+  isUnpublished,
+  readFeature,
+  type WfsCollection,
+  type WfsFeature,
+} from './wfs-feature.js';
 
-/** Features of a WFS 2.0.0 that answers GeoJSON. Ref: OGC 09-025r2, "Web Feature Service 2.0 Interface Standard". */
-export function wfsCatalogue(source: Source, access: WfsAccess, http: HttpClient, settings: CatalogueSettings): Catalogue {
+/**
+ * Features of a WFS 2.0.0 that answers GeoJSON. Ref: OGC 09-025r2, "Web Feature Service 2.0
+ * Interface Standard".
+ */
+export function wfsCatalogue(
+  source: Source,
+  access: WfsAccess,
+  http: HttpClient,
+  settings: CatalogueSettings,
+): Catalogue {
   const size = source.square_m ?? 1000;
   const chosen = chooseVariables(source, settings.variables);
   const blockVariable = blockVariableOf(source);
   const fixed = blockVariable === undefined ? null : (chosen.given[blockVariable] ?? null);
   const addresses = addressesOf(source, chosen, blockVariable);
   const layerCrs = access.crs ?? source.crs;
-  const asker: Asker = { what: `list ${source.id}`, http, hosts: hostsOf(source), settings };
+  const client: CatalogueClient = {
+    what: `list ${source.id}`,
+    http,
+    hosts: hostsOf(source),
+    settings,
+  };
 
   async function* find(region: Region, signal: AbortSignal): AsyncGenerator<CatalogueSquare> {
-    const listing = new Listing(asker.what, settings.maxSquares);
+    const listing = new Listing(client.what, settings.maxSquares);
     const entries = new Entries(settings);
     for (const box of boxesOf(region, source)) {
-      for await (const feature of featuresIn(asker, { ...access, crs: layerCrs }, inLayerCrs(box, source, layerCrs), signal)) {
+      for await (const feature of featuresIn(
+        client,
+        { ...access, crs: layerCrs },
+        inLayerCrs(box, source, layerCrs),
+        signal,
+      )) {
         if (isUnpublished(feature, access)) continue;
         const read = entries.read(() => {
-          const found = readFeature(feature, access, size, asker.what);
-          if (found.url !== null) checkHost(asker, found.url);
+          const found = readFeature(feature, access, size, client.what);
+          if (found.url !== null) checkHost(client, found.url);
           return found;
         });
         if (read === undefined) continue;
         const block = fixed ?? read.block;
         const urls = read.url === null ? addresses.of(read.square, block) : [read.url];
         const square = { ...gridSquare(read.square, size, block, urls), published: read.published };
-        if (isAsked(square, region)) listing.add(square, read.rank);
+        if (isInRegion(square, region)) listing.add(square, read.rank);
       }
     }
     entries.end();
@@ -52,8 +77,14 @@ export function wfsCatalogue(source: Source, access: WfsAccess, http: HttpClient
   if (chosen.probed === undefined) return { find };
   return {
     find,
-    locate: (square, near, there, signal) =>
-      addresses.locate(square, parseSquare(square.name, { square_m: size, extent_m: source.extent_m }), near, there, signal),
+    locate: (square, near, exists, signal) =>
+      addresses.locate(
+        square,
+        parseSquare(square.name, { square_m: size, extent_m: source.extent_m }),
+        near,
+        exists,
+        signal,
+      ),
   };
 }
 
@@ -61,19 +92,30 @@ type Layer = WfsAccess & { readonly crs: string };
 
 function inLayerCrs(box: BoundsM, source: Source, crs: string): BoundsM {
   if (crs === source.crs) return box;
-  const [from, to] = [projectionOf(source.crs), projectionOf(crs)];
+  const from = projectionOf(source.crs);
+  const to = projectionOf(crs);
   return boundsOf(ringOfBox(box, 20).map((point) => to.fromDegrees(from.toDegrees(point))));
 }
 
-/** All features of a box, page by page. @throws GrabberError CATALOGUE when the service gave fewer than it says it has */
-async function* featuresIn(asker: Asker, access: Layer, box: BoundsM, signal: AbortSignal): AsyncGenerator<WfsFeature> {
-  const { limits } = asker.settings;
+/**
+ * All features of a box, page by page.
+ * @throws GrabberError CATALOGUE when the service gave fewer than it says it has
+ */
+async function* featuresIn(
+  client: CatalogueClient,
+  access: Layer,
+  box: BoundsM,
+  signal: AbortSignal,
+): AsyncGenerator<WfsFeature> {
+  const { limits } = client.settings;
   const seen = new Set<string>();
   let start = 0;
   for (let page = 0; ; ++page) {
-    if (page >= limits.pages) throw catalogueError(asker.what, `more than ${limits.pages} pages`, 'less ground');
-    const reply = await getJson(asker, requestUrl(access, box, start), collectionSchema, signal);
-    checkPlace(asker, access, reply, box);
+    if (page >= limits.pages) {
+      throw catalogueError(client.what, `more than ${limits.pages} pages`, 'less ground');
+    }
+    const reply = await getJson(client, requestUrl(access, box, start), collectionSchema, signal);
+    checkPlace(client, access, reply, box);
     const matched = matchedBy(reply);
     for (const feature of reply.features) {
       const id = feature.id === undefined ? JSON.stringify(feature.properties) : String(feature.id);
@@ -82,11 +124,16 @@ async function* featuresIn(asker: Asker, access: Layer, box: BoundsM, signal: Ab
       yield feature;
     }
     start += reply.features.length;
-    if (start > limits.items) throw catalogueError(asker.what, `more than ${limits.items} features`, 'less ground');
-    const done = matched === undefined ? reply.features.length < access.page_size : start >= matched;
+    if (start > limits.items) {
+      throw catalogueError(client.what, `more than ${limits.items} features`, 'less ground');
+    }
+    const done =
+      matched === undefined ? reply.features.length < access.page_size : start >= matched;
     if (!done && reply.features.length > 0) continue;
     // Services without a fixed order may repeat features on one page and lose others.
-    if (matched !== undefined && seen.size < matched) throw catalogueError(asker.what, `got ${seen.size} of ${matched} features`, 'all of them');
+    if (matched !== undefined && seen.size < matched) {
+      throw catalogueError(client.what, `got ${seen.size} of ${matched} features`, 'all of them');
+    }
     return;
   }
 }
@@ -98,7 +145,8 @@ function matchedBy(reply: WfsCollection): number | undefined {
 
 function requestUrl(access: Layer, box: BoundsM, start: number): string {
   const [west, south, east, north] = box;
-  // "EPSG:n" means east first with the servers in use, whatever the EPSG register says; "urn:" would follow the register.
+  // "EPSG:n" means east first with the servers in use, whatever the EPSG register says; "urn:"
+  // would follow the register.
   const { crs } = access;
   const corners = access.axes === 'en' ? [west, south, east, north] : [south, west, north, east];
   const url = new URL(access.url);
@@ -118,15 +166,24 @@ function requestUrl(access: Layer, box: BoundsM, start: number): string {
   return url.href;
 }
 
-/** A reply of another place means swapped axes or another CRS: taken as it is, it would pass for "no squares here". */
-function checkPlace(asker: Asker, access: WfsAccess, reply: WfsCollection, [west, south, east, north]: BoundsM): void {
+/**
+ * A reply of another place means swapped axes or another CRS: taken as it is, it would pass for "no
+ * squares here".
+ */
+function checkPlace(
+  client: CatalogueClient,
+  access: WfsAccess,
+  reply: WfsCollection,
+  [west, south, east, north]: BoundsM,
+): void {
   const footprints = reply.features.map(footprintOf).filter((found) => found !== undefined);
   if (footprints.length === 0) return;
-  const asked: BoundsM = access.axes === 'en' ? [west, south, east, north] : [south, west, north, east];
+  const asked: BoundsM =
+    access.axes === 'en' ? [west, south, east, north] : [south, west, north, east];
   const reach: BoundsM = [asked[0] - 1, asked[1] - 1, asked[2] + 1, asked[3] + 1];
   if (footprints.some((found) => overlap(found, reach))) return;
   throw catalogueError(
-    asker.what,
+    client.what,
     `the first of ${footprints.length} features lies at ${(footprints[0] ?? []).join(',')}`,
     `within ${asked.join(',')}; crs or axes may be wrong`,
   );

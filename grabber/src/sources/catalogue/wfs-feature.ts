@@ -30,31 +30,65 @@ export type ReadFeature = {
   readonly published: string | null;
 };
 
-/** @param size edge of a square @throws GrabberError CATALOGUE */
-export function readFeature(feature: WfsFeature, access: WfsAccess, size: number, what: string): ReadFeature {
+/**
+ * @param size edge of a square
+ * @throws GrabberError CATALOGUE
+ */
+export function readFeature(
+  feature: WfsFeature,
+  access: WfsAccess,
+  size: number,
+  what: string,
+): ReadFeature {
   const text = (field: string | undefined): string | undefined => textOf(feature, field);
   const name = text(access.name_field);
-  if (name === undefined) throw catalogueError(what, `feature ${feature.id ?? '?'} has no field ${access.name_field}`, 'its name');
+  if (name === undefined) {
+    throw catalogueError(
+      what,
+      `feature ${feature.id ?? '?'} has no field ${access.name_field}`,
+      'its name',
+    );
+  }
   const square = patternReader(access.name_pattern ?? '', access.name_corner, size)(name);
-  if (square === undefined) throw catalogueError(what, `the name ${name} tells no square`, `names with ${access.name_pattern ?? ''}, multiples of ${size} m`);
+  if (square === undefined) {
+    throw catalogueError(
+      what,
+      `the name ${name} tells no square`,
+      `names with ${access.name_pattern ?? ''}, multiples of ${size} m`,
+    );
+  }
   const url = text(access.url_field) ?? null;
   if (access.url_field !== undefined && url === null) {
-    throw catalogueError(what, `square ${square.name} has no field ${access.url_field}`, 'its address');
+    throw catalogueError(
+      what,
+      `square ${square.name} has no field ${access.url_field}`,
+      'its address',
+    );
   }
   const block = text(access.block_field);
   return {
     square,
     url,
-    block: block === undefined ? null : (new RegExp(access.block_pattern ?? '^(?<block>.+)$').exec(block)?.groups?.['block'] ?? null),
+    block:
+      block === undefined
+        ? null
+        : (new RegExp(access.block_pattern ?? '^(?<block>.+)$').exec(block)?.groups?.['block'] ??
+          null),
     rank: `${text(access.edition_field) ?? ''} ${url ?? ''} ${feature.id ?? ''}`,
     published: text(access.published_field)?.slice(0, 10) ?? null,
   };
 }
 
-/** Some catalogues list squares before they can be had, with an address that is null or empty: the source has no such file yet. */
+/** Whether a square is listed before its file is published: its address is then null or empty. */
 export function isUnpublished(feature: WfsFeature, access: WfsAccess): boolean {
   const { url_field } = access;
-  if (url_field === undefined || feature.properties === null || !(url_field in feature.properties)) return false;
+  if (
+    url_field === undefined ||
+    feature.properties === null ||
+    !(url_field in feature.properties)
+  ) {
+    return false;
+  }
   const value = feature.properties[url_field];
   return value === null || value === '';
 }
@@ -65,7 +99,10 @@ function textOf(feature: WfsFeature, field: string | undefined): string | undefi
   return typeof value === 'number' && Number.isFinite(value) ? String(value) : undefined;
 }
 
-/** In the order of the reply. @return undefined for a feature without a place */
+/**
+ * In the order of the reply.
+ * @return undefined for a feature without a place
+ */
 export function footprintOf(feature: WfsFeature): BoundsM | undefined {
   const points: Point[] = [];
   collectPoints(feature.geometry?.coordinates, points);

@@ -1,0 +1,69 @@
+// Rules for the grabber's sources and tests: npm run lint. Prettier decides about the layout (one
+// statement a line, at most 100 columns), so no rule here does.
+import { fileURLToPath } from 'node:url';
+import js from '@eslint/js';
+import { defineConfig } from 'eslint/config';
+import tseslint from 'typescript-eslint';
+
+const kGrabber = fileURLToPath(new URL('.', import.meta.url));
+
+export default defineConfig(
+  { ignores: ['**/dist/', '**/dist-test/', '**/node_modules/'] },
+  js.configs.recommended,
+  {
+    files: ['**/*.js'],
+    languageOptions: { globals: { process: 'readonly', URL: 'readonly' } },
+  },
+  {
+    files: ['**/*.ts'],
+    extends: [tseslint.configs.recommendedTypeChecked],
+    languageOptions: {
+      parserOptions: { project: ['tsconfig.test.json'], tsconfigRootDir: kGrabber },
+    },
+    rules: {
+      // An async function also turns what it throws into a rejection, as its contract says.
+      '@typescript-eslint/require-await': 'off',
+      '@typescript-eslint/consistent-type-definitions': ['error', 'type'],
+      '@typescript-eslint/consistent-type-imports': 'error',
+      '@typescript-eslint/explicit-module-boundary-types': 'error',
+      '@typescript-eslint/switch-exhaustiveness-check': 'error',
+      // Messages contain numbers; everything else is turned into text deliberately.
+      '@typescript-eslint/restrict-template-expressions': ['error', { allowNumber: true }],
+      // The runner waits for the tests that it was given; nobody else has to.
+      '@typescript-eslint/no-floating-promises': [
+        'error',
+        { allowForKnownSafeCalls: [{ from: 'package', name: 'test', package: 'node:test' }] },
+      ],
+    },
+  },
+  {
+    rules: {
+      // A body on a line of its own has braces; a short one may stand behind its condition.
+      curly: ['error', 'multi-line'],
+      eqeqeq: 'error',
+      'max-depth': ['error', 4],
+      // Prettier breaks neither comments nor texts.
+      'max-len': ['error', { code: 100 }],
+      'max-lines-per-function': ['error', { max: 60, skipBlankLines: true, skipComments: true }],
+      'no-multi-assign': 'error',
+      'no-nested-ternary': 'error',
+      'no-restricted-syntax': [
+        'error',
+        {
+          selector: ':not(ExpressionStatement, ForStatement) > UpdateExpression',
+          message: 'Count in a statement of its own.',
+        },
+      ],
+      'no-sequences': ['error', { allowInParentheses: false }],
+      'no-unneeded-ternary': 'error',
+      'one-var': ['error', 'never'],
+    },
+  },
+  {
+    files: ['**/tests/grabber/**/*.ts'],
+    rules: {
+      // A test tells one story from its fixture to its last assertion.
+      'max-lines-per-function': ['error', { max: 100, skipBlankLines: true, skipComments: true }],
+    },
+  },
+);

@@ -1,0 +1,31 @@
+// Runs every *.test.js below dist-test/tests: npm test -- [OPTION OF NODE...] [PART OF A PATH...]
+// Node.js 20 expands no patterns itself, and what a shell makes of ** depends on the shell.
+import { spawnSync } from 'node:child_process';
+import { readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const kFolder = fileURLToPath(new URL('dist-test/tests', import.meta.url));
+/** Files of tests that run at a time: each starts programs of its own. */
+const kConcurrency = 2;
+
+const words = process.argv.slice(2);
+const options = words.filter((word) => word.startsWith('-'));
+const parts = words.filter((word) => !word.startsWith('-'));
+
+const files = readdirSync(kFolder, { recursive: true, encoding: 'utf8' })
+  .filter((name) => name.endsWith('.test.js'))
+  .filter((name) => parts.length === 0 || parts.some((part) => name.includes(part)))
+  .map((name) => join(kFolder, name))
+  .sort();
+if (files.length === 0) {
+  process.stderr.write(`error: run tests: no file below ${kFolder} matches ${words.join(' ')}\n`);
+  process.exit(2);
+}
+const run = spawnSync(
+  process.execPath,
+  ['--test', `--test-concurrency=${kConcurrency}`, ...options, ...files],
+  { stdio: 'inherit' },
+);
+if (run.error !== undefined) throw run.error;
+process.exit(run.status ?? 1);

@@ -1,0 +1,184 @@
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { mkdir, readFile, stat, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { kUsable, type State } from '../../../grabber/src/model/square.js';
+import { openStore } from '../../../grabber/src/store/open-store.js';
+import { parseFaults } from '../portal/faults.js';
+import { startPortal, type Portal } from '../portal/portal.js';
+import type { FileStats } from '../portal/stats.js';
+import { seededRandom } from '../portal/random.js';
+import { cli, type CliResult } from '../support/cli.js';
+import { makeLaz } from '../support/las-fixture.js';
+import { kNever, temporaryFolder } from '../support/store-fixture.js';
+
+/** The whole measure takes minutes; the short one is the same with less of everything. */
+const kLong = process.env['TERRAVOX_LONG'] === '1';
+const [kSquares, kKills, kLargest_bytes] = kLong ? [1000, 20, 4_000_000] : [150, 5, 1_500_000];
+const kConcurrency = 4;
+/** Of a body, as it is read. */
+const kPiece_bytes = 64 * 1024;
+/**
+ * Bytes a second of each body; a server on this machine is otherwise far ahead of whoever reads.
+ */
+const kRate = process.env['TERRAVOX_RATE'];
+const kSeed = Number(process.env['TERRAVOX_SEED'] ?? 11);
+
+async function makeSurvey(root: string, random: () => number): Promise<string[]> {
+  const names: string[] = [];
+  await mkdir(join(root, 'laz'));
+  for (let index = 0; index < kSquares; ++index) {
+    const [east, north] = [400 + (index % 50), 100 + Math.floor(index / 50)];
+    const [x, y] = [east * 1000, north * 1000];
+    // Most squares are small, some are large: both ends of what can be lost by a kill.
+    const dataBytes = Math.floor(20_000 + kLargest_bytes * random() ** 4);
+    names.push(`${east}_${north}`);
+    await writeFile(
+      join(root, 'laz', `TM_${east}_${north}.laz`),
+      makeLaz({ dataBytes, min: [x, y, 200], max: [x + 999, y + 999, 200 + index] }),
+    );
+  }
+  return names;
+}
+
+/**
+ * Runs the grabber; with `killAt`, until so many squares were told verified, and a little longer.
+ */
+function fetchSome(
+  portal: Portal,
+  store: string,
+  names: readonly string[],
+  killAt: number | undefined,
+  random: () => number,
+): Promise<CliResult> {
+  const template = `${portal.base}/laz/TM_{E}_{N}.laz`;
+  const args = [
+    'fetch',
+    '--url-template',
+    template,
+    '--allow-private',
+    '--squares',
+    names.join(','),
+    '--store',
+    store,
+  ];
+  return cli([...args, '--concurrency', String(kConcurrency), '--retries', '12'], (child) => {
+    let seen = 0;
+    child.stdout?.on('data', (text: string) => {
+      seen += text.split('\n').filter((line) => line.startsWith('verified')).length;
+      if (killAt !== undefined && seen >= killAt) {
+        setTimeout(() => child.kill('SIGKILL'), random() * 60);
+      }
+    });
+  });
+}
+
+function namesIn(store: string, states: readonly State[]): string[] {
+  const open = openStore(store, { readOnly: true }, kNever);
+  try {
+    return open.squares.list({ states }).map(({ key }) => key.name);
+  } finally {
+    open.close();
+  }
+}
+
+/** Squares of which a byte or more has come to the disk. */
+async function begunNames(store: string, names: readonly string[]): Promise<string[]> {
+  const recorded = new Set(namesIn(store, [...kUsable, 'fetched']));
+  const begun: string[] = [];
+  for (const name of names) {
+    const part = await stat(join(store, 'lidar/adhoc', `.${name}.part`)).catch(() => undefined);
+    if (recorded.has(name) || (part?.size ?? 0) > 0) begun.push(name);
+  }
+  return begun;
+}
+
+test(`after 10 % faults and ${kKills} kills ${kSquares} squares are verified`, async (t) => {
+  t.diagnostic(`seed ${kSeed} (TERRAVOX_SEED)`);
+  const random = seededRandom(kSeed);
+  const root = await temporaryFolder(t);
+  const store = await temporaryFolder(t);
+  const names = await makeSurvey(root, random);
+  const portal = await startPortal({
+    root,
+    faults: parseFaults('transient=0.1'),
+    seed: kSeed,
+    ...(kRate === undefined ? {} : { rate_bytes_per_s: Number(kRate) }),
+  });
+  t.after(() => portal.close());
+
+  const statsOf = (name: string): FileStats => portal.context.stats.of(`/laz/TM_${name}.laz`);
+
+  const began_ms = performance.now();
+  const sentWhenVerified = new Map<string, number>();
+  const wholeWhenBegun = new Map<string, number>();
+  let kills = 0;
+  for (; kills < kKills; ++kills) {
+    const { code, err } = await fetchSome(
+      portal,
+      store,
+      names,
+      Math.floor(kSquares / (kKills + 1)),
+      random,
+    );
+    assert.equal(code, null, `ended by the kill, not by itself: ${err}`);
+    // The server notices later that nobody reads any more.
+    await portal.idle();
+    for (const name of namesIn(store, kUsable)) {
+      if (!sentWhenVerified.has(name)) sentWhenVerified.set(name, statsOf(name).bytes);
+    }
+    for (const name of await begunNames(store, names)) {
+      if (!wholeWhenBegun.has(name)) wholeWhenBegun.set(name, statsOf(name).whole);
+    }
+  }
+  const last = await fetchSome(portal, store, names, undefined, random);
+  assert.equal(last.code, 0, last.err);
+
+  assert.deepEqual(namesIn(store, kUsable).sort(), [...names].sort());
+  for (const name of names) {
+    const [there, here] = await Promise.all([
+      readFile(join(root, 'laz', `TM_${name}.laz`)),
+      readFile(join(store, 'lidar/adhoc', `${name}.laz`)),
+    ]);
+    assert.ok(there.equals(here), `bytes of ${name}`);
+  }
+  for (const [name, sent] of sentWhenVerified) {
+    assert.equal(statsOf(name).bytes, sent, `${name} was verified before a kill and sent again`);
+  }
+
+  const open = openStore(store, { readOnly: true }, kNever);
+  for (const record of open.squares.list({})) {
+    const body = await readFile(join(store, 'lidar/adhoc', `${record.key.name}.laz`));
+    assert.equal(record.file?.sha256, createHash('sha256').update(body).digest('hex'));
+  }
+  open.close();
+  const seconds = (performance.now() - began_ms) / 1000;
+  // A fault may be that the rest of a file cannot be had.
+  const again = [...wholeWhenBegun]
+    .filter(([name, whole]) => statsOf(name).faults === 0 && statsOf(name).whole > whole)
+    .map(([name]) => name);
+  assert.deepEqual(again, [], 'begun before a kill, and then sent whole');
+  // What the server has handed to the network, but nobody has read when the process dies, is sent
+  // again: a file a connection.
+  const stats = Object.values(portal.context.stats.toJSON());
+  const twice = stats.filter(({ whole }) => whole > 1).length;
+  const largeTwice = portal.context.squares.filter(
+    ({ name, bytes }) => bytes > kPiece_bytes && statsOf(name).whole > 1,
+  ).length;
+  const [sent, faults] = [
+    stats.reduce((sum, file) => sum + file.bytes, 0),
+    stats.reduce((sum, file) => sum + file.faults, 0),
+  ];
+  const needed = portal.context.squares.reduce((sum, square) => sum + square.bytes, 0);
+  t.diagnostic(
+    `${faults} faults, ${kills} kills, ${seconds.toFixed(1)} s, ${twice} files sent whole ` +
+      `twice (${largeTwice} of more than a piece; ${again.length} that were begun), ${sent} ` +
+      `bytes sent for ${needed}: ${((100 * sent) / needed - 100).toFixed(1)} % more`,
+  );
+  assert.ok(
+    twice <= kKills * kConcurrency + stats.filter((file) => file.faults > 0).length,
+    `${twice} files were sent whole twice`,
+  );
+  assert.ok(faults > 0);
+});

@@ -1,0 +1,280 @@
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { mkdir, writeFile } from 'node:fs/promises';
+import { dirname, join } from 'node:path';
+import { test, type TestContext } from 'node:test';
+import { run } from '../../../grabber/src/cli/program.js';
+import { openStore } from '../../../grabber/src/store/open-store.js';
+import { wmsHandler } from '../portal/wms.js';
+import { sourceHere, templateAccess } from '../support/config-fixture.js';
+import { sendFile, sendStatus, serve } from '../support/http-fixture.js';
+import { makeLas, makeLaz } from '../support/las-fixture.js';
+import { readPicture, wrongPixels } from '../support/ortho-workshop.js';
+import { script } from '../support/scripts.js';
+import { kNever, storedFiles, temporaryFolder } from '../support/store-fixture.js';
+
+const kKey = { source: 'si-lss', grid: 'si-lss', name: '462_101' };
+type Ended = { readonly code: number; readonly out: string; readonly err: string };
+
+/** Runs one command in this process, with a configuration folder of its own. */
+async function command(config: string, args: readonly string[]): Promise<Ended> {
+  const state = { out: '', err: '' };
+  const output = {
+    out: (text: string) => void (state.out += text),
+    err: (text: string) => void (state.err += text),
+  };
+  const code = await run(['--config', config, ...args], output, kNever);
+  return { code, ...state };
+}
+
+async function storeWith(t: TestContext, bytes: Buffer, extension: string): Promise<string> {
+  const root = await temporaryFolder(t);
+  const store = openStore(root, {}, kNever);
+  const path = `lidar/si-lss/462_101.${extension}`;
+  await mkdir(dirname(join(root, path)), { recursive: true });
+  await writeFile(join(root, path), bytes);
+  const bounds = [462_000, 101_000, 462_100, 101_100] as const;
+  const square = {
+    name: '462_101',
+    block: null,
+    bounds,
+    urls: ['http://x/a.laz'],
+    bytes: null,
+    sha256: null,
+    member: null,
+    published: null,
+  };
+  store.squares.learn(
+    'si-lss',
+    'si-lss',
+    'EPSG:3794',
+    { crs: 'EPSG:3794', classTable: null, licence: null, attribution: null },
+    [square],
+  );
+  store.squares.want([kKey]);
+  store.squares.begin(kKey, 'http://x/a.laz');
+  store.squares.fetched(kKey, {
+    path,
+    bytes: bytes.length,
+    sha256: createHash('sha256').update(bytes).digest('hex'),
+  });
+  if (extension !== 'zlas') {
+    store.squares.verified(kKey, { points: null, image: null, crs: null, warnings: [] });
+  }
+  store.close();
+  return root;
+}
+
+async function configWith(t: TestContext, base: string, more = ''): Promise<string> {
+  const config = await temporaryFolder(t);
+  await mkdir(join(config, 'sources', 'ortho'), { recursive: true });
+  const head =
+    'id = "here"\ntitle = "Here"\nlicence = "CC BY 4.0"\nattribution = "Us"\ncrs = ' +
+    '"EPSG:3794"\nresolution_m = 0.5\nallow_private_addresses = true\n';
+  await writeFile(
+    join(config, 'sources', 'ortho', 'here.toml'),
+    `${head}${more}[access]\nkind = "wms"\nurl = "${base}/wms"\nlayer = "dof"\nmax_pixels = 100\n`,
+  );
+  return config;
+}
+
+test('ortho makes the picture of each square once', async (t) => {
+  const handler = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 100 });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const config = await configWith(t, server.base);
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const args = ['ortho', '--store', root, '--source', 'here', '--lossless', '--margin-m', '10'];
+  const dry = await command(config, [...args, '--dry-run']);
+  assert.equal(dry.out, '462_101\n0 made, 0 already there, 0 missing, 0 failed\n');
+  assert.equal(server.seen.length, 0);
+  const first = await command(config, args);
+  assert.equal(first.err, '');
+  assert.match(
+    first.out,
+    /made 462_101 .* 240 x 240 pixels {2}ortho\/here\/si-lss\/462_101\.tif\n1 made, 0 already/,
+  );
+  assert.deepEqual(
+    wrongPixels(await readPicture(join(root, 'ortho/here/si-lss/462_101.tif'), root)),
+    { count: 0, first: '' },
+  );
+  const asked = server.seen.length;
+  assert.match((await command(config, args)).out, /0 made, 1 already there/);
+  assert.equal(server.seen.length, asked);
+  assert.match((await command(config, [...args, '--resolution-m', '1'])).out, /120 x 120 pixels/);
+  assert.match(
+    (await command(config, [...args, '--resolution-m', '1', '--time', '2023'])).out,
+    /1 made, 0 already there/,
+  );
+  assert.match(
+    (await command(config, [...args, '--resolution-m', '1', '--time', '2023'])).out,
+    /0 made, 1 already there/,
+  );
+  const json = await command(config, [...args, '--again', '--json']);
+  assert.equal((JSON.parse(json.out.split('\n')[0] ?? '') as { state: string }).state, 'made');
+});
+
+test('a picture stays in use while it is made again, also when that is cut off', async (t) => {
+  const handler = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 4096 });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const config = await configWith(t, server.base);
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const args = ['ortho', '--store', root, '--source', 'here'];
+  assert.equal((await command(config, args)).code, 0);
+  const store = openStore(root, {}, kNever);
+  const key = { source: 'here', grid: 'si-lss', name: '462_101' };
+  store.orthophotos.want([key], true);
+  store.orthophotos.begin(key, 'http://x/');
+  store.close();
+  assert.match((await command(config, ['status', '--store', root])).out, /\nhere +verified +1 /);
+  assert.match((await command(config, ['verify', '--store', root])).out, /^2 files checked, 0 bad/);
+  assert.match(
+    (await command(config, ['resume', '--store', root])).err,
+    /1 orthophotos of here are unfinished/,
+  );
+  assert.match((await command(config, args)).out, /1 made, 0 already there/);
+  assert.equal((await command(config, ['resume', '--store', root])).code, 0);
+});
+
+test('fetch brings squares and their orthophotos in one go', async (t) => {
+  const pictures = wmsHandler({ layer: 'dof', crs: ['EPSG:3794'], mostPixels: 4096 });
+  const laz = makeLaz({ min: [462_000, 101_000, 0], max: [463_000, 102_000, 1] });
+  const server = await serve(t, (request, response) => {
+    if (request.url === '/TM_462_101.laz') sendFile(response, laz);
+    else if (request.url?.startsWith('/TM_') === true) sendStatus(response, 404);
+    else void pictures(request, response);
+  });
+  const config = await configWith(t, server.base);
+  await writeFile(
+    join(config, 'sources', 'here.toml'),
+    sourceHere(templateAccess(server.base), 404),
+  );
+  const root = join(await temporaryFolder(t), 'store');
+  const args = ['fetch', '--source', 'here', '--squares', '462_101,463_101', '--store', root];
+
+  const wrong = await command(config, [...args, '--ortho', 'nowhere']);
+  assert.deepEqual([wrong.code, server.seen.length], [2, 0], wrong.err);
+  const both = await command(config, [...args, '--ortho', 'here']);
+  assert.equal(both.code, 3, both.err);
+  assert.match(both.out, /made 462_101 .* 2080 x 2080 pixels/);
+  assert.deepEqual(await storedFiles(root), [
+    'lidar/here/462_101.laz',
+    'ortho/here/here/462_101.tif',
+  ]);
+});
+
+test('a failing server leaves the existing picture, and the exit code says so', async (t) => {
+  const options = { layer: 'dof', crs: ['EPSG:3794'], mostPixels: 100 };
+  let refuse = false;
+  const server = await serve(
+    t,
+    (request, response) =>
+      void wmsHandler(refuse ? { ...options, refuse: 'closed' } : options)(request, response),
+  );
+  const config = await configWith(t, server.base);
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const args = ['ortho', '--store', root, '--source', 'here'];
+  await command(config, args);
+  refuse = true;
+  const failed = await command(config, [...args, '--again']);
+  assert.equal(failed.code, 1);
+  assert.match(failed.err, /error: 462_101 MAP_SERVICE: .*closed/);
+  assert.ok((await storedFiles(root)).includes('ortho/here/si-lss/462_101.tif'));
+});
+
+test('wrong wishes are refused with what is allowed', async (t) => {
+  const config = await configWith(t, 'http://127.0.0.1:9');
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const cases: { args: string[]; message: RegExp }[] = [
+    { args: [], message: /neither --source nor --from is given; allowed: .*here/ },
+    { args: ['--source', 'none'], message: /"none"; allowed: here/ },
+    { args: ['--source', 'here', '--from', '/x'], message: /allowed: one of them/ },
+    { args: ['--source', 'here', '--grid', 'fr'], message: /choose squares of .*: none/ },
+    {
+      args: ['--source', 'here', '--squares', '1_1'],
+      message: /none; allowed: squares that are fetched/,
+    },
+    {
+      args: ['--source', 'here', '--margin-m', '5000'],
+      message: /a number from 0 to 1000, metres/,
+    },
+    { args: ['--source', 'here', '--time', 'now'], message: /a year or a date/ },
+  ];
+  for (const { args, message } of cases) {
+    const ended = await command(config, ['ortho', '--store', root, ...args]);
+    assert.equal(ended.code, 2, args.join(' '));
+    assert.match(ended.err, message);
+  }
+});
+
+test('convert brings LAS to LAZ, and tells what failed', async (t) => {
+  const config = await temporaryFolder(t);
+  await writeFile(join(config, 'small.laz'), makeLaz());
+  const tool = await script(
+    config,
+    'laz',
+    "const fs = require('fs'), [c, a, b] = process.argv.slice(2); if (c === 'compress') " +
+      "fs.copyFileSync(require('path').join(__dirname, 'small.laz'), b);",
+  );
+  await writeFile(
+    join(config, 'converters.toml'),
+    `id = "converters"\n[laz]\nprogram = "${tool}"\n`,
+  );
+  const root = await storeWith(t, makeLas(), 'las');
+  const done = await command(config, ['convert', '--store', root]);
+  assert.deepEqual([done.code, done.err], [0, '']);
+  assert.match(
+    done.out,
+    new RegExp(
+      String.raw`converted lidar\/si-lss\/462_101\.las to lidar\/si-lss\/462_101\.laz .*` +
+        String.raw`\n1 converted, 0 indexed, 0 failed`,
+    ),
+  );
+  assert.match((await command(config, ['convert', '--store', root])).out, /^0 converted/);
+  const zlas = await storeWith(t, Buffer.from('ZLAS'), 'zlas');
+  const failed = await command(config, ['convert', '--store', zlas]);
+  assert.equal(failed.code, 1);
+  assert.match(
+    failed.err,
+    /error: si-lss\/462_101 NO_CONVERTER: convert lidar\/si-lss\/462_101\.zlas/,
+  );
+  const store = openStore(zlas, { readOnly: true }, kNever);
+  t.after(() => store.close());
+  const record = store.squares.get(kKey);
+  assert.deepEqual(
+    [record?.state, record?.lastError?.code],
+    ['fetched', 'NO_CONVERTER'],
+    'it is not to be fetched again',
+  );
+});
+
+test('a secret that a map service sends back is in no message and no record', async (t) => {
+  process.env['TERRAVOX_TEST_KEY'] = 'hush-hush-hush';
+  t.after(() => delete process.env['TERRAVOX_TEST_KEY']);
+  const server = await serve(t, (request, response) => {
+    response.writeHead(200, { 'content-type': 'text/xml' });
+    response.end(
+      '<ServiceExceptionReport><ServiceException>Bad key ' +
+        `${String(request.headers['x-key'])}</ServiceException></ServiceExceptionReport>`,
+    );
+  });
+  const config = await configWith(
+    t,
+    server.base,
+    'secret_headers = { x-key = "TERRAVOX_TEST_KEY" }\n',
+  );
+  const root = await storeWith(t, makeLaz(), 'laz');
+  const failed = await command(config, [
+    'ortho',
+    '--store',
+    root,
+    '--source',
+    'here',
+    '--retries',
+    '0',
+  ]);
+  assert.match(failed.err, /Bad key \*\*\*/);
+  const store = openStore(root, {}, kNever);
+  t.after(() => store.close());
+  assert.match(store.orthophotos.list({})[0]?.lastError?.message ?? '', /Bad key \*\*\*/);
+  assert.ok(!`${failed.out}${failed.err}`.includes('hush'));
+});

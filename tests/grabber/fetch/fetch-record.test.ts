@@ -1,0 +1,548 @@
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { readFile, writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { gzipSync } from 'node:zlib';
+import type { CatalogueSquare } from '../../../grabber/src/model/square.js';
+import type { Outcome } from '../../../grabber/src/progress/events.js';
+import { GrabberError } from '../../../grabber/src/util/errors.js';
+import { sendFile, sendStatus, serve, type Handler } from '../support/http-fixture.js';
+import { makeLas, makeLaz } from '../support/las-fixture.js';
+import {
+  fetchFixture,
+  kName,
+  squareOf,
+  storedFiles,
+  type FixtureOptions,
+} from '../support/store-fixture.js';
+
+const kLaz = makeLaz({ dataBytes: 200_000 });
+const kSha = createHash('sha256').update(kLaz).digest('hex');
+
+function one(base: string, more: Partial<CatalogueSquare> = {}): CatalogueSquare[] {
+  return [squareOf(kName, [`${base}/TM_${kName}.laz`], more)];
+}
+
+test('a good file is stored under its square, hashed and recorded', async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, kLaz));
+  const fixture = await fetchFixture(t, server.base);
+  const [outcome] = await fixture.fetch(one(server.base));
+  assert.equal(outcome?.state, 'verified');
+  assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
+  assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), kLaz);
+  const record = fixture.record();
+  assert.equal(record?.state, 'verified');
+  assert.equal(record.url, `${server.base}/TM_462_101.laz`);
+  assert.deepEqual(record.file, {
+    path: 'lidar/test/462_101.laz',
+    bytes: kLaz.length,
+    sha256: kSha,
+  });
+  assert.deepEqual(record.points, {
+    pointCount: 10,
+    lasVersion: '1.2',
+    pointFormat: 1,
+    min: [462_000, 101_000, 280],
+    max: [463_000, 102_000, 540.5],
+  });
+  assert.deepEqual([record.warnings, record.lastError, record.licence], [[], null, 'CC BY 4.0']);
+  assert.equal(server.seen[0]?.headers['user-agent'], 'terravox-grabber/test');
+  assert.equal(server.seen[0]?.headers['accept-encoding'], 'identity');
+});
+
+test('a file without compression is stored as LAS, whatever its address says', async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, makeLas()));
+  const fixture = await fetchFixture(t, server.base);
+  await fixture.fetch(one(server.base));
+  assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.las']);
+});
+
+test('a verified file is not fetched again, but where that is wanted', async (t) => {
+  const server = await serve(t, (_request, response, index) =>
+    sendFile(response, index === 0 ? makeLas() : kLaz),
+  );
+  const fixture = await fetchFixture(t, server.base);
+  await fixture.fetch(one(server.base));
+  assert.deepEqual(await fixture.fetch(one(server.base)), []);
+  assert.equal(server.seen.length, 1);
+  assert.equal((await fixture.fetch(one(server.base), true))[0]?.state, 'verified');
+  assert.equal(server.seen.length, 2);
+  assert.deepEqual(
+    await storedFiles(fixture.root),
+    ['lidar/test/462_101.laz'],
+    'the LAS of before is gone',
+  );
+});
+
+test('a failed refetch keeps the file that was verified before', async (t) => {
+  const answers: { name: string; answer: Handler }[] = [
+    { name: 'refused', answer: (_request, response) => sendStatus(response, 403) },
+    { name: 'missing', answer: (_request, response) => sendStatus(response, 404) },
+    { name: 'bad', answer: (_request, response) => sendFile(response, kLaz.subarray(0, 5000)) },
+  ];
+  for (const { name, answer } of answers) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, (request, response, index) =>
+        index === 0 ? sendFile(response, kLaz) : answer(request, response, index),
+      );
+      const fixture = await fetchFixture(t, server.base);
+      await fixture.fetch(one(server.base));
+      assert.notEqual((await fixture.fetch(one(server.base), true))[0]?.state, 'verified');
+      const record = fixture.record();
+      assert.equal(record?.state, 'verified');
+      assert.equal(record.file?.sha256, kSha);
+      assert.notEqual(record.lastError, null);
+      assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
+    });
+  }
+});
+
+type BadAnswer = {
+  name: string;
+  answer: Handler;
+  options?: FixtureOptions;
+  square?: Partial<CatalogueSquare>;
+  state?: 'missing';
+  code?: string;
+  message: RegExp;
+  requests?: number;
+};
+
+const kBadAnswers: BadAnswer[] = [
+  {
+    name: 'an HTML page with status 200',
+    answer: (_request, response) =>
+      sendFile(response, Buffer.from('<html><title>Down\nfor repairs</title></html>'), {
+        'content-type': 'text/html',
+      }),
+    code: 'HTML_BODY',
+    message:
+      /HTTP 200 but the body is an HTML page titled "Down for repairs"; allowed: a LAS or LAZ file/,
+    requests: 4,
+  },
+  {
+    name: 'an HTML page that calls itself LAZ',
+    answer: (_request, response) =>
+      sendFile(response, Buffer.from('\uFEFF <!DOCTYPE html><p>no</p>'), {
+        'content-type': 'application/octet-stream',
+      }),
+    code: 'HTML_BODY',
+    message: /an HTML or XML page/,
+    requests: 4,
+  },
+  {
+    name: 'a ZIP file',
+    answer: (_request, response) => sendFile(response, Buffer.from('PK\u0003\u0004rest')),
+    code: 'NOT_LAS',
+    message: /starts with "PK/,
+  },
+  {
+    name: 'an empty body',
+    answer: (_request, response) => sendFile(response, Buffer.alloc(0)),
+    code: 'NOT_LAS',
+    message: /0 bytes/,
+  },
+  {
+    name: '404 as configured',
+    answer: (_request, response) => sendStatus(response, 404),
+    state: 'missing',
+    message: /test has no square 462_101 \(HTTP 404\)/,
+  },
+  {
+    name: '403 as configured',
+    answer: (_request, response) => sendStatus(response, 403),
+    options: { job: { missingStatus: [403, 404] } },
+    state: 'missing',
+    message: /HTTP 403/,
+  },
+  {
+    name: '403 not configured',
+    answer: (_request, response) => sendStatus(response, 403),
+    code: 'HTTP_STATUS',
+    message: /HTTP 403; allowed: 200, or for "no such square": 404/,
+  },
+  {
+    name: '500 to the end',
+    answer: (_request, response) => sendStatus(response, 500),
+    code: 'HTTP_STATUS',
+    message: /HTTP 500/,
+    requests: 4,
+  },
+  {
+    name: 'an encoding that nobody knows',
+    answer: (_request, response) => sendFile(response, kLaz, { 'content-encoding': 'br' }),
+    code: 'HTTP_PROTOCOL',
+    message: /Content-Encoding is br; allowed: identity/,
+  },
+  {
+    name: 'gzip that is none',
+    answer: (_request, response) => sendFile(response, kLaz, { 'content-encoding': 'gzip' }),
+    code: 'HTTP_PROTOCOL',
+    message: /unpack .*\(gzip\): incorrect header check/,
+    requests: 4,
+  },
+  {
+    name: 'gzip that ends early',
+    answer: (_request, response) =>
+      sendFile(response, gzipSync(kLaz).subarray(0, -20), { 'content-encoding': 'gzip' }),
+    code: 'HTTP_PROTOCOL',
+    message: /unexpected end of file/,
+    requests: 4,
+  },
+  {
+    name: 'a gzip bomb',
+    answer: (_request, response) =>
+      sendFile(response, gzipSync(Buffer.concat([kLaz, Buffer.alloc(80_000_000)])), {
+        'content-encoding': 'gzip',
+      }),
+    code: 'TOO_LARGE',
+    message: /have grown to \d+; allowed: 100 times/,
+  },
+  {
+    name: 'gzip beyond the size limit',
+    answer: (_request, response) =>
+      sendFile(response, gzipSync(kLaz), { 'content-encoding': 'gzip' }),
+    options: { job: { max_bytes: 100_000 } },
+    code: 'TOO_LARGE',
+    message: /allowed: 100000 \(--max-file-gib\)/,
+  },
+  {
+    name: 'an announced length beyond the size limit',
+    answer: (_request, response) => sendFile(response, kLaz),
+    options: { job: { max_bytes: 100_000 } },
+    code: 'TOO_LARGE',
+    message: /it has \d+ bytes or more; allowed: 100000/,
+  },
+  {
+    name: 'a body without length beyond the size limit',
+    answer: (_request, response) => void response.writeHead(200).end(kLaz),
+    options: { job: { max_bytes: 100_000 } },
+    code: 'TOO_LARGE',
+    message: /allowed: 100000/,
+  },
+  {
+    name: 'a header cut off',
+    answer: (_request, response) => sendFile(response, kLaz.subarray(0, 150)),
+    code: 'LAS_TRUNCATED',
+    message: /the header needs 227/,
+    requests: 4,
+  },
+  {
+    name: 'a LAS with fewer points than it says',
+    answer: (_request, response) => sendFile(response, makeLas({ claimedPoints: 5000 })),
+    code: 'LAS_TRUNCATED',
+    message: /5000 point records/,
+    requests: 4,
+  },
+  {
+    name: 'a cut file whose server tells no length',
+    answer: (_request, response) => void response.writeHead(200).end(kLaz.subarray(0, 5000)),
+    code: 'LAS_TRUNCATED',
+    message: /the chunk table needs/,
+    requests: 4,
+  },
+  {
+    name: 'a longer body announced than sent',
+    answer: (_request, response) => {
+      response.writeHead(200, { 'content-length': String(kLaz.length + 10) });
+      response.write(kLaz, () => response.destroy());
+    },
+    code: 'NETWORK',
+    message: /fetch http/,
+    requests: 4,
+  },
+  {
+    name: 'another file than the catalogue has hashed',
+    answer: (_request, response) => sendFile(response, kLaz),
+    square: { sha256: '0'.repeat(64) },
+    code: 'CHECKSUM',
+    message: /SHA-256 is [0-9a-f]{64}; allowed: 0{64}, as its catalogue says/,
+    requests: 4,
+  },
+  {
+    name: 'redirects in a circle',
+    answer: (_request, response) => sendStatus(response, 302, { location: '/again' }),
+    code: 'REDIRECT',
+    message: /more than 5 redirects/,
+    requests: 6,
+  },
+  {
+    name: 'a redirect to nowhere',
+    answer: (_request, response) => sendStatus(response, 302),
+    code: 'REDIRECT',
+    message: /leads to nowhere/,
+  },
+  {
+    name: 'a redirect to a file',
+    answer: (_request, response) => sendStatus(response, 302, { location: 'file:///etc/passwd' }),
+    code: 'HOST_REFUSED',
+    message: /scheme file:/,
+  },
+  {
+    name: 'a redirect to another host',
+    answer: (_request, response) =>
+      sendStatus(response, 302, { location: 'http://elsewhere.example/a.laz' }),
+    code: 'HOST_REFUSED',
+    message: /host elsewhere.example is not one of its source's; allowed: 127\.0\.0\.1/,
+  },
+];
+
+function textOf(outcome: Outcome): string {
+  if (outcome.state === 'failed') return outcome.message;
+  return outcome.state === 'missing' ? outcome.reason : '';
+}
+
+test('a bad answer is reported for what it is, and leaves no file', async (t) => {
+  for (const { name, answer, options, square, state, code, message, requests } of kBadAnswers) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, answer);
+      const fixture = await fetchFixture(t, server.base, options);
+      const [outcome] = await fixture.fetch(one(server.base, square));
+      assert.equal(outcome?.state, state ?? 'failed');
+      assert.equal(outcome.state === 'failed' ? outcome.code : undefined, code);
+      const shown = textOf(outcome);
+      assert.match(shown, message);
+      assert.ok(!shown.includes('\n'), 'one line');
+      assert.equal(server.seen.length, requests ?? 1);
+      assert.deepEqual(
+        (await storedFiles(fixture.root)).filter((file) => !file.includes('.part')),
+        [],
+      );
+      const record = fixture.record();
+      assert.equal(record?.state, state ?? 'failed');
+      assert.equal(record.file, null);
+      assert.equal(record.lastError?.code, code ?? 'MISSING');
+    });
+  }
+});
+
+test('a body that is compressed against the request is decompressed on the way', async (t) => {
+  for (const [coding, body] of [
+    ['gzip', gzipSync(kLaz)],
+    ['x-gzip', gzipSync(kLaz)],
+  ] as const) {
+    const server = await serve(t, (_request, response) =>
+      sendFile(response, body, { 'content-encoding': coding, etag: '"v1"' }),
+    );
+    const fixture = await fetchFixture(t, server.base);
+    await fixture.fetch(one(server.base, { sha256: kSha }));
+    assert.equal(fixture.record()?.file?.sha256, kSha, coding);
+  }
+});
+
+test('a redirect is followed to the file', async (t) => {
+  const server = await serve(t, (request, response) =>
+    request.url === '/moved'
+      ? sendFile(response, kLaz)
+      : sendStatus(response, 301, { location: '/moved' }),
+  );
+  const fixture = await fetchFixture(t, server.base);
+  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
+});
+
+test('a busy server is asked again when it said, and no earlier', async (t) => {
+  const server = await serve(t, (_request, response, index) =>
+    index === 0 ? sendStatus(response, 503, { 'retry-after': '7' }) : sendFile(response, kLaz),
+  );
+  const fixture = await fetchFixture(t, server.base);
+  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
+  assert.deepEqual(fixture.clock.slept_ms, [7000]);
+});
+
+test('a 429 without Retry-After backs off by itself', async (t) => {
+  const server = await serve(t, (_request, response, index) =>
+    index < 2 ? sendStatus(response, 429) : sendFile(response, kLaz),
+  );
+  const fixture = await fetchFixture(t, server.base);
+  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
+  assert.deepEqual(fixture.clock.slept_ms, [500, 1000]);
+});
+
+test('points in another place are kept, but said', async (t) => {
+  const server = await serve(t, (_request, response) =>
+    sendFile(response, makeLaz({ min: [0, 0, 0], max: [9, 9, 9] })),
+  );
+  const fixture = await fetchFixture(t, server.base);
+  assert.equal((await fixture.fetch(one(server.base)))[0]?.state, 'verified');
+  assert.match(fixture.record()?.warnings[0] ?? '', /lie elsewhere: x 0 to 9/);
+});
+
+test('mirrors are asked in order, and a square is missing only where all say so', async (t) => {
+  type Case = { name: string; answers: Record<string, number>; state: string; seen: string[] };
+  const cases: Case[] = [
+    {
+      name: 'the first has it',
+      answers: { '/a': 200, '/b': 200 },
+      state: 'verified',
+      seen: ['/a'],
+    },
+    {
+      name: 'the first has not',
+      answers: { '/a': 404, '/b': 200 },
+      state: 'verified',
+      seen: ['/a', '/b'],
+    },
+    {
+      name: 'the first is broken',
+      answers: { '/a': 500, '/b': 200 },
+      state: 'verified',
+      seen: ['/a', '/a', '/b'],
+    },
+    {
+      name: 'none has it',
+      answers: { '/a': 404, '/b': 404 },
+      state: 'missing',
+      seen: ['/a', '/b'],
+    },
+    {
+      name: 'one is broken and one has not',
+      answers: { '/a': 500, '/b': 404 },
+      state: 'failed',
+      seen: ['/a', '/a', '/b'],
+    },
+  ];
+  for (const { name, answers, state, seen } of cases) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, (request, response) => {
+        const status = answers[request.url ?? ''] ?? 0;
+        if (status === 200) sendFile(response, kLaz);
+        else sendStatus(response, status);
+      });
+      const fixture = await fetchFixture(t, server.base, { retries: 1 });
+      const [outcome] = await fixture.fetch([
+        squareOf(kName, [`${server.base}/a`, `${server.base}/b`]),
+      ]);
+      assert.equal(outcome?.state, state);
+      assert.deepEqual(
+        server.seen.map(({ path }) => path),
+        seen,
+      );
+    });
+  }
+});
+
+test('zLAS is kept as it came, and waits for its conversion', async (t) => {
+  const server = await serve(t, (_request, response) =>
+    sendFile(response, Buffer.from('some bytes of zLAS')),
+  );
+  const fixture = await fetchFixture(t, server.base);
+  const squares = [squareOf(kName, [`${server.base}/${kName}.zlas`])];
+  assert.equal((await fixture.fetch(squares))[0]?.state, 'fetched');
+  assert.equal(fixture.record()?.state, 'fetched');
+  assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.zlas']);
+  assert.equal((await fixture.resume())[0]?.state, 'fetched');
+  assert.equal(server.seen.length, 1, 'it is not fetched again');
+});
+
+test("a conversion runs after the check, and its failure is the square's", async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, kLaz));
+  const seen: string[] = [];
+  const good = await fetchFixture(t, server.base, {
+    job: {
+      convert: (record) => {
+        seen.push(`${record.key.name} ${record.state}`);
+        return Promise.resolve();
+      },
+    },
+  });
+  await good.fetch(one(server.base));
+  assert.deepEqual(seen, ['462_101 verified']);
+});
+
+test('a whole file that could not be converted is not fetched again', async (t) => {
+  const server = await serve(t, (_request, response) =>
+    sendFile(response, Buffer.from('ZLAS of which nobody knows more')),
+  );
+  const convert = (): Promise<void> =>
+    Promise.reject(new GrabberError('CONVERTER', 'convert it: no'));
+  const fixture = await fetchFixture(t, server.base, { job: { convert } });
+  const square = [squareOf(kName, [`${server.base}/${kName}.zlas`])];
+  for (let times = 0; times < 2; ++times) {
+    assert.equal((await fixture.fetch(square))[0]?.state, 'failed');
+    assert.deepEqual(
+      [fixture.record()?.state, fixture.record()?.lastError?.code],
+      ['fetched', 'CONVERTER'],
+    );
+  }
+  assert.equal(server.seen.length, 1);
+});
+
+test('a full disk stops the run before the download', async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, kLaz));
+  const fixture = await fetchFixture(t, server.base, { freeBytes: () => 256 * 1024 * 1024 + 1000 });
+  await assert.rejects(fixture.fetch(one(server.base)), {
+    code: 'DISK_FULL',
+    message: /it needs \d+ bytes, \d+ are free/,
+  });
+  assert.deepEqual(await storedFiles(fixture.root), []);
+});
+
+test('a finished file without its record is adopted when it is the expected one', async (t) => {
+  const cases: { name: string; more: Partial<CatalogueSquare>; body: Buffer; requests: number }[] =
+    [
+      { name: 'its hash is known', more: { sha256: kSha }, body: kLaz, requests: 0 },
+      { name: 'its length is known', more: { bytes: kLaz.length }, body: kLaz, requests: 0 },
+      { name: 'nothing is known of it', more: {}, body: kLaz, requests: 1 },
+      {
+        name: 'its hash is another',
+        more: { sha256: kSha },
+        body: makeLaz({ dataBytes: 200_000, max: [463_000, 102_000, 1000] }),
+        requests: 1,
+      },
+      {
+        name: 'it is damaged',
+        more: { bytes: kLaz.length },
+        body: Buffer.alloc(kLaz.length),
+        requests: 1,
+      },
+    ];
+  for (const { name, more, body, requests } of cases) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, (_request, response) => sendFile(response, kLaz));
+      const failing = await serve(t, (_request, response) => sendStatus(response, 403));
+      const fixture = await fetchFixture(t, server.base);
+      await fixture.fetch(one(failing.base, more));
+      await writeFile(join(fixture.root, 'lidar/test/462_101.laz'), body);
+      const key = { source: 'test', grid: 'test', name: kName };
+      fixture.store.squares.learn(
+        'test',
+        'test',
+        null,
+        { crs: null, classTable: null, licence: null, attribution: null },
+        one(server.base, more),
+      );
+      fixture.store.squares.want([key]);
+      fixture.store.squares.begin(key, `${server.base}/TM_462_101.laz`);
+      assert.equal((await fixture.resume())[0]?.state, 'verified');
+      assert.equal(server.seen.length, requests);
+      assert.equal(fixture.record()?.file?.sha256, kSha);
+    });
+  }
+});
+
+test('a run that was killed after the check fetches nothing again', async (t) => {
+  for (const place of ['.462_101.part', '462_101.laz']) {
+    await t.test(`the file is still ${place}`, async (t) => {
+      const server = await serve(t, (_request, response) => sendFile(response, kLaz));
+      const fixture = await fetchFixture(t, server.base);
+      await fixture.fetch(one(server.base), false);
+      const key = { source: 'test', grid: 'test', name: kName };
+      fixture.store.squares.want([key], true);
+      fixture.store.squares.begin(key, 'x');
+      fixture.store.squares.fetched(key, {
+        path: 'lidar/test/462_101.laz',
+        bytes: kLaz.length,
+        sha256: kSha,
+      });
+      await writeFile(join(fixture.root, 'lidar/test', place), kLaz);
+      if (place.endsWith('.part')) {
+        await writeFile(join(fixture.root, 'lidar/test/462_101.laz'), 'older');
+      }
+      assert.equal((await fixture.resume())[0]?.state, 'verified');
+      assert.equal(server.seen.length, 1);
+      assert.deepEqual(await storedFiles(fixture.root), ['lidar/test/462_101.laz']);
+      assert.deepEqual(await readFile(join(fixture.root, 'lidar/test/462_101.laz')), kLaz);
+    });
+  }
+});

@@ -1,0 +1,427 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import {
+  createHttpClient,
+  type Access,
+  type HttpClientOptions,
+} from '../../../grabber/src/fetch/http-client.js';
+import {
+  addressAllowed,
+  checkUrl,
+  type HostAccess,
+} from '../../../grabber/src/fetch/host-policy.js';
+import { readSecretHeaders } from '../../../grabber/src/fetch/secret-headers.js';
+import { redactError, redactorOf } from '../../../grabber/src/fetch/redact.js';
+import { shownUrl } from '../../../grabber/src/fetch/shown-url.js';
+import { GrabberError, describeError } from '../../../grabber/src/util/errors.js';
+import { profileOf } from '../../../grabber/src/sources/profile.js';
+import { openCatalogue } from '../../../grabber/src/sources/catalogue/open-catalogue.js';
+import { regionOfBox } from '../../../grabber/src/select/region.js';
+import { found, sourceWith } from '../support/catalogue-fixture.js';
+import { kHere, sendFile, sendStatus, serve } from '../support/http-fixture.js';
+import { makeLaz } from '../support/las-fixture.js';
+import { fetchFixture, kName, kNever, squareOf } from '../support/store-fixture.js';
+
+const kPublic = {
+  hosts: ['data.example', 'files.example:8080', '8.8.8.8', '[2001:4860:4860::8888]'],
+  privateOrigins: [],
+};
+const kOfficeHosts = [
+  '127.0.0.1',
+  '127.0.0.1:8000',
+  '10.0.0.5:8080',
+  '224.0.0.1',
+  '0.0.0.0',
+  '[::1]',
+  '[::ffff:7f00:1]',
+];
+const kOffice = {
+  hosts: [...kOfficeHosts, '10.0.0.7'],
+  privateOrigins: [...kOfficeHosts, '10.0.0.6:8080'].map((host) => `http://${host}`),
+};
+
+test("only addresses of the source's hosts may be asked", async (t) => {
+  const cases: { url: string; access: HostAccess; problem: RegExp | undefined }[] = [
+    { url: 'https://data.example/a.laz', access: kPublic, problem: undefined },
+    { url: 'https://DATA.example:443/a.laz', access: kPublic, problem: undefined },
+    { url: 'http://files.example:8080/a', access: kPublic, problem: undefined },
+    { url: 'http://files.example/a', access: kPublic, problem: /host files\.example is not one/ },
+    {
+      url: 'http://files.example:22/a',
+      access: kPublic,
+      problem: /host files\.example:22 is not one/,
+    },
+    { url: 'https://evil.example/a', access: kPublic, problem: /host evil\.example is not one/ },
+    { url: 'https://data.example.evil.example/a', access: kPublic, problem: /not one/ },
+    {
+      url: 'https://data.example@evil.example/a',
+      access: kPublic,
+      problem: /user name or password/,
+    },
+    { url: 'https://user:word@data.example/a', access: kPublic, problem: /user name or password/ },
+    { url: 'ftp://data.example/a', access: kPublic, problem: /scheme ftp:/ },
+    { url: 'file:///etc/passwd', access: kPublic, problem: /scheme file:/ },
+    { url: 'data:text/plain,x', access: kPublic, problem: /scheme data:/ },
+    { url: 'nonsense', access: kPublic, problem: /no address/ },
+    { url: 'http://8.8.8.8/a', access: kPublic, problem: /numeric host 8\.8\.8\.8/ },
+    { url: 'http://[2001:4860:4860::8888]/a', access: kPublic, problem: /numeric host/ },
+    { url: 'http://127.0.0.1/a', access: kPublic, problem: /numeric host/ },
+    { url: 'http://2130706433/a', access: kPublic, problem: /numeric host 127\.0\.0\.1/ },
+    { url: 'http://127.0.0.1:8000/a', access: kOffice, problem: undefined },
+    { url: 'http://10.0.0.5:8080/a', access: kOffice, problem: undefined },
+    { url: 'http://[::1]/a', access: kOffice, problem: undefined },
+    { url: 'http://10.0.0.6:8080/a', access: kOffice, problem: /not one/ },
+    { url: 'http://2130706433/a', access: kOffice, problem: /disguised/ },
+    { url: 'http://0x7f.1/a', access: kOffice, problem: /disguised/ },
+    { url: 'http://0177.0.0.1/a', access: kOffice, problem: /disguised/ },
+    { url: 'http://127.1/a', access: kOffice, problem: /disguised/ },
+    { url: 'http://[::ffff:127.0.0.1]/a', access: kOffice, problem: /disguised|IPv4 within IPv6/ },
+    { url: 'http://[::ffff:7f00:1]/a', access: kOffice, problem: /IPv4 within IPv6/ },
+    {
+      url: 'http://127.0.0.1:8001/a',
+      access: kOffice,
+      problem: /numeric host 127\.0\.0\.1:8001; allowed: names, http/,
+    },
+    { url: 'https://127.0.0.1/a', access: kOffice, problem: /numeric host/ },
+    { url: 'http://10.0.0.7/a', access: kOffice, problem: /numeric host/ },
+    { url: 'http://224.0.0.1/a', access: kOffice, problem: /address 224\.0\.0\.1/ },
+    { url: 'http://0.0.0.0/a', access: kOffice, problem: /address 0\.0\.0\.0/ },
+  ];
+  for (const { url, access, problem } of cases) {
+    await t.test(`${url} ${access === kOffice ? 'in an office' : ''}`, () => {
+      if (problem === undefined) assert.equal(checkUrl(url, access).href, new URL(url).href);
+      else assert.throws(() => checkUrl(url, access), { code: 'HOST_REFUSED', message: problem });
+    });
+  }
+});
+
+test('addresses that a name leads to are judged one by one', () => {
+  const open = ['8.8.8.8', '2001:4860:4860::8888'];
+  const office = [
+    '127.0.0.1',
+    '10.1.2.3',
+    '192.168.1.1',
+    '172.16.0.1',
+    '169.254.169.254',
+    '100.64.0.1',
+    '::1',
+    'fe80::1',
+    'fd00::1',
+    '::ffff:127.0.0.1',
+  ];
+  const never = [
+    '0.0.0.0',
+    '224.0.0.1',
+    '255.255.255.255',
+    '::',
+    'ff02::1',
+    '240.0.0.1',
+    '192.0.2.1',
+    '64:ff9b::7f00:1',
+    'nonsense',
+  ];
+  for (const address of open) assert.ok(addressAllowed(address, false), address);
+  for (const address of [...office, ...never]) assert.ok(!addressAllowed(address, false), address);
+  for (const address of [...open, ...office]) assert.ok(addressAllowed(address, true), address);
+  for (const address of never) assert.ok(!addressAllowed(address, true), address);
+});
+
+function clientOf(access: Partial<Access>, resolve?: HttpClientOptions['resolve']) {
+  return createHttpClient({
+    userAgent: 'terravox-grabber/test',
+    timeout_ms: 2000,
+    access: { hosts: [], privateOrigins: [], secretHeaders: {}, secretOrigins: [], ...access },
+    ...(resolve === undefined ? {} : { resolve }),
+  });
+}
+
+test('a public name that leads to this machine is refused when it is connected to', async (t) => {
+  const server = await serve(t, (_request, response) => sendFile(response, Buffer.from('secret')));
+  const { port } = new URL(server.base);
+  const resolve: HttpClientOptions['resolve'] = (_name, _options, done) =>
+    done(null, [{ address: '127.0.0.1', family: 4 }]);
+  const url = `http://rebound.example:${port}/a.laz`;
+  const strict = clientOf({ hosts: [`rebound.example:${port}`] }, resolve);
+  t.after(() => strict.close());
+  await assert.rejects(strict.get(url, {}, kNever), {
+    code: 'HOST_REFUSED',
+    retryable: false,
+    message: /leads to 127\.0\.0\.1/,
+  });
+  assert.equal(server.seen.length, 0);
+  const office = clientOf(
+    { hosts: [`rebound.example:${port}`], privateOrigins: [`http://rebound.example:${port}`] },
+    resolve,
+  );
+  t.after(() => office.close());
+  assert.equal((await office.get(url, {}, kNever)).status, 200);
+});
+
+test('a permitted private address is permitted at its own port only', async (t) => {
+  const other = await serve(t, (_request, response) => sendFile(response, makeLaz()));
+  const { port } = new URL(other.base);
+  const targets = [other.base, `http://office.example:${port}`, `http://files.example:${port}`];
+  const own = await serve(t, (request, response) => {
+    sendStatus(response, 302, { location: targets[Number(request.url?.slice(1))] ?? '' });
+  });
+  const resolve: HttpClientOptions['resolve'] = (_name, _options, done) =>
+    done(null, [{ address: '127.0.0.1', family: 4 }]);
+  const { port: ownPort } = new URL(own.base);
+  const allowed = `http://office.example:${ownPort}`;
+  const hosts = ['127.0.0.1', 'office.example', 'files.example'];
+  const http = clientOf({ hosts, privateOrigins: [allowed] }, resolve);
+  t.after(() => http.close());
+  for (const index of targets.keys()) {
+    await assert.rejects(http.get(`${allowed}/${index}`, {}, kNever), {
+      code: 'HOST_REFUSED',
+      retryable: false,
+    });
+  }
+  assert.deepEqual([own.seen.length, other.seen.length], [targets.length, 0]);
+  http.permit({
+    hosts,
+    privateOrigins: [allowed, ...targets],
+    secretHeaders: {},
+    secretOrigins: [],
+  });
+  for (const index of targets.keys()) {
+    const response = await http.get(`${allowed}/${index}`, {}, kNever);
+    await response.discard();
+    assert.equal(response.status, 200);
+  }
+});
+
+test('private origins of a source are those in its file, with their own ports', () => {
+  const access = `
+[access]
+kind = "stac"
+items = "http://api.example.org:8443/items"
+[[access.assets]]
+href = 'laz$'
+`;
+  const head = 'crs_in_files = true\nhosts = ["assets.example.org", "files.example.org:8080"]';
+  assert.deepEqual(profileOf(sourceWith(access, head)).privateOrigins, []);
+  assert.deepEqual(
+    profileOf(sourceWith(access, `${head}\nallow_private_addresses = true`)).privateOrigins,
+    [
+      'http://api.example.org:8443',
+      'http://assets.example.org',
+      'http://files.example.org:8080',
+      'https://assets.example.org',
+      'https://files.example.org:8080',
+    ],
+  );
+});
+
+test('a client may talk to nobody before it is told to whom', async (t) => {
+  const server = await serve(t, (_request, response) => sendStatus(response, 200));
+  const http = clientOf({});
+  t.after(() => http.close());
+  await assert.rejects(http.get(server.base, {}, kNever), { code: 'HOST_REFUSED' });
+  http.permit(kHere);
+  assert.equal((await http.get(server.base, {}, kNever)).status, 200);
+});
+
+test('secret headers go to the host that was asked, and on no redirect elsewhere', async (t) => {
+  const other = await serve(t, (_request, response) => sendFile(response, makeLaz()));
+  const own = await serve(t, (request, response) => {
+    if (request.url === '/there') return sendStatus(response, 302, { location: '/here' });
+    if (request.url === '/away') {
+      return sendStatus(response, 302, { location: `${other.base}/a.laz` });
+    }
+    sendFile(response, makeLaz());
+  });
+  const http = clientOf({
+    ...kHere,
+    secretHeaders: { 'x-key': 'hush-hush' },
+    secretOrigins: [own.base],
+  });
+  t.after(() => http.close());
+  for (const path of ['/here', '/there', '/away']) {
+    await (await http.get(`${own.base}${path}`, {}, kNever)).discard();
+  }
+  assert.deepEqual(
+    own.seen.map(({ path, headers }) => [path, headers['x-key']]),
+    [
+      ['/here', 'hush-hush'],
+      ['/there', 'hush-hush'],
+      ['/here', 'hush-hush'],
+      ['/away', 'hush-hush'],
+    ],
+  );
+  assert.deepEqual(
+    other.seen.map(({ headers }) => headers['x-key']),
+    [undefined],
+  );
+});
+
+test('secret headers do not travel unencrypted through the open net', async (t) => {
+  const http = clientOf({
+    hosts: ['data.example'],
+    secretHeaders: { 'x-key': 'hush' },
+    secretOrigins: ['http://data.example'],
+  });
+  t.after(() => http.close());
+  await assert.rejects(http.get('http://data.example/a', {}, kNever), {
+    code: 'SECRET',
+    message: /over http:; allowed: https:/,
+  });
+});
+
+test('a secret that a server sends back is in no message and no record', async (t) => {
+  const echo: ((key: string) => string)[] = [
+    (key) => `<html><title>Bad key ${key}</title></html>`,
+    (key) => `<html><title>Bad key ${encodeURIComponent(key)}</title></html>`,
+  ];
+  for (const page of echo) {
+    const server = await serve(t, (request, response) =>
+      sendFile(response, Buffer.from(page(String(request.headers['x-key'])))),
+    );
+    const fixture = await fetchFixture(t, server.base, {
+      retries: 0,
+      access: { secretHeaders: { 'x-key': 'hush/hush 1' }, secretOrigins: [server.base] },
+    });
+    const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a`])]);
+    assert.match(outcome?.state === 'failed' ? outcome.message : '', /Bad key \*\*\*/);
+    assert.ok(!JSON.stringify([outcome, fixture.record()]).includes('hush'));
+  }
+});
+
+test('secrets come from the environment, and a bad one is not shown', () => {
+  assert.deepEqual(readSecretHeaders({ 'X-Key': 'NAME' }, { NAME: 'hush' }), { 'x-key': 'hush' });
+  assert.throws(() => readSecretHeaders({ 'x-key': 'NAME' }, {}), {
+    code: 'SECRET',
+    message: /NAME is not set/,
+  });
+  assert.throws(
+    () => readSecretHeaders({ 'x-key': 'NAME' }, { NAME: 'hush\nX-Other: 1' }),
+    (error: Error) =>
+      /characters that no header may have/.test(error.message) && !error.message.includes('hush'),
+  );
+});
+
+test('addresses are shown without what is secret in them', () => {
+  assert.equal(
+    shownUrl('https://me:word@h.example/a?X-Amz-Signature=abc&x=1'),
+    'https://h.example/a?X-Amz-Signature=...&x=1',
+  );
+});
+
+test('secret headers go to configured addresses only, not to all allowed hosts', async (t) => {
+  const configured = await serve(t, (_request, response) => sendStatus(response, 200));
+  const other = await serve(t, (_request, response) => sendStatus(response, 200));
+  const http = clientOf({
+    ...kHere,
+    secretHeaders: { 'x-key': 'hush-hush' },
+    secretOrigins: [configured.base],
+  });
+  t.after(() => http.close());
+  for (const { base } of [configured, other]) await (await http.get(base, {}, kNever)).discard();
+  assert.equal(configured.seen[0]?.headers['x-key'], 'hush-hush');
+  assert.ok(
+    other.seen[0] !== undefined && other.seen[0].headers['x-key'] === undefined,
+    'another port of the same host',
+  );
+});
+
+test('the secrets of a source are for the addresses in its file, not for its further hosts', () => {
+  const source = sourceWith(
+    `
+[access]
+kind = "stac"
+items = "https://api.example.org:8443/items"
+sign = "https://sign.example.org/sign?href={href}"
+[[access.assets]]
+href = 'laz$'
+`,
+    'crs_in_files = true\nhosts = ["assets.example.org"]',
+  );
+  const { hosts, secretOrigins } = profileOf(source);
+  assert.deepEqual(hosts, ['api.example.org', 'assets.example.org', 'sign.example.org']);
+  assert.deepEqual(secretOrigins, ['https://api.example.org:8443', 'https://sign.example.org']);
+});
+
+test('secrets are hidden whole, cut, encoded and without their scheme', () => {
+  const cases: { secret: string; text: string; shown: string }[] = [
+    { secret: 'hush', text: 'bad hush, hus', shown: 'bad ***, hus' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hush-hush!', shown: 'bad ***!' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hush-hu', shown: 'bad ***' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hus', shown: 'bad ***' },
+    { secret: 'hush-hush-hush', text: 'bad hush-hu', shown: 'bad hush-hu' },
+    { secret: 'hush/hush 1', text: 'bad hush%2Fhush%201, hush%2Fhu', shown: 'bad ***, ***' },
+    { secret: 'Bearer abcdefghij', text: 'bad token abcdefghij', shown: 'bad token ***' },
+    { secret: 'say "hush"', text: JSON.stringify({ key: 'say "hush"' }), shown: '{"key":"***"}' },
+  ];
+  for (const { secret, text, shown } of cases) {
+    assert.equal(redactorOf([secret])(text), shown, `${secret} in ${text}`);
+  }
+});
+
+test('an error shows no secret of its cause', () => {
+  const redact = redactorOf(['hush-hush']);
+  const bad = new GrabberError('NETWORK', 'fetch', {
+    cause: new Error('bad hush-hush'),
+    retryable: true,
+    retryAfterMs: 5,
+  });
+  const safe = redactError(bad, redact);
+  assert.ok(safe instanceof GrabberError && safe.retryable && safe.retryAfterMs === 5);
+  assert.equal(describeError(safe), 'fetch: bad ***');
+  const good = new GrabberError('NETWORK', 'fetch');
+  assert.equal(redactError(good, redact), good);
+});
+
+test('a secret in a title is hidden before the title is cut', async (t) => {
+  const filler = 'x'.repeat(195);
+  const page = (key: unknown): Buffer =>
+    Buffer.from(`<html><title>${filler}${String(key)}</title></html>`);
+  const server = await serve(t, (request, response) =>
+    sendFile(response, page(request.headers['x-key'])),
+  );
+  const fixture = await fetchFixture(t, server.base, {
+    retries: 0,
+    access: { secretHeaders: { 'x-key': 'hush-hush' }, secretOrigins: [server.base] },
+  });
+  const [outcome] = await fixture.fetch([squareOf(kName, [`${server.base}/a`])]);
+  assert.match(outcome?.state === 'failed' ? outcome.message : '', /x\*\*\*"/);
+});
+
+test('what a catalogue throws shows no secret, whoever asked it', async (t) => {
+  const replies: ((key: string) => string)[] = [
+    (key) => `<ows:ExceptionText>Bad key ${key}</ows:ExceptionText>`,
+    (key) => JSON.stringify({ features: [{ id: key, properties: {}, assets: {} }] }),
+    (key) =>
+      JSON.stringify({
+        features: [],
+        links: [{ rel: 'next', href: `http://evil.example/?${key}` }],
+      }),
+    (key) => `no JSON: ${key}`,
+  ];
+  for (const reply of replies) {
+    const server = await serve(t, (request, response) =>
+      response.end(reply(String(request.headers['x-key']))),
+    );
+    const http = clientOf({
+      ...kHere,
+      secretHeaders: { 'x-key': 'hush-hush-hush' },
+      secretOrigins: [server.base],
+    });
+    t.after(() => http.close());
+    const source = sourceWith(`
+[access]
+kind = "stac"
+items = "${server.base}/items"
+name_pattern = '_(?<E>\\d+)-(?<N>\\d+)'
+[[access.assets]]
+href = 'laz$'
+`);
+    await assert.rejects(
+      found(openCatalogue(source, http), regionOfBox([462_000, 101_000, 464_000, 103_000])),
+      (error: Error) => {
+        assert.equal(server.seen[0]?.headers['x-key'], 'hush-hush-hush');
+        assert.match(describeError(error), /\*\*\*|no JSON/);
+        return !describeError(error).includes('hush');
+      },
+    );
+  }
+});

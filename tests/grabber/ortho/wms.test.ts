@@ -1,0 +1,196 @@
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { getMapUrl } from '../../../grabber/src/ortho/wms.js';
+import { wmsHandler, type WmsOptions } from '../portal/wms.js';
+import { sendFile, serve } from '../support/http-fixture.js';
+import { bench, kCrs, orthoSource, readPicture, wrongPixels } from '../support/ortho-workshop.js';
+import { storedFiles } from '../support/store-fixture.js';
+
+const kServer: WmsOptions = { layer: 'dof', crs: [kCrs], mostPixels: 100 };
+
+function wmsSource(
+  base: string,
+  more: Record<string, unknown> = {},
+  top: Record<string, unknown> = {},
+): ReturnType<typeof orthoSource> {
+  return orthoSource(
+    { kind: 'wms', url: `${base}/wms`, layer: 'dof', max_pixels: 100, ...more },
+    top,
+  );
+}
+
+test('a square from several pictures equals the truth in any version and axis order', async (t) => {
+  const cases = [
+    { name: '1.1.1', version: '1.1.1', northingFirst: [] },
+    { name: '1.3.0, easting first', version: '1.3.0', northingFirst: [] },
+    { name: '1.3.0, northing first', version: '1.3.0', northingFirst: [kCrs] },
+    { name: '1.1.1 of a system with the northing first', version: '1.1.1', northingFirst: [kCrs] },
+  ];
+  for (const { name, version, northingFirst } of cases) {
+    await t.test(name, async (t) => {
+      const handler = wmsHandler({ ...kServer, northingFirst });
+      const server = await serve(t, (request, response) => void handler(request, response));
+      const at = await bench(t, wmsSource(server.base, { version, northing_first: northingFirst }));
+      const made = await at.make();
+      assert.equal(made.state, 'made');
+      const path = join(at.store.root, 'ortho/here/lidar/462_101.tif');
+      const picture = await readPicture(path, at.store.root);
+      assert.deepEqual(picture.bounds, [461_980, 100_980, 462_120, 101_120]);
+      assert.deepEqual([picture.width, picture.height], [280, 280]);
+      assert.deepEqual(wrongPixels(picture), { count: 0, first: '' });
+      assert.equal(server.seen.length, 9);
+      assert.match(picture.info.coordinateSystem.wkt, /3794\]\]$/);
+    });
+  }
+});
+
+test('the row says what was made, and nothing else is left in the store', async (t) => {
+  const handler = wmsHandler(kServer);
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const at = await bench(t, wmsSource(server.base));
+  await at.make({ margin_m: 10.3 });
+  const row = at.row();
+  assert.equal(row.state, 'verified');
+  assert.deepEqual(row.image, { width_px: 242, height_px: 242, resolution_m: 0.5, margin_m: 10.3 });
+  assert.equal(row.file?.path, 'ortho/here/lidar/462_101.tif');
+  assert.equal(row.licence, 'CC BY 4.0');
+  assert.deepEqual(await storedFiles(at.store.root), ['ortho/here/lidar/462_101.tif']);
+});
+
+test('JPEG in a tiled GeoTIFF with overviews is near the truth', async (t) => {
+  const handler = wmsHandler({ ...kServer, mostPixels: 2000 });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const at = await bench(
+    t,
+    wmsSource(server.base, { max_pixels: 2000 }),
+    [462_000, 101_000, 462_300, 101_300],
+  );
+  await at.make({ cut: { lossless: false, nearInfrared: false } });
+  const picture = await readPicture(
+    join(at.store.root, 'ortho/here/lidar/462_101.tif'),
+    at.store.root,
+  );
+  assert.equal(picture.info.metadata['IMAGE_STRUCTURE']?.['COMPRESSION'], 'YCbCr JPEG');
+  assert.deepEqual(picture.info.bands[0]?.block, [256, 256]);
+  assert.deepEqual(
+    picture.info.bands[0]?.overviews?.map((one) => one.size),
+    [
+      [340, 340],
+      [170, 170],
+    ],
+  );
+  // Neighbours differ by one in red and green: only the blue band and steps at 256 are hard for
+  // JPEG.
+  let off = 0;
+  for (let x = 100; x < 120; ++x) {
+    off = Math.max(
+      off,
+      Math.abs((picture.at(x, 50)[0] ?? 0) - ((Math.floor(461_980 / 0.5) + x) & 255)),
+    );
+  }
+  assert.ok(off <= 12, `red is off by ${off}`);
+});
+
+test('a refusal with status 200 is reported in its words, and nothing is made', async (t) => {
+  const handler = wmsHandler({ ...kServer, refuse: 'Layer is   resting' });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const at = await bench(t, wmsSource(server.base));
+  await assert.rejects(at.make(), /the server says "Wrong: Layer is resting"/);
+  assert.deepEqual(await storedFiles(at.store.root), []);
+});
+
+test('what is sent instead of a picture is refused before GDAL sees it', async (t) => {
+  const vrt =
+    '<VRTDataset rasterXSize="100" rasterYSize="100"><VRTRasterBand dataType="Byte" band="1">' +
+    '<SimpleSource><SourceFilename>/etc/passwd</SourceFilename></SimpleSource>' +
+    '</VRTRasterBand></VRTDataset>';
+  const cases: { name: string; body: Buffer; message: RegExp }[] = [
+    { name: 'a VRT', body: Buffer.from(vrt), message: /starts with "<VRTDataset/ },
+    {
+      name: 'an HTML page',
+      body: Buffer.from('<!doctype html><title>Sorry</title>'),
+      message: /allowed: TIFF, JPEG, PNG/,
+    },
+    { name: 'nothing', body: Buffer.alloc(0), message: /starts with nothing \(0 bytes\)/ },
+    {
+      name: 'a PNG cut short',
+      body: Buffer.from('89504e470d0a1a0a0000', 'hex'),
+      message: /cut short or damaged/,
+    },
+    {
+      name: 'a JPEG of nothing',
+      body: Buffer.from('ffd8ffe000104a46', 'hex'),
+      message: /cut short or damaged/,
+    },
+    {
+      name: 'a TIFF of nothing',
+      body: Buffer.from('49492a0008000000ffff', 'hex'),
+      message: /gdalinfo ended with exit code 1/,
+    },
+  ];
+  for (const { name, body, message } of cases) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, (_request, response) =>
+        sendFile(response, body, { 'content-type': 'image/png' }),
+      );
+      const at = await bench(t, wmsSource(server.base));
+      await assert.rejects(at.make(), message);
+      assert.deepEqual(await storedFiles(at.store.root), []);
+    });
+  }
+});
+
+test('a picture of another size is refused', async (t) => {
+  const handler = wmsHandler({ ...kServer, mostPixels: 500 });
+  const server = await serve(t, (request, response) => {
+    request.url = (request.url ?? '').replace(/WIDTH=\d+/, 'WIDTH=50');
+    handler(request, response);
+  });
+  const at = await bench(t, wmsSource(server.base));
+  await assert.rejects(at.make(), /50 x \d+ pixels; allowed: \d+ x \d+, as asked for/);
+});
+
+test('a square in a foreign CRS gets a picture in its own CRS', async (t) => {
+  // 3794 and 3912 differ by a datum; the square is asked in 3794 and turned into UTM 33.
+  const handler = wmsHandler({ ...kServer, mostPixels: 2000 });
+  const server = await serve(t, (request, response) => void handler(request, response));
+  const at = await bench(
+    t,
+    wmsSource(server.base, { max_pixels: 2000 }),
+    [462_000, 5_100_000, 462_100, 5_100_100],
+    'EPSG:32633',
+  );
+  const made = await at.make({ resolution_m: 1 });
+  assert.equal(made.state, 'made');
+  const picture = await readPicture(
+    join(at.store.root, 'ortho/here/lidar/462_101.tif'),
+    at.store.root,
+  );
+  assert.deepEqual(picture.bounds, [461_980, 5_099_980, 462_120, 5_100_120]);
+  assert.match(picture.info.coordinateSystem.wkt, /32633\]\]$/);
+});
+
+test('addresses carry time, style and order of axes', () => {
+  const { access } = wmsSource('http://x', { northing_first: ['EPSG:4326'] });
+  assert.equal(access.kind, 'wms');
+  if (access.kind !== 'wms') return;
+  const url = new URL(
+    getMapUrl(access, 'EPSG:4326', [14, 46, 14.5, 46.25], { width_px: 10, height_px: 5 }, '2021'),
+  );
+  assert.equal(url.searchParams.get('BBOX'), '46,14,46.25,14.5');
+  assert.equal(url.searchParams.get('CRS'), 'EPSG:4326');
+  assert.equal(url.searchParams.get('TIME'), '2021');
+  const old = new URL(
+    getMapUrl(
+      { ...access, version: '1.1.1' },
+      'EPSG:4326',
+      [14, 46, 14.5, 46.25],
+      { width_px: 10, height_px: 5 },
+      undefined,
+    ),
+  );
+  assert.equal(old.searchParams.get('BBOX'), '14,46,14.5,46.25');
+  assert.equal(old.searchParams.get('SRS'), 'EPSG:4326');
+  assert.equal(old.searchParams.has('TIME'), false);
+});

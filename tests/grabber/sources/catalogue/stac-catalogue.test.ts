@@ -1,0 +1,463 @@
+import assert from 'node:assert/strict';
+import type { ServerResponse } from 'node:http';
+import { test, type TestContext } from 'node:test';
+import { projectionOf } from '../../../../grabber/src/geo/crs.js';
+import { boundsToDegrees } from '../../../../grabber/src/geo/bounds.js';
+import type { BoundsM } from '../../../../grabber/src/model/square.js';
+import { regionOfBox, regionOfSquares } from '../../../../grabber/src/select/region.js';
+import type { Source } from '../../../../grabber/src/sources/source.js';
+import { squareAt } from '../../../../grabber/src/sources/square.js';
+import { catalogueOf, found, sourceWith } from '../../support/catalogue-fixture.js';
+import { fakeClock } from '../../support/fake-clock.js';
+import { kNobody, serve, type HttpFixture } from '../../support/http-fixture.js';
+import { kNever } from '../../support/store-fixture.js';
+
+const kSha = 'e8be2c5f50b61b0a2ce72d65b3a6d2af095d7feac0083fc33f2961d063db1ec1';
+const kRegion = regionOfBox([462_000, 101_000, 464_000, 103_000]);
+
+type Item = { id: string; [field: string]: unknown };
+
+/**
+ * An item as data.geo.admin.ch sends it: assets under their file names, checksums as multihashes.
+ * Places are moved to the grid of the tests, and dates, sizes and sums are invented.
+ */
+function item(
+  base: string,
+  year: number,
+  east: number,
+  north: number,
+  suffix: string,
+  more: object = {},
+): Item {
+  const id = `swisssurface3d_${year}_${east}-${north}`;
+  const file = `${id}_2056_5728.${suffix}`;
+  const box: BoundsM = [east * 1000, north * 1000, east * 1000 + 1000, north * 1000 + 1000];
+  return {
+    type: 'Feature',
+    stac_version: '1.0.0',
+    id,
+    collection: 'ch.swisstopo.swisssurface3d',
+    bbox: boundsToDegrees(box, projectionOf('EPSG:3794')),
+    geometry: null,
+    properties: {
+      datetime: `${year}-01-01T00:00:00Z`,
+      created: '2021-02-23T23:35:43Z',
+      updated: '2025-01-17T10:12:18Z',
+    },
+    links: [{ rel: 'self', href: `${base}/items/${id}` }],
+    assets: {
+      [file]: {
+        type: suffix === 'las.zip' ? 'application/vnd.laszip' : 'application/vnd.laszip+copc',
+        href: `${base}/files/${id}/${file}`,
+        'proj:epsg': 2056,
+        'file:checksum': `1220${kSha.toUpperCase()}`,
+        ...more,
+      },
+      metadata: { type: 'text/xml', href: `${base}/files/${id}/metadata.xml` },
+    },
+  };
+}
+
+function stacSource(base: string, more = ''): Source {
+  return sourceWith(`
+[access]
+kind = "stac"
+items = "${base}/items"
+page_size = 2
+name_pattern = '_(?<E>\\d+)-(?<N>\\d+)'
+${more}
+[[access.assets]]
+href = '\\.copc\\.laz$'
+[[access.assets]]
+href = '\\.las\\.zip$'
+member = "*"
+`);
+}
+
+function sendJson(response: ServerResponse, value: unknown): void {
+  response.writeHead(200, { 'content-type': 'application/geo+json' });
+  response.end(JSON.stringify(value));
+}
+
+/** A STAC API with these items, two a page, whose next links carry a cursor. */
+async function portal(t: TestContext, items: (base: string) => Item[]): Promise<HttpFixture> {
+  const server = await serve(t, (request, response) => {
+    const url = new URL(request.url ?? '', server.base);
+    const all = items(server.base);
+    const start = Number(url.searchParams.get('cursor') ?? 0);
+    const size = Number(url.searchParams.get('limit'));
+    const next = new URL(url);
+    next.searchParams.set('cursor', String(start + size));
+    const links =
+      start + size < all.length
+        ? [
+            { rel: 'self', href: url.href },
+            { rel: 'next', href: next.href, method: 'GET' },
+          ]
+        : [];
+    sendJson(response, {
+      type: 'FeatureCollection',
+      features: all.slice(start, start + size),
+      links,
+    });
+  });
+  return server;
+}
+
+test('items become squares: all pages, the newest of each, COPC rather than ZIP', async (t) => {
+  const server = await portal(t, (base) => [
+    item(base, 2024, 463, 101, 'copc.laz', { 'file:size': 123_456_789 }),
+    item(base, 2019, 463, 101, 'las.zip'),
+    item(base, 2019, 462, 101, 'las.zip'),
+    item(base, 2019, 462, 102, 'las.zip'),
+    item(base, 2019, 470, 102, 'las.zip'),
+  ]);
+  const squares = await found(catalogueOf(t, stacSource(server.base)), kRegion);
+  assert.deepEqual(
+    squares.map(({ name }) => name),
+    ['462_101', '463_101', '462_102'],
+  );
+  assert.deepEqual(squares[1], {
+    name: '463_101',
+    block: null,
+    bounds: [463_000, 101_000, 464_000, 102_000],
+    urls: [
+      `${server.base}/files/swisssurface3d_2024_463-101/` +
+        'swisssurface3d_2024_463-101_2056_5728.copc.laz',
+    ],
+    bytes: 123_456_789,
+    sha256: kSha,
+    member: null,
+    published: '2024-01-01',
+  });
+  assert.equal(squares[0]?.member, '*');
+  assert.equal(server.seen.length, 3);
+  const asked = new URL(server.seen[0]?.path ?? '', server.base).searchParams;
+  assert.equal(asked.get('limit'), '2');
+  const [west = 0, south = 0, east = 0, north = 0] = (asked.get('bbox') ?? '')
+    .split(',')
+    .map(Number);
+  const [lon, lat] = projectionOf('EPSG:3794').toDegrees([463_000, 102_000]);
+  assert.ok(west < lon && lon < east && south < lat && lat < north && east - west < 0.05);
+});
+
+test('which item of a square counts does not depend on the order of the reply', async (t) => {
+  const items = (base: string): Item[] =>
+    [2017, 2024, 2019].map((year) => item(base, year, 462, 101, 'las.zip'));
+  for (const turned of [items, (base: string) => items(base).reverse()]) {
+    const server = await portal(t, turned);
+    const [square] = await found(catalogueOf(t, stacSource(server.base)), kRegion);
+    assert.equal(square?.published, '2024-01-01');
+  }
+});
+
+test('squares far apart are asked for one by one', async (t) => {
+  const server = await portal(t, (base) => [
+    item(base, 2019, 462, 101, 'las.zip'),
+    item(base, 2019, 600, 180, 'las.zip'),
+  ]);
+  const region = regionOfSquares([squareAt(462_000, 101_000), squareAt(600_000, 180_000)], 1000);
+  const squares = await found(catalogueOf(t, stacSource(server.base)), region);
+  assert.deepEqual(
+    squares.map(({ name }) => name),
+    ['462_101', '600_180'],
+  );
+  assert.equal(server.seen.length, 2);
+});
+
+test('items without a place in their name are put on the grid by their footprint', async (t) => {
+  const server = await portal(t, (base) => [item(base, 2019, 462, 101, 'las.zip')]);
+  const source = stacSource(server.base);
+  assert.equal(source.access.kind, 'stac');
+  const nameless = { ...source, access: { ...source.access, name_pattern: undefined } } as Source;
+  const [square] = await found(catalogueOf(t, nameless), kRegion);
+  assert.equal(square?.name, '462_101');
+  const wide = await portal(t, (base) => [
+    { ...item(base, 2019, 462, 101, 'las.zip'), bbox: [14.4, 46, 14.6, 46.1] },
+  ]);
+  const wideSource = stacSource(wide.base);
+  const wideNameless = {
+    ...wideSource,
+    access: { ...wideSource.access, name_pattern: undefined },
+  } as Source;
+  await assert.rejects(found(catalogueOf(t, wideNameless), kRegion), {
+    code: 'CATALOGUE',
+    message: /footprint is .*allowed: one square/,
+  });
+});
+
+test('a reply that cannot be trusted is an error, never fewer squares', async (t) => {
+  const good = (base: string): Item => item(base, 2019, 462, 101, 'las.zip');
+  const cases: { name: string; reply: (base: string) => unknown; message: RegExp }[] = [
+    {
+      name: 'no assets of ours',
+      reply: (base) => ({ features: [{ ...good(base), assets: { readme: { href: 'x.txt' } } }] }),
+      message: /assets readme; allowed: one that \[\[access\.assets\]\]/,
+    },
+    {
+      name: 'a name of another form',
+      reply: (base) => ({ features: [{ ...good(base), id: 'other' }] }),
+      message: /item other: its name tells no square/,
+    },
+    { name: 'no features', reply: () => ({ type: 'FeatureCollection' }), message: /features/ },
+    {
+      name: 'a file at another host',
+      reply: (base) => ({
+        features: [
+          {
+            ...good(base),
+            assets: { 'a.las.zip': { href: 'https://evil.example.org/a.las.zip' } },
+          },
+        ],
+      }),
+      message: /leads to https:\/\/evil\.example\.org.*allowed: the hosts 127\.0\.0\.1/,
+    },
+    {
+      name: 'a next page at another host',
+      reply: () => ({ features: [], links: [{ rel: 'next', href: 'http://evil.example.org/' }] }),
+      message: /leads to http:\/\/evil\.example\.org/,
+    },
+    {
+      name: 'a next page that is a file',
+      reply: () => ({ features: [], links: [{ rel: 'next', href: 'file:///etc/passwd' }] }),
+      message: /leads to file:/,
+    },
+    {
+      name: 'a next page that is this one',
+      reply: () => ({ features: [], links: [{ rel: 'next', href: '' }] }),
+      message: /one that was read before/,
+    },
+    {
+      name: 'a next page by POST',
+      reply: (base) => ({ features: [], links: [{ rel: 'next', href: base, method: 'POST' }] }),
+      message: /with POST; allowed: GET/,
+    },
+  ];
+  for (const { name, reply, message } of cases) {
+    await t.test(name, async (t) => {
+      const server = await serve(t, (_request, response) => sendJson(response, reply(server.base)));
+      await assert.rejects(found(catalogueOf(t, stacSource(server.base)), kRegion), {
+        code: 'CATALOGUE',
+        message,
+      });
+    });
+  }
+});
+
+test('a portal that runs wild is stopped', async (t) => {
+  const server = await serve(t, (_request, response, index) =>
+    sendJson(response, {
+      features: [item(server.base, 2019, 462, 101, 'las.zip')],
+      links: [{ rel: 'next', href: `${server.base}/items?page=${index}` }],
+    }),
+  );
+  await assert.rejects(
+    found(catalogueOf(t, stacSource(server.base), { limits: { pages: 7 } }), kRegion),
+    { code: 'CATALOGUE', message: /more than 7 pages/ },
+  );
+  assert.equal(server.seen.length, 7);
+  const long = await serve(t, (_request, response) =>
+    response.end(`{"features": [], "x": "${'y'.repeat(5000)}"}`),
+  );
+  const short = catalogueOf(t, stacSource(long.base), { limits: { reply_bytes: 1000 } });
+  await assert.rejects(found(short, kRegion), {
+    code: 'CATALOGUE',
+    message: /more than 1000 bytes/,
+  });
+  const empty = await serve(t, (_request, response, index) =>
+    sendJson(response, {
+      features: [],
+      links: [{ rel: 'next', href: `${empty.base}/items?page=${index}` }],
+    }),
+  );
+  await assert.rejects(found(catalogueOf(t, stacSource(empty.base)), kRegion), {
+    code: 'CATALOGUE',
+    message: /4 pages without items/,
+  });
+  assert.equal(empty.seen.length, 4);
+  const many = await portal(t, (base) =>
+    [1, 2, 3, 4, 5].map((north) => item(base, 2019, 462, 100 + north, 'las.zip')),
+  );
+  await assert.rejects(
+    found(catalogueOf(t, stacSource(many.base), { limits: { items: 3 } }), kRegion),
+    { code: 'CATALOGUE', message: /more than 3 items/ },
+  );
+});
+
+test('a busy portal is asked again, a broken one is an error', async (t) => {
+  const busy = await serve(t, (_request, response, index) => {
+    if (index < 2) response.writeHead(index === 0 ? 503 : 429, { 'retry-after': '1' }).end();
+    else sendJson(response, { features: [item(busy.base, 2019, 462, 101, 'las.zip')] });
+  });
+  assert.equal((await found(catalogueOf(t, stacSource(busy.base)), kRegion)).length, 1);
+  const broken = await serve(t, (_request, response) => void response.writeHead(500).end());
+  await assert.rejects(found(catalogueOf(t, stacSource(broken.base)), kRegion), {
+    code: 'CATALOGUE',
+    message: /HTTP 500; allowed: 200/,
+  });
+  assert.equal(broken.seen.length, 3);
+  const gone = await serve(t, (_request, response) => void response.writeHead(404).end());
+  await assert.rejects(found(catalogueOf(t, stacSource(gone.base)), kRegion), {
+    code: 'CATALOGUE',
+    message: /HTTP 404/,
+  });
+  assert.equal(gone.seen.length, 1);
+  await assert.rejects(found(catalogueOf(t, stacSource(kNobody)), kRegion), {
+    code: 'CATALOGUE',
+    message: /ECONNREFUSED/,
+  });
+});
+
+test('a portal that asks for too long a wait is an error, and retries are shown', async (t) => {
+  const server = await serve(
+    t,
+    (_request, response, index) =>
+      void response.writeHead(503, { 'retry-after': index === 0 ? '30' : '3600' }).end(),
+  );
+  const clock = fakeClock();
+  const countLeftOut: string[] = [];
+  const catalogue = catalogueOf(t, stacSource(server.base), {
+    clock,
+    onRetry: ({ retry, wait_ms, error }) => countLeftOut.push(`${retry} ${wait_ms} ${error.code}`),
+  });
+  await assert.rejects(found(catalogue, kRegion), {
+    code: 'RETRY_AFTER_TOO_LONG',
+    message: /HTTP 503.*3600 s; allowed: at most 60 s/,
+  });
+  assert.deepEqual(countLeftOut, ['1 30000 CATALOGUE']);
+  assert.deepEqual(clock.slept_ms, [30_000]);
+});
+
+test('a signed address is asked for when its turn has come', async (t) => {
+  const server = await serve(t, (request, response) => {
+    const url = new URL(request.url ?? '', server.base);
+    const one = {
+      ...item(server.base, 2019, 462, 101, 'copc.laz'),
+      id: 'USGS_LPC_OR_X_2018_w2133',
+    };
+    if (url.pathname.startsWith('/items/')) assert.equal(url.pathname, `/items/${one.id}`);
+    if (url.pathname === '/sign') {
+      return sendJson(response, { href: `${url.searchParams.get('href')}?sig=abc` });
+    }
+    sendJson(response, url.pathname === '/items' ? { features: [one] } : one);
+  });
+  const source = sourceWith(
+    `
+[access]
+kind = "stac"
+items = "${server.base}/items"
+sign = "${server.base}/sign?href={href}"
+[[access.assets]]
+href = '\\.copc\\.laz$'
+`,
+    'crs_in_files = true',
+  );
+  const catalogue = catalogueOf(t, source);
+  const [square] = await found(catalogue, kRegion);
+  assert.ok(square);
+  assert.equal(square.name, 'USGS_LPC_OR_X_2018_w2133');
+  assert.deepEqual(square.urls, []);
+  const nowhere = (): Promise<boolean> => Promise.resolve(false);
+  const located = await catalogue.locate?.(square, [], nowhere, kNever);
+  assert.match(located?.urls[0] ?? '', /_5728\.copc\.laz\?sig=abc$/);
+});
+
+test('an item whose id is no file name is refused where files are named by it', async (t) => {
+  const server = await serve(t, (_request, response) =>
+    sendJson(response, {
+      features: [{ ...item(server.base, 2019, 462, 101, 'las.zip'), id: '../x' }],
+    }),
+  );
+  const { access, ...rest } = stacSource(server.base);
+  const gridless = {
+    ...rest,
+    square_m: undefined,
+    access: { ...access, name_pattern: undefined },
+  } as Source;
+  await assert.rejects(found(catalogueOf(t, gridless), kRegion), {
+    code: 'CATALOGUE',
+    message: /item \.\.\/x: its id is no file name/,
+  });
+});
+
+test('a stop is passed on', async (t) => {
+  const stop = new AbortController();
+  const server = await serve(t, () => stop.abort(new Error('stopped')));
+  await assert.rejects(found(catalogueOf(t, stacSource(server.base)), kRegion, stop.signal), {
+    message: 'stopped',
+  });
+});
+
+test('an unreadable item is reported and left out, and the rest is listed', async (t) => {
+  const good = (base: string, north: number): Item => item(base, 2019, 462, north, 'las.zip');
+  const bad: { name: string; change: (one: Item) => unknown; message: RegExp }[] = [
+    {
+      name: 'no assets of ours',
+      change: (one) => ({ ...one, assets: {} }),
+      message: /item swiss\S+: assets none/,
+    },
+    {
+      name: 'a name of another form',
+      change: (one) => ({ ...one, id: 'other' }),
+      message: /item other: its name tells no square/,
+    },
+    {
+      name: 'no properties',
+      change: (one) => ({ ...one, properties: undefined }),
+      message: /item swiss\S+: properties has/,
+    },
+    { name: 'no id', change: (one) => ({ ...one, id: 7 }), message: /item without an id: id has/ },
+    { name: 'no object', change: () => null, message: /item without an id: it has/ },
+    {
+      name: 'a file elsewhere',
+      change: (one) => ({
+        ...one,
+        assets: { 'a.las.zip': { href: 'https://evil.example.org/a.las.zip' } },
+      }),
+      message: /evil\.example\.org/,
+    },
+  ];
+  for (const { name, change, message } of bad) {
+    await t.test(name, async (t) => {
+      const server = await portal(t, (base) => [
+        good(base, 101),
+        change(good(base, 102)) as Item,
+        good(base, 102),
+      ]);
+      const told: string[] = [];
+      const squares = await found(
+        catalogueOf(t, stacSource(server.base), {
+          onLeftOut: (error) => void told.push(error.message),
+        }),
+        kRegion,
+      );
+      assert.deepEqual(
+        squares.map((square) => square.name),
+        ['462_101', '462_102'],
+      );
+      assert.equal(told.length, 1);
+      assert.match(told[0] ?? '', message);
+    });
+  }
+});
+
+test('a catalogue without one readable item is an error', async (t) => {
+  for (const count of [1, 250]) {
+    const server = await portal(t, (base) =>
+      Array.from({ length: count }, (_unused, index) => ({
+        ...item(base, 2019, 462, 101, 'las.zip'),
+        id: `other${index}`,
+      })),
+    );
+    let told = 0;
+    const onLeftOut = (): void => {
+      told += 1;
+    };
+    const catalogue = catalogueOf(t, stacSource(server.base), { onLeftOut });
+    await assert.rejects(found(catalogue, kRegion), {
+      code: 'CATALOGUE',
+      message: /item other0: its name tells no square/,
+    });
+    assert.equal(told, Math.min(count, 100));
+  }
+});

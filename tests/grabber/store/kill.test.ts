@@ -1,0 +1,67 @@
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import Sqlite from 'better-sqlite3';
+import type { State } from '../../../grabber/src/model/square.js';
+import { openStore } from '../../../grabber/src/store/open-store.js';
+import { keyOfSquare, seeded } from '../support/record-fixture.js';
+import { kNever, temporaryFolder } from '../support/store-fixture.js';
+
+const kWriter = fileURLToPath(new URL('../support/store-writer.js', import.meta.url));
+const kOrder: readonly State[] = ['known', 'wanted', 'fetching', 'fetched', 'verified'];
+
+/**
+ * Runs the writer until it has told `lines` things, kills it, and reads what it told until then.
+ */
+function killAfter(root: string, first: number, lines: number): Promise<string[]> {
+  return new Promise((resolve, reject) => {
+    const child = spawn(process.execPath, [kWriter, root, String(first)], {
+      stdio: ['ignore', 'pipe', 'inherit'],
+    });
+    let told = '';
+    child.stdout.setEncoding('utf8').on('data', (text: string) => {
+      told += text;
+      if (told.split('\n').length > lines) child.kill('SIGKILL');
+    });
+    child.on('error', reject);
+    child.on('close', (_code, signal) => {
+      if (signal === 'SIGKILL') resolve(told.split('\n').slice(0, -1));
+      else reject(new Error(`the writer ended by itself after: ${told.slice(-200)}`));
+    });
+  });
+}
+
+test('a process killed 50 times while it writes keeps every finished call', async (t) => {
+  const root = await temporaryFolder(t);
+  const random = seeded(20260621);
+  const told = new Map<string, State>();
+  let next = 100;
+  for (let round = 0; round < 50; ++round) {
+    for (const line of await killAfter(root, next, random(60))) {
+      const [e = '', state = ''] = line.split(' ');
+      told.set(`${e}_101`, state as State);
+      next = Math.max(next, Number(e));
+    }
+    const store = openStore(root, {}, kNever);
+    for (const [name, state] of told) {
+      const record = store.squares.get(keyOfSquare(name));
+      assert.ok(
+        record !== undefined && kOrder.indexOf(record.state) >= kOrder.indexOf(state),
+        `round ${round}: ${name} was ${state}, is ${record?.state ?? 'lost'}`,
+      );
+    }
+    assert.ok(
+      store.squares.list({}).length <= told.size + round + 1,
+      'at most one square more than was told of each round',
+    );
+    store.close();
+    // The square that was cut off is begun again by the next writer, under another name.
+    next += 2;
+  }
+  assert.ok(told.size > 50, `${told.size} squares`);
+  const db = new Sqlite(join(root, 'fishnet.gpkg'), { readonly: true });
+  assert.equal(db.pragma('integrity_check', { simple: true }), 'ok');
+  db.close();
+});
