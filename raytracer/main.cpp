@@ -3,26 +3,27 @@
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
 #ifdef TERRAVOX_PREVIEW
-#include "raytracer/preview/preview_command.hpp"
+#include "raytracer/commands/preview_command.hpp"
 #endif
-#include "raytracer/animate/animate_command.hpp"
-#include "raytracer/checkpoint/merge_command.hpp"
-#include "raytracer/cluster/cluster_command.hpp"
-#include "raytracer/convert/convert_command.hpp"
-#include "raytracer/render/crew_arguments.hpp"
+#include "raytracer/commands/animate_command.hpp"
+#include "raytracer/commands/cluster/cluster_command.hpp"
+#include "raytracer/commands/convert_command.hpp"
+#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/farm_command.hpp"
+#include "raytracer/commands/merge_command.hpp"
+#include "raytracer/commands/render_command.hpp"
+#include "raytracer/commands/worker_command.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/commands/world_command.hpp"
 #include "raytracer/render/picture_renderer.hpp"
-#include "raytracer/render/render_command.hpp"
-#include "raytracer/worker/farm_command.hpp"
-#include "raytracer/worker/worker_command.hpp"
-#include "raytracer/world/world_command.hpp"
 
 namespace {
 
 terravox::RenderPicture open_renderer(const terravox::WorldArguments& world,
                                       const terravox::CrewArguments& crew,
                                       const terravox::Scene& base, bool quiet) {
-    const auto renderer =
-        std::make_shared<terravox::PictureRenderer>(world, crew.options(base), base, quiet);
+    const auto renderer = std::make_shared<terravox::PictureRenderer>(
+        world.options(base), crew.options(base), base, quiet);
     return [renderer](const terravox::Scene& scene, const std::filesystem::path& picture) {
         const std::vector<std::string> files{picture.string()};
         terravox::PictureRenderer::check(scene, files);

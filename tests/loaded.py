@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
-"""Runs tests again and again on a machine that is busy with something else, and says which of them failed by chance.
+"""Runs tests repeatedly on a busy machine, and lists those that fail by chance.
 
-    ./terravox test --loaded 5 e2e_farm_test net_test     # five times each, beside four busy processes and two that write
-    tests/loaded.py --times 20 'e2e_http.*'               # names are regular expressions; without any: all but those labelled long
-    tests/loaded.py --times 2 --one-core                  # at the lowest priority, on one core
-    tests/loaded.py --no-load --jobs 4 net_test e2e_farm_test   # four at a time, beside what runs on the machine anyway
+    ./terravox test --loaded 5 e2e_farm_test net_test
+        five times each, with four busy processes and two that write
+    tests/loaded.py --times 20 'e2e_http.*'
+        names are regular expressions; without any: all but those labelled long
+    tests/loaded.py --times 2 --one-core
+        at the lowest priority, on one core
+    tests/loaded.py --no-load --jobs 4 net_test e2e_farm_test
+        four at a time, without a load of its own
 
-A test that waits on a clock, on luck or on another process's speed fails here sooner or later. The output of each round with
-a failed test is kept in build/logs/loaded/. The exit code is 1 when a run failed.
+A test that depends on a clock, on luck or on the speed of another process fails here sooner or
+later. The output of each round with a failed test is kept in build/logs/loaded/. The exit code is 1
+when a run failed.
 """
 
 import argparse
@@ -20,14 +25,17 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LOGS = ROOT / "build" / "logs" / "loaded"
-BUSY, WRITING = 4, 2
+BUSY = 4
+WRITING = 2
 # A line of ctest: "  3/80 Test #12: net_test ........***Failed   1.23 sec".
 RESULT = re.compile(r"\s*\d+/\d+ Test +#\d+: (\S+) \.*\s*(.*?) +([\d.]+) sec")
-WRITER = "import os, tempfile\nwith tempfile.TemporaryFile() as f:\n while True:\n  f.write(bytes(1 << 20)); f.flush(); os.fsync(f.fileno()); f.seek(0)"
+WRITER = (
+    "import os, tempfile\nwith tempfile.TemporaryFile() as f:\n while True:\n  "
+    "f.write(bytes(1 << 20)); f.flush(); os.fsync(f.fileno()); f.seek(0)"
+)
 
 
 def load_commands():
@@ -60,7 +68,10 @@ def ctest(folder, *arguments):
 
 
 def names_of(folder, patterns):
-    """The tests that a pattern matches as a whole. @throws SystemExit where a pattern matches none"""
+    """@return the tests that a pattern matches as a whole
+
+    @throws SystemExit where a pattern matches none
+    """
     listing = json.loads(
         subprocess.run(
             ctest(folder, "--show-only=json-v1"), capture_output=True, text=True, check=True
@@ -77,14 +88,18 @@ def names_of(folder, patterns):
         found = [name for name in names if re.fullmatch(pattern, name)]
         if not found:
             sys.exit(
-                f"loaded.py: no test is called '{pattern}'; `ctest --test-dir {folder} -N` lists them"
+                f"loaded.py: no test is called '{pattern}'; "
+                f"`ctest --test-dir {folder} -N` lists them"
             )
         out += [name for name in found if name not in out]
     return out
 
 
 def run_round(folder, names, round_number, prefix, jobs):
-    """Runs each test once, `jobs` at a time, in an order of chance; yields name, seconds, and whether it passed."""
+    """Runs each test once, `jobs` at a time, in random order.
+
+    Yields name, seconds, and whether it passed.
+    """
     pattern = "^(" + "|".join(re.escape(name) for name in names) + ")$"
     command = ctest(
         folder,
@@ -160,7 +175,8 @@ def main():
                 ):
                     runs.setdefault(name, []).append((seconds, passed))
                     print(
-                        f"{round_number}/{args.times} {name}: {'passed' if passed else 'FAILED'}, {seconds:.1f} s",
+                        f"{round_number}/{args.times} {name}: "
+                        f"{'passed' if passed else 'FAILED'}, {seconds:.1f} s",
                         flush=True,
                     )
         except KeyboardInterrupt:

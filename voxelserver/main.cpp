@@ -12,8 +12,9 @@ namespace {
 using namespace terravox;
 
 int run(int argc, char** argv) {
-    CLI::App app{"Serves voxel boxes of a place, made from LiDAR files, over HTTP.",
-                 "terravox serve"};
+    CLI::App app{
+        "Serves voxel boxes of a world over HTTP: LiDAR data, heights, Minecraft, and others.",
+        "terravox serve"};
     app.set_version_flag("--version", std::string("terravox ") + kVersion);
     serve::Options options;
     serve::add_options(app, options);

@@ -1,10 +1,14 @@
 #include "common/geo/gdal.hpp"
 
 #include <cpl_conv.h>
+#include <cpl_error.h>
 #include <gdal.h>
+#include <sys/mman.h>
 
 #include <mutex>
+#include <new>
 
+#include "common/geo/gdal_messages.hpp"
 #include "common/geo/raster_gate.hpp"
 
 namespace terravox::geo {
@@ -20,6 +24,7 @@ void limit(std::int64_t bytes) {
 void start_gdal() {
     static std::once_flag once;
     std::call_once(once, [] {
+        CPLSetErrorHandler(print_gdal_message);
         register_raster_drivers();
         limit(kGdalCache_bytes);
     });
@@ -28,6 +33,15 @@ void start_gdal() {
 void limit_gdal_cache(std::int64_t bytes) {
     start_gdal();
     limit(bytes);
+}
+
+void check_memory_for_gdal() {
+    // Mapped rather than allocated: a compiler may leave out an allocation that nothing uses.
+    void* const room = ::mmap(nullptr, kGdalHeadroom_bytes, PROT_READ | PROT_WRITE,
+                              MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (room == MAP_FAILED)
+        throw std::bad_alloc();
+    ::munmap(room, kGdalHeadroom_bytes);
 }
 
 }  // namespace terravox::geo

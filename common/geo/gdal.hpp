@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace terravox::geo {
@@ -18,5 +19,11 @@ void start_gdal();
 /// Another limit than kGdalCache_bytes, for programs that promise to stay within some memory.
 /// GDAL_CACHEMAX goes before this, too. Thread-safe.
 void limit_gdal_cache(std::int64_t bytes);
+
+/// To be called before GDAL writes a file: libgeotiff, below it, does not check its small
+/// allocations. Thread-safe.
+/// @throws std::bad_alloc unless kGdalHeadroom_bytes can be allocated now
+void check_memory_for_gdal();
+inline constexpr std::size_t kGdalHeadroom_bytes = std::size_t{16} << 20;
 
 }  // namespace terravox::geo

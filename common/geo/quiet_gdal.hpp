@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <string>
 
+#include "common/geo/gdal_messages.hpp"
+
 namespace terravox::geo {
 
 /// While one lives, GDAL's messages on this thread go into our errors, not to the standard error
@@ -12,7 +14,7 @@ namespace terravox::geo {
 class QuietGdal {
 public:
     QuietGdal() {
-        CPLPushErrorHandler(CPLQuietErrorHandler);
+        CPLPushErrorHandler(drop_gdal_message);
         CPLErrorReset();
     }
     ~QuietGdal() { CPLPopErrorHandler(); }

@@ -5,7 +5,6 @@
 #include "common/geo/gdal.hpp"
 #include "common/geo/quiet_gdal.hpp"
 #include "common/geo/raster_gate.hpp"
-#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
@@ -35,8 +34,6 @@ GDALDatasetUniquePtr open_raster(const fs::path& path, const std::string& attemp
         fail("no raster that can be read: " + QuietGdal::reason() + "; allowed: " + kRasterFormats);
     if (data->GetRasterCount() < 1)
         fail("a raster without bands");
-    if (const auto lost = lost_directory_of_tiff(path))
-        fail("cut short: " + *lost);
     return data;
 }
 

@@ -18,6 +18,7 @@
 #include "common/geo/crs_text.hpp"
 #include "common/geo/side_files.hpp"
 #include "common/geo/virtual_raster.hpp"
+#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
 namespace terravox::geo {
@@ -110,8 +111,14 @@ void check_side_files(const fs::path& raster) {
     }
 }
 
-void check_before(GDALDriver& driver, const fs::path& raster) {
+void check_before(GDALDriver& driver, const fs::path& raster, GDALAccess access) {
     check_side_files(raster);
+    // Here, so that the sources of a mosaic and overviews in a file of their own are checked as
+    // well. A file that is open for writing is not complete yet.
+    if (EQUAL(driver.GetDescription(), "GTiff") && access == GA_ReadOnly) {
+        if (const auto lost = lost_directory_of_tiff(raster))
+            throw Error("cut short: " + *lost);
+    }
     if (!EQUAL(driver.GetDescription(), "VRT"))
         return;
     if (!EQUAL(raster.extension().c_str(), ".vrt"))
@@ -142,7 +149,7 @@ GDALDataset* open_through_gate(GDALDriver* driver, GDALOpenInfo* info) noexcept 
         if (!is_virtual && !fs::is_regular_file(info->pszFilename, failed))
             return nullptr;
         if (!is_virtual)
-            check_before(*driver, info->pszFilename);
+            check_before(*driver, info->pszFilename, info->eAccess);
         std::unique_ptr<GDALDataset> data(original_of(driver)(info));
         if (data && !is_virtual)
             check_opened(*data);

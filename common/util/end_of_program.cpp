@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <initializer_list>
 #include <new>
 #include <system_error>
 #include <utility>
@@ -44,7 +45,7 @@ void write_out(const char* text, std::size_t bytes) noexcept {
 
 // Plain ASCII alone: the text may be a stranger's, and printable() needs memory. A line of usual
 // length is one write, which what other threads say does not come into the middle of.
-void say(const char* text) noexcept {
+void say(std::initializer_list<const char*> parts) noexcept {
     char line[1024];
     std::size_t used = 0;
     const auto add = [&](char c) {
@@ -52,23 +53,26 @@ void say(const char* text) noexcept {
         if (used == sizeof line)
             write_out(line, std::exchange(used, 0));
     };
-    for (const char* c = kName; *c != '\0'; ++c)
-        add(*c);
-    for (const char* c = text; *c != '\0'; ++c)
-        add(*c >= ' ' && *c < '\x7f' ? *c : '?');
+    for (const char* part : parts)
+        for (const char* c = part; *c != '\0'; ++c)
+            add(*c >= ' ' && *c < '\x7f' ? *c : '?');
     add('\n');
     write_out(line, used);
 }
 
-[[noreturn]] void end_program() noexcept {
-    // Without memory several threads get here at once: the first ends the program, others wait
-    // for it. Whoever comes twice has failed in here.
+// Without memory several threads get here at once: the first ends the program, others wait for it.
+// A thread that comes twice has failed in here.
+void end_as_the_only_one() noexcept {
     static std::atomic_flag s_ending;
     static thread_local bool s_here = false;
     if (std::exchange(s_here, true))
         std::_Exit(static_cast<int>(ExitCode::kFailed));
     while (s_ending.test_and_set())
         ::pause();
+}
+
+[[noreturn]] void end_by_exception() noexcept {
+    end_as_the_only_one();
     const char* message = "ended by an error inside the program that carries no message";
     // Whatever is done here must need no memory: its lack may be the reason.
     if (const std::exception_ptr error = std::current_exception()) {
@@ -79,7 +83,7 @@ void say(const char* text) noexcept {
         } catch (...) {
         }
     }
-    say(message);
+    say({kName, message});
     std::_Exit(static_cast<int>(ExitCode::kFailed));
 }
 
@@ -95,8 +99,14 @@ std::string message_of(const std::exception_ptr& error) {
     }
 }
 
+void end_program(const char* attempt, const char* reason) noexcept {
+    end_as_the_only_one();
+    say({kName, attempt, ": ", reason});
+    std::_Exit(static_cast<int>(ExitCode::kFailed));
+}
+
 void end_with_a_line_on_uncaught_exceptions() noexcept {
-    std::set_terminate(end_program);
+    std::set_terminate(end_by_exception);
 }
 
 }  // namespace terravox::util

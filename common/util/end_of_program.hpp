@@ -16,4 +16,10 @@ namespace terravox::util {
 /// temporary names, as after a kill. To be called once, before threads are started.
 void end_with_a_line_on_uncaught_exceptions() noexcept;
 
+/// Ends the program at once with the line "terravox: attempt: reason" on standard error and
+/// ExitCode::kFailed: for libraries that call abort() when their error handler returns. Needs no
+/// memory; of several threads the first one's line is printed. Destructors do not run.
+/// @param attempt, reason  not null; characters beyond printable ASCII are shown as '?'
+[[noreturn]] void end_program(const char* attempt, const char* reason) noexcept;
+
 }  // namespace terravox::util

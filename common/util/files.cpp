@@ -40,6 +40,14 @@ std::string identity_of(const fs::path& file) {
 std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
                                      std::initializer_list<std::string_view> endings,
                                      std::string_view what) {
+    return expand_folders(paths, std::span(endings.begin(), endings.size()), what,
+                          [](const fs::path& /*file*/) { return true; });
+}
+
+std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
+                                     std::span<const std::string_view> endings,
+                                     std::string_view what,
+                                     const std::function<bool(const fs::path&)>& belongs) {
     std::vector<fs::path> out;
     std::unordered_map<std::string, std::size_t> index_of;
     const auto add = [&](const fs::path& file) {
@@ -65,7 +73,8 @@ std::vector<fs::path> expand_folders(const std::vector<fs::path>& paths,
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
             // Names that begin with a dot are files still being written.
             if (entry.path().filename().string().front() != '.' &&
-                std::find(endings.begin(), endings.end(), ending) != endings.end())
+                std::find(endings.begin(), endings.end(), ending) != endings.end() &&
+                belongs(entry.path()))
                 inside.push_back(entry.path());
         }
         if (failed)

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -16,5 +18,25 @@ namespace terravox::util {
 [[nodiscard]] std::vector<std::filesystem::path> expand_folders(
     const std::vector<std::filesystem::path>& paths,
     std::initializer_list<std::string_view> endings, std::string_view what);
+
+/// The same where an ending does not say enough. @param belongs whether a file of a folder that has
+/// one of the endings is taken
+[[nodiscard]] std::vector<std::filesystem::path> expand_folders(
+    const std::vector<std::filesystem::path>& paths, std::span<const std::string_view> endings,
+    std::string_view what, const std::function<bool(const std::filesystem::path&)>& belongs);
+
+/// Whether a folder holds a regular file for which `is` is true; false for a folder that cannot be
+/// read. Looks no deeper than the folder itself.
+template <class Is>
+[[nodiscard]] bool any_file(const std::filesystem::path& folder, const Is& is) {
+    std::error_code failed;
+    std::filesystem::directory_iterator it(folder, failed);
+    for (const std::filesystem::directory_iterator end; !failed && it != end;
+         it.increment(failed)) {
+        if (it->is_regular_file(failed) && is(it->path()))
+            return true;
+    }
+    return false;
+}
 
 }  // namespace terravox::util

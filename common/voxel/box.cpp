@@ -10,7 +10,7 @@
 namespace terravox::voxel {
 namespace {
 
-// The 64 bytes before the arrays. All numbers little-endian (docs/formats.md).
+// The 64 bytes before the arrays. All numbers little-endian (docs/formats/box.md).
 struct BlobHeader {
     char magic[8];
     std::uint32_t version;

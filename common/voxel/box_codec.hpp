@@ -12,8 +12,8 @@ namespace terravox::voxel {
 
 inline constexpr const char* kBoxMediaType = "application/vnd.terravox.box";
 
-/// The box's blob as one zstd frame (docs/formats.md). The same box and level give the same bytes
-/// on every machine.
+/// The box's blob as one zstd frame (docs/formats/box.md). The same box and level give the same
+/// bytes on every machine.
 [[nodiscard]] std::vector<std::byte> compress(const Box& box, int zstd_level = 1);
 
 /// The inverse, for bytes from anywhere. @param origin names the box in messages

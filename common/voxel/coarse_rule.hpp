@@ -4,23 +4,12 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <span>
 
 #include "common/voxel/box.hpp"
 
 namespace terravox::voxel {
 
-/// How a material fares when eight voxels become one.
-enum class Grain : std::uint8_t {
-    kTerrain,  ///< rock, soil, ground, grass, road, rail, concrete, sand, snow, lava; and all
-               ///< hidden voxels, whose material is unknown
-    kShell,   ///< walls, roofs, bridges, towers, what is built of wood, bricks and cloth: often one
-              ///< voxel thick with air behind
-    kObject,  ///< objects, lamps and unknown things: opaque, often a lone voxel
-    kWater,   ///< water and ice
-    kSparse,  ///< leaves, trunks, wires and panes
-};
 [[nodiscard]] constexpr Grain grain_of(Material material) noexcept;
 
 /// Up to this level nothing of a shell is lost (voxels of 4 m, where the finest have 1); above it
@@ -32,42 +21,38 @@ inline constexpr int kShellsKeptTo = 2;
 /// Of the eight children of a coarse voxel (2 x 2 columns of two; the "key column" is the
 /// north-western one), the first that holds:
 /// 1. Opaque when a child is terrain whose lower neighbour among the eight is not opaque (an
-/// overhang: a sheet, not a hill). Also
-///    up to level 2: when a child is shell, an object stands in the key column, or two children are
-///    objects; from level 3 on: when shells or objects stand in the key column, or in all three
-///    others.
+///    overhang: a sheet, not a hill). Also up to level 2: when a child is shell, an object stands
+///    in the key column, or two children are objects; from level 3 on: when shells or objects stand
+///    in the key column, or in all three others.
 /// 2. Where at least four are opaque or water: the one that tops more columns, on a tie that of the
-/// key column (else opaque).
+///    key column (else opaque).
 /// 3. Leaves or wires, when they stand in the key column, or in all three others.
 /// 4. Air.
+///
 /// Reasons, and what tests hold it to:
 /// - No light leaks. Up to level 2 the coarse opaque voxels cover all shells of the level below, so
-/// what these closed stays closed from
-///   every side. At all levels, shells and objects close every vertical line that they closed
-///   before, by the key column; terrain that is solid from a common floor up (two voxels at least
-///   under water) closes it by the floor (2). No rule of eight children closes jagged sheets of
-///   every material and leaves terrain unbiased: it would have to keep a voxel for each child of at
-///   least one column, and ground would grow at every slope. So terrain is closed when thick, flat,
-///   or without steps of two (overhangs are kept).
+///   what these closed stays closed from every side. At all levels, shells and objects close every
+///   vertical line that they closed before, by the key column; terrain that is solid from a common
+///   floor up (two voxels at least under water) closes it by the floor (2). No rule of eight
+///   children closes jagged sheets of every material and leaves terrain unbiased: it would have to
+///   keep a voxel for each child of at least one column, and ground would grow at every slope. So
+///   terrain is closed when thick, flat, or without steps of two (overhangs are kept).
 /// - Thin things survive: sheets of anything (four of eight) always; decks, walls and strips one
-/// voxel wide, diagonal ones too, to level 2.
-///   Kept at all levels they would fill a town: in a real one 28 % lies under roofs, and 67 % would
-///   at level 5; by this rule 52 %.
+///   voxel wide, diagonal ones too, to level 2. Kept at all levels they would fill a town: in a
+///   real one 28 % lies under roofs, and 67 % would at level 5; by this rule 52 %.
 /// - Ground keeps its height: half full counts as full. Flat ground can only round up, at most half
-/// a coarse voxel on average.
+///   a coarse voxel on average.
 /// - Lakes stay flat and whole: a surface fills four or eight children, whatever its parity, and
-/// shallow water wins over its bed. The shore
-///   keeps its place on average, since columns vote. Brooks one voxel wide come and go. Where water
-///   wins, the rock below has no attributes.
+///   shallow water wins over its bed. The shore keeps its place on average, since columns vote.
+///   Brooks one voxel wide come and go. Where water wins, the rock below has no attributes.
 /// - Leaves, wires and lone objects keep the area they cover, seen from above: one lone voxel of
-/// four survives, four times as large. A forest
-///   keeps its gaps and a thin crown does not become a block; any threshold on counts would fill
-///   one and lose the other. Wires fade on purpose: kept, they would be beams of 32 voxels at
-///   level 5.
+///   four survives, four times as large. A forest keeps its gaps and a thin crown does not become a
+///   block; any threshold on counts would fill one and lose the other. Wires fade on purpose: kept,
+///   they would be beams of 32 voxels at level 5.
 /// - Looks are those of what is seen: the topmost child with attributes of each column votes among
-/// the children that decided (in 1, below
-///   four opaque ones, without the terrain that did not decide); most frequent material, the
-///   highest on a tie; mean of its colours.
+///   the children that decided (in 1, below four opaque ones, without the terrain that did not
+///   decide); most frequent material, the highest on a tie; mean of its colours.
+///
 /// Ref: Laine & Karras, "Efficient Sparse Voxel Octrees", 2010, and Crassin et al., "GigaVoxels",
 /// 2009, average density instead, which needs partly transparent voxels.
 struct CoarseVoxels {
@@ -109,22 +94,12 @@ namespace coarse_rule {
 inline constexpr std::size_t kGrains = 5;
 inline constexpr std::uint64_t kUpper = 0xFFFF'0000'FFFF'0000ULL;  // the upper child of each pair
 
+// A table without a branch: it is read for every fine voxel.
 inline constexpr std::array<Grain, 256> kGrainOf = [] {
     std::array<Grain, 256> grains{};
     grains.fill(Grain::kObject);  // numbers that no material has, too
-    const auto set = [&](Grain grain, std::initializer_list<Material> materials) {
-        for (const Material m : materials)
-            grains[static_cast<std::size_t>(m)] = grain;
-    };
-    using enum Material;
-    set(Grain::kTerrain,
-        {kRock, kSoil, kGround, kGrass, kRoad, kConcrete, kRail, kSand, kSnow, kLava});
-    set(Grain::kShell, {kWall, kRoof, kOrangeRoof, kGreyRoof, kFlatRoof, kBridge, kTower, kWood,
-                        kMasonry, kPlain});
-    set(Grain::kWater, {kWater, kIce});
-    set(Grain::kObject, {kObject, kUnknown, kLamp});
-    set(Grain::kSparse, {kAir, kLowVegetation, kMediumVegetation, kHighVegetation, kTrunk, kWire,
-                         kGlass});  // a trunk that grew would darken its wood
+    for (const MaterialTraits& traits : kMaterialTraits)
+        grains[static_cast<std::size_t>(traits.material)] = traits.grain;
     return grains;
 }();
 

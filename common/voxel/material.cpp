@@ -8,54 +8,16 @@
 namespace terravox::voxel {
 namespace {
 
-constexpr std::array<std::string_view, kMaterialCount> kNames = {"air",
-                                                                 "rock",
-                                                                 "soil",
-                                                                 "ground",
-                                                                 "grass",
-                                                                 "low_vegetation",
-                                                                 "medium_vegetation",
-                                                                 "high_vegetation",
-                                                                 "wall",
-                                                                 "roof",
-                                                                 "orange_roof",
-                                                                 "grey_roof",
-                                                                 "flat_roof",
-                                                                 "water",
-                                                                 "bridge",
-                                                                 "road",
-                                                                 "concrete",
-                                                                 "rail",
-                                                                 "wire",
-                                                                 "tower",
-                                                                 "object",
-                                                                 "sand",
-                                                                 "snow",
-                                                                 "unknown",
-                                                                 "trunk",
-                                                                 "glass",
-                                                                 "ice",
-                                                                 "lava",
-                                                                 "lamp",
-                                                                 "wood",
-                                                                 "masonry",
-                                                                 "plain"};
-
 constexpr std::array<std::string_view, 10> kLookFields = {
     "colour", "variation",  "texture", "kind",     "roughness",
     "index",  "absorption", "glow",    "emission", "reflects"};
 
 }  // namespace
 
-std::string_view material_name(Material material) noexcept {
-    const auto index = static_cast<std::size_t>(material);
-    return index < kNames.size() ? kNames[index] : "unknown";
-}
-
 std::optional<Material> material_from_name(std::string_view name) noexcept {
-    for (std::size_t i = 0; i < kNames.size(); ++i)
-        if (kNames[i] == name)
-            return static_cast<Material>(i);
+    for (const MaterialTraits& traits : kMaterialTraits)
+        if (traits.name == name)
+            return traits.material;
     return std::nullopt;
 }
 
@@ -96,17 +58,18 @@ Palette load_palette(const std::filesystem::path& file) {
     };
     const toml::table root = util::read_toml(file, fail);
     Palette palette;
-    for (std::size_t i = 1; i < kNames.size(); ++i) {
-        const auto entry = root[kNames[i]];
+    for (std::size_t i = 1; i < palette.entries.size(); ++i) {
+        const std::string_view name = kMaterialTraits[i].name;
+        const auto entry = root[name];
         const auto text = entry["colour"].value<std::string>();
         if (!text)
-            fail("[" + std::string(kNames[i]) + "] colour is missing; allowed: \"#rrggbb\"");
+            fail("[" + std::string(name) + "] colour is missing; allowed: \"#rrggbb\"");
         const auto colour = rgb8_from_hex(*text);
         if (!colour)
-            fail("[" + std::string(kNames[i]) + "] colour = '" + *text + "'; allowed: \"#rrggbb\"");
+            fail("[" + std::string(name) + "] colour = '" + *text + "'; allowed: \"#rrggbb\"");
         const auto variation = entry["variation"] ? entry["variation"].value<double>() : 0.0;
         if (!variation || !(*variation >= 0 && *variation <= 1))
-            fail("[" + std::string(kNames[i]) + "] variation = " +
+            fail("[" + std::string(name) + "] variation = " +
                  (variation ? std::to_string(*variation) : "not a number") + "; allowed: 0 to 1");
         palette.entries[i] = {*colour, static_cast<float>(*variation)};
     }

@@ -3,14 +3,15 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace terravox::voxel {
 
-/// What a voxel is, after classification. The numbers are part of the box format (docs/formats.md):
-/// never renumber.
+/// What a voxel is, after classification. The numbers are part of the box format
+/// (docs/formats/box.md): never renumber.
 enum class Material : std::uint8_t {
     kAir = 0,
     kRock = 1,
@@ -45,17 +46,137 @@ enum class Material : std::uint8_t {
     kMasonry = 30,  ///< stones or bricks, laid
     kPlain = 31,    ///< of one colour, without a drawing: cloth, plaster, cast and polished things
 };
-inline constexpr int kMaterialCount = 32;
 
-[[nodiscard]] std::string_view material_name(Material material) noexcept;
+/// What light does at a voxel. Exporters and the tracer's defaults follow it; the tracer's own
+/// appearance of a material is in config/materials.toml.
+enum class Optics : std::uint8_t {
+    kAir,
+    kOpaque,
+    kLeaves,  ///< opaque with gaps: leaves, wires
+    kWater,
+    kGlass,
+    kIce,
+};
+
+/// How a material fares when eight voxels become one (coarse_rule.hpp).
+enum class Grain : std::uint8_t {
+    kTerrain,  ///< what the ground is made of; and all hidden voxels, whose material is unknown
+    kShell,    ///< walls, roofs, bridges, towers, planks, bricks, cloth: often one voxel thick with
+               ///< air behind
+    kObject,   ///< opaque, often a lone voxel
+    kWater,    ///< water and ice
+    kSparse,   ///< leaves, trunks, wires and panes; a trunk that grew would darken its wood
+};
+
+/// A numeric block of Minecraft before version 1.13.
+struct OldBlock {
+    std::uint8_t id = 0;
+    std::uint8_t data = 0;  ///< [0, 15]
+};
+
+/// Everything that is a matter of the material alone.
+struct MaterialTraits {
+    Material material;
+    std::string_view name;  ///< in files, flags and messages
+    Optics optics;
+    Grain grain;
+    /// In the first system's protocol (docs/formats/http.md). The first system's own are kept.
+    OldBlock old_block;
+    /// What a voxel becomes in an exported Minecraft world, with the properties that matter. No
+    /// block stands for two materials.
+    std::string_view block;
+    int glow = 0;  ///< strength of the light it gives, in steps of MagicaVoxel; 0: none
+};
+
+/// All materials in the order of their numbers. A new one is an enumerator, a row here, and a row
+/// of config/materials.toml.
+inline constexpr MaterialTraits kMaterialTraits[] = {
+    {Material::kAir, "air", Optics::kAir, Grain::kSparse, {0}, "air"},
+    {Material::kRock, "rock", Optics::kOpaque, Grain::kTerrain, {1}, "stone"},
+    {Material::kSoil, "soil", Optics::kOpaque, Grain::kTerrain, {3}, "coarse_dirt"},
+    {Material::kGround, "ground", Optics::kOpaque, Grain::kTerrain, {3}, "gravel"},
+    {Material::kGrass, "grass", Optics::kOpaque, Grain::kTerrain, {2}, "grass_block"},
+    {Material::kLowVegetation,
+     "low_vegetation",
+     Optics::kLeaves,
+     Grain::kSparse,
+     {2},
+     "mangrove_leaves[persistent=true,distance=7]"},
+    {Material::kMediumVegetation,
+     "medium_vegetation",
+     Optics::kLeaves,
+     Grain::kSparse,
+     {18, 1},
+     "azalea_leaves[persistent=true,distance=7]"},
+    {Material::kHighVegetation,
+     "high_vegetation",
+     Optics::kLeaves,
+     Grain::kSparse,
+     {18, 0},
+     "oak_leaves[persistent=true,distance=7]"},
+    {Material::kWall, "wall", Optics::kOpaque, Grain::kShell, {35, 8}, "white_terracotta"},
+    {Material::kRoof, "roof", Optics::kOpaque, Grain::kShell, {35, 8}, "bricks"},
+    {Material::kOrangeRoof, "orange_roof", Optics::kOpaque, Grain::kShell, {35, 1}, "terracotta"},
+    {Material::kGreyRoof, "grey_roof", Optics::kOpaque, Grain::kShell, {35, 8}, "deepslate_tiles"},
+    {Material::kFlatRoof,
+     "flat_roof",
+     Optics::kOpaque,
+     Grain::kShell,
+     {35, 0},
+     "polished_andesite"},
+    {Material::kWater, "water", Optics::kWater, Grain::kWater, {9}, "water[level=0]"},
+    {Material::kBridge, "bridge", Optics::kOpaque, Grain::kShell, {98}, "stone_bricks"},
+    {Material::kRoad, "road", Optics::kOpaque, Grain::kTerrain, {1}, "gray_concrete"},
+    {Material::kConcrete, "concrete", Optics::kOpaque, Grain::kTerrain, {35, 8}, "smooth_stone"},
+    // The gravel under rails, which are no full blocks.
+    {Material::kRail, "rail", Optics::kOpaque, Grain::kTerrain, {13}, "cobbled_deepslate"},
+    {Material::kWire, "wire", Optics::kLeaves, Grain::kSparse, {101}, "iron_bars"},
+    {Material::kTower, "tower", Optics::kOpaque, Grain::kShell, {42}, "iron_block"},
+    {Material::kObject, "object", Optics::kOpaque, Grain::kObject, {35, 7}, "white_concrete"},
+    {Material::kSand, "sand", Optics::kOpaque, Grain::kTerrain, {12}, "sand"},
+    {Material::kSnow, "snow", Optics::kOpaque, Grain::kTerrain, {80}, "snow_block"},
+    // Magenta in every format: it should be noticed.
+    {Material::kUnknown,
+     "unknown",
+     Optics::kOpaque,
+     Grain::kObject,
+     {35, 2},
+     "magenta_glazed_terracotta"},
+    {Material::kTrunk, "trunk", Optics::kOpaque, Grain::kSparse, {17}, "oak_log"},
+    {Material::kGlass, "glass", Optics::kGlass, Grain::kSparse, {20}, "glass"},
+    {Material::kIce, "ice", Optics::kIce, Grain::kWater, {79}, "packed_ice"},
+    {Material::kLava, "lava", Optics::kOpaque, Grain::kTerrain, {11}, "lava[level=0]", 1},
+    {Material::kLamp, "lamp", Optics::kOpaque, Grain::kObject, {89}, "glowstone", 2},
+    {Material::kWood, "wood", Optics::kOpaque, Grain::kShell, {5}, "oak_planks"},
+    {Material::kMasonry, "masonry", Optics::kOpaque, Grain::kShell, {98}, "cobblestone"},
+    {Material::kPlain, "plain", Optics::kOpaque, Grain::kShell, {35, 0}, "light_gray_wool"},
+};
+inline constexpr int kMaterialCount = static_cast<int>(std::size(kMaterialTraits));
+static_assert(
+    [] {
+        for (std::size_t i = 0; i < std::size(kMaterialTraits); ++i)
+            if (static_cast<std::size_t>(kMaterialTraits[i].material) != i)
+                return false;
+        return true;
+    }(),
+    "kMaterialTraits has a row for each material, in the order of their numbers");
+
+/// @return those of kUnknown for a number without a row
+[[nodiscard]] constexpr const MaterialTraits& traits_of(Material material) noexcept {
+    const auto index = static_cast<std::size_t>(material);
+    return kMaterialTraits[index < std::size(kMaterialTraits)
+                               ? index
+                               : static_cast<std::size_t>(Material::kUnknown)];
+}
+
+[[nodiscard]] constexpr std::string_view material_name(Material material) noexcept {
+    return traits_of(material).name;
+}
 [[nodiscard]] std::optional<Material> material_from_name(std::string_view name) noexcept;
 
 /// Light and leaves pass: a voxel behind such a voxel can be seen.
 [[nodiscard]] constexpr bool see_through(Material material) noexcept {
-    return material == Material::kAir || material == Material::kWater ||
-           material == Material::kLowVegetation || material == Material::kMediumVegetation ||
-           material == Material::kHighVegetation || material == Material::kWire ||
-           material == Material::kGlass || material == Material::kIce;
+    return traits_of(material).optics != Optics::kOpaque;
 }
 
 /// sRGB, 8 bits a channel.

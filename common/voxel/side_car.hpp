@@ -13,7 +13,7 @@
 namespace terravox::voxel {
 
 /// What a file of another format cannot say of the world that it was made from: where on Earth it
-/// lies, and what its blocks stand for. A JSON file beside the other (docs/formats.md: Side-car).
+/// lies, and what its blocks stand for. A JSON file beside the other (docs/formats/side-car.md).
 struct SideCar {
     std::string title, crs, crs_wkt, licence, attribution;
     double voxel_m = 1;              ///< edge of a voxel of the file, metres

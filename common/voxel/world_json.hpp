@@ -8,7 +8,7 @@ namespace terravox::voxel {
 
 inline constexpr int kWorldVersion = 2;  ///< of the HTTP interface: /v2
 
-/// The reply to GET /v2/world (docs/formats.md).
+/// The reply to GET /v2/world (docs/formats/http.md).
 [[nodiscard]] std::string world_to_json(const WorldInfo& info);
 
 /// The inverse, for text from anywhere. @param origin names it in messages

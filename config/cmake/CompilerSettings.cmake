@@ -45,7 +45,7 @@ target_compile_options(terravox_settings INTERFACE ${TERRAVOX_HARDENING})
 # For all targets, modules in C among them.
 add_link_options(-Wl,-z,relro,-z,now,-z,noexecstack)
 # Programs at random addresses. Not by POSITION_INDEPENDENT_CODE, which would compile libraries for shared objects (-fPIC):
-# those cost more. What the module terravox-lidar.so holds asks for it by itself.
+# those cost more. What the module terravox-worlds.so holds asks for it by itself.
 target_compile_options(terravox_settings INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>)
 target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
 # The standard library checks indexes, empty containers and iterators. Sources that trace rays or fill voxels leave it out

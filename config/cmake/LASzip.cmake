@@ -49,7 +49,7 @@ foreach(header dll/laszip_api.h include/laszip/laszip_common.h include/laszip/la
 endforeach()
 target_compile_features(terravox_laszip PRIVATE cxx_std_17)
 target_compile_definitions(terravox_laszip PRIVATE LASZIPDLL_EXPORTS UNORDERED HAVE_UNORDERED_MAP=1 NDEBUG)
-set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  # a part of terravox-lidar.so (voxelserver/module)
+set_target_properties(terravox_laszip PROPERTIES POSITION_INDEPENDENT_CODE ON)  # a part of terravox-worlds.so (voxelserver/module)
 # It deletes intervals of a spatial index through a base without a virtual destructor: the size that would be handed to the allocator is
 # the base's, which allocators and the address sanitizer may take for damage.
 target_compile_options(terravox_laszip PRIVATE -w -O3 -fno-semantic-interposition -fno-sized-deallocation ${TERRAVOX_HARDENING})

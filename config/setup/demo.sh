@@ -1,8 +1,9 @@
-# The demo's data: an invented survey, published by a portal on this machine and fetched from there like any other. Sourced by ./terravox.
+# Data of the demo: a synthetic survey, published by a portal on this machine and fetched from there
+# like any other. Sourced by ./terravox.
 # shellcheck shell=bash
 
-# The invented survey, made once for each set of options; prints its folder. Made beside its place and renamed, so that one of that name
-# is always whole.
+# Makes the synthetic survey once for each set of options; prints its folder. It is made next to its
+# place and renamed: a folder of that name is always complete.
 demo_survey() {
     local program=$ROOT/build/release/bin/terravox-survey key folder
     key=$( (printf '%s\n' "${DEMO_SURVEY[@]}" && cat "$program") | sha256sum | cut -c 1-12)
@@ -19,12 +20,19 @@ demo_survey() {
 # The portal is one of the grabber's tests.
 build_portal() {
     local built=$ROOT/grabber/dist-test/.built
-    [[ ! -f $built || -n $(find "$ROOT/grabber/src" "$ROOT/tests/grabber" "$ROOT"/grabber/*.json -newer "$built" -print -quit) ]] || return 0
-    quietly "$LOGS/npm-build-test.log" in_grabber npm run build:test || die "build the demo's portal: npm run build:test failed"
+    if [[ -f $built ]] && ! is_older "$built" "$ROOT/tests/grabber"; then return 0; fi
+    quietly "$LOGS/npm-build-test.log" in_grabber npm run build:test ||
+        die "build the demo's portal: npm run build:test failed"
     touch "$built"
 }
 
-# demo_store SURVEY: fetches what the portal has of it and prints the store's folder. A second time finds everything there.
+# demo_grab CONFIG ARGUMENT...: the grabber, which was built before, in a process of its own.
+demo_grab() {
+    (TERRAVOX_NO_BUILD=1 grab --config "$@") >&2
+}
+
+# demo_store SURVEY: fetches all that the portal has and prints the folder of the store. A second
+# call finds everything there.
 demo_store() {
     local survey=$1 store=${1/survey-/store-} config=$ROOT/build/demo/config portal base failed=0
     exec 8< <(exec node "$ROOT/grabber/dist-test/tests/grabber/portal/main.js" --root "$survey")
@@ -34,13 +42,10 @@ demo_store() {
     demo_source "$base" >"$config/sources/demo.toml"
     demo_ortho_source "$base" >"$config/sources/ortho/demo.toml"
     cp "$ROOT"/config/*.toml "$config"
-    (
-        TERRAVOX_NO_BUILD=1
-        grab --config "$config" fetch --store "$store" --source demo --squares 462_101
-    ) >&2 && (
-        TERRAVOX_NO_BUILD=1
-        grab --config "$config" ortho --store "$store" --source demo --lossless --margin-m 0
-    ) >&2 || failed=1
+    demo_grab "$config" fetch --store "$store" --source demo --squares 462_101 || failed=1
+    if ((failed == 0)); then
+        demo_grab "$config" ortho --store "$store" --source demo --lossless --margin-m 0 || failed=1
+    fi
     kill "$portal"
     exec 8<&-
     ((failed == 0)) || die "demo: the survey could not be fetched from $base"

@@ -19,8 +19,10 @@ FUZZ_TARGETS=(
     "http 2048 http"
     "las 65536 las"
     "lax 8192 las"
+    "map_block 65536 -"
     "materials 16384 toml"
     "nbt 65536 nbt"
+    "ply 16384 ply"
     "region 65536 nbt"
     "scene 8192 toml"
     "settings 16384 toml"
@@ -40,6 +42,7 @@ FUZZ_RSS_MB=2048
 FUZZ_TIMEOUT_S=120
 
 # Of each target, in `./terravox test --long`.
+# shellcheck disable=SC2034  # used by ./terravox
 FUZZ_LONG_S=20
 
 # As in the test presets: what a sanitizer finds ends the run.
@@ -84,6 +87,7 @@ fuzz_data() {
         crs) patterns=(-iname '*.wkt' -o -iname '*.prj') ;;
         las) patterns=(-iname '*.las' -o -iname '*.laz') ;;
         lax) patterns=(-iname '*.lax') ;;
+        ply) patterns=(-iname '*.ply') ;;
         nbt) patterns=(-iname '*.dat' -o -iname '*.nbt' -o -iname '*.chunk') ;;
         region) patterns=(-iname '*.mca' -o -iname '*.mcr') ;;
         *) return ;;
@@ -104,8 +108,8 @@ fuzz_makers() {
     done
 }
 
-# fuzz_seeds MAKER...: the inputs that the corpora begin with, made anew by the project's own writers,
-# and real files, each under its hash.
+# fuzz_seeds MAKER...: the inputs that the corpora begin with: written anew by the project's own
+# writers, and real files, each under its hash.
 fuzz_seeds() {
     local maker entry name longest dictionary file
     rm -rf "$FUZZ_DIR/seeds"
@@ -188,7 +192,7 @@ fuzz_targets() {
     fi
     if ((grabber == 1)); then
         use_node || die "fuzz: Node.js $NODE_OLDEST or newer is missing; run terravox deps"
-        in_grabber npm run fuzz -- --seconds "$seconds" || failed=1
+        in_grabber npm run fuzz -- --seconds "$seconds" --jobs "$jobs" || failed=1
     fi
     return "$failed"
 }
@@ -196,6 +200,7 @@ fuzz_targets() {
 fuzz() {
     local seconds=60 jobs=1 names=() known
     mapfile -t known < <(fuzz_names)
+    # shellcheck disable=SC2034  # VERBOSE is for say.sh
     while (($# > 0)); do
         case $1 in
             -h | --help) fuzz_help && return ;;
@@ -222,8 +227,9 @@ fuzz() {
     done
     [[ $seconds =~ ^[1-9][0-9]{0,5}$ ]] ||
         usage_error "fuzz: --seconds '$seconds'; allowed: 1 to 999999"
-    [[ $jobs =~ ^[1-9][0-9]?$ ]] && ((jobs <= 64)) ||
+    if [[ ! $jobs =~ ^[1-9][0-9]?$ ]] || ((jobs > 64)); then
         usage_error "fuzz: --jobs '$jobs'; allowed: 1 to 64"
+    fi
     ((${#names[@]} > 0)) || names=("${known[@]}")
     fuzz_targets "$seconds" "$jobs" "${names[@]}"
 }

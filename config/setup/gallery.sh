@@ -1,14 +1,32 @@
-# The gallery: views of an invented place, each a scene of config/scenes/gallery. Sourced by ./terravox.
+# The gallery: views of a synthetic place, each a scene of config/scenes/gallery.
+# Sourced by ./terravox.
 # shellcheck shell=bash
 
 GALLERY_SCENES=$ROOT/config/scenes/gallery
-# Seven by seven kilometres, so that the land ends in haze behind hills; the square in the middle with more pulses.
+# Seven by seven kilometres, so that the land ends in haze behind hills. The square in the middle
+# has more pulses.
+# shellcheck disable=SC2054  # 459,98 is one value
 GALLERY_AROUND=(--seed 7 --squares 7x7 --origin 459,98 --density 1)
 GALLERY_MIDDLE=(--seed 7 --squares 1x1 --density 8)
 GALLERY_SQUARE=TM_462_101
 
 # In the order of docs/gallery/README.md.
-GALLERY_NAMES=(noon dusk fog water-from-above water-at-a-grazing-angle forest village cliff poster panorama clay orthophoto night noise)
+GALLERY_NAMES=(
+    noon
+    dusk
+    fog
+    water-from-above
+    water-at-a-grazing-angle
+    forest
+    village
+    cliff
+    poster
+    panorama
+    clay
+    orthophoto
+    night
+    noise
+)
 # Models of the middle square, and where trees hide the rest: that square alone is faster.
 GALLERY_OF_THE_SQUARE=(poster orthophoto forest)
 GALLERY_OF_NOISE=(noise)
@@ -39,24 +57,35 @@ gallery_title() { sed -n '1s/^# Gallery: //p' "$GALLERY_SCENES/$1.toml"; }
 
 gallery_list() {
     local name
-    for name in "${GALLERY_NAMES[@]}"; do printf '%-26s %s\n' "$name" "$(gallery_title "$name")"; done
+    for name in "${GALLERY_NAMES[@]}"; do
+        printf '%-26s %s\n' "$name" "$(gallery_title "$name")"
+    done
 }
 
-# The place, made once for each set of options; prints its folder. Made beside its place and renamed, so that one of that name is always
-# whole. A part that is done when a run is cut off is kept.
+# Makes the place once for each set of options; prints its folder. It is made next to its final name
+# and renamed: a folder of that name is always complete. A part that is finished when a run is
+# interrupted is kept.
 gallery_place() {
     local program=$ROOT/build/release/bin/terravox-survey key folder part
-    key=$( (printf '%s\n' "${GALLERY_AROUND[@]}" "${GALLERY_MIDDLE[@]}" && cat "$program") | sha256sum | cut -c 1-12)
+    key=$(
+        {
+            printf '%s\n' "${GALLERY_AROUND[@]}" "${GALLERY_MIDDLE[@]}"
+            cat "$program"
+        } | sha256sum | cut -c 1-12
+    )
     folder=$ROOT/build/gallery/place-$key
     mkdir -p "$ROOT/build/gallery"
     (
         flock 9
         [[ ! -d $folder ]] || exit 0
         say "Inventing the place (49 squares; a few minutes, once)"
-        find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 -name 'place-*' ! -name "place-$key*" -exec rm -rf {} +
+        find "$ROOT/build/gallery" -mindepth 1 -maxdepth 1 \
+            -name 'place-*' ! -name "place-$key*" -exec rm -rf {} +
         for part in AROUND MIDDLE; do gallery_part "$program" "$folder" "$part"; done
-        # Moved already by a run that was cut off here.
-        [[ ! -f $folder-MIDDLE/$GALLERY_SQUARE.laz ]] || mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
+        # A run that was interrupted here may have moved it already.
+        if [[ -f $folder-MIDDLE/$GALLERY_SQUARE.laz ]]; then
+            mv -f "$folder-MIDDLE/$GALLERY_SQUARE.laz" "$folder-AROUND/$GALLERY_SQUARE.laz"
+        fi
         rm -rf "$folder-MIDDLE" "$folder-AROUND/truth"
         mv "$folder-AROUND" "$folder"
     ) 9>"$ROOT/build/gallery/.lock"
@@ -68,22 +97,30 @@ gallery_part() {
     local -n options=GALLERY_$3
     [[ ! -d $2-$3 ]] || return 0
     rm -rf "$2-$3.part"
-    quietly "$LOGS/gallery-survey.log" "$1" "${options[@]}" -o "$2-$3.part" || die "gallery: the place could not be invented"
+    quietly "$LOGS/gallery-survey.log" "$1" "${options[@]}" -o "$2-$3.part" ||
+        die "gallery: the place could not be invented"
     mv "$2-$3.part" "$2-$3"
 }
 
-# gallery_picture PLACE NAME FILE [render arguments]: what render says of boxes and memory goes to the log.
+# gallery_picture PLACE NAME FILE [render arguments]: the output of render goes to the log.
 gallery_picture() {
-    local place=$1 name=$2 file=$3 data=("$1" --ortho "$1/ortho") drawn=$ROOT/build/gallery/$2.png status=0
+    local place=$1 name=$2 file=$3 data=("$1" --ortho "$1/ortho") status=0
+    local drawn=$ROOT/build/gallery/$2.png
     if in_list "$name" "${GALLERY_OF_THE_SQUARE[@]}"; then data[0]=$place/$GALLERY_SQUARE.laz; fi
     if in_list "$name" "${GALLERY_OF_NOISE[@]}"; then data=("generated:$GALLERY_SEED"); fi
     rm -f "$drawn"
-    quietly "$LOGS/gallery-$name.log" "$ROOT/build/release/bin/terravox-raytracer" render "${data[@]}" \
-        --cache "$ROOT/build/gallery/cache" --scene "$GALLERY_SCENES/$name.toml" "${@:4}" -o "$drawn" || status=$?
-    # With holes it is a picture all the same.
+    quietly "$LOGS/gallery-$name.log" \
+        "$ROOT/build/release/bin/terravox-raytracer" render "${data[@]}" \
+        --cache "$ROOT/build/gallery/cache" \
+        --scene "$GALLERY_SCENES/$name.toml" \
+        "${@:4}" -o "$drawn" || status=$?
+    # A picture with holes (3) is kept.
     [[ $status == 0 || $status == 3 ]] || return "$status"
-    # Smaller than what render writes, which keeps the most of colours: the pictures are part of the repository.
-    quietly "$LOGS/gallery-$name-jpeg.log" gdal_translate -q -of JPEG -co QUALITY=86 --config GDAL_PAM_ENABLED NO "$drawn" "$file.part-$$" || {
+    # Smaller than the JPEG files of render, which keep more of the colours: the pictures are part
+    # of the repository.
+    quietly "$LOGS/gallery-$name-jpeg.log" \
+        gdal_translate -q -of JPEG -co QUALITY=86 --config GDAL_PAM_ENABLED NO \
+        "$drawn" "$file.part-$$" || {
         rm -f "$file.part-$$"
         return 1
     }
@@ -92,7 +129,8 @@ gallery_picture() {
 }
 
 gallery() {
-    local output=$ROOT/docs/gallery size=() names=() name place started failed=0 status
+    local output=$ROOT/docs/gallery size=() names=() name place started failed=0 status outcome
+    # shellcheck disable=SC2034  # VERBOSE is for say.sh
     while (($# > 0)); do
         case $1 in
             -h | --help) gallery_help && return ;;
@@ -105,7 +143,8 @@ gallery() {
                 ;;
             -*) usage_error "gallery: unknown option '$1'; terravox gallery --help lists them" ;;
             *)
-                in_list "$1" "${GALLERY_NAMES[@]}" || usage_error "gallery: no picture is called '$1'; allowed: ${GALLERY_NAMES[*]}"
+                in_list "$1" "${GALLERY_NAMES[@]}" ||
+                    usage_error "gallery: no picture is called '$1'; allowed: ${GALLERY_NAMES[*]}"
                 names+=("$1")
                 ;;
         esac
@@ -120,7 +159,8 @@ gallery() {
         build release terravox-survey terravox-raytracer
     fi
     for name in terravox-survey terravox-raytracer; do
-        [[ -x $ROOT/build/release/bin/$name ]] || die "run $name: it was never built; run terravox build"
+        [[ -x $ROOT/build/release/bin/$name ]] ||
+            die "run $name: it was never built; run terravox build"
     done
     place=$(gallery_place)
     mkdir -p "$output" || die "gallery: the folder '$output' cannot be made"
@@ -128,10 +168,17 @@ gallery() {
         started=${EPOCHREALTIME/,/.}
         status=0
         gallery_picture "$place" "$name" "$output/$name.jpg" "${size[@]}" || status=$?
-        # The worst of all: a picture that failed, before one with holes.
-        if ((status == 3)); then ((failed != 0)) || failed=3; elif ((status != 0)); then failed=1; fi
-        awk -v name="$name" -v from="$started" -v to="${EPOCHREALTIME/,/.}" -v status="$status" \
-            'BEGIN { printf "%-26s %8.1f s%s\n", name, to - from, status == 0 ? "" : status == 3 ? "  with holes" : "  failed" }'
+        outcome=
+        # The exit code is that of the worst picture: failed (1), then with holes (3).
+        if ((status == 3)); then
+            ((failed != 0)) || failed=3
+            outcome="  with holes"
+        elif ((status != 0)); then
+            failed=1
+            outcome="  failed"
+        fi
+        awk -v name="$name" -v from="$started" -v to="${EPOCHREALTIME/,/.}" -v outcome="$outcome" \
+            'BEGIN { printf "%-26s %8.1f s%s\n", name, to - from, outcome }'
     done
     return "$failed"
 }

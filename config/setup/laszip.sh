@@ -1,4 +1,5 @@
-# LASzip's sources, into build/deps/laszip (see config/cmake/LASzip.cmake for why). Sourced by ./terravox.
+# Sources of LASzip, into build/deps/laszip (config/cmake/LASzip.cmake says why).
+# Sourced by ./terravox.
 # shellcheck shell=bash
 
 LASZIP_VERSION=0.3.0  # of the Python package that carries the sources
@@ -8,11 +9,14 @@ install_laszip() {
     local target=$ROOT/build/deps/laszip archive part
     [[ -f $target/src/laszip_dll.cpp ]] && return
     say "Fetching LASzip"
-    archive=$(fetch_from_pypi "laszip-$LASZIP_VERSION.tar.gz" "$LASZIP_SHA256" --no-binary laszip "laszip==$LASZIP_VERSION")
-    # Unpacked beside its place and renamed: a folder of that name is always whole.
+    archive=$(fetch_from_pypi "laszip-$LASZIP_VERSION.tar.gz" "$LASZIP_SHA256" \
+        --no-binary laszip "laszip==$LASZIP_VERSION")
+    # Unpacked next to its place and renamed: a folder of that name is always complete.
     part=$(mktemp -d "$ROOT/build/deps/laszip.XXXXXX")
-    tar --extract --file "$archive" --directory "$part" --strip-components 4 --wildcards "laszip-$LASZIP_VERSION/src/vendor/LASzip-*/"
-    [[ -f $part/src/laszip_dll.cpp && -f $part/dll/laszip_api.h ]] || die "unpack LASzip: $archive does not hold its sources"
+    tar --extract --file "$archive" --directory "$part" \
+        --strip-components 4 --wildcards "laszip-$LASZIP_VERSION/src/vendor/LASzip-*/"
+    [[ -f $part/src/laszip_dll.cpp && -f $part/dll/laszip_api.h ]] ||
+        die "unpack LASzip: $archive does not hold its sources"
     rm -rf "$target"
     mv "$part" "$target"
 }

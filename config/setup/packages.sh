@@ -7,15 +7,24 @@ PACKAGE_LIST=$ROOT/config/setup/debian-packages.txt
 missing_packages() {
     local wanted
     mapfile -t wanted < <(grep -Ev '^[[:space:]]*(#|$)' "$1")
-    { dpkg-query --show --showformat '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true; } |
-        awk -v wanted="${wanted[*]}" '$1 == "installed" { have[$2] = 1 }
-            END { n = split(wanted, names, " "); for (i = 1; i <= n; i++) if (!(names[i] in have)) print names[i] }'
+    {
+        dpkg-query --show --showformat '${db:Status-Status} ${Package}\n' "${wanted[@]}" \
+            2>/dev/null || true
+    } | awk -v wanted="${wanted[*]}" '
+        $1 == "installed" { have[$2] = 1 }
+        END {
+            n = split(wanted, names, " ")
+            for (i = 1; i <= n; i++) {
+                if (!(names[i] in have)) print names[i]
+            }
+        }'
 }
 
 as_root() { if ((EUID == 0)); then "$@"; else sudo "$@"; fi; }
 
 apt_install() {
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 --yes --quiet --no-install-recommends install "$@"
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 \
+        --yes --quiet --no-install-recommends install "$@"
 }
 
 # install_packages [LIST]: those to build with unless another list is given.
@@ -23,7 +32,8 @@ install_packages() {
     local list=${1:-$PACKAGE_LIST}
     [[ ${TERRAVOX_SKIP_PACKAGES:-0} == 1 ]] && return
     if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
-        say "This system has no apt. Install what these Debian packages hold, then call again with TERRAVOX_SKIP_PACKAGES=1:"
+        say "This system has no apt. Install what these Debian packages hold," \
+            "then call again with TERRAVOX_SKIP_PACKAGES=1:"
         say
         cat "$list" >&2
         exit 1
@@ -32,14 +42,23 @@ install_packages() {
     mapfile -t missing < <(missing_packages "$list")
     ((${#missing[@]} == 0)) && return
     if ((EUID != 0)) && ! command -v sudo >/dev/null; then
-        die "install packages: neither root nor sudo. Ask an administrator for: apt-get install ${missing[*]}"
+        die "install packages: neither root nor sudo." \
+            "Ask an administrator for: apt-get install ${missing[*]}"
     fi
     say "Installing packages: ${missing[*]}"
-    # The password is asked for here, where it can be seen, and not in the middle of quiet output.
-    if ((EUID != 0)); then sudo --validate || die "install packages: sudo refused. Needed: apt-get install ${missing[*]}"; fi
-    # The package lists may be absent or old: they are refreshed only then, since that takes a while.
-    if ! apt_install --simulate "${missing[@]}" >/dev/null 2>&1 || ! VERBOSE=0 quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" 2>/dev/null; then
-        quietly "$LOGS/apt-update.log" as_root apt-get --quiet update || die "install packages: apt-get update failed"
-        quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" || die "install packages: apt-get failed. Needed: ${missing[*]}"
+    # The prompt for the password is here, where it can be seen, and not in the middle of quiet
+    # output.
+    if ((EUID != 0)); then
+        sudo --validate ||
+            die "install packages: sudo refused. Needed: apt-get install ${missing[*]}"
+    fi
+    # The package lists may be absent or old. They are refreshed only then, since that takes a
+    # while.
+    if ! apt_install --simulate "${missing[@]}" >/dev/null 2>&1 ||
+        ! VERBOSE=0 quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" 2>/dev/null; then
+        quietly "$LOGS/apt-update.log" as_root apt-get --quiet update ||
+            die "install packages: apt-get update failed"
+        quietly "$LOGS/apt-install.log" apt_install "${missing[@]}" ||
+            die "install packages: apt-get failed. Needed: ${missing[*]}"
     fi
 }

@@ -5,14 +5,22 @@ TEST_PACKAGE_LIST=$ROOT/config/setup/debian-test-packages.txt
 SERVICE_PACKAGE_LIST=$ROOT/config/setup/debian-service-packages.txt
 NGINX_DIR=$ROOT/build/deps/nginx
 
-# nginx is unpacked, not installed: a package of it would start a web server on this machine. Without it, its tests say that they are skipped.
+# nginx is unpacked, not installed: its package would start a web server on this machine. Without it
+# its tests are skipped and say so.
 fetch_nginx() {
-    if command -v nginx >/dev/null || [[ -x /usr/sbin/nginx || -x $NGINX_DIR/usr/sbin/nginx ]]; then return; fi
+    if command -v nginx >/dev/null ||
+        [[ -x /usr/sbin/nginx || -x $NGINX_DIR/usr/sbin/nginx ]]; then
+        return
+    fi
     [[ ${TERRAVOX_SKIP_PACKAGES:-0} == 1 ]] && return
     local part
     part=$(mktemp -d "$ROOT/build/deps/nginx.XXXXXX")
     say "Fetching nginx (for tests)"
-    if (cd "$part" && quietly "$LOGS/nginx.log" apt-get download nginx-light && dpkg-deb --extract nginx-light_*.deb .); then
+    if (
+        cd "$part" &&
+            quietly "$LOGS/nginx.log" apt-get download nginx-light &&
+            dpkg-deb --extract nginx-light_*.deb .
+    ); then
         rm -rf "$NGINX_DIR"
         mv "$part" "$NGINX_DIR"
     else
@@ -23,9 +31,14 @@ fetch_nginx() {
 
 set_up_tests() {
     install_packages "$TEST_PACKAGE_LIST"
-    # Nobody who runs tests wants services of theirs from now on.
-    if [[ ! -d /run/systemd/system ]]; then install_packages "$SERVICE_PACKAGE_LIST"
-    else say "Not installed, since they would start services here: the packages of config/setup/debian-service-packages.txt; where one is missing its tests are skipped"; fi
+    # Running the tests must not leave services on a machine.
+    if [[ ! -d /run/systemd/system ]]; then
+        install_packages "$SERVICE_PACKAGE_LIST"
+    else
+        say "Not installed, since they would start services here: the packages of" \
+            "config/setup/debian-service-packages.txt; where one is missing its tests are skipped"
+    fi
     fetch_nginx
+    install_linters
     PATH=$PATH:/usr/sbin:$NGINX_DIR/usr/sbin
 }

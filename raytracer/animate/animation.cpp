@@ -26,9 +26,8 @@ struct Turn {
     double cos, sin;
 };
 
-Triple turned(const Triple& point, const Triple& centre, const std::string& space,
-              const Turn& turn) {
-    if (space == "latlon") {
+Triple turned(const Triple& point, const Triple& centre, CoordinateSpace space, const Turn& turn) {
+    if (space == CoordinateSpace::kLatLon) {
         const geo::LocalFrame frame({centre[0], centre[1]}, 0);
         geo::EastNorthUp local = frame.to_local({point[0], point[1]}, 0);
         turn.apply(local.east_m, local.north_m);
@@ -36,9 +35,10 @@ Triple turned(const Triple& point, const Triple& centre, const std::string& spac
         const geo::LatLon place = frame.to_lat_lon(local, height_m);
         return {place.lat_deg, place.lon_deg, point[2]};
     }
-    const std::size_t across =
-        space == "voxel" ? 2 : 1;  // z grows to the south, the northing to the north
-    const double sign = space == "voxel" ? -1 : 1;
+    const std::size_t across = space == CoordinateSpace::kVoxel
+                                   ? 2
+                                   : 1;  // z grows to the south, the northing to the north
+    const double sign = space == CoordinateSpace::kVoxel ? -1 : 1;
     double east = point[0] - centre[0], north = sign * (point[across] - centre[across]);
     turn.apply(east, north);
     Triple out = point;
@@ -55,8 +55,7 @@ void Animation::apply_base(Scene& scene) const {
 void Animation::turn(Scene& scene, double time_s) const {
     Scene::Camera& c = scene.camera;
     const auto centre = m_turntable->target ? m_turntable->target : c.target;
-    if (m_turntable->target && !c.position && c.projection != "orthographic" &&
-        c.projection != "isometric")
+    if (m_turntable->target && !c.position && !is_parallel(c.projection))
         throw UsageError(m_attempt +
                          ": turntable.target needs camera.position, from where it is circled");
     const double deg = std::remainder(
@@ -74,6 +73,13 @@ void Animation::turn(Scene& scene, double time_s) const {
         c.target = turned(*c.target, *centre, c.space, turn);
 }
 
+// Words and whole numbers keep their value from one key to the next.
+const Animation::Word& Animation::word_at(const Track& track, double time_s) {
+    const auto next =
+        std::upper_bound(track.times.begin(), track.times.end(), time_s) - track.times.begin();
+    return track.words[static_cast<std::size_t>(std::max<std::ptrdiff_t>(next - 1, 0))];
+}
+
 Scene Animation::at(int frame, const Scene& base) const {
     Scene out = base;
     const double time = frame / m_fps;
@@ -89,12 +95,10 @@ Scene Animation::at(int frame, const Scene& base) const {
             field =
                 Triple{track.paths[0].at(time), track.paths[1].at(time), track.paths[2].at(time)};
         else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, bool> ||
-                           std::is_same_v<Field, std::string>) {
-            const auto next = std::upper_bound(track.times.begin(), track.times.end(), time) -
-                              track.times.begin();
-            field = std::get<Field>(
-                track.words[static_cast<std::size_t>(std::max<std::ptrdiff_t>(next - 1, 0))]);
-        }
+                           std::is_same_v<Field, std::string>)
+            field = std::get<Field>(word_at(track, time));
+        else if constexpr (WordEnum<Field>)
+            field = from_word<Field>(std::get<std::string>(word_at(track, time))).value();
     });
     if (m_day) {
         if (out.sun.altitude_deg || out.sun.azimuth_deg)

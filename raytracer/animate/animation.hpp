@@ -62,6 +62,7 @@ private:
         double from = 0, to = 24, seconds = 0;
     };
     void turn(Scene& scene, double time_s) const;
+    [[nodiscard]] static const Word& word_at(const Track& track, double time_s);
 
     std::string m_attempt;  ///< begins messages
     toml::table m_base;

@@ -260,6 +260,8 @@ private:
                     else if constexpr (std::is_same_v<Field, int> || std::is_same_v<Field, bool> ||
                                        std::is_same_v<Field, std::string>)
                         out.words.emplace_back(field);
+                    else if constexpr (WordEnum<Field>)
+                        out.words.emplace_back(std::string(word_of(field)));
                 });
         }
         const bool place = path == "camera.position" || path == "camera.target";

@@ -1,7 +1,7 @@
 #include "raytracer/cluster/frame_scripts.hpp"
 
+#include "common/util/shell_words.hpp"
 #include "raytracer/animate/frame_names.hpp"
-#include "raytracer/cluster/shell_words.hpp"
 
 namespace terravox::cluster {
 

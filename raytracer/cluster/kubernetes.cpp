@@ -3,9 +3,9 @@
 
 #include "common/util/error.hpp"
 #include "common/util/secret.hpp"
+#include "common/util/shell_words.hpp"
 #include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
-#include "raytracer/cluster/shell_words.hpp"
 
 namespace terravox::cluster {
 namespace {

@@ -1,9 +1,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/error.hpp"
+#include "common/util/shell_words.hpp"
 #include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
-#include "raytracer/cluster/shell_words.hpp"
 
 namespace terravox::cluster {
 namespace {

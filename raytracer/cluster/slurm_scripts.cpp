@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "common/util/error.hpp"
+#include "common/util/shell_words.hpp"
 #include "raytracer/cluster/frame_scripts.hpp"
-#include "raytracer/cluster/shell_words.hpp"
 
 namespace terravox::cluster {
 namespace {

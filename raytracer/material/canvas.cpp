@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox::material {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
 
 namespace terravox::material {
 

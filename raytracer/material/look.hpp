@@ -3,9 +3,9 @@
 #include <array>
 #include <cstdint>
 
-#include "raytracer/shade/colour.hpp"
-#include "raytracer/walk/ray.hpp"
-#include "raytracer/walk/ray_state.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/ray.hpp"
+#include "raytracer/core/ray_state.hpp"
 
 namespace terravox {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox::material {
 namespace {

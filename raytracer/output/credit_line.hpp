@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
 
 namespace terravox {
 

@@ -6,7 +6,7 @@
 
 #include "common/util/det_math.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox {
 
@@ -130,20 +130,24 @@ constexpr double kPhotographicScale = 1.15, kFilmicScale = 3.06, kAgxScale = 1;
 
 }  // namespace
 
-Developer::Developer(double exposure_ev, std::string_view tone) : m_agx(tone == "agx") {
+Developer::Developer(double exposure_ev, ToneCurve tone) : m_agx(tone == ToneCurve::kAgx) {
     constexpr double kLn2 = 0.693147180559945309417;
     double scale = 1;
-    if (tone == "photographic")
-        m_curve = &photographic_table(), scale = kPhotographicScale;
-    else if (tone == "filmic")
-        m_curve = &filmic_table(), scale = kFilmicScale;
-    else if (tone == "agx")
-        m_curve = &agx_table(), scale = kAgxScale;
-    else if (tone == "linear")
-        m_curve = &linear_table();
-    else
-        throw UsageError("develop the picture: output.tone = '" + std::string(tone) +
-                         "'; allowed: photographic, filmic, agx, linear");
+    switch (tone) {
+        case ToneCurve::kPhotographic:
+            m_curve = &photographic_table();
+            scale = kPhotographicScale;
+            break;
+        case ToneCurve::kFilmic:
+            m_curve = &filmic_table();
+            scale = kFilmicScale;
+            break;
+        case ToneCurve::kAgx:
+            m_curve = &agx_table();
+            scale = kAgxScale;
+            break;
+        case ToneCurve::kLinear: m_curve = &linear_table(); break;
+    }
     m_scale = static_cast<float>(scale * det::exp(exposure_ev * kLn2));
 }
 
@@ -160,7 +164,7 @@ Colour Developer::operator()(Colour linear) const noexcept {
     return {display(c.r), display(c.g), display(c.b)};
 }
 
-Colour develop(Colour linear, double exposure_ev, std::string_view tone) {
+Colour develop(Colour linear, double exposure_ev, ToneCurve tone) {
     return Developer(exposure_ev, tone)(linear);
 }
 

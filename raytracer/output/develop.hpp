@@ -2,33 +2,27 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/scene_words.hpp"
 
 namespace terravox {
 
-/// Words of output.tone.
-inline constexpr std::array<std::string_view, 4> kTones = {"photographic", "filmic", "agx",
-                                                           "linear"};
-
-/// Takes linear light through exposure and a tone curve to what a display shows. Of the curves
+/// Takes linear light through exposure and a tone curve to what a display shows. The curves:
 ///   photographic  1 - e^-c for each primary: highlights roll off, shadows stay as they are; bright
-///   colours stay strong filmic        with a toe and a shoulder that ends in white 1.9 stops above
-///   a white wall in the sun.
-///                 Ref: Hable, "Filmic Tonemapping for Real-time Rendering", SIGGRAPH 2010 course
+///                 colours stay strong
+///   filmic        with a toe and a shoulder that ends in white 1.9 stops above a white wall in the
+///                 sun. Ref: Hable, "Filmic Tonemapping for Real-time Rendering", SIGGRAPH 2010
 ///   agx           primaries are drawn in towards white, a sigmoid over log2 of light from 10 stops
-///   below middle grey to 6.5 above, and
-///                 primaries drawn out again: bright colours pale towards white and keep their hue.
-///                 Ref: Sobotka, "AgX" 2022
+///                 below middle grey to 6.5 above, and primaries drawn out again: bright colours
+///                 pale towards white and keep their hue. Ref: Sobotka, "AgX", 2022
 ///   linear        cut off at 1
 /// Middle grey comes out alike to a quarter of a stop. Greys stay grey, more light never gives a
 /// darker grey, 0 gives 0, and all light gives at most 1. The same bits on every machine. Cheap to
 /// copy, safe to share between threads.
 class Developer {
 public:
-    /// @throws UsageError for a tone that is not one of kTones
-    Developer(double exposure_ev, std::string_view tone);
+    Developer(double exposure_ev, ToneCurve tone);
     /// @param linear any values; negative ones and NaN count as 0  @return sRGB in [0, 1]
     [[nodiscard]] Colour operator()(Colour linear) const noexcept;
 
@@ -39,7 +33,7 @@ private:
 };
 
 /// One pixel through a Developer made for it.
-[[nodiscard]] Colour develop(Colour linear, double exposure_ev, std::string_view tone);
+[[nodiscard]] Colour develop(Colour linear, double exposure_ev, ToneCurve tone);
 
 /// sRGB in [0, 1] as bytes. What lies between two bytes goes to the upper one at as many places as
 /// it is nearer to it (a hash of the place decides, the same for the three primaries): skies show

@@ -8,6 +8,7 @@
 
 #include "common/geo/crs.hpp"
 #include "common/geo/gdal.hpp"
+#include "common/geo/gdal_messages.hpp"
 #include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 
@@ -15,6 +16,7 @@ namespace terravox {
 namespace {
 
 void CPL_STDCALL remember(CPLErr kind, CPLErrorNum, const char* said) noexcept {
+    geo::end_program_if_fatal(kind, said);
     auto* failure = static_cast<std::string*>(CPLGetErrorHandlerUserData());
     if (kind < CE_Failure || failure == nullptr || !failure->empty())
         return;
@@ -43,6 +45,7 @@ geo::Crs crs_of(const std::string& wkt, const GdalWatch& watch) {
 
 GdalWatch::GdalWatch(std::string attempt) : m_attempt(std::move(attempt)) {
     geo::start_gdal();
+    geo::check_memory_for_gdal();
     CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", "NO");
     CPLPushErrorHandlerEx(remember, &m_failure);
 }
@@ -68,7 +71,7 @@ void GdalWatch::check_closed_tiff(const std::filesystem::path& file) const {
 }
 
 GdalQuiet::GdalQuiet() {
-    CPLPushErrorHandler(CPLQuietErrorHandler);
+    CPLPushErrorHandler(geo::drop_gdal_message);
 }
 GdalQuiet::~GdalQuiet() {
     CPLPopErrorHandler();

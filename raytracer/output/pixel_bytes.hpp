@@ -13,7 +13,6 @@ namespace terravox {
 /// share between threads.
 class PixelBytes {
 public:
-    /// @throws UsageError for an unknown tone
     PixelBytes(const PictureInfo& info, int width_px, int height_px)
         : m_develop(info.exposure_ev, info.tone), m_credit(info.credit, width_px, height_px) {}
 

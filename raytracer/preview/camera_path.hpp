@@ -33,7 +33,7 @@ public:
     double fps = 25;
     bool ease = true;  ///< it begins and ends at rest
 
-    /// The animation's file (docs/formats.md). @param base fields of all frames
+    /// The animation's file (docs/formats/animation.md). @param base fields of all frames
     [[nodiscard]] std::string to_toml(const Scene& base) const;
     /// Ready to be played. @throws UsageError with less than one key
     [[nodiscard]] Animation animation(const Scene& base) const {

@@ -1,6 +1,6 @@
 #include "raytracer/preview/command_line.hpp"
 
-#include "raytracer/cluster/shell_words.hpp"
+#include "common/util/shell_words.hpp"
 #include "raytracer/scene/scene_io.hpp"
 
 namespace terravox {

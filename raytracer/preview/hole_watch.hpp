@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/blocks/block_manager.hpp"
 
 namespace terravox {
 

@@ -118,16 +118,20 @@ FilmKind kind_of(Layer layer) noexcept {
 
 Scene scene_for(Layer layer, Scene scene) {
     const FilmKind kind = kind_of(layer);
-    scene.output.layers =
-        kind == FilmKind::kLayers || kind == FilmKind::kEvenLight ? "all" : "beauty";
+    scene.output.layers = kind == FilmKind::kLayers || kind == FilmKind::kEvenLight
+                              ? PictureLayers::kAll
+                              : PictureLayers::kBeauty;
     scene.output.denoise = false;
     if (kind == FilmKind::kEvenLight) {
         // What comes of an even sky to a surface is its ambient occlusion, times what the surface
         // sends back.
-        scene.sky.model = "uniform", scene.sky.colour.reset(), scene.sky.strength = 1,
+        scene.sky.model = SkyModel::kUniform;
+        scene.sky.colour.reset();
+        scene.sky.strength = 1;
         scene.sky.visibility_km = 0;
         scene.sun.strength = 0;
-        scene.quality.integrator = "direct", scene.quality.ambient_occlusion = true,
+        scene.quality.integrator = Integrator::kDirect;
+        scene.quality.ambient_occlusion = true;
         scene.quality.ao_strength = 1;
         scene.quality.ao_rays = std::max(scene.quality.ao_rays, 4);
         scene.quality.reflections = scene.quality.refraction = false;

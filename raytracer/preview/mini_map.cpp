@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "raytracer/sched/green_processor.hpp"
+#include "raytracer/processors/green_processor.hpp"
 
 namespace terravox {
 namespace {
@@ -29,7 +29,8 @@ MiniMap::MiniMap(BlockManager& blocks, const Scene& scene, int edge_px)
     map.quality.ambient_occlusion = map.quality.reflections = map.quality.refraction = false;
     map.sky.visibility_km = 0;
     map.sun.altitude_deg = 45, map.sun.azimuth_deg = 315;  // as cartographers light hills
-    map.camera.projection = "orthographic", map.camera.space = "voxel",
+    map.camera.projection = CameraProjection::kOrthographic;
+    map.camera.space = CoordinateSpace::kVoxel;
     map.camera.inside_rock = true;
     const double x = b.min[0] + m_width / 2, z = b.min[2] + m_height / 2;
     map.camera.position = {x, b.max[1] + 100.0, z}, map.camera.target = {x, b.max[1] + 0.0, z};

@@ -18,7 +18,7 @@ constexpr std::array kMoving{GLFW_KEY_A,  GLFW_KEY_D,    GLFW_KEY_S,       GLFW_
                              GLFW_KEY_UP, GLFW_KEY_DOWN, GLFW_KEY_PAGE_UP, GLFW_KEY_PAGE_DOWN};
 
 bool parallel(const Scene& scene) {
-    return scene.camera.projection == "orthographic" || scene.camera.projection == "isometric";
+    return is_parallel(scene.camera.projection);
 }
 
 }  // namespace

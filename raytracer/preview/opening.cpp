@@ -6,7 +6,7 @@
 
 namespace terravox {
 
-Opening::Opening(WorldArguments from, const Scene& scene)
+Opening::Opening(WorldOptions from, const Scene& scene)
     : m_thread([this, from = std::move(from), scene](const std::stop_token& stop) {
           std::shared_ptr<LoadedWorld> world;
           std::string failure;

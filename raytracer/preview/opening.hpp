@@ -7,13 +7,15 @@
 #include <thread>
 
 #include "raytracer/render/loaded_world.hpp"
+#include "raytracer/scene/scene.hpp"
+#include "voxelserver/worlds/kind/world_options.hpp"
 
 namespace terravox {
 
 /// A world that is being opened, on a thread of its own: that may take minutes.
 class Opening {
 public:
-    Opening(WorldArguments from, const Scene& scene);
+    Opening(WorldOptions from, const Scene& scene);
     ~Opening();  ///< gives it up; a world of files is opened to its end first
 
     /// @return the world, once; nullptr while it is being opened, and when it could not be

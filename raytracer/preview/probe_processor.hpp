@@ -3,7 +3,7 @@
 #include <deque>
 
 #include "raytracer/preview/layers.hpp"
-#include "raytracer/sched/processor.hpp"
+#include "raytracer/processors/processor.hpp"
 #include "raytracer/walk/walk.hpp"
 
 namespace terravox {

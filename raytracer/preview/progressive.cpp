@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "raytracer/sched/processor_pool.hpp"
+#include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
 
 namespace terravox {

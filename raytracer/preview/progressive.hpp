@@ -9,6 +9,7 @@
 
 #include "raytracer/output/film.hpp"
 #include "raytracer/render/render.hpp"
+#include "raytracer/shade/view_maker.hpp"
 
 namespace terravox {
 

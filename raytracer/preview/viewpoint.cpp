@@ -39,7 +39,7 @@ void Viewpoint::apply(Scene& scene, const voxel::WorldInfo& world) const {
                 to_millimetres(-v.z * world.crs_units_per_voxel),
                 to_millimetres(v.y * world.voxel_m)};
     };
-    scene.camera.space = on_earth ? "crs" : "voxel";
+    scene.camera.space = on_earth ? CoordinateSpace::kCrs : CoordinateSpace::kVoxel;
     scene.camera.position = place(position), scene.camera.target = place(target);
     // An isometric camera keeps its slope, and turns by its own field.
     scene.camera.azimuth_deg = std::remainder(std::round(heading_deg() * 1000) / 1000 + 180, 360);

@@ -9,10 +9,10 @@
 #include "common/util/printable.hpp"
 #include "common/util/resident_memory.hpp"
 #include "common/util/version.hpp"
-#include "raytracer/sched/green_processor.hpp"
-#include "raytracer/sched/socket/hello.hpp"
-#include "raytracer/sched/socket/tile_frames.hpp"
-#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/processors/green_processor.hpp"
+#include "raytracer/processors/thread_processor.hpp"
 
 namespace terravox {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/sched/farm.hpp"
+#include "raytracer/farm/coordinator/farm.hpp"
 
 namespace terravox {
 

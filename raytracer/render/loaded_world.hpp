@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "common/util/stage_times.hpp"
-#include "raytracer/render/world_arguments.hpp"
-#include "raytracer/sched/socket/worker_link.hpp"
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/farm/coordinator/worker_link.hpp"
+#include "raytracer/scene/scene.hpp"
+#include "voxelserver/worlds/kind/world_options.hpp"
 
 namespace terravox {
 
@@ -17,7 +18,7 @@ namespace terravox {
 /// or side by side.
 struct LoadedWorld {
     /// @param scene world and processing count @param stop as open_world @throws Error, UsageError
-    LoadedWorld(const WorldArguments& from, const Scene& scene, const std::stop_token& stop = {});
+    LoadedWorld(const WorldOptions& from, const Scene& scene, const std::stop_token& stop = {});
 
     const std::vector<std::string> inputs;
     const std::vector<std::filesystem::path> orthophotos;

@@ -9,11 +9,11 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/checkpoint/input_names.hpp"
+#include "raytracer/farm/checkpoint/input_names.hpp"
 #include "raytracer/output/denoise.hpp"
 #include "raytracer/output/image_writer.hpp"
 #include "raytracer/output/tile_stream.hpp"
-#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/processors/thread_processor.hpp"
 
 namespace terravox {
 namespace {
@@ -23,7 +23,7 @@ std::atomic<bool> g_stop{false};
 StreamShape shape_of(const Scene& scene) {
     const auto [width, height] = scene.output.size_px;
     return {width, height, scene.quality.tile.in_picture(width),
-            scene.output.layers != "beauty" || scene.output.denoise};
+            scene.output.layers != PictureLayers::kBeauty || scene.output.denoise};
 }
 
 bool streams(const Scene& scene) {
@@ -59,7 +59,7 @@ TileSize tiles_that_fit(const Scene& scene) {
 /// others they would take seven times the memory, and be thrown away.
 Scene thrifty(Scene scene, const std::vector<std::string>& files, bool fit = true) {
     if (std::none_of(files.begin(), files.end(), is_exr))
-        scene.output.layers = "beauty";
+        scene.output.layers = PictureLayers::kBeauty;
     if (fit && streams(scene))
         scene.quality.tile = tiles_that_fit(scene);
     return scene;
@@ -84,7 +84,7 @@ private:
 
 }  // namespace
 
-PictureRenderer::PictureRenderer(const WorldArguments& world, const CrewOptions& crew,
+PictureRenderer::PictureRenderer(const WorldOptions& world, const CrewOptions& crew,
                                  const Scene& base, bool quiet)
     : PictureRenderer(std::make_shared<LoadedWorld>(world, base), crew, base, quiet, g_stop) {
     // Before this, a signal just ends the program: nothing is half done, and a world may take

@@ -10,6 +10,7 @@
 #include "raytracer/render/crew.hpp"
 #include "raytracer/render/loaded_world.hpp"
 #include "raytracer/render/statistics.hpp"
+#include "raytracer/shade/view_maker.hpp"
 
 namespace terravox {
 
@@ -29,7 +30,7 @@ public:
     /// @param base what holds for all pictures: world and processing @param crew who renders @param
     /// quiet say nothing but errors
     /// @throws Error, UsageError
-    PictureRenderer(const WorldArguments& world, const CrewOptions& crew, const Scene& base,
+    PictureRenderer(const WorldOptions& world, const CrewOptions& crew, const Scene& base,
                     bool quiet);
     /// Of a world that is open, and whose boxes others may use meanwhile. Signals are left alone.
     /// @param stop ends a picture early; outlives this

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "raytracer/checkpoint/checkpoint.hpp"
+#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "raytracer/output/film.hpp"
-#include "raytracer/sched/processor.hpp"
+#include "raytracer/processors/processor.hpp"
 #include "raytracer/shade/view.hpp"
-#include "raytracer/world/block_manager.hpp"
 
 namespace terravox {
 
@@ -53,38 +53,6 @@ struct RenderJob {
 /// The same in a single pass, to where tiles go that are not kept: for pictures larger than memory.
 /// The time to keep (quality.time_s) needs a film.
 [[nodiscard]] RenderCounts render_stream(const RenderJob& job, TileSink& sink);
-
-/// The view that a scene gives of a world. A function of its arguments, on every machine.
-/// @throws UsageError for a level the world does not have, ...; Error for an empty world
-[[nodiscard]] View make_view(const Scene& scene, const voxel::WorldInfo& world,
-                             std::shared_ptr<const MaterialTable> materials);
-
-/// The same with the materials that the scene names. @throws UsageError for a camera inside rock,
-/// too
-[[nodiscard]] View make_view(const Scene& scene, BlockManager& blocks);
-
-/// Views of one world, one after the other. What the next has in common with the last is kept:
-/// materials and sky, which take some ten milliseconds.
-class ViewMaker {
-public:
-    /// @throws as make_view
-    [[nodiscard]] View make(const Scene& scene, BlockManager& blocks);
-
-    /// All that a sky depends on.
-    struct SkyAsked {
-        geo::SunPosition sun;
-        Scene::Sun sun_settings;
-        Scene::Sky sky_settings;
-        double place_height_m = 0;
-        Vec3 eye_m;  ///< without clouds it does not count
-        friend bool operator==(const SkyAsked&, const SkyAsked&) = default;
-    };
-
-private:
-    std::string m_named;
-    std::shared_ptr<const MaterialTable> m_materials;  ///< of the file so named
-    std::optional<std::pair<SkyAsked, Sky>> m_sky;
-};
 
 /// Whether a picture would show nothing of the world: no box is in sight, or what the camera looks
 /// at lies farther from the world than the world is wide.

@@ -10,7 +10,7 @@
 
 #include "common/util/version.hpp"
 #include "raytracer/scene/scene_io.hpp"
-#include "raytracer/trace/traced_ray.hpp"
+#include "raytracer/walk/traced_ray.hpp"
 
 namespace terravox {
 namespace {
@@ -175,17 +175,18 @@ ImageMetadata metadata_of(const View& view, const voxel::WorldInfo& world,
     const auto text = [](double v) { return std::to_string(v); };
     const auto texts = [&](Vec3 v) { return text(v.x) + " " + text(v.y) + " " + text(v.z); };
     const Vec3 to_sun = view.sky.to_sun();
-    ImageMetadata out = {{"Software", std::string("terravox ") + kVersion},
-                         {"ImageDescription", world.title},
-                         {"terravox:voxel_m", text(world.voxel_m)},
-                         {"terravox:camera", texts(view.camera.position())},
-                         {"terravox:projection", view.scene.camera.projection},
-                         {"terravox:origin", texts(view.origin)},
-                         {"terravox:to_sun", texts(to_sun)},
-                         {"terravox:detail", text(view.scene.quality.detail)},
-                         {"terravox:exposure_ev", text(view.exposure_ev)},
-                         {"terravox:samples", std::to_string(s.counts.samples)},
-                         {"terravox:holes", std::to_string(s.counts.holes.size())}};
+    ImageMetadata out = {
+        {"Software", std::string("terravox ") + kVersion},
+        {"ImageDescription", world.title},
+        {"terravox:voxel_m", text(world.voxel_m)},
+        {"terravox:camera", texts(view.camera.position())},
+        {"terravox:projection", std::string(word_of(view.scene.camera.projection))},
+        {"terravox:origin", texts(view.origin)},
+        {"terravox:to_sun", texts(to_sun)},
+        {"terravox:detail", text(view.scene.quality.detail)},
+        {"terravox:exposure_ev", text(view.exposure_ev)},
+        {"terravox:samples", std::to_string(s.counts.samples)},
+        {"terravox:holes", std::to_string(s.counts.holes.size())}};
     if (s.counts.missing > 0)
         out.emplace_back("terravox:missing_tiles", std::to_string(s.counts.missing));
     if (!s.damage.empty())
@@ -235,7 +236,7 @@ PictureInfo picture_info(const View& view, const voxel::WorldInfo& world,
     out.world_to_camera = single(view.camera.world_to_camera());
     if (const auto ndc = view.camera.world_to_ndc())
         out.world_to_ndc = single(*ndc);
-    out.layers = output.layers != "beauty";
+    out.layers = output.layers != PictureLayers::kBeauty;
     constexpr std::uint32_t kMostNames =
         10'000;  // they all go into the manifest of the squares' matte
     if (out.layers)
@@ -243,9 +244,7 @@ PictureInfo picture_info(const View& view, const voxel::WorldInfo& world,
             out.square_names.push_back(view.squares.name_of(i));
     if (const auto transform = view.camera.geotransform(world))
         out.geo = GeoPlacement{*transform, world.crs_wkt};
-    out.tiff_samples = output.tiff == "byte"    ? PictureInfo::TiffSamples::kByte
-                       : output.tiff == "float" ? PictureInfo::TiffSamples::kFloat
-                                                : PictureInfo::TiffSamples::kAuto;
+    out.tiff_samples = output.tiff;
     return out;
 }
 

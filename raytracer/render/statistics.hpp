@@ -6,8 +6,8 @@
 
 #include "common/util/stage_times.hpp"
 #include "raytracer/output/picture_info.hpp"
+#include "raytracer/processors/processor_pool.hpp"
 #include "raytracer/render/render.hpp"
-#include "raytracer/sched/processor_pool.hpp"
 
 namespace terravox {
 

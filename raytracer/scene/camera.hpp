@@ -6,8 +6,8 @@
 #include <string>
 
 #include "common/voxel/world.hpp"
+#include "raytracer/core/ray.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "raytracer/walk/ray.hpp"
 
 namespace terravox {
 
@@ -141,7 +141,7 @@ private:
                                  const voxel::VoxelBounds& subject);
 
 /// A point in one of the spaces of Scene::Camera::space to level-0 voxels. @throws UsageError
-[[nodiscard]] Vec3 to_voxels(const std::array<double, 3>& point, const std::string& space,
+[[nodiscard]] Vec3 to_voxels(const std::array<double, 3>& point, CoordinateSpace space,
                              const voxel::WorldInfo& world);
 
 }  // namespace terravox

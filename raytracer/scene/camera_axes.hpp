@@ -1,6 +1,6 @@
 #pragma once
 
-#include "raytracer/walk/ray.hpp"
+#include "raytracer/core/ray.hpp"
 
 namespace terravox {
 

@@ -82,6 +82,17 @@ Vec3 forward_of(double azimuth_deg, double sin_down, double cos_down) {
 }
 
 /// One camera on its way from the fields of a scene to a shape.
+Projection shape_of(CameraProjection projection) noexcept {
+    switch (projection) {
+        case CameraProjection::kPerspective: return Projection::kPerspective;
+        case CameraProjection::kOrthographic:
+        case CameraProjection::kIsometric: return Projection::kOrthographic;
+        case CameraProjection::kPanorama: return Projection::kPanorama;
+        case CameraProjection::kFisheye: return Projection::kFisheye;
+    }
+    return Projection::kPerspective;
+}
+
 class Placing {
 public:
     Placing(const Scene& scene, const voxel::WorldInfo& world, const voxel::VoxelBounds& subject)
@@ -90,17 +101,8 @@ public:
           m_block(subject),
           m_width(scene.output.size_px[0]),
           m_height(scene.output.size_px[1]) {
-        const std::string& name = m_camera.projection;
-        m_isometric = name == "isometric";
-        if (m_isometric || name == "orthographic")
-            m_shape.projection = Projection::kOrthographic;
-        else if (name == "panorama")
-            m_shape.projection = Projection::kPanorama;
-        else if (name == "fisheye")
-            m_shape.projection = Projection::kFisheye;
-        else if (name != "perspective")
-            refuse("camera.projection = '" + name +
-                   "'; allowed: perspective, orthographic, isometric, panorama, fisheye");
+        m_isometric = m_camera.projection == CameraProjection::kIsometric;
+        m_shape.projection = shape_of(m_camera.projection);
         m_shape.width_px = m_width, m_shape.height_px = m_height, m_shape.voxel_m = world.voxel_m;
         check();
         if (m_camera.position)
@@ -148,7 +150,7 @@ private:
         check_range("aperture_m", c.aperture_m, 0, 10000, "");
         if (c.aperture_m > 0 && !perspective && !parallel)
             refuse("camera.aperture_m = " + text_of(c.aperture_m) + "; allowed for a " +
-                   c.projection + ": 0, it has no lens");
+                   std::string(word_of(c.projection)) + ": 0, it has no lens");
         if (c.roll_deg != 0 && m_shape.projection == Projection::kPanorama)
             refuse("camera.roll_deg = " + text_of(c.roll_deg) +
                    "; allowed for a panorama: 0, it stands upright");
@@ -175,7 +177,7 @@ private:
             if (!(std::abs(c) < kFarthest))
                 refuse(numbers(point[0], point[1], point[2]) +
                        " lies beyond 10^9 voxels; allowed: nearer to the middle of its " +
-                       m_camera.space + " space");
+                       std::string(word_of(m_camera.space)) + " space");
         return v;
     }
 
@@ -290,15 +292,15 @@ private:
 
 }  // namespace
 
-Vec3 to_voxels(const std::array<double, 3>& p, const std::string& space,
+Vec3 to_voxels(const std::array<double, 3>& p, CoordinateSpace space,
                const voxel::WorldInfo& world) {
-    if (space == "voxel")
+    if (space == CoordinateSpace::kVoxel)
         return {p[0], p[1], p[2]};
     if (world.crs.empty())
-        throw UsageError("place the camera: camera.space = '" + space +
+        throw UsageError("place the camera: camera.space = '" + std::string(word_of(space)) +
                          "', but this world has no place on Earth; allowed: voxel");
     double easting = p[0], northing = p[1];
-    if (space == "latlon") {
+    if (space == CoordinateSpace::kLatLon) {
         if (!(std::abs(p[0]) <= 90))
             refuse("latitude = " + text_of(p[0]) +
                    "; allowed: -90 to 90, and the longitude after it");

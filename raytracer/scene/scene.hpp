@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "raytracer/core/scene_words.hpp"
 #include "raytracer/scene/tile_size.hpp"
-#include "raytracer/world/generated/settings.hpp"
+#include "voxelserver/worlds/kind/procedural_settings.hpp"
 
 namespace terravox {
 
@@ -16,8 +17,7 @@ struct Scene {
     struct Camera {
         std::string look;  ///< a named view of config/views, which the fields given beside it
                            ///< change; empty: none
-        std::string projection =
-            "perspective";    ///< perspective, orthographic, isometric, panorama or fisheye
+        CameraProjection projection = CameraProjection::kPerspective;
         double fov_deg = 40;  ///< vertical; of a fisheye: across the picture's shorter side
         std::optional<double> height_m;  ///< orthographic and isometric: what the picture's height
                                          ///< covers; default: frames the world
@@ -33,9 +33,8 @@ struct Scene {
         double margin = 0.04;  ///< free border around the framed world, share of the picture
         double zoom = 1;       ///< above 1: nearer than the frame asks
         std::optional<std::array<double, 3>> position, target;
-        std::string space = "crs";  ///< of position and target: crs (easting, northing, height in
-                                    ///< m), latlon (lat, lon, height in m) or voxel (x, y, z)
-        bool inside_rock = false;   ///< allow a camera inside a solid voxel
+        CoordinateSpace space = CoordinateSpace::kCrs;  ///< of position and target
+        bool inside_rock = false;                       ///< allow a camera inside a solid voxel
         friend bool operator==(const Camera&, const Camera&) = default;
     } camera;
     struct Sun {
@@ -52,7 +51,7 @@ struct Scene {
         friend bool operator==(const Sun&, const Sun&) = default;
     } sun;
     struct Sky {
-        std::string model = "atmosphere";  ///< atmosphere, or uniform: one colour all around
+        SkyModel model = SkyModel::kAtmosphere;
         std::optional<std::array<double, 3>>
             colour;              ///< of the uniform sky, linear R, G, B; default 1, 1, 1
         double turbidity = 2.5;  ///< of the air: 2 very clear, 3 clear, 6 hazy
@@ -69,19 +68,17 @@ struct Scene {
         double exposure_ev = 0;    ///< on top of what adaptation gives
         double adaptation = 0.75;  ///< share of the daylight's want that the exposure makes up: 0
                                    ///< as at noon, 1 as bright as by day
-        std::string tone =
-            "photographic";  ///< curve of 8-bit pictures: photographic, filmic, agx or linear
-        std::string layers = "beauty";  ///< of EXR files: beauty, or all
-        std::string tiff =
-            "auto";  ///< samples of TIFF files: auto (bytes of maps, else floats), byte or float
+        ToneCurve tone = ToneCurve::kPhotographic;  ///< of 8-bit pictures
+        PictureLayers layers = PictureLayers::kBeauty;
+        TiffSamples tiff = TiffSamples::kAuto;
         bool denoise = false;
         bool credit =
             false;  ///< a line with the data's attribution at the lower edge of 8-bit pictures
         friend bool operator==(const Output&, const Output&) = default;
     } output;
     struct Quality {
-        std::string integrator = "direct";  ///< direct, or path
-        int samples = 4;                    ///< per pixel; with noise: at most
+        Integrator integrator = Integrator::kDirect;
+        int samples = 4;       ///< per pixel; with noise: at most
         double noise = 0;      ///< a pixel is done when its mean is known this well, share of its
                                ///< brightness; 0: all samples everywhere
         int min_samples = 16;  ///< before that is asked
@@ -96,7 +93,7 @@ struct Scene {
         int coarse_step =
             8;  ///< the first pass traces one of step x step pixels; 1 = a single pass
         TileSize tile;
-        std::string tile_order = "spiral";
+        TileOrder tile_order = TileOrder::kSpiral;
         bool shadows = true, ambient_occlusion = true, reflections = true, refraction = true;
         int ao_rays =
             0;  ///< ambient-occlusion rays for each hit; 0: corners are darkened without rays
@@ -105,8 +102,8 @@ struct Scene {
                                 ///< a path; empty: config/materials.toml
         bool textures = true;   ///< what is drawn on the faces of voxels
         bool cut_outs = true;   ///< holes between leaves
-        std::string colour = "mix";  ///< material, true, or mix
-        double colour_mix = 0.85;    ///< share of the true colour for mix
+        VoxelColour colour = VoxelColour::kMix;
+        double colour_mix = 0.85;  ///< share of the true colour for mix
         friend bool operator==(const Quality&, const Quality&) = default;
     } quality;
     struct Processing {
@@ -118,6 +115,7 @@ struct Scene {
     } processing;
     struct World {
         std::string crs, classes = "asprs", vertical_unit, settings;
+        std::string steps;  ///< of voxelization, over what `settings` says; empty: no change
         double voxel_m = 1;
         int memory_mib = 4096;                ///< decoded squares and columns
         std::string dimension = "overworld";  ///< of a Minecraft world

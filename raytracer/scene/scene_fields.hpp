@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "raytracer/core/scene_words.hpp"
 #include "raytracer/scene/scene.hpp"
 
 namespace terravox {
@@ -17,6 +18,15 @@ struct FieldRule {
     std::string_view alias = {};  ///< a shorter flag beside --section-field
 };
 
+/// What a field that holds one of an enumeration's words may say.
+template <WordEnum Enum>
+[[nodiscard]] std::vector<std::string_view> texts_of() {
+    std::vector<std::string_view> out;
+    for (const Word<Enum>& word : words_of(Enum{}))
+        out.push_back(word.text);
+    return out;
+}
+
 /// The one list of a scene's fields. Calls visit(path, field, rule) for each; `path` is
 /// "section.field", as in TOML. File reader, command line, and writer are visitors: a field added
 /// here is everywhere.
@@ -25,10 +35,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
     visit("camera.look", s.camera.look,
           FieldRule{"a named view of config/views, or a path", 0, 0, {}, "--look"});
     visit("camera.projection", s.camera.projection,
-          FieldRule{"how space comes into the picture",
-                    0,
-                    0,
-                    {"perspective", "orthographic", "isometric", "panorama", "fisheye"},
+          FieldRule{"how space comes into the picture", 0, 0, texts_of<CameraProjection>(),
                     "--projection"});
     visit("camera.fov_deg", s.camera.fov_deg,
           FieldRule{
@@ -63,9 +70,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
         "camera.space", s.camera.space,
         FieldRule{
             "of position and target: crs = E,N,height_m; latlon = lat,lon,height_m; voxel = x,y,z",
-            0,
-            0,
-            {"crs", "latlon", "voxel"}});
+            0, 0, texts_of<CoordinateSpace>()});
     visit("camera.inside_rock", s.camera.inside_rock,
           FieldRule{"allow a camera inside a solid voxel"});
     visit("sun.date", s.sun.date, FieldRule{"YYYY-MM-DD"});
@@ -88,7 +93,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
               "r,g,b of a white surface that faces the sun, linear, instead of the atmosphere's", 0,
               1e6});
     visit("sky.model", s.sky.model,
-          FieldRule{"where its light comes from", 0, 0, {"atmosphere", "uniform"}});
+          FieldRule{"where its light comes from", 0, 0, texts_of<SkyModel>()});
     visit("sky.colour", s.sky.colour,
           FieldRule{"r,g,b of the uniform sky, linear; default 1,1,1", 0, 1e6});
     visit("sky.turbidity", s.sky.turbidity,
@@ -113,30 +118,21 @@ void visit_fields(SceneType& s, Visit&& visit) {
             "how far the exposure follows dusk and night: 0 = as at noon, 1 = as bright as by day",
             0, 1});
     visit("output.tone", s.output.tone,
-          FieldRule{"tone curve of 8-bit pictures",
-                    0,
-                    0,
-                    {"photographic", "filmic", "agx", "linear"},
-                    "--tone"});
+          FieldRule{"tone curve of 8-bit pictures", 0, 0, texts_of<ToneCurve>(), "--tone"});
     visit("output.layers", s.output.layers,
-          FieldRule{"of EXR files", 0, 0, {"beauty", "all"}, "--layers"});
+          FieldRule{"of EXR files", 0, 0, texts_of<PictureLayers>(), "--layers"});
     visit(
         "output.tiff", s.output.tiff,
         FieldRule{
             "samples of TIFF files; auto: bytes of maps (straight down, orthographic), else floats",
-            0,
-            0,
-            {"auto", "byte", "float"}});
+            0, 0, texts_of<TiffSamples>()});
     visit("output.denoise", s.output.denoise,
           FieldRule{"through Intel Open Image Denoise", 0, 0, {}, "--denoise"});
     visit("output.credit", s.output.credit,
           FieldRule{"a line with the data's attribution in 8-bit pictures", 0, 0, {}, "--credit"});
     visit("quality.integrator", s.quality.integrator,
-          FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces",
-                    0,
-                    0,
-                    {"direct", "path"},
-                    "--integrator"});
+          FieldRule{"direct: sun, sky, mirrors, water; path: all light, with bounces", 0, 0,
+                    texts_of<Integrator>(), "--integrator"});
     visit("quality.samples", s.quality.samples,
           FieldRule{"samples per pixel; with noise or time: at most", 1, 65536, {}, "--samples"});
     visit("quality.noise", s.quality.noise,
@@ -183,10 +179,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
                     {},
                     "--tile"});
     visit("quality.tile_order", s.quality.tile_order,
-          FieldRule{"order of the tiles",
-                    0,
-                    0,
-                    {"spiral", "vertical", "vertical-split", "hilbert", "rows"}});
+          FieldRule{"order of the tiles", 0, 0, texts_of<TileOrder>()});
     visit("quality.shadows", s.quality.shadows, FieldRule{"shadow rays towards the sun"});
     visit("quality.ambient_occlusion", s.quality.ambient_occlusion, FieldRule{"darker corners"});
     visit("quality.reflections", s.quality.reflections, FieldRule{"mirrors: water, window panes"});
@@ -212,7 +205,7 @@ void visit_fields(SceneType& s, Visit&& visit) {
           FieldRule{"what is drawn on the faces of voxels"});
     visit("quality.cut_outs", s.quality.cut_outs, FieldRule{"holes between leaves"});
     visit("quality.colour", s.quality.colour,
-          FieldRule{"of voxels with a true colour", 0, 0, {"material", "true", "mix"}, "--colour"});
+          FieldRule{"of voxels with a true colour", 0, 0, texts_of<VoxelColour>(), "--colour"});
     visit("quality.colour_mix", s.quality.colour_mix,
           FieldRule{"share of the true colour for mix", 0, 1});
     visit("processing.threads", s.processing.threads,
@@ -249,6 +242,13 @@ void visit_fields(SceneType& s, Visit&& visit) {
               0,
               {},
               "--settings"});
+    visit("world.steps", s.world.steps,
+          FieldRule{"voxelization steps that run: all, none, some of those listed below, or "
+                    "-STEP,... for all but these; default: as world.settings says",
+                    0,
+                    0,
+                    {},
+                    "--steps"});
     visit("world.memory_mib", s.world.memory_mib,
           FieldRule{"limit for what the world keeps of its data, MiB", 64, 1048576});
     visit("world.voxel_m", s.world.voxel_m,

@@ -66,6 +66,13 @@ public:
             fail("'" + value + "'", allowed(m_rule));
         field = value;
     }
+    template <WordEnum Enum>
+    void put(const std::string& value, Enum& field) const {
+        const std::optional<Enum> known = from_word<Enum>(value);
+        if (!known)
+            fail("'" + value + "'", allowed(m_rule));
+        field = *known;
+    }
     void put(const std::vector<double>& value, std::optional<Triple>& field) const {
         if (value.size() != 3)
             fail(std::to_string(value.size()) + " numbers", "three finite numbers");
@@ -148,6 +155,10 @@ void put_text(const Setter& s, const std::string& text, Size& f) {
 void put_text(const Setter& s, const std::string& text, TileSize& f) {
     s.put(text, f);
 }
+template <WordEnum Enum>
+void put_text(const Setter& s, const std::string& text, Enum& f) {
+    s.put(text, f);
+}
 void put_text(const Setter& s, const std::string& text, bool& f) {
     if (text == "true" || text == "yes" || text == "on" || text == "1")
         f = true;
@@ -193,6 +204,12 @@ void put_node(const Setter& s, const toml::node& node, TileSize& f) {
                std::string("a whole number, or text: ") + TileSize::kAllowed);
     s.put(node.is_integer() ? std::to_string(**node.as_integer()) : **node.as_string(), f);
 }
+template <WordEnum Enum>
+void put_node(const Setter& s, const toml::node& node, Enum& f) {
+    if (!node.is_string())
+        s.fail("a value of another kind", "text in quotes");
+    s.put(**node.as_string(), f);
+}
 template <class Number>
 void put_node(const Setter& s, const toml::node& node, Number& f) {
     const auto v = node.value<double>();
@@ -213,6 +230,10 @@ void write(std::ostream& out, bool v) {
 }
 void write(std::ostream& out, const std::string& v) {
     out << toml::value<std::string>(v);
+}
+template <WordEnum Enum>
+void write(std::ostream& out, Enum v) {
+    write(out, std::string(word_of(v)));
 }
 void write(std::ostream& out, const Size& v) {
     out << '"' << v[0] << 'x' << v[1] << '"';
@@ -244,6 +265,10 @@ std::string flag_text(bool v) {
 std::string flag_text(const std::string& v) {
     return v;
 }
+template <WordEnum Enum>
+std::string flag_text(Enum v) {
+    return std::string(word_of(v));
+}
 std::string flag_text(const Size& v) {
     return std::to_string(v[0]) + "x" + std::to_string(v[1]);
 }
@@ -272,10 +297,10 @@ void read_scene_table(const toml::table& root, const std::string& attempt, Scene
             if (const std::string path = std::string(section.str()) + "." + std::string(key.str());
                 !known.contains(path))
                 throw UsageError(attempt + ": unknown field '" + path +
-                                 "'; docs/formats.md lists all fields");
+                                 "'; docs/formats/scene.md lists all fields");
         if (!sections.contains(std::string(section.str())))
             throw UsageError(attempt + ": unknown section '" + std::string(section.str()) +
-                             "'; docs/formats.md lists all sections");
+                             "'; docs/formats/scene.md lists all sections");
     }
 }
 

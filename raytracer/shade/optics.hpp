@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "raytracer/core/ray.hpp"
 #include "raytracer/shade/sampler.hpp"
-#include "raytracer/walk/ray.hpp"
 
 namespace terravox {
 

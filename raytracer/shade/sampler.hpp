@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox {
 

@@ -287,7 +287,7 @@ void Shading::dive(const TracedRay& ray, std::vector<TracedRay>& next) const {
 }
 
 std::unique_ptr<const Shading> make_shading(const View& view) {
-    if (view.scene.quality.integrator == "path")
+    if (view.scene.quality.integrator == Integrator::kPath)
         return std::make_unique<PathShading>(view);
     return std::make_unique<DirectShading>(view);
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox {
 namespace {
@@ -39,10 +39,10 @@ float believed(voxel::Material material, Colour photo) noexcept {
 Colour base_colour(const View& view, const Look& look, const Hit& hit) {
     const auto& q = view.scene.quality;
     Colour colour = look.colour;
-    if (hit.attr.has_colour() && q.colour != "material") {
+    if (hit.attr.has_colour() && q.colour != VoxelColour::kMaterial) {
         const Colour photo = to_linear(hit.attr.colour);
         colour = mix(colour, photo,
-                     q.colour == "true"
+                     q.colour == VoxelColour::kTrue
                          ? 1.0f
                          : static_cast<float>(q.colour_mix) * believed(hit.attr.material, photo));
     }

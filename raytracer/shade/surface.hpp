@@ -1,7 +1,7 @@
 #pragma once
 
 #include "raytracer/shade/view.hpp"
-#include "raytracer/trace/traced_ray.hpp"
+#include "raytracer/walk/traced_ray.hpp"
 
 namespace terravox {
 

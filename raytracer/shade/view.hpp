@@ -26,7 +26,7 @@ struct View {
     float most_indirect = 0;  ///< light of one indirect sample; 0: no limit
 
     [[nodiscard]] bool wants_layers() const noexcept {
-        return scene.output.layers != "beauty" || scene.output.denoise;
+        return scene.output.layers != PictureLayers::kBeauty || scene.output.denoise;
     }
 };
 

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "raytracer/shade/colour.hpp"
-#include "raytracer/walk/ray.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/ray.hpp"
 
 namespace terravox {
 

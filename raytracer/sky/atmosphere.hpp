@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "raytracer/core/ray.hpp"
 #include "raytracer/sky/spectrum.hpp"
-#include "raytracer/walk/ray.hpp"
 
 namespace terravox {
 

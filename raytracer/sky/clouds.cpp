@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/util/det_math.hpp"
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox {
 namespace {

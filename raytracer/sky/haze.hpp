@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "raytracer/shade/colour.hpp"
-#include "raytracer/walk/ray.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/ray.hpp"
 
 namespace terravox {
 

@@ -49,7 +49,7 @@ public:
         : sun(at, sun_settings.size),
           dome(sun, dome_settings(sky, place_height_m, eye_m)),
           strength(static_cast<float>(std::max(0.0, sky.strength))) {
-        if (sky.model == "uniform")
+        if (sky.model == SkyModel::kUniform)
             uniform = colour_of(sky.colour.value_or(std::array<double, 3>{1, 1, 1})) * strength;
         has_air = sky.visibility_km ? *sky.visibility_km > 0 : !uniform;
         const Colour natural =

@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "common/geo/sun_position.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/ray.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "raytracer/shade/colour.hpp"
 #include "raytracer/sky/sky_sampler.hpp"
-#include "raytracer/walk/ray.hpp"
 
 namespace terravox {
 

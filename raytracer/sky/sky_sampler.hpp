@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "raytracer/walk/ray.hpp"
+#include "raytracer/core/ray.hpp"
 
 namespace terravox {
 

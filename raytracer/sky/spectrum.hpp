@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
 
 namespace terravox {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 
 namespace terravox {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "raytracer/shade/colour.hpp"
-#include "raytracer/walk/ray.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/ray.hpp"
 
 namespace terravox {
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "common/geo/sun_position.hpp"
+#include "common/voxel/colour.hpp"
+#include "raytracer/core/ray.hpp"
 #include "raytracer/scene/scene.hpp"
-#include "raytracer/shade/colour.hpp"
-#include "raytracer/walk/ray.hpp"
 
 namespace terravox {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "common/voxel/colour.hpp"
 #include "common/voxel/material.hpp"
-#include "raytracer/shade/colour.hpp"
 
 namespace terravox {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/voxel/box.hpp"
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
 #include "raytracer/tiles/layers.hpp"
 #include "raytracer/tiles/trace_counts.hpp"
 

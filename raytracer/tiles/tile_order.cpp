@@ -6,8 +6,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "common/util/error.hpp"
-
 namespace terravox {
 namespace {
 
@@ -97,24 +95,18 @@ std::vector<TileCell> hilbert(const Grid& g) {
     return sorted_by(g, [&](const TileCell& c) { return along_hilbert(c, bits); });
 }
 
-struct Order {
-    const char* word;
-    std::vector<TileCell> (*cells)(const Grid&);
-};
-constexpr std::array kOrders = {Order{"spiral", spiral}, Order{"vertical", vertical},
-                                Order{"vertical-split", vertical_split}, Order{"hilbert", hilbert},
-                                Order{"rows", rows_of}};
-
 }  // namespace
 
-std::vector<TileCell> order_cells(int columns, int rows, const std::string& order) {
-    std::string words;
-    for (const Order& known : kOrders) {
-        if (order == known.word)
-            return known.cells({columns, rows});
-        words += (words.empty() ? "" : ", ") + std::string(known.word);
+std::vector<TileCell> order_cells(int columns, int rows, TileOrder order) {
+    const Grid grid{columns, rows};
+    switch (order) {
+        case TileOrder::kSpiral: return spiral(grid);
+        case TileOrder::kVertical: return vertical(grid);
+        case TileOrder::kVerticalSplit: return vertical_split(grid);
+        case TileOrder::kHilbert: return hilbert(grid);
+        case TileOrder::kRows: break;
     }
-    throw UsageError("order the tiles: quality.tile_order = '" + order + "'; allowed: " + words);
+    return rows_of(grid);
 }
 
 }  // namespace terravox

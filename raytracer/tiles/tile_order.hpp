@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
+
+#include "raytracer/core/scene_words.hpp"
 
 namespace terravox {
 
@@ -13,12 +14,14 @@ struct TileCell {
 };
 
 /// All cells of a grid, each once, in the order in which they are traced. No picture depends on it.
-///   rows            row by row from the top, each from the left
-///   vertical        column by column from the left, each from the top
-///   vertical-split  column by column; in each, the upper and the lower half take turns, both from
-///   their top spiral          from the middle outwards, ring by ring, each clockwise hilbert along
-///   a Hilbert curve over the smallest square of a power of two that holds the grid
-/// @param columns, rows each 1 to 2^20 @throws UsageError for another word
-[[nodiscard]] std::vector<TileCell> order_cells(int columns, int rows, const std::string& order);
+///   kRows           row by row from the top, each from the left
+///   kVertical       column by column from the left, each from the top
+///   kVerticalSplit  column by column; in each, the upper and the lower half take turns, both from
+///                   their top
+///   kSpiral         from the middle outwards, ring by ring, each clockwise
+///   kHilbert        along a Hilbert curve over the smallest square of a power of two that holds
+///                   the grid
+/// @param columns, rows  each 1 to 2^20
+[[nodiscard]] std::vector<TileCell> order_cells(int columns, int rows, TileOrder order);
 
 }  // namespace terravox

@@ -27,7 +27,7 @@ void check(int width_px, int height_px, int coarse_step, int tile_px, std::int64
 }  // namespace
 
 std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px, int coarse_step,
-                                                int tile_px, const std::string& order) {
+                                                int tile_px, TileOrder order) {
     const int columns = (width_px + tile_px - 1) / tile_px,
               rows = (height_px + tile_px - 1) / tile_px;
     check(width_px, height_px, coarse_step, tile_px, std::int64_t{columns} * rows);

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "raytracer/core/scene_words.hpp"
 #include "raytracer/tiles/tile.hpp"
 
 namespace terravox {
@@ -12,10 +12,10 @@ namespace terravox {
 /// that every pixel is traced exactly once.
 /// @param width_px, height_px, tile_px at least 1
 /// @param coarse_step step of the first pass, a power of two
-/// @param order of the tiles in each pass: a word that order_cells knows
-/// @throws UsageError for another step or word, and for more than 2^20 tiles
+/// @param order of the tiles in each pass
+/// @throws UsageError for another step, and for more than 2^20 tiles
 [[nodiscard]] std::vector<std::vector<RenderTile>> plan_tiles(int width_px, int height_px,
                                                               int coarse_step, int tile_px,
-                                                              const std::string& order);
+                                                              TileOrder order);
 
 }  // namespace terravox

@@ -12,7 +12,7 @@ enum PictureUse : std::uint32_t { kPixelPoint = 0xffff0000, kLensPoint };
 // A wave of many rays for each pixel must not take more memory than one of few.
 std::size_t part_blocks(const View& view, std::size_t wave_rays) noexcept {
     const auto& q = view.scene.quality;
-    const std::size_t rays = q.integrator == "direct" && q.ambient_occlusion
+    const std::size_t rays = q.integrator == Integrator::kDirect && q.ambient_occlusion
                                  ? 1 + static_cast<std::size_t>(q.ao_rays) / 2
                                  : 1;
     return std::max<std::size_t>(wave_rays / kBlockPixels / rays, 1);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "raytracer/walk/ray_state.hpp"
+#include "raytracer/core/ray_state.hpp"
 #include "raytracer/walk/solid_query.hpp"
 
 namespace terravox {

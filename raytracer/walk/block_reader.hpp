@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/blocks/block_manager.hpp"
 
 namespace terravox {
 

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "common/voxel/world.hpp"
-#include "raytracer/walk/ray.hpp"
+#include "raytracer/core/ray.hpp"
 
 namespace terravox {
 

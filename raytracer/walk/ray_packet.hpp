@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <iterator>
 
-#include "raytracer/walk/ray_state.hpp"
+#include "raytracer/core/ray_state.hpp"
 
 namespace terravox {
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "raytracer/walk/ray_state.hpp"
+#include "raytracer/core/ray_state.hpp"
 #include "raytracer/walk/solid_query.hpp"
 
 namespace terravox {

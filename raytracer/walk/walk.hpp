@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "common/voxel/box.hpp"
+#include "raytracer/core/ray_state.hpp"
 #include "raytracer/walk/block_reader.hpp"
 #include "raytracer/walk/level_cut.hpp"
-#include "raytracer/walk/ray_state.hpp"
 
 namespace terravox {
 

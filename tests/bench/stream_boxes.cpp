@@ -8,7 +8,7 @@
 #include "common/util/error.hpp"
 #include "common/util/log.hpp"
 #include "common/util/program.hpp"
-#include "voxelserver/voxelize/lidar_world.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
 
 namespace {
 

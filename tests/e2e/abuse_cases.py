@@ -1,4 +1,4 @@
-"""Requests that nobody should send, and what may be answered: lists of statuses; None is a closed connection without a reply."""
+"""Malformed requests and their allowed statuses; None is a closed connection without a reply."""
 
 import random
 
@@ -250,8 +250,36 @@ BATCHES = {
 }
 
 
+# Headers that contradict the request, and values that none of them has.
+_HEADERS = [
+    b"Content-Length: ",
+    b"Transfer-Encoding: ",
+    b"Connection: ",
+    b"If-None-Match: ",
+    b"Expect: ",
+    b"Host: ",
+    b"Range: ",
+]
+_VALUES = [
+    b"-1",
+    b"99999999999999999999",
+    b"chunked",
+    b"*",
+    b'W/"',
+    b"\xff",
+    b"0,0",
+    b"",
+    b"close, close",
+    b"bytes=9-1,-0",
+]
+
+
 def damaged(random_numbers, good):
-    """One seeded malformed request: a good one with its line cut, bytes changed, parts doubled, ends lost, or no request at all."""
+    """One seeded malformed request.
+
+    A good one with its line cut, bytes changed, parts doubled or ends missing, or no request at
+    all.
+    """
     data = bytearray(random_numbers.choice(good))
     kind = random_numbers.randrange(8)
     if kind == 0:
@@ -280,31 +308,8 @@ def damaged(random_numbers, good):
         a, b = sorted(random_numbers.randrange(len(data)) for _ in range(2))
         data[b:b] = data[a:b] * random_numbers.randrange(1, 40)
     else:
-        header = random_numbers.choice(
-            [
-                b"Content-Length: ",
-                b"Transfer-Encoding: ",
-                b"Connection: ",
-                b"If-None-Match: ",
-                b"Expect: ",
-                b"Host: ",
-                b"Range: ",
-            ]
-        )
-        value = random_numbers.choice(
-            [
-                b"-1",
-                b"99999999999999999999",
-                b"chunked",
-                b"*",
-                b'W/"',
-                b"\xff",
-                b"0,0",
-                b"",
-                b"close, close",
-                b"bytes=9-1,-0",
-            ]
-        )
+        header = random_numbers.choice(_HEADERS)
+        value = random_numbers.choice(_VALUES)
         data[-2:-2] = (header + value + b"\r\n") * random_numbers.randrange(1, 70)
     return bytes(data)
 

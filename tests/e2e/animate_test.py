@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Animations: frames, what a run that was killed leaves behind, ranges, wrong files, and a video where ffmpeg is installed."""
+"""Animations: frames, leftovers of a killed run, ranges, wrong files, and a video with ffmpeg."""
 
 import shutil
 import subprocess
-import time
 import unittest
 
 from pictures import Picture, scene_of
@@ -48,7 +47,10 @@ class Animations(Case):
             self.assertAlmostEqual(deg, (225 + 60 * i) % 360, places=6)
 
     def test_a_day_goes_from_dark_to_light(self):
-        day = 'fps = 1\nseconds = 4\n[day]\nfrom = 4\nto = 12\n[sun]\nzone = "Europe/Ljubljana"\n[output]\nadaptation = 0\n'
+        day = (
+            "fps = 1\nseconds = 4\n"
+            '[day]\nfrom = 4\nto = 12\n[sun]\nzone = "Europe/Ljubljana"\n[output]\nadaptation = 0\n'
+        )
         self.assertDone(animate(self.file(day), *SIZE, "--quiet", "-o", self.pattern))
         hours = [float(s["sun.time_h"]) for s in self.scenes()]
         self.assertEqual(hours, [4, 6, 8, 10, 12])
@@ -58,8 +60,10 @@ class Animations(Case):
 
     def test_keys_move_the_camera_and_a_key_is_the_picture_of_its_scene(self):
         keys = (
-            "fps = 2\n[[key]]\ntime_s = 0\ncamera.position = [462400, 101400, 700]\ncamera.target = [462500, 101500, 480]\ncamera.fov_deg = 40\n"
-            "[[key]]\ntime_s = 1\ncamera.position = [462500, 101380, 650]\ncamera.target = [462500, 101500, 480]\ncamera.fov_deg = 60\n"
+            "fps = 2\n[[key]]\ntime_s = 0\ncamera.position = [462400, 101400, 700]\n"
+            "camera.target = [462500, 101500, 480]\ncamera.fov_deg = 40\n"
+            "[[key]]\ntime_s = 1\ncamera.position = [462500, 101380, 650]\n"
+            "camera.target = [462500, 101500, 480]\ncamera.fov_deg = 60\n"
         )
         self.assertDone(animate(self.file(keys), *SIZE, "--quiet", "-o", self.pattern))
         self.assertEqual(len(self.contents()), 3)
@@ -158,7 +162,9 @@ class Animations(Case):
         self.assertEqual(self.contents(), first)
 
     def test_frames_of_another_survey_or_other_materials_are_made_again(self):
-        film, data, config = self.file(TURN), self.folder / "data", self.folder / "config"
+        film = self.file(TURN)
+        data = self.folder / "data"
+        config = self.folder / "config"
         data.mkdir()
         shutil.copy(square(), data / "a.laz")
         shutil.copytree(ROOT / "config", config)
@@ -246,7 +252,10 @@ class Animations(Case):
                 "is not after",
             ),
             "a key changes the size": (
-                '[[key]]\ntime_s = 0\noutput.size = "9x9"\n[[key]]\ntime_s = 1\noutput.size = "8x8"\n',
+                (
+                    '[[key]]\ntime_s = 0\noutput.size = "9x9"\n'
+                    '[[key]]\ntime_s = 1\noutput.size = "8x8"\n'
+                ),
                 self.pattern,
                 "output.size",
             ),

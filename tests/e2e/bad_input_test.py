@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
-"""What cannot be done is refused in one line, with the right exit code, and leaves nothing behind. 1 = failed, 2 = wrong usage."""
+"""Invalid input is refused in one line, with the right exit code, and leaves nothing behind.
+
+1 = failed, 2 = wrong usage.
+"""
 
 import os
+import struct
 import unittest
 
-from support import Case, binary, entries, Run, render, square, survey, temporary_folder
+from support import Case, Run, binary, entries, render, square, temporary_folder
 
 SMALL = ["--size", "48x27", "--samples", "1", "--quiet"]
 
@@ -12,6 +16,23 @@ SMALL = ["--size", "48x27", "--samples", "1", "--quiet"]
 def laz_with_bytes(folder, name, data):
     (folder / name).write_bytes(data)
     return folder / name
+
+
+def ply(points):
+    """A binary PLY of (east, north, height, class), somewhere in France."""
+    header = (
+        "ply\nformat binary_big_endian 1.0\ncomment crs EPSG:2154\n"
+        f"element vertex {len(points)}\nproperty double x\nproperty double y\n"
+        "property double z\nproperty uchar classification\nend_header\n"
+    )
+    return header.encode() + b"".join(struct.pack(">dddB", *point) for point in points)
+
+
+HILL = [
+    (770_000.25 + x / 2, 6_277_000.25 + y / 2, 150 + x / 20, 2)
+    for x in range(120)
+    for y in range(120)
+]
 
 
 class BadInput(Case):
@@ -73,6 +94,29 @@ class BadInput(Case):
         for name, (code, arguments, said) in cases.items():
             with self.subTest(name):
                 self.refused(code, said, arguments=arguments)
+
+    def test_ply(self):
+        whole = ply(HILL)
+        good = laz_with_bytes(self.inputs, "good.ply", whole)
+        mesh = b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+        mesh += b"property float z\nelement face 7\nend_header\n"
+        cases = {
+            "cut short": (1, whole[:-100], "14400 points promised; at most 14396"),
+            "text where points are promised": (1, b"no points here\n", "bad.ply"),
+            "a mesh": (1, mesh, "a mesh of 7 faces"),
+            "no CRS": (2, whole.replace(b"comment crs EPSG:2154\n", b""), "--crs EPSG:"),
+        }
+        for name, (code, data, said) in cases.items():
+            with self.subTest(name):
+                bad = laz_with_bytes(self.inputs, "bad.ply", data)
+                self.refused(code, said, "bad.ply", arguments=[bad])
+        self.assertDone(render(good, *SMALL, "-o", self.picture))
+        self.assertGreater(self.picture.stat().st_size, 500)
+        archive = self.out / "hill.tvx"
+        self.assertDone(Run([binary("RAYTRACER"), "convert", good, archive, "--quiet"]))
+        again = self.out / "again.png"
+        self.assertDone(render(archive, *SMALL, "-o", again))
+        self.assertAlike(self.picture, again)
 
     def test_flags(self):
         cases = {
@@ -144,7 +188,7 @@ class BadInput(Case):
             "462600,101490,462",
         )
         if run.code == 0:
-            self.skipTest("the invented place has no rock there")
+            self.skipTest("the synthetic place has no rock there")
         self.assertRefused(run, 2, "is solid", "m higher, or --camera-inside-rock yes")
         self.assertEqual(entries(self.out), [])
 

@@ -1,14 +1,18 @@
-"""A TCP link that is bad on purpose: slow, narrow, with stalls, resets and silence, and with writes that come in tiny pieces.
+"""A TCP link that is bad on purpose.
 
-For machines whose kernel has no netem, and for tests without root. TCP hides lost packets behind time: what a program sees of a packet that is lost and
-sent again is a stall of about a second, and of one that is lost for good a connection that says nothing any more, or a reset.
+It is slow or narrow, has stalls, resets and silence, or passes writes in tiny pieces. For machines
+whose kernel has no netem, and for tests without root. TCP turns lost packets into delays: to a
+program a packet that is lost and sent again is a stall of about a second, and one that is lost for
+good is a silent connection, or a reset.
 
-Where things happen (after how many bytes), and how long they take, is drawn from the seed alone, for each connection in the order in which they are
-accepted; how the bytes of several connections fall together in time is up to the machine.
+When faults happen (after how many bytes), and how long they take, depends on the seed alone, for
+each connection in the order of acceptance; how the bytes of several connections interleave in time
+is up to the machine.
 """
 
 import asyncio
 import collections
+import contextlib
 import math
 import random
 import socket
@@ -16,7 +20,7 @@ import struct
 import threading
 
 RESET = "reset"
-SILENT_FORTH = "silent forth"  # from who has dialled to who was dialled
+SILENT_FORTH = "silent forth"  # from the client to the server
 SILENT_BACK = "silent back"
 SILENT_BOTH = "silent both ways"
 _QUEUED = 64  # reads on their way; beyond that the sender waits, as with a full window
@@ -24,7 +28,10 @@ _READ_BYTES = 16 << 10
 
 
 class BadLink:
-    """Listens at `port` of 127.0.0.1 and carries what comes there to another port of it, and back. For as long as the block lasts."""
+    """Listens at `port` of 127.0.0.1 and forwards to another local port, and back.
+
+    It does so for as long as the block lasts.
+    """
 
     def __init__(
         self,
@@ -40,23 +47,26 @@ class BadLink:
         fate_bytes=(1, 1),
         silent_s=math.inf,
     ):
-        """
-        @param delay_s           from, to: of each read, each way; what comes later never overtakes
-        @param stall_every_bytes on average nothing goes on for stall_s after so many bytes of a connection and way; 0: never
-        @param piece_bytes       from, to: writes are split into pieces of so many bytes; None: they are not
+        """@param delay_s           from, to: of each read, each way; the order of bytes is kept
+        @param stall_every_bytes average bytes of a connection and way between two stalls; 0: none
+        @param stall_s           how long a stall lasts
+        @param piece_bytes       from, to: writes are split into pieces of so many bytes; None:
+                                 whole
         @param bytes_per_s       of each connection, each way; 0: no limit
-        @param fates             RESET or SILENT_...: what happens to one connection after the other that has carried enough bytes
-        @param fate_bytes        from, to: how many of these that takes, of both ways together
+        @param fates             RESET or SILENT_...: what happens to successive connections
+        @param fate_bytes        from, to: how many bytes of both ways a fate takes
         @param silent_s          how long a silence lasts; nothing is lost by one that ends
         """
-        self._to_port, self._seed = to_port, seed
-        self._delay_s, self._piece_bytes, self._bytes_per_s = delay_s, piece_bytes, bytes_per_s
-        self._stall_every_bytes, self._stall_s = stall_every_bytes, stall_s
-        self._fates, self._fate_bytes, self._silent_s = (
-            collections.deque(fates),
-            fate_bytes,
-            silent_s,
-        )
+        self._to_port = to_port
+        self._seed = seed
+        self._delay_s = delay_s
+        self._piece_bytes = piece_bytes
+        self._bytes_per_s = bytes_per_s
+        self._stall_every_bytes = stall_every_bytes
+        self._stall_s = stall_s
+        self._fates = collections.deque(fates)
+        self._fate_bytes = fate_bytes
+        self._silent_s = silent_s
         self._counts = collections.Counter()
         self._listening = socket.create_server(("127.0.0.1", 0), backlog=128)
         self._listening.setblocking(False)
@@ -66,7 +76,10 @@ class BadLink:
 
     @property
     def counts(self):
-        """What has truly happened so far: connections, bytes_forth, bytes_back, delayed (reads), stalls, pieces, and each fate by its name."""
+        """What has really happened so far, by name.
+
+        connections, bytes_forth, bytes_back, delayed (reads), stalls, pieces, and each fate.
+        """
         return collections.Counter(self._counts)
 
     def __enter__(self):
@@ -80,10 +93,8 @@ class BadLink:
     def _run(self):
         asyncio.set_event_loop(self._loop)
         self._serving = self._loop.create_task(self._serve())
-        try:
+        with contextlib.suppress(asyncio.CancelledError):
             self._loop.run_until_complete(self._serving)
-        except asyncio.CancelledError:
-            pass
         self._listening.close()
         self._loop.close()
 
@@ -106,7 +117,8 @@ class _Connection:
     """@param number of it; with the seed it says what happens"""
 
     def __init__(self, link, number):
-        self._link, self._counts = link, link._counts
+        self._link = link
+        self._counts = link._counts
         self._numbers = random.Random(f"{link._seed} {number}")
         self._bytes_to_fate = self._numbers.randint(*link._fate_bytes)
         self._silent = set()  # ways that carry nothing now
@@ -136,21 +148,24 @@ class _Connection:
             far.close()
 
     def _way(self, name, source, to):
-        """What reads and what writes, with a queue between them: bytes that are delayed keep nobody from reading more."""
+        """A reader and a writer with a queue between them: delayed bytes do not block reading."""
         queue = asyncio.Queue(_QUEUED)
-        # One for each kind of fault: how many pieces and reads there are is up to the machine, and must not move the others.
+        # One for each kind of fault: the number of pieces and reads depends on the machine, and
+        # must not affect the others.
         delays, pieces, stalls = (random.Random(self._numbers.random()) for _ in range(3))
         return self._read(name, source, queue, delays), self._write(name, to, queue, pieces, stalls)
 
     async def _read(self, name, source, queue, delays):
-        loop, last, low_s, high_s = asyncio.get_running_loop(), 0.0, *self._link._delay_s
+        loop = asyncio.get_running_loop()
+        last = 0.0
+        low_s, high_s = self._link._delay_s
         while True:
             try:
                 data = await loop.sock_recv(source, _READ_BYTES)
             except OSError:
                 if name not in self._silent:
                     raise
-                data = b""  # nobody is told of it through a silence
+                data = b""  # a silence hides it from both ends
             if high_s > 0:
                 last = max(last, loop.time() + delays.uniform(low_s, high_s))
                 self._counts["delayed"] += 1
@@ -159,7 +174,9 @@ class _Connection:
                 return
 
     async def _write(self, name, to, queue, pieces, stalls):
-        loop, link, carried = asyncio.get_running_loop(), self._link, 0
+        loop = asyncio.get_running_loop()
+        link = self._link
+        carried = 0
         stall_at = self._next_stall(0, stalls)
         begun = loop.time()
         while True:
@@ -178,7 +195,8 @@ class _Connection:
                 if link._piece_bytes:
                     most = min(most, pieces.randint(*link._piece_bytes))
                     self._counts["pieces"] += 1
-                piece, data = data[:most], data[most:]
+                piece = data[:most]
+                data = data[most:]
                 meets_fate = most == self._bytes_to_fate
                 self._bytes_to_fate -= most  # before it is sent: the other way sends meanwhile
                 await loop.sock_sendall(to, piece)

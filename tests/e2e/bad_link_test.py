@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Links that are slow, narrow, lossy, cut and silent, without root: the farm, the box server and archives over HTTP make the same picture through them."""
+"""Links that are slow, narrow, lossy, cut and silent, without root.
+
+The farm, the box server and archives over HTTP make the same picture through them.
+"""
 
 import concurrent.futures
 import contextlib
@@ -59,13 +62,14 @@ class TheLinkItself(Case):
 
     def through(self, link, data):
         """@return what came back, and whether it ended with a reset"""
-        got, resets = bytearray(), []
+        got = bytearray()
+        resets = []
 
         def send():
             try:
                 connection.sendall(data)
                 connection.shutdown(socket.SHUT_WR)
-            except OSError as e:  # the kernel tells of a reset once: here or below
+            except OSError as e:  # the kernel reports a reset once: here or below
                 resets.append(e)
 
         with socket.create_connection(("127.0.0.1", link.port), timeout=HANGS_S) as connection:
@@ -134,7 +138,7 @@ class TheLinkItself(Case):
                     ("127.0.0.1", link.port), timeout=HANGS_S
                 ) as connection:
                     connection.sendall(data)
-                    wait_until(lambda link=link: link.counts[fate] == 1, "the silence")
+                    wait_until(lambda link=link, fate=fate: link.counts[fate] == 1, "the silence")
                     connection.settimeout(0.2)  # what has come before it
                     got = 0
                     with contextlib.suppress(TimeoutError):
@@ -235,7 +239,10 @@ class Farm(Rendering):
         )
 
     def by_worker(self, name, seed, environment=DEFAULTS, **faults):
-        """A picture by one worker that is dialled through a link with these faults. @return the link, when the picture is done, and its report"""
+        """A picture by one worker that is dialled through a link with these faults.
+
+        @return the link after the picture, and the report
+        """
         worker = self.program(
             "worker", "--listen", "127.0.0.1:0", "--threads", "1", environment=environment
         )
@@ -269,7 +276,8 @@ class Farm(Rendering):
         self.assert_happened(link, pieces=10_000)
 
     def test_connections_that_are_reset_at_any_byte(self):
-        # From the handshake, whose parts have some dozens of bytes, to the middle of the boxes and tiles.
+        # From the handshake, whose parts have a few dozen bytes, to the middle of the boxes and
+        # tiles.
         for name, most in (("handshake", 300), ("picture", 12_000)):
             with self.subTest(name):
                 link, _ = self.by_worker(
@@ -310,16 +318,20 @@ class Boxes(Rendering):
     PICTURE = ["--size", "320x180", "--samples", "1"]
     FAULTS = {
         "slow, with stalls": (
-            dict(delay_s=(0.05, 0.15), stall_every_bytes=40_000, stall_s=1),
-            dict(delayed=10, stalls=1),
+            {"delay_s": (0.05, 0.15), "stall_every_bytes": 40_000, "stall_s": 1},
+            {"delayed": 10, "stalls": 1},
         ),
-        "in pieces": (dict(piece_bytes=(1, 7)), dict(pieces=10_000)),
-        "narrow": (dict(bytes_per_s=50_000), {}),
+        "in pieces": ({"piece_bytes": (1, 7)}, {"pieces": 10_000}),
+        "narrow": ({"bytes_per_s": 50_000}, {}),
         # Fewer than there are tries of a box, should all meet the same one.
-        "reset": (dict(fates=[RESET] * 3, fate_bytes=(1, 4000)), dict(reset=3)),
+        "reset": ({"fates": [RESET] * 3, "fate_bytes": (1, 4000)}, {"reset": 3}),
         "silent for a while": (
-            dict(fates=[SILENT_BACK, SILENT_FORTH, SILENT_BOTH], fate_bytes=(1, 4000), silent_s=1),
-            dict(silent_back=1, silent_forth=1, silent_both_ways=1),
+            {
+                "fates": [SILENT_BACK, SILENT_FORTH, SILENT_BOTH],
+                "fate_bytes": (1, 4000),
+                "silent_s": 1,
+            },
+            {"silent_back": 1, "silent_forth": 1, "silent_both_ways": 1},
         ),
     }
 

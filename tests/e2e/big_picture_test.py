@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pictures larger than the memory for them go straight into their files, and memory stays where it was.
+"""Pictures larger than their memory limit are streamed into their files; memory stays constant.
 
 big_picture_test.py --long: a poster of 32768 x 32768 pixels (minutes, and some 2 GB of disk).
 """
@@ -8,7 +8,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 import unittest
 
 from pictures import Tags
@@ -25,9 +24,10 @@ from support import (
 )
 
 MIB = 1 << 20
-# What the process takes beside its limits: libraries with their tables (GDAL, PROJ, OpenImageIO, gRPC), textures, sky, tiles in flight.
+# Memory of the process in addition to its limits: libraries with their tables (GDAL, PROJ,
+# OpenImageIO, gRPC), textures, sky, tiles in flight.
 BASE_MIB = 232
-FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats.md
+FILM_BYTES = 28  # a pixel of a picture that is kept; docs/formats/pictures.md
 
 
 class BigPictures(Case):
@@ -41,7 +41,7 @@ class BigPictures(Case):
         endings=(".exr", ".tif"),
         timeout_s=HANGS_S,
     ):
-        """Renders a picture that cannot be kept. @return the folder with the files"""
+        """Renders a picture that does not fit in memory. @return the folder with the files"""
         out = temporary_folder()
         most_mib = BASE_MIB + memory_mib + world_mib
         film_mib = width * height * FILM_BYTES / MIB
@@ -179,7 +179,8 @@ class LongPictures(BigPictures):
         said = self.header(out / "a.exr")
         self.assertEqual((said["width"], said["height"]), (32768, 32768))
         print(
-            f"{(out / 'a.exr').stat().st_size / MIB:.0f} MiB, report: {(out / 'r.json').read_text()}"
+            f"{(out / 'a.exr').stat().st_size / MIB:.0f} MiB, "
+            f"report: {(out / 'r.json').read_text()}"
         )
 
 

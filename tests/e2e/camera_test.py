@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""Projections, from the scene to the pixel, and cameras, suns and sizes that cannot be: refused in one line, with nothing left behind."""
+"""Projections, from the scene to the pixel, and invalid cameras, suns and sizes.
+
+The invalid ones are refused in one line, with nothing left behind.
+"""
 
 import math
 import shutil
 import unittest
 
 from pictures import Picture, camera_place, distance, transformed
-from support import ROOT, Case, entries, render, square, survey, temporary_folder
+from support import ROOT, Case, entries, render, square, temporary_folder
 
 WIDE = ["--size", "160x90", "--samples", "1", "--quiet"]
 # Above the shore of the lake: land and sky all around.
@@ -43,7 +46,7 @@ def picture(projection):
 
 
 def pixel_of(projection, picture, place):
-    """Where a point, metres from terravox:origin, must show: written after docs/formats.md, not after the program."""
+    """@return the pixel that shows a point, metres from terravox:origin (docs/formats/scene.md)"""
     if projection in ("perspective", "orthographic", "isometric"):
         u, v, _ = transformed(picture.metadata["worldToNDC"], place)
         return u * picture.width, v * picture.height
@@ -51,11 +54,13 @@ def pixel_of(projection, picture, place):
         picture.metadata["worldToCamera"], place
     )  # x right, y up, looking down -z
     if projection == "panorama":
-        turn, height = math.atan2(x, -z), math.atan2(y, math.hypot(x, z))
+        turn = math.atan2(x, -z)
+        height = math.atan2(y, math.hypot(x, z))
         return (
             turn / math.pi + 1
         ) * picture.width / 2, picture.height / 2 - height / math.pi * picture.width / 2
-    angle, shorter = math.atan2(math.hypot(x, y), -z), min(picture.width, picture.height)
+    angle = math.atan2(math.hypot(x, y), -z)
+    shorter = min(picture.width, picture.height)
     radius = angle / math.radians(200 / 2) * shorter / 2
     return picture.width / 2 + radius * x / math.hypot(
         x, y
@@ -70,7 +75,8 @@ class Projections(Case):
                 self.assertEqual(
                     "worldToNDC" in p.metadata, projection not in ("panorama", "fisheye")
                 )
-                eye, seen = camera_place(p), 0
+                eye = camera_place(p)
+                seen = 0
                 for i, (a, z, *place) in enumerate(
                     p.channels("A", "Z", "position.X", "position.Y", "position.Z")
                 ):
@@ -97,7 +103,7 @@ class Projections(Case):
         places = p.channels("position.X", "position.Y", "position.Z")
 
         def step(left, right):
-            """Median distance between neighbours of two columns, in shares of how far away they are."""
+            """@return median distance of neighbours in two columns, relative to their depth"""
             both = [
                 y
                 for y in range(p.height)
@@ -146,7 +152,8 @@ class Projections(Case):
                     out / f"{name}.exr",
                 )
             )
-        down, up = Picture(out / "down.exr"), Picture(out / "up.exr")
+        down = Picture(out / "down.exr")
+        up = Picture(out / "up.exr")
         self.assertGreater(sum(down.channel("A")), 3000)
         self.assertEqual(sum(up.channel("A")), 0)
         hits = [i for i, a in enumerate(down.channel("A")) if a]
@@ -178,75 +185,78 @@ class Projections(Case):
         self.assertNotIn("[warning]", run.err)
 
 
+_POINT = ["--camera-position", "462400,101400,700", "--camera-target"]
+_ON_EARTH = ["--camera-space", "latlon", "--camera-target", "46,14,0"]
+# Invalid cameras, suns and pictures: flags, and a part of the message.
+REFUSED = {
+    "a field of view of 0": (["--fov", "0"], "camera.fov_deg = 0; allowed: 1 to 360"),
+    "of 1000": (["--fov", "1000"], "camera.fov_deg = 1000"),
+    "of no number": (["--fov", "NaN"], "camera.fov_deg = nan"),
+    "of 175, perspective": (
+        ["--fov", "175"],
+        "camera.fov_deg = 175; allowed for a perspective: 1 to 170",
+    ),
+    "a fisheye of 361": (
+        ["--projection", "fisheye", "--fov", "361"],
+        "camera.fov_deg = 361",
+    ),
+    "a panorama with a lens": (
+        ["--projection", "panorama", "--camera-aperture-m", "1"],
+        "camera.aperture_m = 1; allowed for a panorama: 0",
+    ),
+    "another projection": (
+        ["--projection", "mercator"],
+        "allowed: perspective, orthographic, isometric, panorama, fisheye",
+    ),
+    "a map of no height": (
+        ["--projection", "orthographic", "--camera-height-m", "0"],
+        "camera.height_m = 0",
+    ),
+    "target where the camera is": ([*_POINT, "462400,101400,700"], "the same point"),
+    "a place that is no number": (
+        [*_POINT, "nan,1,2"],
+        "camera.target = (nan, 1, 2); allowed: three finite numbers",
+    ),
+    "a place beyond all maps": (
+        [*_POINT, "1e300,1,2"],
+        "camera.target = (1e+300, 1, 2) lies beyond 10^9 voxels",
+    ),
+    "a latitude of 91": (
+        [*_ON_EARTH, "--camera-position", "91,14,900"],
+        "latitude = 91; allowed: -90 to 90",
+    ),
+    "a longitude of 500": (
+        [*_ON_EARTH, "--camera-position", "46,500,900"],
+        "longitude = 500",
+    ),
+    "an unknown view": (["--look", "Bled iland"], "names no view; near: Bled island"),
+    "a view in no file": (["--look", "./nothing.toml"], "nothing.toml"),
+    "30 February": (
+        ["--sun-date", "2026-02-30"],
+        "sun.date = '2026-02-30' is no day of the calendar",
+    ),
+    "month 13": (
+        ["--sun-date", "2026-13-01"],
+        "sun.date = '2026-13-01' is no day of the calendar",
+    ),
+    "the year 99999": (["--sun-date", "99999-01-01"], "allowed: YYYY-MM-DD"),
+    "25 o'clock": (["--sun-time-h", "25"], "sun.time_h = 25; allowed: 0 to 24"),
+    "no time": (["--sun-time-h", "nan"], "sun.time_h = nan"),
+    "no zone": (["--sun-zone", "Europe/Atlantis"], "'Europe/Atlantis' is not known"),
+    "a zone that is a path": (["--sun-zone", "../../etc/passwd"], "is not known"),
+    "UTC+15": (["--sun-utc-offset-h", "15"], "sun.utc_offset_h = 15; allowed: -14 to 14"),
+    "half a sun": (["--sun-altitude-deg", "20"], "sun.azimuth_deg is missing"),
+    "two colours": (["--sky-colour", "1,1"], "sky.colour = 2 numbers"),
+    "a dark colour": (["--sky-colour=-1,1,1"], "sky.colour = -1; allowed: 0 to"),
+    "another curve": (["--tone", "sepia"], "allowed: photographic, filmic, agx, linear"),
+    "noise below none": (["--noise", "-1"], "quality.noise = -1"),
+    "time below none": (["--time", "-1"], "quality.time_s = -1"),
+}
+
+
 class Refused(Case):
     def test_cameras_suns_and_sizes(self):
-        point = ["--camera-position", "462400,101400,700", "--camera-target"]
-        on_earth = ["--camera-space", "latlon", "--camera-target", "46,14,0"]
-        cases = {
-            "a field of view of 0": (["--fov", "0"], "camera.fov_deg = 0; allowed: 1 to 360"),
-            "of 1000": (["--fov", "1000"], "camera.fov_deg = 1000"),
-            "of no number": (["--fov", "NaN"], "camera.fov_deg = nan"),
-            "of 175, perspective": (
-                ["--fov", "175"],
-                "camera.fov_deg = 175; allowed for a perspective: 1 to 170",
-            ),
-            "a fisheye of 361": (
-                ["--projection", "fisheye", "--fov", "361"],
-                "camera.fov_deg = 361",
-            ),
-            "a panorama with a lens": (
-                ["--projection", "panorama", "--camera-aperture-m", "1"],
-                "camera.aperture_m = 1; allowed for a panorama: 0",
-            ),
-            "another projection": (
-                ["--projection", "mercator"],
-                "allowed: perspective, orthographic, isometric, panorama, fisheye",
-            ),
-            "a map of no height": (
-                ["--projection", "orthographic", "--camera-height-m", "0"],
-                "camera.height_m = 0",
-            ),
-            "target where the camera is": ([*point, "462400,101400,700"], "the same point"),
-            "a place that is no number": (
-                [*point, "nan,1,2"],
-                "camera.target = (nan, 1, 2); allowed: three finite numbers",
-            ),
-            "a place beyond all maps": (
-                [*point, "1e300,1,2"],
-                "camera.target = (1e+300, 1, 2) lies beyond 10^9 voxels",
-            ),
-            "a latitude of 91": (
-                [*on_earth, "--camera-position", "91,14,900"],
-                "latitude = 91; allowed: -90 to 90",
-            ),
-            "a longitude of 500": (
-                [*on_earth, "--camera-position", "46,500,900"],
-                "longitude = 500",
-            ),
-            "an unknown view": (["--look", "Bled iland"], "names no view; near: Bled island"),
-            "a view in no file": (["--look", "./nothing.toml"], "nothing.toml"),
-            "30 February": (
-                ["--sun-date", "2026-02-30"],
-                "sun.date = '2026-02-30' is no day of the calendar",
-            ),
-            "month 13": (
-                ["--sun-date", "2026-13-01"],
-                "sun.date = '2026-13-01' is no day of the calendar",
-            ),
-            "the year 99999": (["--sun-date", "99999-01-01"], "allowed: YYYY-MM-DD"),
-            "25 o'clock": (["--sun-time-h", "25"], "sun.time_h = 25; allowed: 0 to 24"),
-            "no time": (["--sun-time-h", "nan"], "sun.time_h = nan"),
-            "no zone": (["--sun-zone", "Europe/Atlantis"], "'Europe/Atlantis' is not known"),
-            "a zone that is a path": (["--sun-zone", "../../etc/passwd"], "is not known"),
-            "UTC+15": (["--sun-utc-offset-h", "15"], "sun.utc_offset_h = 15; allowed: -14 to 14"),
-            "half a sun": (["--sun-altitude-deg", "20"], "sun.azimuth_deg is missing"),
-            "two colours": (["--sky-colour", "1,1"], "sky.colour = 2 numbers"),
-            "a dark colour": (["--sky-colour=-1,1,1"], "sky.colour = -1; allowed: 0 to"),
-            "another curve": (["--tone", "sepia"], "allowed: photographic, filmic, agx, linear"),
-            "noise below none": (["--noise", "-1"], "quality.noise = -1"),
-            "time below none": (["--time", "-1"], "quality.time_s = -1"),
-        }
-        for name, (flags, said) in cases.items():
+        for name, (flags, said) in REFUSED.items():
             with self.subTest(name):
                 out = temporary_folder()
                 self.assertRefused(render(square(), *WIDE, *flags, "-o", out / "a.png"), 2, said)
@@ -261,7 +271,8 @@ class Refused(Case):
             ),
             "65536x65536": (
                 ["-o", "a.png"],
-                "need 114688 MiB, more than there is for a picture, and '.png' cannot be written in parts; allowed at this size: "
+                "need 114688 MiB, more than there is for a picture, and '.png' "
+                "cannot be written in parts; allowed at this size: "
                 ".exr .tif, or --memory-mib 229376 and more",
             ),
             "8192x8192": (
@@ -270,7 +281,10 @@ class Refused(Case):
             ),
             "8200x8192": (
                 ["--tile", "7", "-o", "a.tif"],
-                "tiles of 7 pixels; allowed for .tif at this size: multiples of 16, or --memory-mib",
+                (
+                    "tiles of 7 pixels; allowed for .tif at this size: multiples of 16, "
+                    "or --memory-mib"
+                ),
             ),
             "3840x2160": (
                 ["--layers", "all", "-o", "a.exr", "-o", "a.png"],
@@ -286,7 +300,7 @@ class Refused(Case):
                 self.assertEqual(entries(out), [])
 
     def test_layers_that_no_file_takes_cost_nothing(self):
-        # Kept, they would need 16 MB, and a PNG cannot be streamed.
+        # In memory they would need 16 MB, and a PNG cannot be streamed.
         out = temporary_folder()
         self.assertDone(
             render(
@@ -321,7 +335,8 @@ class Refused(Case):
         self.assertAlike(out / "all.png", out / "beauty.png", exact=True)
 
     def test_denoising_without_its_library(self):
-        out, empty = temporary_folder(), temporary_folder()
+        out = temporary_folder()
+        empty = temporary_folder()
         run = render(
             square(),
             *WIDE,

@@ -8,10 +8,14 @@ from support import HANGS_S
 
 
 class Crowd:
-    """Bad clients: of several loopback addresses, each with as many connections as a limit allows and more. They are served by one thread."""
+    """Misbehaving clients of several loopback addresses, each with more connections than its limit.
+
+    One thread serves them all.
+    """
 
     def __init__(self, port, count, behaviour):
-        self._port, self._behaviour = port, behaviour
+        self._port = port
+        self._behaviour = behaviour
         self._stop = threading.Event()
         self.steps = 0  #: times that all have behaved
         self.connections = [self._connect(i) for i in range(count)]

@@ -71,7 +71,7 @@ class Desktop:
 
     @contextlib.contextmanager
     def at_once(self, program):
-        """What is done in here reaches a program in one go: as if it had been busy meanwhile."""
+        """Input during the block reaches the program at once, as if it had been busy."""
         program.process.send_signal(signal.SIGSTOP)
         try:
             yield
@@ -105,26 +105,27 @@ class Desktop:
         data = pathlib.Path(self.folder / "Xvfb_screen0").read_bytes()
         # The X window dump: XWDFile.h of the X.Org Foundation.
         header = struct.unpack(">25I", data[:100])
-        size, width, height, bits, row_bytes, colours = (
-            header[0],
-            header[4],
-            header[5],
-            header[11],
-            header[12],
-            header[19],
-        )
+        size = header[0]
+        width = header[4]
+        height = header[5]
+        bits = header[11]
+        row_bytes = header[12]
+        colours = header[19]
         assert bits == 32, bits
         start = size + colours * 12
         rows = []
         for y in range(height):
             row = data[start + y * row_bytes : start + y * row_bytes + width * 4]
             rgb = bytearray(width * 3)
-            rgb[0::3], rgb[1::3], rgb[2::3] = row[2::4], row[1::4], row[0::4]  # little-endian
+            # A pixel is blue, green, red and padding: little-endian.
+            rgb[0::3] = row[2::4]
+            rgb[1::3] = row[1::4]
+            rgb[2::3] = row[0::4]
             rows.append(bytes(rgb))
         return width, height, rows
 
     def save(self, path):
-        """As PPM, for who wants to look."""
+        """Saves a PPM file for a person to look at."""
         width, height, rows = self.see()
         pathlib.Path(path).write_bytes(b"P6 %d %d 255\n" % (width, height) + b"".join(rows))
 

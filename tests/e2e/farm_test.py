@@ -1,4 +1,7 @@
-"""A farm of real programs: workers that listen and workers that join, killed, stopped, unwelcome; a picture that is the same in any case."""
+"""A farm of real programs: listening and joining workers, killed, stopped or refused.
+
+The picture is the same in any case.
+"""
 
 import http.client
 import json
@@ -26,24 +29,19 @@ from support import (
 
 TOKEN = "kv7r2mx9q4tz8wpd5hcn"
 ENVIRONMENT = {"TERRAVOX_FARM_TOKEN": TOKEN, "TERRAVOX_FARM_TEST": "1"}
-# Some seconds on one thread: long enough to be killed in the middle of.
-SCENE = [
-    "--size",
-    "256x144",
-    "--tile",
-    "16",
-    "--integrator",
-    "path",
-    "--samples",
-    "40",
-    "--bounces",
-    "4",
-]
+PICTURE = ["--size", "256x144", "--tile", "16", "--integrator", "path", "--bounces", "4"]
+# Some seconds on one thread: long enough to be killed, asked and joined in the middle of.
+SCENE = [*PICTURE, "--samples", "40"]
+# As many tiles, for tests in which nothing happens while it is rendered.
+SHORT = [*PICTURE, "--samples", "4"]
 os.environ["TERRAVOX_FARM_TEST"] = "1"
 
 
 def unread_bytes(port):
-    """What connections to a port of this machine have brought, and the program there has not read. Ref: proc_net_tcp.rst of Linux."""
+    """@return bytes that connections to a local port have received and the program has not read
+
+    Ref: proc_net_tcp.rst of Linux.
+    """
     lines = [line.split() for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]]
     return sum(
         int(queues.split(":")[1], 16)
@@ -56,11 +54,11 @@ class Farm(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.out = temporary_folder()
-        run = render(
-            survey(), *SCENE, "--quiet", "-o", cls.out / "wanted.png", "-o", cls.out / "wanted.exr"
-        )
-        assert run.code == 0, run
-        cls.wanted = (cls.out / "wanted.png").read_bytes()
+        cls.wanted = {}
+        for name, scene in (("long.png", SCENE), ("short.png", SHORT)):
+            run = render(survey(), *scene, "--quiet", "-o", cls.out / name)
+            assert run.code == 0, run
+            cls.wanted[name] = (cls.out / name).read_bytes()
 
     def program(self, *arguments, **options):
         program = Program(*arguments, **{"environment": ENVIRONMENT, **options})
@@ -75,21 +73,22 @@ class Farm(unittest.TestCase):
         )
         return daemon, "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
 
-    def coordinator(self, name, *arguments, **options):
+    def coordinator(self, name, *arguments, scene=SCENE, **options):
         return self.program(
-            "render", survey(), *SCENE, "-o", self.out / name, *arguments, **options
+            "render", survey(), *scene, "-o", self.out / name, *arguments, **options
         )
 
-    def check(self, program, name, code=0):
-        self.assertEqual(program.end(), code, program.log())
+    def check(self, program, name, wanted="long.png"):
+        self.assertEqual(program.end(), 0, program.log())
         self.assertTrue(
-            (self.out / name).read_bytes() == self.wanted,
+            (self.out / name).read_bytes() == self.wanted[wanted],
             f"{name} is another picture\n{program.log()}",
         )
         self.assertFalse((self.out / (name + ".tiles")).exists())
 
     def test_workers_that_listen(self):
-        (_, a), (_, b) = self.worker(), self.worker()
+        _, a = self.worker()
+        _, b = self.worker()
         for name, threads in (("listen.png", "0"), ("mixed.png", "1")):
             self.check(
                 self.coordinator(
@@ -156,6 +155,7 @@ class Farm(unittest.TestCase):
             "127.0.0.1:0",
             "--threads",
             "0",
+            scene=SHORT,
             environment={"TERRAVOX_FARM_TOKEN": "", "TERRAVOX_FARM_TEST": "1"},
         )
         token = coordinator.saw(r"token: (\S+)").group(1)
@@ -166,10 +166,12 @@ class Farm(unittest.TestCase):
             address,
             environment={"TERRAVOX_FARM_TOKEN": token, "TERRAVOX_FARM_TEST": "1"},
         )
-        self.check(coordinator, "told.png")
+        self.check(coordinator, "told.png", wanted="short.png")
 
     def test_green_alone_and_beside_others(self):
-        self.check(self.coordinator("green.png", "--green"), "green.png")
+        self.check(
+            self.coordinator("green.png", "--green", scene=SHORT), "green.png", wanted="short.png"
+        )
         _, a = self.worker()
         self.check(
             self.coordinator("green2.png", "--green", "--threads", "1", "--worker", a), "green2.png"
@@ -178,7 +180,8 @@ class Farm(unittest.TestCase):
     def test_workers_killed_and_stopped_in_the_middle(self):
         for sign in (signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP):
             with self.subTest(sign.name):
-                (victim, a), (_, b) = self.worker(), self.worker()
+                victim, a = self.worker()
+                _, b = self.worker()
                 name = f"{sign.name}.png"
                 coordinator = self.coordinator(
                     name, "--worker", a, "--worker", b, "--threads", "0", "--log", "debug"
@@ -206,14 +209,15 @@ class Farm(unittest.TestCase):
         coordinator = self.coordinator(
             "lost.png", "--worker", a, "--threads", "0", "--give-up", "1s", "--log", "debug"
         )
-        # From its own log: asking the worker would take a program's start, in which a picture may be finished.
+        # From its own log: asking the worker would take the start of a program, and the picture may
+        # be finished by then.
         coordinator.saw("answer: tile", times=4)
         worker.kill()
         self.assertEqual(coordinator.end(), 3, coordinator.log())
         self.assertRegex(coordinator.log(), r"lacks \d+ tiles")
         self.assertTrue((self.out / "lost.png").exists())
         self.assertTrue((self.out / "lost.png.tiles").exists())
-        # Without --resume nothing of that is thrown away by accident.
+        # Without --resume the checkpoint is not discarded by accident.
         refused = self.coordinator("lost.png", "--worker", a, "--threads", "1")
         self.assertEqual(refused.end(), 2, refused.log())
         report = self.out / "resumed.json"
@@ -273,9 +277,11 @@ class Farm(unittest.TestCase):
                 "--threads",
                 "0",
                 *flags(folder, "coordinator"),
+                scene=SHORT,
                 environment=bare,
             ),
             "tls.png",
+            wanted="short.png",
         )
         stranger = Run(
             [binary("RAYTRACER"), "farm", "status", a, *flags(self.out / "others", "coordinator")]
@@ -330,21 +336,25 @@ class Farm(unittest.TestCase):
             stranger.sendall(garbage)
             held.append(stranger)
         self.check(
-            self.coordinator("unwelcome.png", "--worker", a, "--threads", "0"), "unwelcome.png"
+            self.coordinator("unwelcome.png", "--worker", a, "--threads", "0", scene=SHORT),
+            "unwelcome.png",
+            wanted="short.png",
         )
         for stranger in held:
             stranger.close()
         self.assertIsNone(daemon.process.poll(), daemon.log())
-        # A worker that nobody wants says so, and a render that its only worker refuses goes on by itself.
+        # A worker without a coordinator says so, and a render that its only worker refuses
+        # continues alone.
         coordinator = self.coordinator(
             "alone.png",
             "--worker",
             a,
             "--threads",
             "2",
+            scene=SHORT,
             environment={**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"},
         )
-        self.check(coordinator, "alone.png")
+        self.check(coordinator, "alone.png", wanted="short.png")
 
     def test_a_busy_worker_works_for_one_after_the_other(self):
         _, a = self.worker()
@@ -360,7 +370,11 @@ class Farm(unittest.TestCase):
         daemon = self.program("worker", "--config", config)
         port = int(daemon.saw(r"page of metrics at port (\d+)").group(1))
         a = "127.0.0.1:" + daemon.saw(r"on port (\d+)").group(1)
-        self.check(self.coordinator("metrics.png", "--worker", a, "--threads", "0"), "metrics.png")
+        self.check(
+            self.coordinator("metrics.png", "--worker", a, "--threads", "0", scene=SHORT),
+            "metrics.png",
+            wanted="short.png",
+        )
         connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANGS_S)
         connection.request("GET", "/metrics")
         page = connection.getresponse().read().decode()
@@ -382,7 +396,7 @@ class Farm(unittest.TestCase):
         coordinator = self.program(
             "render",
             server.url,
-            *SCENE,
+            *SHORT,
             "-o",
             self.out / "stalled.png",
             "--listen",
@@ -415,9 +429,8 @@ class Farm(unittest.TestCase):
         # Paused before there is a picture, which then stands still until the last of these.
         _, a = self.worker()
         self.assertEqual(tell("pause", a).code, 0)
-        coordinator = self.coordinator(
-            "paused.png", "--worker", a, "--threads", "0", "--listen", "127.0.0.1:0"
-        )
+        arguments = ["--worker", a, "--threads", "0", "--listen", "127.0.0.1:0"]
+        coordinator = self.coordinator("paused.png", *arguments, scene=SHORT)
         b = "127.0.0.1:" + coordinator.saw(r"on port (\d+)").group(1)
         wait_until(lambda: state(b) == "paused", "the coordinator sees the pause")
         unknown = tell("pause", b, "--worker", "nobody")
@@ -426,7 +439,59 @@ class Farm(unittest.TestCase):
         self.assertEqual(tell("resume", a).code, 0)
         self.assertEqual(state(b), "paused", "the coordinator has not let it go on")
         self.assertEqual(tell("resume", b).code, 0)
-        self.check(coordinator, "paused.png")
+        self.check(coordinator, "paused.png", wanted="short.png")
+
+    def background(self, environment, *command):
+        """Starts a program that ends with the test."""
+        process = subprocess.Popen(
+            [str(c) for c in command],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, **environment},
+        )
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def network_with_avahi(self, folder, environment):
+        """Starts D-Bus, and Avahi in a network namespace that has loopback alone.
+
+        @return the command that runs others in that namespace
+        """
+        (folder / "bus.conf").write_text(
+            f"<busconfig><listen>unix:path={folder}/bus</listen><auth>EXTERNAL</auth>"
+            "<policy context='default'><allow user='*'/><allow own='*'/>"
+            "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n"
+        )
+        (folder / "avahi.conf").write_text(
+            "[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
+            "[wide-area]\nenable-wide-area=no\n"
+            "[publish]\npublish-hinfo=no\npublish-workstation=no\n"
+        )
+        bus = ["dbus-daemon", f"--config-file={folder}/bus.conf", "--nofork", "--nopidfile"]
+        self.background(environment, *bus)
+        script = (
+            "ip link set lo up && mkdir -p /run/avahi-daemon "
+            "&& mount -t tmpfs none /run/avahi-daemon "
+            '&& while [ ! -S "$1" ]; do sleep 0.1; done; '
+            'exec avahi-daemon -f "$2" --no-drop-root --no-chroot --no-rlimits --no-proc-title'
+        )
+        unshare = ["unshare", "-m", "-n", "sh", "-c", script, "sh"]
+        avahi = self.background(environment, *unshare, folder / "bus", folder / "avahi.conf")
+        within = ["nsenter", "-t", str(avahi.pid), "-n"]
+
+        def is_up():
+            show = [*within, "ip", "-o", "link", "show", "lo", "up"]
+            environ = {**os.environ, **environment}
+            return subprocess.run(show, capture_output=True, check=False, env=environ).stdout != b""
+
+        wait_until(is_up, "the network is up")
+        return within
+
+    def certificate_flags(self, folder, name):
+        """@return flags for a program with that certificate of the folder"""
+        files = {"ca": "ca.pem", "cert": f"{name}.pem", "key": f"{name}.key"}
+        return [word for flag, file in files.items() for word in (f"--tls-{flag}", folder / file)]
 
     def test_workers_that_announce_themselves(self):
         path = os.environ["PATH"] + ":/usr/sbin:/sbin"
@@ -439,80 +504,20 @@ class Farm(unittest.TestCase):
             self.skipTest(f"wants {', '.join(missing) or 'root'}, for a network of its own")
         folder = self.out / "network"
         folder.mkdir()
-        (folder / "bus.conf").write_text(
-            f"<busconfig><listen>unix:path={folder}/bus</listen><auth>EXTERNAL</auth><policy context='default'><allow user='*'/><allow own='*'/>"
-            "<allow send_destination='*'/><allow receive_sender='*'/></policy></busconfig>\n"
-        )
-        (folder / "avahi.conf").write_text(
-            "[server]\nhost-name=farmtest\nuse-ipv4=yes\nuse-ipv6=no\nallow-interfaces=lo\n"
-            "[wide-area]\nenable-wide-area=no\n[publish]\npublish-hinfo=no\npublish-workstation=no\n"
-        )
         environment = {
             "TERRAVOX_FARM_TOKEN": "",
             "TERRAVOX_FARM_TEST": "1",
             "DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={folder}/bus",
         }
-        made = Run([binary("RAYTRACER"), "farm", "certs", "-o", folder / "certs"])
+        certificates = folder / "certs"
+        made = Run([binary("RAYTRACER"), "farm", "certs", "-o", certificates])
         self.assertEqual(made.code, 0, made)
-
-        def flags(name):
-            return [
-                "--tls-ca",
-                folder / "certs" / "ca.pem",
-                "--tls-cert",
-                folder / "certs" / f"{name}.pem",
-                "--tls-key",
-                folder / "certs" / f"{name}.key",
-            ]
-
-        def background(*command):
-            process = subprocess.Popen(
-                [str(c) for c in command],
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                env={**os.environ, **environment, "PATH": path},
-            )
-            self.addCleanup(process.wait)
-            self.addCleanup(process.kill)
-            return process
-
-        background("dbus-daemon", f"--config-file={folder}/bus.conf", "--nofork", "--nopidfile")
-        avahi = background(
-            "unshare",
-            "-m",
-            "-n",
-            "sh",
-            "-c",
-            'ip link set lo up && mkdir -p /run/avahi-daemon && mount -t tmpfs none /run/avahi-daemon && while [ ! -S "$1" ]; do sleep 0.1; done; '
-            'exec avahi-daemon -f "$2" --no-drop-root --no-chroot --no-rlimits --no-proc-title',
-            "sh",
-            folder / "bus",
-            folder / "avahi.conf",
-        )
-        within = ["nsenter", "-t", str(avahi.pid), "-n"]
-        wait_until(
-            lambda: (
-                subprocess.run(
-                    [*within, "ip", "-o", "link", "show", "lo", "up"],
-                    capture_output=True,
-                    check=False,
-                    env={**os.environ, "PATH": path},
-                ).stdout
-                != b""
-            ),
-            "the network is up",
-        )
+        within = self.network_with_avahi(folder, {**environment, "PATH": path})
+        place = {"environment": environment, "within": within}
+        announced = ["--listen", "0.0.0.0:0", "--announce", "--threads", "1"]
         workers = [
             self.program(
-                "worker",
-                "--listen",
-                "0.0.0.0:0",
-                "--announce",
-                "--threads",
-                "1",
-                *flags("worker"),
-                environment=environment,
-                within=within,
+                "worker", *announced, *self.certificate_flags(certificates, "worker"), **place
             )
             for _ in range(2)
         ]
@@ -520,12 +525,9 @@ class Farm(unittest.TestCase):
             worker.saw(r"on port (\d+)")
         coordinator = self.coordinator(
             "found.png",
-            "--discover",
-            "--threads",
-            "0",
-            *flags("coordinator"),
-            environment=environment,
-            within=within,
+            *("--discover", "--threads", "0"),
+            *self.certificate_flags(certificates, "coordinator"),
+            **place,
         )
         for worker in workers:
             worker.saw("works for")

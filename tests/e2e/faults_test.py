@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""The machine lets the programs down: full disk, no descriptors, no memory, interrupted calls, a clock that jumps.
+"""Faults of the machine: full disk, no descriptors, no memory, EINTR, a clock that jumps.
 
-Whatever happens, a program ends with an exit code of its own and a line that says why, never by a signal; nothing appears
-half-written under the name that was asked for; and what is complete has the same bytes as on a good day.
-With --long the sweeps have more steps. docs/reliability.md lists what is covered where.
+Whatever happens, a program ends with an exit code of its own and a line that says why, never by a
+signal; no partial file appears under the requested name; and complete files have the same bytes as
+without faults. With --long the sweeps have more steps. docs/reliability.md lists what is covered
+where.
 """
 
 import contextlib
@@ -24,7 +25,10 @@ FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), 
 
 
 def least_address_space(program, among):
-    """The least of the values that the program's libraries let it start with: what fails before main() is not ours to tell."""
+    """@return the smallest tried limit with which the program's libraries load
+
+    What fails before main() is outside this project.
+    """
     for value in among:
         if all(Ended([program, "--version"], "address space", value).code == 0 for _ in range(3)):
             return value
@@ -73,7 +77,7 @@ class Faults(Writers):
             program = binary(WRITERS[name][0])
             if program not in least:
                 least[program] = least_address_space(program, range(100 * mib, 3000 * mib, 8 * mib))
-            for more in range(0, 400, 4) if LONG else (0, 16, 40, 80, 140):
+            for more in range(0, 400, 4) if LONG else (0, 12, 16, 40, 80, 140):
                 with self.subTest(name, more_mib=more):
                     arguments, out = self.writer(name)
                     run = Ended(arguments, "address space", least[program] + more * mib)
@@ -81,7 +85,8 @@ class Faults(Writers):
                     self.assert_nothing_half_written(name, run, out)
 
     def test_calls_that_are_interrupted_go_on(self):
-        # A process that is halted and let go again gets EINTR from most calls that wait, although it has no handler.
+        # A process that is stopped and continued gets EINTR from most waiting calls, although it
+        # has no handler.
         for name in ("render to PNG", "archive"):
             with self.subTest(name):
                 self.whole(name)
@@ -101,7 +106,7 @@ class Faults(Writers):
                 self.assert_as_on_a_good_day(name, out)
 
     def test_a_server_with_a_full_cache_disk_still_serves(self):
-        # Its cache is a database: that of the whole process may not grow beyond what starting takes.
+        # Its cache is a database, limited with the whole process to what the start takes.
         program = ("prlimit", f"--fsize={64 << 10}")
         server = Server(self.data, "--cache", temporary_folder(), program=program)
         with contextlib.ExitStack() as stack:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""config/nginx before the voxel server: slow clients cost nothing, and what the server says passes unharmed."""
+"""config/nginx before the voxel server: slow clients cost nothing, replies pass unchanged."""
 
 import os
 import re
@@ -19,8 +19,8 @@ from wire import connect, get, talk
 NGINX = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/usr/local/sbin")
 BAD_CLIENTS = 1000
 GOOD_REQUESTS = 200
-# Where slow clients take a server's threads every request waits for 10 s and more. On a busy machine
-# single requests may, too; half of 200 do not.
+# Where slow clients occupy the threads of a server, every request waits for 10 s and more. On a
+# busy machine single requests may, too; half of 200 do not.
 MEDIAN_LIMIT_S = 5
 
 
@@ -29,7 +29,8 @@ class Front:
 
     def __init__(self, server_port, instead=()):
         """@param instead pairs of what stands once in terravox.conf, and what stands there then"""
-        self.port, self.folder = hold_port(), temporary_folder()
+        self.port = hold_port()
+        self.folder = temporary_folder()
         self.folder.chmod(0o755)  # started by root, nginx works as another user
         for file in (ROOT / "config" / "nginx").glob("*.conf"):
             text = file.read_text()
@@ -246,7 +247,7 @@ class FrontTest(Case):
                 self.assertEqual(said.replies[0].problem(), "", str(said))
 
     def test_too_many_of_one_address_are_told_to_come_again(self):
-        # Fewer a minute than are asked for, however slow this machine is.
+        # A smaller rate than that of the requests, however slow this machine is.
         with Front(
             self.server.port, [("rate=1000r/s", "rate=1r/m"), ("burst=2000", "burst=50")]
         ) as front:
@@ -273,7 +274,8 @@ class FrontTest(Case):
 
     def median_of_good_client(self):
         """@return the median of a good client's requests, seconds"""
-        body, times = self.server.get(self.box)[2], []
+        body = self.server.get(self.box)[2]
+        times = []
         for _ in range(GOOD_REQUESTS):
             start = time.monotonic()
             reply = self.through(self.box)
@@ -291,7 +293,7 @@ class FrontTest(Case):
                 self.assertLessEqual(self.median_of_good_client(), MEDIAN_LIMIT_S)
 
     def test_a_good_client_among_slow_readers(self):
-        # 300 KB of replies asked for by each, and never read: far more than the server's threads.
+        # Each requests 300 KB of replies and never reads; there are far more than server threads.
         size = len(self.server.get(self.box)[2])
         asked = get(self.box) * (300_000 // size + 1)
 

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Disks that are full (ENOSPC), not only files that may not grow: for each writer, the server's cache, and the grabber's store.
+"""Full disks (ENOSPC), not only files with a size limit.
 
-Required: exit code 1 and a line that names the file, nothing half-written, and once there is room the next run goes on to the same bytes.
+For each writer, the cache of the server, and the store of the grabber. Required: exit code 1 and a
+line that names the file, no partial file, and once there is room the next run continues to the same
+bytes.
 """
 
 import contextlib
@@ -35,6 +37,9 @@ class FullDisk(Writers):
                     self.assert_told(run, name)
                     self.assertIn(str(disk.folder), run.last)
                     self.assert_nothing_half_written(name, run, disk.seen)
+                    # A writer that leaves nothing begins anew, wherever it failed: once is enough.
+                    if not WRITERS[name][3] and free != pages // 2:
+                        continue
                     disk.leave(GIB_PAGES)
                     again = Ended(arguments, within=disk.within)
                     self.assertEqual(again.code, 0, f"once there is room: {again}")
@@ -98,7 +103,7 @@ class SlowServer(ThreadingHTTPServer):
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
     def handle_error(self, *_):
-        pass  # who asked has gone
+        pass  # the client has gone
 
 
 @unittest.skipIf(REASON, REASON)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""terravox fuzz: names, sources and targets agree; a find is told by the exit code."""
+"""terravox fuzz: names, sources and targets agree; the exit code reports a finding."""
 
 import re
 import stat
@@ -62,7 +62,7 @@ class Fuzz(Case):
         listed = {line.split()[0] for line in run.out.splitlines()}
         sources = {source.stem for source in TARGETS.glob("*.cpp")} - SHARED
         built = re.findall(
-            r"^terravox_fuzz\((\w+) ", (TARGETS / "CMakeLists.txt").read_text(), re.M
+            r"^terravox_fuzz\((\w+)\s", (TARGETS / "CMakeLists.txt").read_text(), re.M
         )
         self.assertEqual(sorted(built), sorted(sources))
         self.assertEqual(listed, sources | {"grabber"})

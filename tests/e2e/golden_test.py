@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pictures of an invented place beside those kept in tests/fixtures/golden. They may differ as much as an eye forgives.
+"""Pictures of a synthetic place compared with those in tests/fixtures/golden, with a tolerance.
 
 golden_test.py --refresh makes the kept pictures anew (look at them before you commit them).
 """
@@ -62,7 +62,8 @@ class Golden(Case):
                     seen.mkdir(parents=True, exist_ok=True)
                     shutil.copy(made, seen / made.name)
                     self.fail(
-                        f"{kept.name}: {run.out.strip()}; the new picture is {seen / made.name}; --refresh accepts it"
+                        f"{kept.name}: {run.out.strip()}; the new picture is "
+                        f"{seen / made.name}; --refresh accepts it"
                     )
 
     def test_the_comparison_sees_a_lake_that_is_gone(self):

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The programs are built as config/cmake/CompilerSettings.cmake promises: read back from the ELF files.
+"""The programs are built as config/cmake/CompilerSettings.cmake promises, read from the ELF files.
 
-Control-flow protection is looked for in the code itself. The property that a linker writes into a program when all of it is
-protected is no measure of ours: Debian's start files are not, so its linker never writes it.
+Control-flow protection is looked for in the code itself. The property that a linker sets when all
+of a program is protected does not help: the start files of Debian are not protected, so its linker
+never sets it.
 """
 
 import pathlib
@@ -34,7 +35,7 @@ def function_start(path, name):
         r"PROGBITS +([0-9a-f]+) ([0-9a-f]+) ([0-9a-f]+)", read_elf(path, "--sections")
     ):
         if int(start, 16) <= address < int(start, 16) + int(size, 16):
-            with open(path, "rb") as file:
+            with pathlib.Path(path).open("rb") as file:
                 file.seek(int(offset, 16) + address - int(start, 16))
                 return file.read(len(ENDBR64))
     return None
@@ -84,7 +85,7 @@ class Hardening(Case):
                     self.assertRegex(folder, r"^(\$ORIGIN[^:]*)?$")
 
     def test_stacks_buffers_and_containers_are_checked(self):
-        modules = [path for path in self.modules if path.name == "terravox-lidar.so"]
+        modules = [path for path in self.modules if path.name == "terravox-worlds.so"]
         for path in self.programs + modules:
             with self.subTest(path.name):
                 imports = read_elf(path, "--dyn-syms")
@@ -113,7 +114,7 @@ class Hardening(Case):
         for path in self.programs:
             with self.subTest(path.name):
                 self.assertEqual(function_start(path, "main"), ENDBR64)
-        lidar = next(path for path in self.modules if path.name == "terravox-lidar.so")
+        lidar = next(path for path in self.modules if path.name == "terravox-worlds.so")
         for path in [pathlib.Path(binary("RAYTRACER")), lidar]:
             with self.subTest(path.name):
                 self.assertEqual(function_start(path, "laszip_get_version"), ENDBR64)

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""The voxel server against those who send what nobody should: every answer is the right one or a closed connection, and others are served."""
+"""The voxel server against malformed requests.
+
+Every answer is a right one or a closed connection, and other clients are served.
+"""
 
 import http.client
 import random
@@ -21,8 +24,12 @@ class GoodClient:
     """Asks for /healthz and one box over and over while others misbehave."""
 
     def __init__(self, server, path, body):
-        self._server, self._path, self._body = server, path, body
-        self.answered, self.failures, self.slowest_s = 0, [], 0
+        self._server = server
+        self._path = path
+        self._body = body
+        self.answered = 0
+        self.failures = []
+        self.slowest_s = 0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The voxel server is told to stop while clients ask, and while one reads nothing."""
+"""The voxel server stops while clients send requests, and while one reads nothing."""
 
 import http.client
 import json
@@ -24,7 +24,10 @@ class Stopping(Case):
     )
 
     def ask(self, server, paths, stop, log):
-        """Requests on connections of their own until told to stop. @param log takes status, "refused", or another error"""
+        """Sends requests on new connections until stopped.
+
+        @param log takes status, "refused", or another error
+        """
         i = 0
         while not stop.is_set():
             try:
@@ -36,7 +39,10 @@ class Stopping(Case):
             i += 1
 
     def begun(self, server, paths):
-        """A request for many boxes that the server is answering: its head has come. @return connection and reply"""
+        """Sends a request for many boxes and waits for the head of the reply.
+
+        @return connection and reply
+        """
         boxes = [[int(v) for v in path.split("/")[3:]] for path in paths]
         connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=HANGS_S)
         connection.request(
@@ -52,7 +58,8 @@ class Stopping(Case):
     def test_running_requests_are_finished_and_new_ones_refused(self):
         server = Server(survey(), "--cache", "none", "--memory-mib", "128")
         paths = server.box_paths() + server.box_paths(1)
-        stop, logs = threading.Event(), [[] for _ in range(16)]
+        stop = threading.Event()
+        logs = [[] for _ in range(16)]
         threads = [
             threading.Thread(
                 target=self.ask, args=(server, paths[i::3], stop, logs[i]), daemon=True
@@ -80,7 +87,8 @@ class Stopping(Case):
         for thread in threads:
             thread.join()
         self.assertEqual(code, 0, server.err)
-        # Each request has a whole reply, or nothing; one that is sent when the server is gone has nothing.
+        # Each request has a whole reply, or nothing; one that is sent after the server has ended
+        # has nothing.
         self.assertEqual(
             [what for log in logs for what in log if what not in (200, 204, 503, "refused")], []
         )

@@ -20,12 +20,13 @@ MOST_WAIT_S = 60
 
 
 def middle(world):
-    low, high = world["bounds"]["min"], world["bounds"]["max"]
+    low = world["bounds"]["min"]
+    high = world["bounds"]["max"]
     return (low[0] + high[0]) // 2, (low[2] + high[2]) // 2
 
 
 class Folders(Case):
-    """Every route, asked for what is there and for what fails."""
+    """Every route, with a request that succeeds and one that fails."""
 
     def place(self):
         """A folder with a blank in its name: a good square, a damaged one, orthophotos."""
@@ -42,7 +43,8 @@ class Folders(Case):
         """@return by address: status, headers, body"""
         world = server.json("/v2/world")
         x, z = middle(world)
-        bx, bz = x // 64, z // 64
+        bx = x // 64
+        bz = z // 64
         by = server.json(f"/v2/columns/0/{bx}/{bz}")["by_begin"]
         query = f"?format=raw&tmx={x}&tmy={-z}&x=0&y=0&z=0&sx=16&sy=16&sz=16"
         out = {}
@@ -129,7 +131,8 @@ class Pages(Case):
         script = {"Origin": "http://attacker.example"}
         self.assertEqual(self.server.get("/map/0/0/0.png", picture)[0], 403)
         self.assertEqual(self.server.get("/v2/world", script)[0], 403)
-        body, kind = '{"boxes":[[0,0,0,0]]}', {"Content-Type": "application/json"}
+        body = '{"boxes":[[0,0,0,0]]}'
+        kind = {"Content-Type": "application/json"}
         own = {**kind, "Origin": f"http://127.0.0.1:{self.server.port}"}
         other = {**kind, **script}
         self.assertEqual(self.server.post("/v2/boxes", body, own)[0], 200)
@@ -161,7 +164,8 @@ class HalfOpen(Case):
 
     def closed(self, connections, least):
         """Waits until so many were closed by the server. @return how many were"""
-        gone, until = set(), time.monotonic() + MOST_WAIT_S
+        gone = set()
+        until = time.monotonic() + MOST_WAIT_S
         while len(gone) < least and time.monotonic() < until:
             left = [c for c in connections if c not in gone]
             for connection in select.select(left, [], [], 1)[0]:

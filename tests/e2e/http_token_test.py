@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The voxel server with a token: nothing is told to those who do not have it."""
+"""The voxel server with a token: clients without it get no information."""
 
 import unittest
 
@@ -9,7 +9,7 @@ from wire import get, talk
 
 @unittest.skipUnless(server_has("--token-file"), "this server has no --token-file")
 class Token(Case):
-    """Nothing but the page and /healthz without the token, however it is asked for."""
+    """Without the token only the page and /healthz, whatever the request looks like."""
 
     TOKEN = "correct-horse-battery-staple"
 

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""The voxel server's interface as its clients see it: what docs/openapi.json promises, batches, the map, the first system's protocol,
-boxes that outlive the server, preparing."""
+"""The interface of the voxel server as its clients see it.
+
+What docs/openapi.json promises, batches, the map, the protocol of the first system, boxes that
+outlive the server, preparing.
+"""
 
 import contextlib
 import json
-import pathlib
 import shutil
 import sqlite3
 import ssl
 import struct
 import subprocess
-import time
 import unittest
 import urllib.error
 import urllib.request
@@ -31,9 +32,14 @@ from support import (
 
 
 def png_size_and_colours(data):
-    """Width, height and the number of different pixels' bytes of an 8-bit RGBA PNG; checks every chunk."""
+    """Checks every chunk of an 8-bit RGBA PNG.
+
+    @return width, height and number of different pixels
+    """
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    at, idat, size = 8, b"", None
+    at = 8
+    idat = b""
+    size = None
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at : at + 8])
         body = data[at + 8 : at + 8 + length]
@@ -50,7 +56,8 @@ def png_size_and_colours(data):
 
 
 def middle(world):
-    low, high = world["bounds"]["min"], world["bounds"]["max"]
+    low = world["bounds"]["min"]
+    high = world["bounds"]["max"]
     return (low[0] + high[0]) // 2, (low[2] + high[2]) // 2
 
 
@@ -109,7 +116,8 @@ class Interface(Case):
             self.server.json("/v2/stats")["replies"]["bytes"], before + len(data)
         )
         self.assertEqual((status, headers["Content-Type"]), (200, "application/vnd.terravox.boxes"))
-        records, at = {}, 0
+        records = {}
+        at = 0
         while at < len(data):
             level, bx, by, bz, code, length = struct.unpack_from("<iiiiII", data, at)
             records[(level, bx, by, bz)] = (code, data[at + 24 : at + 24 + length])
@@ -166,7 +174,8 @@ class Interface(Case):
 
 class Kept(Case):
     def test_boxes_outlive_the_server_until_their_inputs_change(self):
-        place, cache = temporary_folder(), temporary_folder()
+        place = temporary_folder()
+        cache = temporary_folder()
         file = place / "square.laz"
         shutil.copy(square(), file)
 
@@ -192,7 +201,9 @@ class Kept(Case):
         # Another class table makes other boxes; going back finds the first ones again.
         classes = place / "classes.toml"
         classes.write_text(
-            'title = "no trees"\nextends = "asprs"\n[class]\n3 = { role = "drop", material = "air" }\n4 = { role = "drop", material = "air" }\n5 = { role = "drop", material = "air" }\n'
+            'title = "no trees"\nextends = "asprs"\n'
+            '[class]\n3 = { role = "drop", material = "air" }\n'
+            '4 = { role = "drop", material = "air" }\n5 = { role = "drop", material = "air" }\n'
         )
         other, made = all_boxes("--classes", classes)
         self.assertGreater(made, 1)
@@ -314,7 +325,8 @@ def add_square(database, name, state, **columns):
 
 
 class Stores(Case):
-    def test_a_store_is_served_with_its_licence_and_what_it_lacks(self):
+    def store_of_four_states(self):
+        """@return the folder of a store with a square of each state"""
         store = temporary_folder()
         folder = store / "lidar" / "si-lss"
         folder.mkdir(parents=True)
@@ -354,7 +366,10 @@ class Stores(Case):
             add_square(
                 database, "465_101", "known", west=465000, south=101000, east=466000, north=102000
             )
-        server = Server("--store", store, "--cache", "none")
+        return store
+
+    def test_a_store_is_served_with_its_licence_and_what_it_lacks(self):
+        server = Server("--store", self.store_of_four_states(), "--cache", "none")
         try:
             world = server.json("/v2/world")
             self.assertEqual(
@@ -366,11 +381,14 @@ class Stores(Case):
             }
             self.assertEqual(states["463_101"]["state"], "failed")
             self.assertEqual(states["464_101"]["state"], "wanted")
-            self.assertNotIn("465_101", states)  # nobody asked for it
+            self.assertNotIn("465_101", states)  # it was not requested
             self.assertIn("500", states["463_101"]["error"])
-            self.assertEqual(states[pathlib.Path(name).stem]["licence"], "CC BY 4.0")
+            self.assertEqual(states[square().stem]["licence"], "CC BY 4.0")
         finally:
             server.stop()
+
+    def test_a_store_without_squares_is_refused(self):
+        store = self.store_of_four_states()
         self.assertRefused(
             Run([binary("VOXELSERVER"), "--store", temporary_folder()]), 1, "fishnet.gpkg"
         )
@@ -383,7 +401,8 @@ class Stores(Case):
 
 
 class Tls(Case):
-    def test_https_works_with_a_certificate_and_only_with_one(self):
+    def certificate(self):
+        """@return a folder with key.pem, certificate.pem, and both.pem, which holds both"""
         openssl = shutil.which("openssl")
         if openssl is None:
             self.skipTest("openssl is not installed")
@@ -410,9 +429,13 @@ class Tls(Case):
             check=True,
             capture_output=True,
         )
-        both = folder / "both.pem"
-        both.write_text((folder / "certificate.pem").read_text() + (folder / "key.pem").read_text())
-        server = Server(square(), "--cache", "none", "--tls-cert", both)
+        pair = [(folder / name).read_text() for name in ("certificate.pem", "key.pem")]
+        (folder / "both.pem").write_text("".join(pair))
+        return folder
+
+    def test_https_works_with_a_certificate_and_only_with_one(self):
+        folder = self.certificate()
+        server = Server(square(), "--cache", "none", "--tls-cert", folder / "both.pem")
         try:
             self.assertTrue(server.url.startswith("https://"))
             context = ssl.create_default_context(cafile=folder / "certificate.pem")
@@ -422,10 +445,8 @@ class Tls(Case):
                 ) as reply:
                     self.assertEqual(json.load(reply)["version"], 2)
             old = ssl.create_default_context(cafile=folder / "certificate.pem")
-            old.minimum_version, old.maximum_version = (
-                ssl.TLSVersion.MINIMUM_SUPPORTED,
-                ssl.TLSVersion.TLSv1_1,
-            )
+            old.minimum_version = ssl.TLSVersion.MINIMUM_SUPPORTED
+            old.maximum_version = ssl.TLSVersion.TLSv1_1
             with self.assertRaises(urllib.error.URLError):
                 urllib.request.urlopen(server.url + "/healthz", context=old, timeout=HANGS_S)
             with self.assertRaises(OSError):
@@ -438,6 +459,9 @@ class Tls(Case):
                 self.assertEqual(reply.read(), b"ok\n")
         finally:
             self.assertEqual(server.stop(), 0, server.err)
+
+    def test_a_file_without_a_certificate_is_refused(self):
+        folder = self.certificate()
         self.assertRefused(
             Run([binary("VOXELSERVER"), square(), "--tls-cert", folder / "none.pem"]), 2, "none.pem"
         )

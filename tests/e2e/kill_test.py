@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""kill -9 in the middle of making and writing boxes: what is served afterwards is the truth. `terravox bench serve/kill` does it 200 times."""
+"""kill -9 in the middle of computing and writing boxes: later replies are the truth.
+
+`terravox bench serve/kill` does it 200 times.
+"""
 
 import pathlib
 import sys

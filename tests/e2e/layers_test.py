@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""EXR files with all layers: the documented channels, which agree with each other, with the camera and with the beauty; metadata."""
+"""EXR files with all layers: the documented channels, and metadata.
+
+The channels agree with each other, with the camera and with the beauty.
+"""
 
 import itertools
 import math
@@ -33,8 +36,10 @@ FLOAT += [
     for layer in ("00", "01", "02")
     for c in "rgba"
 ]
-AIR, WATER = 0, 13
-# What tells of a run and not of a picture (docs/formats.md), and the time that OpenImageIO notes.
+AIR = 0
+WATER = 13
+# Metadata of a run and not of a picture (docs/formats/pictures.md), and the time that
+# OpenImageIO adds.
 OF_A_RUN = {
     "DateTime",
     "terravox:seconds",
@@ -88,7 +93,7 @@ def of_each_picture(test):
 class Layers(Case):
     @of_each_picture
     def test_the_channels_are_those_of_the_document(self, p):
-        self.assertEqual(p.types, {**{n: "half" for n in HALF}, **{n: "float" for n in FLOAT}})
+        self.assertEqual(p.types, {**dict.fromkeys(HALF, "half"), **dict.fromkeys(FLOAT, "float")})
 
     @of_each_picture
     def test_every_number_is_finite_but_the_depth_of_the_sky(self, p):
@@ -131,7 +136,8 @@ class Layers(Case):
     def test_of_one_sample_position_depth_camera_and_normal_agree(self):
         for integrator in ("direct", "path"):
             p = picture(integrator, 1)
-            eye, ndc = camera_place(p), p.metadata["worldToNDC"]
+            eye = camera_place(p)
+            ndc = p.metadata["worldToNDC"]
             checked = 0
             for i, (a, z, x, y, up) in enumerate(
                 p.channels("A", "Z", "position.X", "position.Y", "position.Z")
@@ -146,7 +152,8 @@ class Layers(Case):
                     msg=f"{integrator}: depth of pixel {i}",
                 )
                 u, v, _ = transformed(ndc, (x, y, up))
-                # The sample lies somewhere in its pixel: single precision of some 500 m, in pixels of 0.2 m and more.
+                # The sample is anywhere in its pixel: single precision of some 500 m, in pixels of
+                # 0.2 m and more.
                 self.assertTrue(
                     -1e-2 <= u * p.width - i % p.width <= 1.01
                     and -1e-2 <= v * p.height - i // p.width <= 1.01,
@@ -185,7 +192,8 @@ class Layers(Case):
 
     def test_of_one_sample_the_number_of_the_material_is_its_matte(self):
         p = picture("direct", 1)
-        materials, squares = p.mattes("CryptoMaterial"), p.mattes("CryptoSquare")
+        materials = p.mattes("CryptoMaterial")
+        squares = p.mattes("CryptoSquare")
         for i, (number, water) in enumerate(p.channels("material.ID", "water.V")):
             self.assertEqual(number, math.floor(number))
             self.assertEqual(number == AIR, not materials[i], f"pixel {i}")

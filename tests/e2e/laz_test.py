@@ -26,7 +26,7 @@ class LazTest(unittest.TestCase):
 
     def square(self):
         found = sorted(pathlib.Path(survey()).rglob("*.laz"))
-        self.assertTrue(found, "the invented survey has no square")
+        self.assertTrue(found, "the synthetic survey has no square")
         return shutil.copy(found[0], self.folder)
 
     def test_info_is_json_with_the_facts_of_the_header(self):

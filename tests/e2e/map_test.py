@@ -8,13 +8,21 @@ import unittest
 from pictures import Picture, Tags
 from support import Case, Run, render, square, survey, temporary_folder
 
-WEST, SOUTH, EAST, NORTH = 462368, 101360, 462624, 101616  # of the invented square
+# Of the synthetic square.
+WEST = 462368
+SOUTH = 101360
+EAST = 462624
+NORTH = 101616
 MIDDLE = f"{(WEST + EAST) // 2},{(SOUTH + NORTH) // 2},500"
 QUIET = ["--quiet", "--samples", "1"]
 MAP = ["--projection", "orthographic", "--camera-down-deg", "90", "--camera-target", MIDDLE]
 PROJECTED_CRS = 3072  # GeoKey
-WATER, HIGH_VEGETATION = 13, 7  # materials
-KIND_WATER, KIND_TREE = 5, 6  # of the survey's truth
+# Materials.
+WATER = 13
+HIGH_VEGETATION = 7
+# Kinds in the truth of the survey.
+KIND_WATER = 5
+KIND_TREE = 6
 
 
 def at(transform, px, py):
@@ -25,8 +33,9 @@ def at(transform, px, py):
 
 class Maps(Case):
     def positions_lie_where_the_tags_say(self, tif, exr):
-        """Each pixel's first hit is known in the world's coordinates: it lies in the pixel's square on the map."""
-        transform, p = Tags(tif).transform(), Picture(exr)
+        """Checks that the first hit of each pixel is in the pixel's square of the map."""
+        transform = Tags(tif).transform()
+        p = Picture(exr)
         origin = p.numbers("terravox:origin")
         area = abs(transform[1] * transform[5] - transform[2] * transform[4])
         hits = 0
@@ -34,7 +43,8 @@ class Maps(Case):
             if a == 0:
                 continue
             hits += 1
-            easting, northing = origin[0] + x - transform[0], -(origin[2] + z) - transform[3]
+            easting = origin[0] + x - transform[0]
+            northing = -(origin[2] + z) - transform[3]
             px = (easting * transform[5] - northing * transform[2]) / (
                 transform[1] * transform[5] - transform[2] * transform[4]
             )
@@ -52,7 +62,8 @@ class Maps(Case):
         out = temporary_folder()
         for name, more in {"north up": [], "turned": ["--camera-roll-deg", "30"]}.items():
             with self.subTest(name):
-                tif, exr = out / f"{name}.tif", out / f"{name}.exr"
+                tif = out / f"{name}.tif"
+                exr = out / f"{name}.exr"
                 # 256 m in 128 pixels: two metres each.
                 flags = [
                     square(),
@@ -75,7 +86,7 @@ class Maps(Case):
                 p = Picture(tif)
                 self.assertEqual(p.names, ["R", "G", "B", "A"])
                 self.assertEqual(set(p.types.values()), {"uint8"})
-                # Beside the square there is nothing; in its middle the survey.
+                # Outside the square there is nothing; in its middle the survey.
                 alpha = p.channel("A")
                 self.assertEqual(alpha[64 * 192 + 96], 1)
                 if name != "turned":
@@ -96,7 +107,8 @@ class Maps(Case):
         ]
         self.assertDone(render(*flags, "-o", out / "film.tif"))
         self.assertDone(render(*flags, "--memory-mib", "4", "-o", out / "streamed.tif"))
-        film, streamed = Tags(out / "film.tif"), Tags(out / "streamed.tif")
+        film = Tags(out / "film.tif")
+        streamed = Tags(out / "streamed.tif")
         self.assertEqual((film.big, streamed.big), (False, True))
         self.assertEqual(film.transform(), streamed.transform())
         self.assertEqual(streamed.geo_keys()[PROJECTED_CRS], 3794)
@@ -121,19 +133,21 @@ class Maps(Case):
         truth = Picture(next((survey() / "truth").glob("kind_*.tif")))
         self.assertEqual((truth.width, truth.height), (256, 256))
         kinds = [round(v * 255) for v in truth.values]
+
+        def agreement(material, kind, shift):
+            """The pixels that both pictures call so, as a share of those that either does."""
+            a = {i for i, m in enumerate(seen) if m == material}
+            b = {i + shift for i, k in enumerate(kinds) if k == kind}
+            self.assertGreater(len(a), 300)
+            return len(a & b) / len(a | b)
+
         for material, kind, least in ((WATER, KIND_WATER, 0.9), (HIGH_VEGETATION, KIND_TREE, 0.3)):
-
-            def agreement(shift):
-                """Of the pixels that either calls so, those that both do."""
-                a = {i for i, m in enumerate(seen) if m == material}
-                b = {i + shift for i, k in enumerate(kinds) if k == kind}
-                self.assertGreater(len(a), 300)
-                return len(a & b) / len(a | b)
-
-            here = agreement(0)
+            here = agreement(material, kind, 0)
             self.assertGreater(here, least, f"material {material}")
             for name, shift in {"east": 3, "west": -3, "south": 3 * 256, "north": -3 * 256}.items():
-                self.assertLess(agreement(shift), here, f"material {material}, moved 3 m {name}")
+                self.assertLess(
+                    agreement(material, kind, shift), here, f"material {material}, moved 3 m {name}"
+                )
 
     def test_a_colour_of_the_orthophoto_is_found_at_its_place(self):
         out = temporary_folder()
@@ -172,7 +186,8 @@ class Maps(Case):
 
         def difference(dx, dy):
             """Mean over the open middle of the map."""
-            total = count = 0
+            total = 0
+            count = 0
             for y in range(16, 240, 5):
                 for x in range(16, 240, 5):
                     for c in range(3):

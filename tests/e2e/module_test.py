@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""What reads LiDAR files and images is a module beside the voxel server: the program starts without it, and tells its errors as its own."""
+"""The module of the voxel server that reads LiDAR files and images.
+
+The program starts without it, and reports its errors as its own.
+"""
 
 import os
 import pathlib
@@ -10,7 +13,7 @@ import unittest
 from support import Case, Run, Server, binary, square, survey, temporary_folder
 
 PROGRAM = pathlib.Path(binary("VOXELSERVER"))
-MODULE = PROGRAM.parent / "terravox-lidar.so"
+MODULE = PROGRAM.parent / "terravox-worlds.so"
 CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config"
 
 
@@ -57,7 +60,7 @@ class Module(Case):
         os.environ["LD_LIBRARY_PATH"] = str(broken)
         try:
             self.assertRefused(
-                Run([PROGRAM, square(), "--cache", "none", "--port", "0"]), 1, "LiDAR module", gdal
+                Run([PROGRAM, square(), "--cache", "none", "--port", "0"]), 1, "worlds module", gdal
             )
             server = Server(survey(), "--cache", cache, "--no-ahead")
         finally:
@@ -131,8 +134,8 @@ class Module(Case):
                     self.assertRefused(
                         Run([alone, square(), "--cache", cache, "--port", "0"]),
                         1,
-                        "LiDAR module",
-                        "terravox-lidar.so",
+                        "worlds module",
+                        "terravox-worlds.so",
                     )
             self.assertDone(Run([alone, "--version"]))
         finally:

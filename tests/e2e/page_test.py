@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""The web page of the real voxel server, in a browser: the page's own tests, with the server in place of a made-up one."""
+"""The web page of the real voxel server, in a browser.
+
+Runs the page's own tests with the server in place of a mock.
+"""
 
 import os
 import subprocess

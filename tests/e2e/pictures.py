@@ -11,7 +11,10 @@ from support import Run, binary, temporary_folder
 
 
 class Picture:
-    """All of one picture file. `names` are the channels in their order, `types` their kinds by name."""
+    """The contents of one picture file.
+
+    `names` are the channels in their order, `types` their kinds by name.
+    """
 
     def __init__(self, file):
         raw = temporary_folder() / "values"
@@ -19,12 +22,10 @@ class Picture:
         if run.code != 0:
             raise AssertionError(f"{file}: {run}")
         said = json.loads(run.out)
-        self.width, self.height, self.metadata, self.tile = (
-            said["width"],
-            said["height"],
-            said["metadata"],
-            said["tile"],
-        )
+        self.width = said["width"]
+        self.height = said["height"]
+        self.metadata = said["metadata"]
+        self.tile = said["tile"]
         self.types = {c["name"]: c["type"] for c in said["channels"]}
         self.names = list(self.types)
         self.bytes = raw.read_bytes()
@@ -43,7 +44,10 @@ class Picture:
         return [float(v) for v in self.metadata[key].split()]
 
     def mattes(self, kind):
-        """For each pixel a dictionary from name to share of the pixel. KeyError for an identity that the manifest does not know."""
+        """@return for each pixel a dictionary from name to share of the pixel
+
+        @throws KeyError for an identity that is not in the manifest
+        """
         (key,) = [
             k
             for k, v in self.metadata.items()
@@ -92,7 +96,8 @@ def distance(a, b):
 
 def scene_of(picture):
     """The scene in a picture's metadata, without comments: {"camera.fov_deg": "40.0", ...}"""
-    section, out = "", {}
+    section = ""
+    out = {}
     for line in picture.metadata["terravox:scene"].splitlines():
         if line.startswith("["):
             section = line.strip("[]")
@@ -103,8 +108,12 @@ def scene_of(picture):
 
 
 class Tags:
-    """The tags of a TIFF file's first directory that say where it lies. Classic and BigTIFF, little-endian.
-    Ref: "TIFF revision 6.0"; "OGC GeoTIFF Standard 1.1"."""
+    """The tags of the first directory of a TIFF file that say where it lies.
+
+    Classic and BigTIFF, little-endian.
+
+    Ref: "TIFF revision 6.0"; "OGC GeoTIFF Standard 1.1".
+    """
 
     _FORMS = {2: "s", 3: "H", 4: "I", 12: "d", 16: "Q"}
 

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""The commands of the README on real surveys, small. Skipped where the shared data are not beside the checkout."""
+"""The commands of the README on small parts of real surveys.
+
+Skipped where the shared data are missing.
+"""
 
 import json
 import unittest

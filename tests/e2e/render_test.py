@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Pictures of an invented survey: formats, scenes, reports, and the same bits whatever the machine does."""
+"""Pictures of a synthetic survey: formats, scenes, reports, and the same bits on any machine."""
 
 import json
 import unittest
 
-from support import Case, binary, entries, Run, render, square, survey, temporary_folder
+from support import Case, Run, binary, compare, entries, render, square, survey, temporary_folder
 
 SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
 
@@ -151,16 +151,60 @@ class Render(Case):
 
     def test_settings_switch_steps_off(self):
         out = temporary_folder()
-        (out / "no.toml").write_text("[steps]\nvegetation_fill = false\nwater_deepening = false\n")
+        (out / "no.toml").write_text("[steps]\nvegetation = false\nwater_deepening = false\n")
         self.assertDone(render(survey(), *SMALL, "-o", out / "all.png"))
         self.assertDone(
             render(survey(), *SMALL, "--settings", out / "no.toml", "-o", out / "less.png")
         )
         self.assertNotEqual((out / "all.png").read_bytes(), (out / "less.png").read_bytes())
-        (out / "bad.toml").write_text("[steps]\nvegetation = false\n")
+        (out / "bad.toml").write_text("[steps]\ntrees = false\n")
         run = render(survey(), *SMALL, "--settings", out / "bad.toml", "-o", out / "bad.png")
         self.assertEqual(run.code, 2, str(run))
-        self.assertIn("steps.vegetation is unknown", run.err)
+        self.assertIn("steps.trees is unknown", run.err)
+
+    def test_steps_are_chosen_by_name(self):
+        out = temporary_folder()
+        (out / "no.toml").write_text("[steps]\nvegetation = false\nwater_deepening = false\n")
+
+        def picture(name, *flags):
+            self.assertDone(render(survey(), *SMALL, *flags, "-o", out / name))
+            return out / name
+
+        # Files also say how they were made: pixels are compared.
+        everything = picture("all.png")
+        less = picture("less.png", "--steps", "-vegetation,-water_deepening")
+        none = picture("none.png", "--steps", "none")
+        for one, other in ((everything, less), (everything, none), (less, none)):
+            self.assertNotEqual(compare(one, other, exact=True).code, 0, f"{one} is {other}")
+        settings = ["--settings", out / "no.toml"]
+        self.assertAlike(picture("named.png", "--steps", "all"), everything, exact=True)
+        self.assertAlike(picture("file.png", *settings), less, exact=True)
+        self.assertAlike(picture("over.png", *settings, "--steps", "all"), everything, exact=True)
+
+    def test_a_step_that_does_not_exist_is_wrong_usage(self):
+        out = temporary_folder()
+        run = render(survey(), *SMALL, "--steps", "-houses", "-o", out / "a.png")
+        self.assertEqual(run.code, 2, str(run))
+        self.assertIn("'-houses' is no step; allowed: all, none, water_equalization", run.err)
+        self.assertFalse((out / "a.png").exists())
+
+    def test_the_old_name_of_a_step_is_read_with_a_warning(self):
+        out = temporary_folder()
+        (out / "old.toml").write_text("[steps]\nvegetation_fill = false\n")
+        run = render(
+            survey(), "--size", "32x18", "--settings", out / "old.toml", "-o", out / "a.png"
+        )
+        self.assertDone(run)
+        self.assertIn("steps.vegetation_fill is now steps.vegetation", run.err)
+
+    def test_the_help_lists_the_steps(self):
+        for command in ("render", "preview", "animate", "convert"):
+            run = Run([binary("RAYTRACER"), command, "--help"])
+            self.assertEqual(run.code, 0, str(run))
+            self.assertIn("neighbourhood_filters", run.out)
+        run = Run([binary("VOXELSERVER"), "--help"])
+        self.assertEqual(run.code, 0, str(run))
+        self.assertIn("neighbourhood_filters", run.out)
 
     def test_without_quiet_the_log_is_clean(self):
         out = temporary_folder()

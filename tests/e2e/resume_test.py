@@ -16,7 +16,9 @@ import unittest
 from pictures import Picture
 from support import HANGS_S, Case, Run, binary, entries, render, square, temporary_folder
 
-COLUMNS, ROWS, TILE = 20, 12, 16
+COLUMNS = 20
+ROWS = 12
+TILE = 16
 TILES = COLUMNS * ROWS
 PICTURE = ["--size", f"{COLUMNS * TILE}x{ROWS * TILE}", "--tile", str(TILE), "--samples", "16"]
 FLAGS = [*PICTURE, "--quiet"]
@@ -34,10 +36,14 @@ def merge(*arguments):
 
 
 def records(journal):
-    """Of a checkpoint: (kind, cell, where its bytes begin, how many) of each record that is whole. docs/formats.md: Checkpoints"""
+    """@return (kind, cell, offset of its bytes, their number) of each complete record
+
+    The format is in docs/formats/checkpoints.md.
+    """
     data = pathlib.Path(journal).read_bytes()
     _, _, text_bytes, _ = struct.unpack_from("<8sIIQ", data)
-    at, out = 24 + text_bytes, []
+    at = 24 + text_bytes
+    out = []
     while at + 32 <= len(data):
         marker, kind, cell, size, _, _ = struct.unpack_from("<IIIIQQ", data, at)
         if marker != 0x9E01C57A:
@@ -64,7 +70,8 @@ class Resume(Case):
 
     def setUp(self):
         self.out = temporary_folder()
-        self.picture, self.journal = self.out / "a.exr", self.out / "a.exr.tiles"
+        self.picture = self.out / "a.exr"
+        self.journal = self.out / "a.exr.tiles"
 
     def resume(self, *flags, **options):
         return render(
@@ -83,7 +90,7 @@ class Resume(Case):
         return json.loads((self.out / "report.json").read_text())
 
     def begun(self, *flags, most_bytes=None):
-        """@param most_bytes a file that grows beyond it kills the coordinator, in the middle of the write"""
+        """@param most_bytes a larger file kills the coordinator, in the middle of the write"""
 
         def limit():
             if most_bytes is not None:
@@ -108,7 +115,10 @@ class Resume(Case):
         )
 
     def grown(self, child, size):
-        """Waits until the checkpoint is that large. @return whether the coordinator is still at work"""
+        """Waits until the checkpoint has that size.
+
+        @return whether the coordinator is still running
+        """
         deadline = time.monotonic() + HANGS_S
         while time.monotonic() < deadline:
             if child.poll() is not None:
@@ -121,16 +131,24 @@ class Resume(Case):
             time.sleep(0.001)
         child.kill()
         child.communicate()
-        self.fail(f"the checkpoint has not grown to {size} bytes")
+        raise AssertionError(f"the checkpoint has not grown to {size} bytes")
 
     def killed(self, size, *flags):
-        """A coordinator that is killed when its checkpoint would be larger than that, however fast it and this test are. @return its exit code"""
+        """Runs a coordinator that is killed when its checkpoint would exceed that size.
+
+        It does not depend on the speed of the coordinator and of this test.
+
+        @return its exit code
+        """
         child = self.begun(*flags, most_bytes=size)
         _, self.said = child.communicate(timeout=HANGS_S)
         return child.returncode
 
     def cut_off(self, size, how):
-        """A coordinator that gets a signal some time after its checkpoint is that large. @return its exit code"""
+        """Sends a coordinator a signal some time after its checkpoint has that size.
+
+        @return its exit code
+        """
         child = self.begun()
         if self.grown(child, size):
             child.send_signal(how)
@@ -258,7 +276,7 @@ class Resume(Case):
         child.wait()
         elsewhere = temporary_folder() / "data.laz"
         shutil.copy(data, elsewhere)
-        with open(data, "ab") as file:
+        with data.open("ab") as file:
             file.write(b"!")
         self.assertRefused(render(data, *command), 1, "another picture", "data.laz: 1 file")
         self.assertDone(render(elsewhere, *command))
@@ -373,7 +391,8 @@ class Merge(Case):
             merge(*self.parts, "-o", self.out / "a.exr", "-o", self.out / "a.png", "--quiet")
         )
         self.assertAlike(self.made / "whole.exr", self.out / "a.exr", exact=True)
-        whole, joined = Picture(self.made / "whole.exr"), Picture(self.out / "a.exr")
+        whole = Picture(self.made / "whole.exr")
+        joined = Picture(self.out / "a.exr")
         self.assertEqual(whole.names, joined.names)
         self.assertTrue(whole.bytes == joined.bytes)
         self.assertEqual((self.made / "whole.png").read_bytes(), (self.out / "a.png").read_bytes())

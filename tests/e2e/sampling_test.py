@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Samples: until the noise is low enough, as long as there is time, another seed; exposure and curves."""
+"""Samples: a noise threshold, a time limit, another seed; exposure and curves."""
 
 import json
 import unittest
@@ -7,7 +7,8 @@ import unittest
 from pictures import Picture
 from support import Case, render, square, temporary_folder
 
-W, H = 96, 54
+W = 96
+H = 54
 SIZE = ["--size", f"{W}x{H}", "--quiet"]
 
 
@@ -70,7 +71,8 @@ class Sampling(Case):
         self.assertLess(report["samples"], 65536)
         self.assertEqual(int(p.metadata["terravox:samples"]), report["samples"])
         self.assertEqual(report["rays_by_kind"]["primary"], report["samples"] * W * H)
-        # With enough time all asked for are taken, and the picture is that without a time: to rounding of means of means.
+        # With enough time all requested samples are taken, and the picture is that without a time
+        # limit, except for rounding of means of means.
         timed, report = self.made("enough", "--time", "1000", "--samples", "8")
         self.assertEqual(report["samples"], 8)
         plain, _ = self.made("plain", "--samples", "8")

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""The voxel server and the ray tracer together: a served picture is the direct one; a server that fails is told."""
+"""The voxel server and the ray tracer together.
+
+A picture of served boxes is the direct one; a failing server is reported.
+"""
 
 import json
 import threading
@@ -68,7 +71,8 @@ class Serve(Case):
             world = json.load(urllib.request.urlopen(server.url + "/v2/world", timeout=HANGS_S))
             self.assertEqual(world["version"], 2)
             self.assertEqual(world["crs"], "EPSG:3794")
-            low, high = world["bounds"]["min"], world["bounds"]["max"]
+            low = world["bounds"]["min"]
+            high = world["bounds"]["max"]
             key = (
                 f"0/{(low[0] + high[0]) // 2 // 64}/{low[1] // 256}/{(low[2] + high[2]) // 2 // 64}"
             )

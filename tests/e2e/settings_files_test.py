@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A TOML file that a person names and that cannot be what it should be is wrong usage, whatever it is for: one line, exit code 2."""
+"""A wrong TOML file on the command line is wrong usage: one line, exit code 2."""
 
 import unittest
 
@@ -16,7 +16,8 @@ class SettingsFiles(Case):
 
     def commands(self):
         """What takes a TOML file: name -> the command line with that file."""
-        raytracer, server = binary("RAYTRACER"), binary("VOXELSERVER")
+        raytracer = binary("RAYTRACER")
+        server = binary("VOXELSERVER")
         picture = self.out / "a.png"
 
         def render(*flags):

@@ -1,7 +1,12 @@
-"""A Slurm of this machine alone: munged, slurmctld and some nodes, on ports and in a folder of its own, beside whatever else runs here.
+"""A Slurm of this machine alone: munged, slurmctld and some nodes, on ports and in a folder of its
+own.
 
-Its programs are children that the kernel ends with this process (PR_SET_PDEATHSIG); what a node has started is found by its environment."""
+It does not interfere with another Slurm on this machine. Its programs are children that the kernel
+ends with this process (PR_SET_PDEATHSIG); processes that a node has started are found by their
+environment.
+"""
 
+import contextlib
 import ctypes
 import os
 import pathlib
@@ -85,10 +90,14 @@ class Cluster:
             "SlurmdParameters=config_overrides",
             "MinJobAge=300",
             *(
-                f"NodeName={n} NodeHostname={host} NodeAddr=127.0.0.1 Port={p} CPUs={cpus} RealMemory=2000"
+                f"NodeName={n} NodeHostname={host} NodeAddr=127.0.0.1 Port={p} "
+                f"CPUs={cpus} RealMemory=2000"
                 for n, p in zip(self.names, ports[1:])
             ),
-            f"PartitionName=main Nodes={','.join(self.names)} Default=YES MaxTime=INFINITE State=UP",
+            (
+                f"PartitionName=main Nodes={','.join(self.names)} Default=YES "
+                "MaxTime=INFINITE State=UP"
+            ),
         ]
         self.conf = self.folder / "slurm.conf"
         self.conf.write_text("\n".join(lines) + "\n")
@@ -178,17 +187,17 @@ class Cluster:
         """Processes that a node started for tasks: the stepd, scripts, programs."""
         out = []
         for pid, environment, command in _processes():
-            if (
+            is_task = (
                 b"SLURMD_NODENAME=" + name.encode() + b"\0" in environment
                 and bytes(self.conf) in environment
-            ):
-                out.append(pid)
-            elif command.startswith(b"slurmstepd") and self._node_of_stepd(pid) == name:
+            )
+            is_stepd = command.startswith(b"slurmstepd")
+            if is_task or (is_stepd and self._node_of_stepd(pid) == name):
                 out.append(pid)
         return out
 
     def _node_of_stepd(self, pid):
-        """slurmstepd tells nobody its node; its children know."""
+        """slurmstepd does not show its node; its children have it in their environment."""
         try:
             children = pathlib.Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
             for child in children:
@@ -231,7 +240,5 @@ class Cluster:
 
 
 def _kill(pid):
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Rendering on a Slurm cluster: a real one, of four nodes on this machine. Nodes and workers are killed; the pictures must be the same."""
+"""Rendering on a real Slurm cluster of four nodes on this machine.
+
+Nodes and workers are killed; the pictures must be the same.
+"""
 
 import os
 import pathlib
@@ -19,8 +22,8 @@ TURN = "fps = 6\n[turntable]\nseconds = 2\n"
 FRAMES = ["--size", "256x144", "--samples", "4"]
 
 
-# In place of the program, for what the cluster's side must cope with: a coordinator that ends as it is told once so many workers have come, and
-# workers that do nothing, or die.
+# Replaces the program, for situations that the cluster's side must handle: a coordinator that ends
+# with a given exit code once so many workers have arrived, and workers that do nothing, or die.
 STAND_IN = """#!/bin/bash
 cd -- "$(dirname "$0")"
 printf '%s\\n' "$*" >> "said-$1"
@@ -77,7 +80,8 @@ class OnSlurm(Case):
             self.assertLess(
                 time.monotonic(),
                 deadline,
-                f"waited for {what}; queue: {self.cluster.tasks()}; said: {self.said(child)}; logs: {self.logs()}",
+                f"waited for {what}; queue: {self.cluster.tasks()}; said: {self.said(child)}; "
+                f"logs: {self.logs()}",
             )
             time.sleep(0.05)
 
@@ -199,7 +203,10 @@ class OnSlurm(Case):
         self.assertEqual({n for n in after if after[n] != before[n]}, {"007.png"})
 
     def stop_a_render(self, child):
-        """Stops (SIGSTOP) a render of frames, so that it cannot end before its node does. @return its node"""
+        """Stops (SIGSTOP) a render of frames: it cannot end before its node does.
+
+        @return its node
+        """
         stopped = []
 
         def look():
@@ -306,7 +313,10 @@ class OnSlurm(Case):
         return [p for p in self.folder.rglob("logs/worker-*") if p.stat().st_size > 0]
 
     def stand_in(self, come="3", code=0, die=0):
-        """Starts a pool whose program is the stand-in. @param come the worker whose coming ends the render"""
+        """Starts a pool whose program is the stand-in.
+
+        @param come the worker whose arrival ends the render
+        """
         program = self.folder / "stand in"
         program.write_text(STAND_IN)
         program.chmod(0o755)
@@ -354,7 +364,10 @@ class OnSlurm(Case):
         run = self.run_here(*self.stand_in(come="never", die=1))
         self.assertEqual(run.code, 1, str(run))
         self.assertIn(
-            "terravox: render with workers of Slurm: all workers ended before the picture was finished",
+            (
+                "terravox: render with workers of Slurm: all workers ended "
+                "before the picture was finished"
+            ),
             run.err,
         )
         self.assertTrue((self.folder / "stopped").exists(), "the coordinator was not stopped")
@@ -457,74 +470,70 @@ class WithoutSlurm(Case):
         self.assertIn("sbatch --array=0-1 pool.sbatch", dry.out)
         self.assertEqual(Run(["bash", "-n", folder / "job" / "pool.sbatch"]).code, 0)
 
-    def test_what_is_wrong_is_said_before_anything_is_submitted(self):
-        folder = temporary_folder()
+    def wrong_commands(self, folder):
+        """@return (name, arguments of the command, a part of the message) of each"""
         film = folder / "a.toml"
         film.write_text(TURN)
         target = folder / "%d.png"
-        for name, words, said in (
+        return (
             (
                 "option after the world",
-                ["--dry-run", survey(), "--nodes", "2", "-o", folder / "a.png"],
+                [survey(), "--nodes", "2", "-o", folder / "a.png"],
                 "--nodes",
             ),
-            ("no world", ["--dry-run"], "no world; allowed"),
-            ("unknown option", ["--dry-run", "--nodez", "2", survey()], "unknown option --nodez"),
+            ("no world", [], "no world; allowed"),
+            ("unknown option", ["--nodez", "2", survey()], "unknown option --nodez"),
             (
                 "frames beyond",
-                ["--dry-run", "--batch", "--frames", "3-12", film, survey(), "-o", target],
+                ["--batch", "--frames", "3-12", film, survey(), "-o", target],
                 "--frames 3-12; allowed",
             ),
             (
                 "frames of animate",
-                ["--dry-run", "--batch", film, survey(), "--first", "2", "-o", target],
+                ["--batch", film, survey(), "--first", "2", "-o", target],
                 "--first among the arguments",
             ),
             (
                 "frames without batch",
-                ["--dry-run", "--frames", "1", survey(), "-o", folder / "a.png"],
+                ["--frames", "1", survey(), "-o", folder / "a.png"],
                 "without --batch",
             ),
             (
                 "a folder Slurm misreads",
-                ["--dry-run", "--folder", folder / "50%", survey(), "-o", folder / "a.png"],
+                ["--folder", folder / "50%", survey(), "-o", folder / "a.png"],
                 "without % and \\",
             ),
             (
                 "a line break for sbatch",
-                ["--dry-run", "--sbatch", "--qos=a\nrm x", survey(), "-o", folder / "a.png"],
+                ["--sbatch", "--qos=a\nrm x", survey(), "-o", folder / "a.png"],
                 "options of sbatch on one line",
             ),
             (
                 "a part of none",
-                ["--dry-run", "--batch", "--parts", "1", survey(), "-o", folder / "a.png"],
+                ["--batch", "--parts", "1", survey(), "-o", folder / "a.png"],
                 "--parts",
             ),
             (
                 "parts with workers",
                 [
-                    "--dry-run",
-                    "--batch",
-                    "--parts",
-                    "2",
-                    survey(),
-                    "-o",
-                    folder / "a.png",
-                    "--part",
-                    "1/2",
+                    *("--batch", "--parts", "2", survey()),
+                    *("-o", folder / "a.png", "--part", "1/2"),
                 ],
                 "--part",
             ),
             (
                 "no such world",
-                ["--dry-run", "--batch", film, folder / "none", "-o", target],
+                ["--batch", film, folder / "none", "-o", target],
                 "none",
             ),
-        ):
+        )
+
+    def test_what_is_wrong_is_said_before_anything_is_submitted(self):
+        folder = temporary_folder()
+        command = [binary("RAYTRACER"), "cluster", "slurm", "--dry-run"]
+        for name, words, said in self.wrong_commands(folder):
             with self.subTest(name):
-                self.assertRefused(
-                    Run([binary("RAYTRACER"), "cluster", "slurm", *words], cwd=folder), 2, said
-                )
+                self.assertRefused(Run([*command, *words], cwd=folder), 2, said)
 
 
 if __name__ == "__main__":

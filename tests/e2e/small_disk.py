@@ -1,4 +1,7 @@
-"""A disk of some pages: a tmpfs of limited size, in a mount namespace of its own, so that it needs no root and goes with the test."""
+"""A disk of a few pages: a tmpfs of limited size, in a mount namespace of its own.
+
+It needs no root and ends with the test.
+"""
 
 import os
 import pathlib
@@ -24,13 +27,15 @@ def why_not():
 class SmallDisk:
     """A folder on a disk of its own, for as long as the block lasts.
 
-    `folder` is there for programs that are started with the words of `within` before them; this process sees the same files below `seen`.
+    `folder` is the path for programs that are started with the command `within`; this process sees
+    the same files below `seen`.
     """
 
     def __init__(self, free_pages):
         """@throws OSError where no namespace is allowed"""
-        self._mounted, said = temporary_folder(), []
-        for unshare, nsenter in _WAYS:
+        self._mounted = temporary_folder()
+        said = []
+        for unshare, nsenter in _WAYS:  # noqa: B007, nsenter is used after the loop
             command = [
                 "unshare",
                 *unshare,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What others wrote: fetched only by pinned hashes, never run in order to be fetched, and named in THIRD_PARTY.md."""
+"""Third-party software: fetched by pinned hashes, never run for that, listed in THIRD_PARTY.md."""
 
 import hashlib
 import io
@@ -17,11 +17,15 @@ REQUIREMENTS = sorted((ROOT / "config" / "setup" / "python").glob("*.txt"))
 
 # Packages whose script npm would run if it ran any (.npmrc), and what happens instead.
 SCRIPTS = {
-    "better-sqlite3": "would fetch a binary that no hash pins: node.sh compiles it from the sources in the package",
+    "better-sqlite3": (
+        "would fetch a binary that no hash pins: "
+        "node.sh compiles it from the sources in the package"
+    ),
     "esbuild": "only checks what npm has installed: nothing",
 }
 
-# Of parts that a build may leave out: multicast DNS where Avahi is missing, the preview window (TERRAVOX_PREVIEW).
+# Of optional parts of a build: multicast DNS where Avahi is missing, the preview window
+# (TERRAVOX_PREVIEW).
 OPTIONAL = {"libavahi-client", "libavahi-common", "libglfw", "libOpenGL", "libstb"}
 
 # Sanitizers and the loader: no third party's choice.
@@ -62,7 +66,8 @@ ROOT=$1 LOGS=$2/logs VERBOSE=0
 fetch_from_pypi "${@:3}"
 """
 
-# What a source archive may ask for: a backend that has to be fetched first, with more that no hash pins.
+# What a source archive may require: a backend that has to be fetched first, with dependencies that
+# no hash pins.
 PYPROJECT = """
 [build-system]
 requires = ["scikit-build-core>=0.11.6", "pybind11>=3.0"]
@@ -145,7 +150,8 @@ class Pins(Case):
                 with self.subTest(f"{folder.name}/{place}"):
                     self.assertRegex(about.get("integrity", ""), r"^sha512-[A-Za-z0-9+/]{86}==$")
                     self.assertRegex(about["version"], r"^\d+\.\d+\.\d+")
-                    # A mirror is for the user's own settings to choose; a link or a place in a folder has no hash.
+                    # The choice of a mirror belongs to the user's settings; a link or a folder has
+                    # no hash.
                     self.assertEqual(
                         [key for key in ("resolved", "link", "inBundle") if key in about], []
                     )
@@ -224,7 +230,8 @@ class Pins(Case):
 
 def tables():
     """Rows of THIRD_PARTY.md as lists of cells, by heading."""
-    found, rows = {}, []
+    found = {}
+    rows = []
     for line in (ROOT / "THIRD_PARTY.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("## "):
             rows = found[line.removeprefix("## ")] = []

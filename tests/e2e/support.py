@@ -1,4 +1,4 @@
-"""What the end-to-end tests share: the binaries, a small invented survey, and how a run went."""
+"""Shared parts of the end-to-end tests: binaries, a small synthetic survey, results of runs."""
 
 import atexit
 import http.client
@@ -20,7 +20,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared" / "data"
 GOLDEN = ROOT / "tests" / "fixtures" / "golden"
-# What ends a test that hangs. No test measures time: a loaded machine may need minutes for what takes a moment elsewhere.
+# Timeout that ends a test that hangs. No test measures time: a busy machine may need minutes for
+# what takes a moment elsewhere.
 HANGS_S = 600
 
 
@@ -37,12 +38,17 @@ def temporary_folder():
     return folder
 
 
-# Prepared squares of these tests must not be found by the next ones, nor by the person at this machine.
+# Squares that these tests prepare must not be found by later runs, nor by the user of this machine.
 os.environ["XDG_CACHE_HOME"] = str(temporary_folder())
 
 
 def wait_until(condition, what, pause_s=0.005):
-    """@param pause_s between two looks @throws AssertionError with what was waited for, once it can only be a hang"""
+    """Waits until a condition holds.
+
+    @param what    names the condition in the error
+    @param pause_s between two checks
+    @throws AssertionError after HANGS_S
+    """
     end = time.monotonic() + HANGS_S
     while not condition():
         if time.monotonic() > end:
@@ -54,10 +60,12 @@ _held_ports = []
 
 
 def hold_port():
-    """A port of 127.0.0.1 for a program that cannot take any free one and say which. Until this process ends nobody else gets it by chance.
+    """@return a port of 127.0.0.1 for a program that cannot choose a free one itself and report it
 
-    A socket is bound to it that never listens: connections are refused, and the kernel gives the port to nobody who asks for a free one. A program that
-    names the port can listen there all the same, since servers set SO_REUSEADDR, as this socket does.
+    Until this process ends no other program gets the port by chance. A socket is bound to it that
+    never listens: connections are refused, and the kernel does not choose the port for others. A
+    program that names the port can still listen there, since servers set SO_REUSEADDR, as this
+    socket does.
     """
     holder = socket.socket()
     holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -74,7 +82,8 @@ class Run:
             if file_bytes is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
 
-        # restore_signals=False: Python ignores SIGXFSZ, and so does the child then: its writes fail with EFBIG, as on a full disk.
+        # restore_signals=False: Python ignores SIGXFSZ, and so does the child then: its writes fail
+        # with EFBIG, as on a full disk.
         done = subprocess.run(
             [str(a) for a in arguments],
             cwd=cwd,
@@ -87,7 +96,9 @@ class Run:
             check=False,
             env={**os.environ, **(environment or {})},
         )
-        self.code, self.out, self.err = done.returncode, done.stdout, done.stderr
+        self.code = done.returncode
+        self.out = done.stdout
+        self.err = done.stderr
 
     def __str__(self):
         return f"exit code {self.code}\n--- stdout\n{self.out}\n--- stderr\n{self.err}"
@@ -146,12 +157,14 @@ def square():
 
 
 class Server:
-    """terravox-voxelserver on a port of its own, or on one of hold_port(); `program` is for tests that wrap it."""
+    """terravox-voxelserver on a port of its own, or on one of hold_port().
+
+    @param program a command that runs the server, for tests that wrap it
+    """
 
     def __init__(self, *arguments, program=(), port=0):
-        self._log = tempfile.TemporaryFile(
-            "w+", errors="replace"
-        )  # a pipe that nobody reads would stop the server when it is full
+        # A file, since a full pipe would block the server; end() closes it.
+        self._log = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115
         self.process = subprocess.Popen(
             [*program, binary("VOXELSERVER"), *map(str, arguments), "--port", str(port)],
             stdout=subprocess.PIPE,
@@ -167,7 +180,10 @@ class Server:
 
     def end(self, timeout_s=HANGS_S):
         """Waits for its end. @return the exit code"""
-        self.out, _ = self.process.communicate(timeout=timeout_s)
+        self.process.wait(timeout=timeout_s)
+        # Not communicate(): it forgets what readline() has read beyond the first line.
+        self.out = self.process.stdout.read()
+        self.process.stdout.close()
         self._log.seek(0)
         self.err = self._log.read()
         self._log.close()
@@ -254,16 +270,19 @@ class Program:
             self.lines.append(None)
             self.changed.notify_all()
 
-    def saw(self, pattern, timeout_s=HANGS_S, times=1):
-        """Waits for a line, or for so many of them. Returns the last match."""
+    def saw(self, pattern, timeout_s=HANGS_S, times=1, after=0):
+        """Waits for a line, or for so many of them. Returns the last match.
+
+        @param after how many lines of the log do not count
+        """
         end = time.monotonic() + timeout_s
+        found = []
         with self.changed:
             while True:
-                found = [
-                    match
-                    for match in (re.search(pattern, line or "") for line in self.lines)
-                    if match
-                ]
+                # Each line is searched once: the logs of some tests have ten thousands.
+                new = self.lines[after:]
+                after += len(new)
+                found += filter(None, (re.search(pattern, line or "") for line in new))
                 if len(found) >= times:
                     return found[times - 1]
                 left = end - time.monotonic()

@@ -36,7 +36,7 @@ class HeldPort(Case):
         self.assertEqual(refused.exception.errno, errno.EADDRINUSE)
         with socket.create_server(("127.0.0.1", 0)) as closed:
             port = closed.getsockname()[1]
-        with contextlib.suppress(OSError):  # somebody else was faster: which is why ports are held
+        with contextlib.suppress(OSError):  # another process was faster: this is why ports are held
             self.assertEqual(ask(port), port)
 
     def test_a_program_that_names_it_listens_there_again_and_again(self):

@@ -1,4 +1,4 @@
-"""Where tokens go: two web servers write down what they are asked, and with what."""
+"""Where tokens are sent: two web servers record requests and their headers."""
 
 import http.server
 import threading
@@ -27,7 +27,7 @@ SCENE = ["--size", "32x18", "--samples", "1", "--quiet"]
 
 
 class Recorder:
-    """A web server of one file, which keeps the path, the Authorization and the range of each request."""
+    """A web server of one file, which records path, Authorization and range of each request."""
 
     def __init__(self, name, content):
         recorder = self
@@ -39,7 +39,8 @@ class Recorder:
                     (self.path, self.headers.get("Authorization"), self.headers.get("Range"))
                 )
                 if self.path != "/" + name:
-                    return self.answer(404, b"")
+                    self.answer(404, b"")
+                    return
                 first, last = (
                     int(n) for n in self.headers["Range"].removeprefix("bytes=").split("-")
                 )
@@ -123,7 +124,7 @@ class Tokens(unittest.TestCase):
         web = self.recorder()
         port = web.url.split(":")[2]
         environment = {"TERRAVOX_FARM_TOKEN": FARM}
-        # The worker would ask if it were told: each of these is allowed there.
+        # The worker would send requests there if it received the address: each of these is allowed.
         worker = self.worker(
             environment,
             "--allow-private-origins",
@@ -141,7 +142,8 @@ class Tokens(unittest.TestCase):
                 self.assertEqual(web.opened(), 1, web.asked)
 
     def test_a_server_s_token_goes_to_the_origin_that_it_is_bound_to_alone(self):
-        bound, other = self.recorder(), self.recorder()
+        bound = self.recorder()
+        other = self.recorder()
         for origin in (bound.origin, bound.origin + "/"):
             for web, shown in ((bound, "Bearer " + SERVER), (other, None)):
                 with self.subTest(f"{origin} {web.url}"):

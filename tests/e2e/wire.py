@@ -12,7 +12,9 @@ class Reply:
     """One reply: status, headers (names in lower case, the last of each name), body."""
 
     def __init__(self, status, headers, body):
-        self.status, self.headers, self.body = status, headers, body
+        self.status = status
+        self.headers = headers
+        self.body = body
 
     def problem(self):
         """What an error must be. @return why it is not, or an empty string"""
@@ -32,10 +34,12 @@ class Reply:
 
 
 class Talk:
-    """What came back for some bytes: the replies, what is left of the stream behind them, and whether the server closed."""
+    """What was received: the replies, the rest of the stream, and whether the server closed."""
 
     def __init__(self, data, closed, heads=()):
-        self.replies, self.closed, rest = [], closed, data
+        self.replies = []
+        self.closed = closed
+        rest = data
         heads = list(heads)
         while rest:
             reply, rest = _first_reply(rest, heads.pop(0) if heads else False)
@@ -80,7 +84,8 @@ def _chunks(data):
         n = int(size.split(b";")[0], 16)
         if len(rest) < n + 2:
             return None, data
-        body, data = body + rest[:n], rest[n + 2 :]
+        body += rest[:n]
+        data = rest[n + 2 :]
         if n == 0:
             return body, data
 
@@ -90,11 +95,12 @@ def connect(port, timeout_s=HANGS_S):
 
 
 def talk(port, data, quiet_s=0.3, most_s=HANGS_S, pause_s=0, piece=0, half_close=False, heads=()):
-    """Sends bytes and takes what comes.
+    """Sends bytes and receives replies.
 
-    @param quiet_s  how long to wait for more than whole replies: a reply that was begun is waited for   @param most_s  in all
-    @param piece    bytes sent at a time, with pause_s between them; 0: all at once
-    @param heads    for each reply: was it to HEAD
+    @param quiet_s timeout without new bytes; a reply that has begun is waited for
+    @param most_s  timeout in all
+    @param piece   bytes sent at a time, with pause_s between them; 0: all at once
+    @param heads   for each reply: whether the request was HEAD
     """
     until = time.monotonic() + most_s
     with connect(port) as connection:
@@ -119,7 +125,7 @@ def talk(port, data, quiet_s=0.3, most_s=HANGS_S, pause_s=0, piece=0, half_close
 
 
 def _send(connection, data, piece, pause_s):
-    """@return True when the server closed while it was sent: what it said before may still be read"""
+    """@return True when the server closed during sending; earlier replies may still be readable"""
     try:
         for at in range(0, len(data), piece or max(len(data), 1)):
             connection.sendall(data[at : at + piece] if piece else data)

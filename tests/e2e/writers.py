@@ -6,7 +6,7 @@ import resource
 import shutil
 import subprocess
 
-from support import Case, binary, survey, temporary_folder
+from support import Case, binary, temporary_folder
 
 LIMITS = {
     "descriptors": resource.RLIMIT_NOFILE,
@@ -14,7 +14,8 @@ LIMITS = {
     "file size": resource.RLIMIT_FSIZE,
 }
 
-# What writes files, with what it writes, and what it may leave behind to go on with, or to be cleared up by the next run.
+# Programs that write files: their arguments, the file, and what they may leave behind to resume
+# from, or for the next run to remove.
 WRITERS = {
     "render to PNG": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.png"], "a.png", []),
     "render to EXR": ("RAYTRACER", ["render", "DATA", "-o", "OUT/a.exr"], "a.exr", []),
@@ -59,7 +60,9 @@ OF_A_PICTURE = ["--size", "160x90", "--threads", "2", "--cache", "none"]
 
 class Ended:
     def __init__(self, arguments, limit=None, value=0, timeout_s=600, environment=None, within=()):
-        """@param limit a name of LIMITS that `value` is set for @param within a command that runs others somewhere"""
+        """@param limit  a name of LIMITS, set to `value`
+        @param within a command that runs others somewhere
+        """
 
         def confine():
             if limit:
@@ -77,7 +80,8 @@ class Ended:
             check=False,
             env={**os.environ, **(environment or {})},
         )
-        self.code, self.err = done.returncode, done.stderr
+        self.code = done.returncode
+        self.err = done.stderr
         self.last = (self.err.strip().splitlines() or [""])[-1]
 
     def __str__(self):
@@ -90,11 +94,15 @@ class Writers(Case):
     @classmethod
     def setUpClass(cls):
         cls.folder = temporary_folder()
-        cls.data = (
-            cls.folder / "data"
-        )  # without its orthophotos and truth: fewer files, the same writers
+        # A quarter of survey(), without its orthophotos and truth: each format still fills several
+        # pages, and the writers run a hundred times.
+        made = cls.folder / "survey"
+        options = ["--seed", "7", "--squares", "1x1", "--square-m", "128", "--density", "4"]
+        run = Ended([binary("SURVEY"), *options, "-o", made])
+        assert run.code == 0, run
+        cls.data = cls.folder / "data"
         cls.data.mkdir()
-        for file in survey().glob("*.laz"):
+        for file in made.glob("*.laz"):
             shutil.copy(file, cls.data)
         cls.turn = cls.folder / "turn.toml"
         cls.turn.write_text("fps = 2\n\n[turntable]\nseconds = 1\n")
@@ -135,7 +143,8 @@ class Writers(Case):
         )
 
     def assert_as_on_a_good_day(self, name, out):
-        made, whole = out / WRITERS[name][2], self.whole(name)
+        made = out / WRITERS[name][2]
+        whole = self.whole(name)
         if whole.suffix in (
             ".exr",
             ".tif",

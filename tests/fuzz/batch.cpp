@@ -1,8 +1,8 @@
 // The stream of a batch of boxes, in parts as they may come over a network.
 // The first byte says how long the parts are.
 #include "common/voxel/box_codec.hpp"
-#include "raytracer/world/box_batch.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "voxelserver/worlds/remote/box_batch.hpp"
 
 namespace terravox::fuzz {
 

@@ -1,7 +1,7 @@
 // Checkpoints: the file's head, its records, and the tiles in them, with checksums made right.
 #include <fcntl.h>
 
-#include "raytracer/checkpoint/tile_journal.hpp"
+#include "raytracer/farm/checkpoint/tile_journal.hpp"
 #include "tests/fuzz/tile_bytes.hpp"
 
 namespace terravox::fuzz {

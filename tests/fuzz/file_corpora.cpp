@@ -3,15 +3,17 @@
 #include <cstdio>
 
 #include "common/geo/crs.hpp"
-#include "common/net/handshake.hpp"
 #include "common/voxel/archive/archive_writer.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
+#include "raytracer/farm/net/handshake.hpp"
 #include "tests/fuzz/corpus.hpp"
-#include "tests/raytracer/world/batch_bytes.hpp"
-#include "tests/raytracer/world/minecraft/made_chunk.hpp"
-#include "tests/raytracer/world/minecraft/made_files.hpp"
 #include "tests/voxelserver/lidar/las_bytes.hpp"
+#include "tests/voxelserver/ply/ply_bytes.hpp"
+#include "tests/voxelserver/worlds/luanti/made_map_block.hpp"
+#include "tests/voxelserver/worlds/minecraft/made_chunk.hpp"
+#include "tests/voxelserver/worlds/minecraft/made_files.hpp"
+#include "tests/voxelserver/worlds/remote/batch_bytes.hpp"
 
 namespace {
 
@@ -29,6 +31,16 @@ void las(const fs::path& folder) {
                 test::write_sample(corpus.path(name), format, count,
                                    geo::Crs::from_text("EPSG:3794").wkt());
             }
+}
+
+void ply(const fs::path& folder) {
+    const Corpus corpus(folder, "ply");
+    std::vector<pointcloud::Point> points(3);
+    points[1].x = 1.5;
+    points[2].classification = 6;
+    corpus.add("text", test::ply_bytes(points, test::PlyKind::kText, "crs EPSG:2154"));
+    corpus.add("little", test::ply_bytes(points, test::PlyKind::kLittle));
+    corpus.add("big", test::ply_bytes(points, test::PlyKind::kBig));
 }
 
 void boxes(const fs::path& folder) {
@@ -83,6 +95,18 @@ void minecraft_files(const fs::path& folder) {
         kind = kind % 4 + 1;
     }
     nbt.add("level.dat", chars(test::level_dat_nbt("a world")));
+}
+
+void map_blocks(const fs::path& folder) {
+    const Corpus corpus(folder, "map_block");
+    test::luanti::MadeBlock block;
+    block.names = {"air", "default:stone", "default:water_source"};
+    for (int y = 0; y < 9; ++y)
+        block.set(y, y, 3, static_cast<std::uint16_t>(y % 3));
+    for (const int version : {25, 27, 28, 29})
+        corpus.add("version-" + std::to_string(version),
+                   chars(test::luanti::map_block_blob(block, version)));
+    corpus.add("body", chars(test::luanti::body_29(block)));
 }
 
 void handshake(const fs::path& folder) {
@@ -158,8 +182,10 @@ int main(int count, char** arguments) {
     try {
         const fs::path folder = arguments[1];
         las(folder);
+        ply(folder);
         boxes(folder);
         minecraft_files(folder);
+        map_blocks(folder);
         handshake(folder);
         texts(folder);
         requests(folder);

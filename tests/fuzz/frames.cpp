@@ -4,12 +4,12 @@
 #include <optional>
 #include <utility>
 
-#include "common/net/stream.hpp"
 #include "common/voxel/box_codec.hpp"
 #include "common/voxel/world_json.hpp"
-#include "raytracer/sched/socket/hello.hpp"
-#include "raytracer/sched/socket/parcel.hpp"
-#include "raytracer/sched/socket/tile_frames.hpp"
+#include "raytracer/farm/net/stream.hpp"
+#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/parcel.hpp"
+#include "raytracer/farm/wire/tile_frames.hpp"
 #include "tests/fuzz/tile_bytes.hpp"
 
 namespace terravox::fuzz {

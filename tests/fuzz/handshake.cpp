@@ -1,6 +1,6 @@
 // The handshake of a farm, on both sides.
 // The first byte says in how many bytes at a time the others come.
-#include "common/net/handshake.hpp"
+#include "raytracer/farm/net/handshake.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // The configuration of a worker.
-#include "raytracer/worker/worker_config.hpp"
+#include "raytracer/farm/worker/worker_config.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
 

@@ -1,9 +1,9 @@
 // ZIP files that should hold a Minecraft world: names, entries, and the world that they make.
-#include "raytracer/world/minecraft/zip_source.hpp"
+#include "voxelserver/worlds/minecraft/zip_source.hpp"
 
-#include "raytracer/world/minecraft/chunk_reader.hpp"
-#include "raytracer/world/minecraft/world_folder.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "voxelserver/worlds/minecraft/chunk_reader.hpp"
+#include "voxelserver/worlds/minecraft/world_folder.hpp"
 
 namespace terravox::fuzz {
 namespace {

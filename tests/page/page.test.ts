@@ -31,8 +31,8 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
     fake.close();
   });
 
-  async function openMap(options = {}): Promise<WatchedPage> {
-    const watched = await openPage(browser, url, options);
+  async function openMap(options = {}, speed?: number): Promise<WatchedPage> {
+    const watched = await openPage(browser, url, options, speed);
     await untilText(watched.page, '#status', /^The server is up/);
     await until('the map is drawn', async () => (await coloursOnMap(watched.page)) > 5);
     return watched;
@@ -95,7 +95,7 @@ describe('the page of the voxel server', { skip: noBrowser }, () => {
   });
 
   test('Enter tells what is in the middle, with a command that renders it', async () => {
-    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] });
+    const watched = await openMap({ permissions: ['clipboard-read', 'clipboard-write'] }, 1);  // the button says 'Copied' for a while
     const { page } = watched;
     await untilText(page, '#squares', /in all/);
     await page.locator('#map').focus();

@@ -1,5 +1,6 @@
 // Checks the types of the page and of its tests, bundles both, and runs the tests: node run.mjs [arguments of node --test]
-import { spawnSync } from 'node:child_process';
+// With TERRAVOX_URL, a server's address, it runs what depends on the server alone.
+import { spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { existsSync, readdirSync, rmSync } from 'node:fs';
 import { dirname, join } from 'node:path';
@@ -13,21 +14,26 @@ if (!existsSync(modules)) {
   process.exit(1);
 }
 
+/** Runs node with these arguments. Resolves to its exit code; ended by a signal: 1. */
 function run(...args) {
-  const { status, error } = spawnSync(process.execPath, args, { stdio: 'inherit' });
-  if (error) throw error;
-  if (status !== 0) process.exit(status ?? 1);
+  return new Promise((resolve, reject) => {
+    const child = spawn(process.execPath, args, { stdio: 'inherit' });
+    child.on('error', reject);
+    child.on('exit', (code) => resolve(code ?? 1));
+  });
 }
 
-run(join(modules, 'typescript/bin/tsc'), '-p', join(page, 'tsconfig.json'));
-run(join(modules, 'typescript/bin/tsc'), '-p', join(here, 'tsconfig.json'));
-run(join(page, 'build.mjs'), join(page, 'dist'));
+// The type checks compute while the tests mostly wait for a browser: they run side by side.
+const withServer = process.env['TERRAVOX_URL'] !== undefined;
+const checks = (withServer ? [] : [page, here]).map((folder) => run(join(modules, 'typescript/bin/tsc'), '-p', join(folder, 'tsconfig.json')));
+const built = await run(join(page, 'build.mjs'), join(page, 'dist'));
+if (built !== 0) process.exit(built);
 
 // Beside node_modules, so that what is not bundled is found.
 const out = join(page, 'dist-test');
 rmSync(out, { recursive: true, force: true });
 const { build } = createRequire(join(page, 'package.json'))('esbuild');
-const tests = readdirSync(here).filter((name) => name.endsWith('.test.ts'));
+const tests = withServer ? ['page.test.ts'] : readdirSync(here).filter((name) => name.endsWith('.test.ts'));
 await build({
   entryPoints: tests.map((name) => join(here, name)),
   outdir: out,
@@ -42,4 +48,6 @@ await build({
   define: { TERRAVOX_PAGE_DIST: JSON.stringify(join(page, 'dist')) },
   logLevel: 'warning',
 });
-run('--enable-source-maps', '--test', ...process.argv.slice(2), ...tests.map((name) => join(out, name.replace(/ts$/, 'mjs'))));
+const files = tests.map((name) => join(out, name.replace(/ts$/, 'mjs')));
+const tested = await run('--enable-source-maps', '--test', `--test-concurrency=${files.length}`, ...process.argv.slice(2), ...files);
+process.exit(Math.max(tested, ...(await Promise.all(checks))));

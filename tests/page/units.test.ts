@@ -140,6 +140,16 @@ test('damaged boxes are errors, never air', () => {
   assert.throws(() => readBox(changed(64 + 16, 250)).top(1, 3), /beyond the end/);
 });
 
+test('the map begins with what the world frames, or with all of it', () => {
+  const good = worldJson('x') as Record<string, unknown>;
+  const all = new WorldProjection(readWorld(good));
+  assert.deepEqual(all.framedExtent, all.extent);
+  const framed = { min: [-256, 0, -128], max: [512, 80, 64] };
+  const endless = new WorldProjection(readWorld({ ...good, framed, crs: '', crs_wkt: '', crs_units_per_voxel: 2 }));
+  assert.deepEqual(endless.framedExtent, [-512, -128, 1024, 256]);
+  assert.throws(() => readWorld({ ...good, framed: { min: [0], max: [1, 1, 1] } }), /framed.min/);
+});
+
 test('replies are checked: what the map depends on must be there, the rest may be missing', () => {
   const good = worldJson('x') as Record<string, unknown>;
   const flat = { min: [0, 0], max: [1, 1, 1] };

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "raytracer/sched/farm.hpp"
-#include "raytracer/sched/socket/hello.hpp"
-#include "raytracer/sched/socket/tile_frames.hpp"
+#include "raytracer/farm/coordinator/farm.hpp"
+#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/farm/worker/worker_daemon.hpp"
 #include "raytracer/tiles/tile_plan.hpp"
-#include "raytracer/worker/worker_daemon.hpp"
 #include "tests/raytracer/landscape.hpp"
 
 namespace terravox::test {
@@ -143,7 +143,7 @@ inline Scene farm_scene(bool layers = false) {
     Scene scene = small_scene();
     scene.quality.coarse_step = 1;
     if (layers)
-        scene.output.layers = "all";
+        scene.output.layers = PictureLayers::kAll;
     return scene;
 }
 

@@ -3,10 +3,11 @@
 #include <memory>
 #include <string>
 
+#include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/output/film.hpp"
+#include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/render.hpp"
-#include "raytracer/sched/thread_processor.hpp"
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/shade/view_maker.hpp"
 #include "tests/raytracer/array_world.hpp"
 
 namespace terravox::test {

@@ -34,6 +34,7 @@ BoxCache::BoxCache(voxel::TracedWorld& world, util::StageTimes& times,
       m_times(times),
       m_gate(std::max(options.makers, 1), std::max(options.queue, 0)),
       m_places(std::max(options.asking, 1)),
+      m_downsample(options.downsample),
       m_ahead_on(options.ahead),
       m_memory(options.memory_bytes),
       m_disk(options.file.empty() ? nullptr
@@ -90,7 +91,7 @@ KeptBoxPtr BoxCache::get_ahead(const voxel::BoxKey& key) {
     if (auto kept = find(key, Keep::kNo))
         return kept;
     // Its children first, each when the machine is idle.
-    if (key.level > 0)
+    if (key.level > 0 && m_downsample)
         for (int i = 0; i < 8; ++i)
             if (!get_ahead({key.level - 1, 2 * key.bx + (i & 1), 2 * key.by + (i >> 2),
                             2 * key.bz + (i >> 1 & 1)}))
@@ -137,7 +138,7 @@ KeptBoxPtr BoxCache::from_disk(const voxel::BoxKey& key) {
 }
 
 voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
-    if (key.level == 0)
+    if (key.level == 0 || !m_downsample)
         return m_world.traced_box(key);
     voxel::TracedBox out;
     out.reach = footprint(key);
@@ -161,7 +162,7 @@ voxel::TracedBox BoxCache::build(const voxel::BoxKey& key, Way way) {
 
 KeptBoxPtr BoxCache::make(const voxel::BoxKey& key, Way way) {
     std::optional<Gate::Pass> pass;
-    if (way != Way::kAhead && key.level == 0)
+    if (way != Way::kAhead && (key.level == 0 || !m_downsample))
         pass.emplace(m_gate);  // one that waits for its children must not take a place of theirs
     KeptBoxPtr kept;
     try {

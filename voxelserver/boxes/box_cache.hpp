@@ -26,6 +26,9 @@ struct BoxCacheOptions {
     int makers = 1;                                     ///< boxes made at the same time, at least 1
     int queue = 64;     ///< boxes that may wait to be made, at least 0
     int asking = 1024;  ///< callers of get() that may make or wait at the same time, at least 1
+    /// Boxes above level 0 are made here of their eight children, so that children which are kept
+    /// are not made again; otherwise the world makes those of every level.
+    bool downsample = true;
     bool ahead = true;  ///< neighbours of what was asked for are made while the machine is idle
     std::filesystem::path file = {};  ///< of the disk cache; empty: nothing on disk
     std::uint64_t disk_bytes = std::uint64_t{20} << 30;
@@ -34,8 +37,8 @@ struct BoxCacheOptions {
 /// Boxes, each made once while it is kept, however many ask: memory, then disk, then making.
 /// Thread-safe.
 ///
-/// The world makes boxes of level 0; those above are made here from their eight children, so that
-/// children which are kept are not made again. Neighbours of a box that had to be made are made
+/// The world makes boxes of level 0, and those above, too, unless BoxCacheOptions::downsample.
+/// Neighbours of a box that had to be made are made
 /// ahead, by threads of their own.
 class BoxCache {
 public:
@@ -104,6 +107,7 @@ private:
     util::StageTimes& m_times;
     Gate m_gate;
     Places m_places;
+    const bool m_downsample;
     const bool m_ahead_on;
     util::Cache<voxel::BoxKey, KeptBox, voxel::BoxKeyHash> m_memory;
     const std::unique_ptr<DiskCache> m_disk;

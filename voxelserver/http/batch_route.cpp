@@ -12,6 +12,8 @@
 #include <system_error>
 #include <thread>
 
+#include "common/voxel/unreachable_error.hpp"
+
 namespace terravox::http {
 namespace {
 
@@ -113,6 +115,9 @@ std::string record_of(boxes::BoxCache& cache, const BoxKey& key) {
         return kept->air() ? record(key, 204, "") : record(key, 200, *kept->frame);
     } catch (const boxes::Busy& e) {
         return record(key, 503, e.what());
+    } catch (const voxel::UnreachableError& e) {
+        spdlog::error("make box {} of a batch: {}", voxel::to_string(key), e.what());
+        return record(key, 502, kUnreachable);
     } catch (const std::exception& e) {
         spdlog::error("make box {} of a batch: {}", voxel::to_string(key), e.what());
         return record(key, 500, without_folders(e.what()));

@@ -4,7 +4,7 @@
 
 namespace terravox::http {
 
-/// GET /gkot/box?...: the first system's reply (docs/formats.md); 400 for a parameter that is
+/// GET /gkot/box?...: the first system's reply (docs/formats/http.md); 400 for a parameter that is
 /// missing, repeated or out of range, 413 more voxels than the memory allows, 500, 503.
 [[nodiscard]] Response answer_gkot_box(Service& service, const Asked& asked);
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "common/util/error.hpp"
 #include "voxelserver/map/png.hpp"
 
 namespace terravox::http {
@@ -94,11 +95,16 @@ std::optional<map::ColumnBoxes> MapView::fetch(std::int32_t bx, std::int32_t bz,
 void MapView::note(const voxel::BoxKey& key) {
     if (key.level != 0)
         return;
-    const voxel::ColumnExtent column = m_cache.world().column(0, key.bx, key.bz);
-    for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
-        if (by != key.by && !m_cache.find({0, key.bx, by, key.bz}, boxes::BoxCache::Keep::kNo))
-            return;
-    m_tops.note_made(key.bx, key.bz);
+    try {
+        const voxel::ColumnExtent column = m_cache.world().column(0, key.bx, key.bz);
+        for (std::int32_t by = column.by_begin; by < column.by_end; ++by)
+            if (by != key.by && !m_cache.find({0, key.bx, by, key.bz}, boxes::BoxCache::Keep::kNo))
+                return;
+        m_tops.note_made(key.bx, key.bz);
+    } catch (const Error& e) {
+        // A far world's server does not answer: the box is there, and its request must not fail.
+        spdlog::debug("show box {} on the map: {}", voxel::to_string(key), e.what());
+    }
 }
 
 void MapView::note_kept() {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/util/stage_times.hpp"
+#include "common/voxel/unreachable_error.hpp"
 #include "common/voxel/world_json.hpp"
 #include "voxelserver/http/batch_route.hpp"
 #include "voxelserver/http/box_routes.hpp"
@@ -101,6 +102,10 @@ Response Router::answer(const RouteFacts& route, const Request& request, const P
         return dispatch(route.route, {request, parts, has_token(request)});
     } catch (const boxes::Busy& e) {
         return problem(503, e.what()).add("Retry-After", "1");
+    } catch (const voxel::UnreachableError& e) {
+        // Its address is the business of the person who started the server.
+        spdlog::error("{} {}: {}", request.method, request.path, e.what());
+        return problem(502, kUnreachable).add("Retry-After", "5");
     } catch (const std::bad_alloc&) {
         spdlog::error("{} {}: out of memory", request.method, request.path);
         return problem(500, "out of memory");
@@ -182,6 +187,12 @@ Response Router::health(const Asked& asked) const {
 }
 
 Response Router::dispatch(Route route, const Asked& asked) {
+    const std::string wanted = asked.request.header(kEditionHeader);
+    if (!wanted.empty() && wanted != m_service.edition)
+        return problem(412,
+                       "the world is of another edition than the request wants; allowed: that of "
+                       "/v2/world, or no header " +
+                           std::string(kEditionHeader));
     const auto uptime_s = [&] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
     };
@@ -214,6 +225,8 @@ Response Router::world(const Request& request) const {
         return not_modified(m_world_etag);
     Response out = reply(200, "application/json", m_world_json);
     add_validators(out, m_world_etag);
+    if (!m_service.edition.empty())
+        out.add(kEditionHeader, m_service.edition);
     return out;
 }
 

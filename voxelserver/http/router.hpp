@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "common/net/http_host.hpp"
 #include "voxelserver/http/service.hpp"
+#include "voxelserver/sockets/http_host.hpp"
 
 namespace terravox::http {
 
@@ -15,8 +15,9 @@ namespace terravox::http {
 /// says it for clients. HEAD works wherever GET does; other methods: 405. A body where none
 /// belongs: 413, and the connection is to be closed. With a token, routes that are not open want
 /// it: 401. A host name that is none of the server's: 421; a page of another origin: 403. What
-/// handling throws becomes 500, too many at work 503. Errors are application/problem+json. No reply
-/// names a folder of this machine.
+/// handling throws becomes 500, too many at work 503, a far world whose server does not answer 502.
+/// A request that names another edition of the world: 412. Errors are application/problem+json. No
+/// reply names a folder of this machine.
 class Router {
 public:
     /// @param token  "" = anybody may ask

@@ -17,9 +17,9 @@
 #include <optional>
 #include <vector>
 
-#include "common/net/slow_clients.hpp"
 #include "common/util/error.hpp"
 #include "common/util/stage_times.hpp"
+#include "voxelserver/sockets/slow_clients.hpp"
 #include "voxelserver/tls/tls_library.hpp"
 
 namespace terravox::http {
@@ -82,7 +82,7 @@ Address address_of(const ServerOptions& o) {
 }
 
 // No thread_local of this file has a destructor: to register one, a thread's first reply would wait
-// for the dynamic loader's lock, which is held for long while the LiDAR module is loaded beside.
+// for the dynamic loader's lock, which is held for long while the worlds module is loaded beside.
 // What is to be destroyed with a thread is the thread pointer of CivetWeb (new_buffer).
 
 // Written anew once a second and thread: it took a tenth of a small reply's time.

@@ -15,6 +15,9 @@ namespace terravox::http {
 
 class MapView;
 
+/// A header of replies and requests (docs/formats/http.md: Editions).
+inline constexpr const char* kEditionHeader = "Terravox-Edition";
+
 /// Can boxes be made?
 struct Health {
     enum class State { kOk, kOpening, kFailed } state = State::kOk;
@@ -30,7 +33,9 @@ struct Service {
     std::function<Health()> health = [] { return Health{}; };
     const boxes::Preparer* preparer = nullptr;  ///< nullptr: nothing is being prepared
     MapView* map = nullptr;                     ///< nullptr: there is none
-    std::size_t memory_limit_bytes = 0;         ///< of the process; 0: not known
+    /// Names the state of all that the boxes are made of, for clients that must not mix two.
+    std::string edition = {};
+    std::size_t memory_limit_bytes = 0;  ///< of the process; 0: not known
 };
 
 /// A request, as its route sees it.
@@ -39,6 +44,10 @@ struct Asked {
     const PathParts& parts;
     bool has_token = false;  ///< the request brought the server's token
 };
+
+/// What a client learns of a voxel::UnreachableError.
+inline constexpr const char* kUnreachable =
+    "the server that this world comes from does not answer, or refuses; the log says why";
 
 /// What the routes share.
 [[nodiscard]] Response json_reply(std::string text,

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <optional>
 
+#include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/colour_space.hpp"
 #include "voxelserver/imagery/palette_file.hpp"
-#include "voxelserver/store/bytes.hpp"
 
 namespace terravox::imagery {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/util/error.hpp"
+#include "common/voxel/bytes.hpp"
 #include "voxelserver/imagery/palette_file.hpp"
-#include "voxelserver/store/bytes.hpp"
 
 namespace terravox::imagery {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/geo/side_files.hpp"
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
 #include "voxelserver/imagery/vrt_sources.hpp"
-#include "voxelserver/store/bytes.hpp"
-#include "voxelserver/store/file_identity.hpp"
 
 namespace terravox::imagery {
 

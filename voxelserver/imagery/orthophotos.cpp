@@ -10,7 +10,7 @@
 #include "common/util/error.hpp"
 #include "voxelserver/imagery/footprint.hpp"
 #include "voxelserver/imagery/image_identity.hpp"
-#include "voxelserver/voxelize/input_files.hpp"
+#include "voxelserver/imagery/orthophoto_files.hpp"
 
 namespace terravox::imagery {
 
@@ -116,7 +116,7 @@ Orthophotos::Orthophotos(const std::vector<fs::path>& paths, const voxelize::Fra
     : m_frame(frame), m_open(std::make_unique<OpenFiles>()) {
     const std::lock_guard lock(gdal_mutex());
     geo::start_gdal();
-    for (const fs::path& file : voxelize::orthophoto_files(paths)) {
+    for (const fs::path& file : orthophoto_files(paths)) {
         m_layers.push_back(std::make_unique<Layer>(file, m_frame));
         m_open->use(m_layers.back()->image);
     }

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "common/voxel/world.hpp"
+#include "voxelserver/grid/frame.hpp"
+#include "voxelserver/grid/patch.hpp"
 #include "voxelserver/imagery/raster.hpp"
-#include "voxelserver/voxelize/frame.hpp"
-#include "voxelserver/voxelize/patch.hpp"
 
 namespace terravox::imagery {
 

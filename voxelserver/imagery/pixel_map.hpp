@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "voxelserver/grid/frame.hpp"
+#include "voxelserver/grid/patch.hpp"
 #include "voxelserver/imagery/image.hpp"
-#include "voxelserver/voxelize/frame.hpp"
-#include "voxelserver/voxelize/patch.hpp"
 
 namespace terravox::imagery {
 

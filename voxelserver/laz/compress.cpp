@@ -106,7 +106,7 @@ struct Tail {
     std::uint32_t extended_count = 0;
 };
 
-Tail find_tail(const lidar::FileBytes& file, const lidar::LasInfo& info) {
+Tail find_tail(const pointcloud::FileBytes& file, const lidar::LasInfo& info) {
     Tail tail;
     tail.at = file.at<std::uint32_t>(kPointsAt) +
               info.point_count * file.at<std::uint16_t>(kRecordBytesAt);
@@ -137,7 +137,7 @@ void put_at(std::fstream& out, std::uint64_t offset, T value) {
     out.write(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-void add_tail(const lidar::FileBytes& from, const Tail& tail, const lidar::LasInfo& info,
+void add_tail(const pointcloud::FileBytes& from, const Tail& tail, const lidar::LasInfo& info,
               const fs::path& path, const fs::path& shown) {
     std::fstream out(path, std::ios::in | std::ios::out | std::ios::binary | std::ios::ate);
     const auto end = static_cast<std::uint64_t>(out.tellp());
@@ -206,7 +206,7 @@ Compressed compress(const fs::path& from, const fs::path& to) {
         throw UsageError("compress " + from.string() +
                          ": the result has the same name; allowed: another one");
     const lidar::LasInfo info = lidar::read_las_info(from);
-    const lidar::FileBytes bytes(from);
+    const pointcloud::FileBytes bytes(from);
     if (info.compressed)
         bytes.fail("compressed already; allowed: LAS");
     if (info.point_count == 0)

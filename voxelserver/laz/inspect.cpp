@@ -12,7 +12,7 @@ namespace terravox::laz {
 namespace {
 
 bool is_copc(const std::filesystem::path& path) {
-    const lidar::FileBytes file(path);
+    const pointcloud::FileBytes file(path);
     const auto records = lidar::read_records(file);
     return std::any_of(records.begin(), records.end(), [](const lidar::VariableRecord& r) {
         return r.id == 1 && r.user == "copc";
@@ -49,7 +49,7 @@ std::string info_json(const std::filesystem::path& path) {
 
 std::uint64_t check(const std::filesystem::path& path) {
     const lidar::LasInfo info = lidar::read_las_info(path);
-    const lidar::FileBytes file(path);
+    const pointcloud::FileBytes file(path);
     if (info.point_count == 0)
         file.fail("no points; allowed: 1 or more");
     PointStream points(info);

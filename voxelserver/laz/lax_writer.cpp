@@ -8,8 +8,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/index_sources.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::laz {
 namespace {
@@ -147,7 +147,7 @@ std::string lax_bytes(const Quadtree& tree, const Intervals& found) {
 
 Indexed write_lax(const std::filesystem::path& cloud) {
     const lidar::LasInfo info = lidar::read_las_info(cloud);
-    const lidar::FileBytes file(cloud);
+    const pointcloud::FileBytes file(cloud);
     if (info.point_count == 0)
         file.fail("no points to index; allowed: 1 or more");
     if (lidar::read_copc_index(info))

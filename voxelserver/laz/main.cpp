@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "common/geo/gdal_messages.hpp"
 #include "common/util/program.hpp"
 #include "common/util/version.hpp"
 #include "voxelserver/laz/compress.hpp"
@@ -54,7 +55,7 @@ int run(int argc, char** argv) {
     if (const auto answered = util::parse_arguments(app, argc, argv))
         return *answered;
     // What GDAL and PROJ think of a file's CRS would be a second line.
-    CPLSetErrorHandler(CPLQuietErrorHandler);
+    CPLSetErrorHandler(geo::drop_gdal_message);
     ::setenv("PROJ_DEBUG", "0", 0);
     if (*compressing)
         compress(names);

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::laz {
 
@@ -33,7 +33,7 @@ private:
     void close() noexcept;
 
     const lidar::LasInfo& m_info;
-    const lidar::FileBytes m_bytes;
+    const pointcloud::FileBytes m_bytes;
     laszip_POINTER m_reader = nullptr;
     laszip_header_struct* m_header = nullptr;
     laszip_point_struct* m_point = nullptr;

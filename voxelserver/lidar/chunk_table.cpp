@@ -19,7 +19,7 @@ constexpr std::uint64_t kMostEmptyChunks =
 // Bytes one after the other, read in blocks.
 class ByteQueue {
 public:
-    ByteQueue(const FileBytes& file, std::uint64_t at) : m_file(file), m_at(at) {}
+    ByteQueue(const pointcloud::FileBytes& file, std::uint64_t at) : m_file(file), m_at(at) {}
     std::uint8_t next() {
         if (m_used == m_count) {
             m_count = static_cast<std::size_t>(std::clamp<std::uint64_t>(
@@ -31,13 +31,13 @@ public:
     }
 
 private:
-    const FileBytes& m_file;
+    const pointcloud::FileBytes& m_file;
     std::uint64_t m_at;
     std::array<unsigned char, 4096> m_block{};
     std::size_t m_used = 0, m_count = 0;
 };
 
-std::uint64_t find_table(const FileBytes& file, std::uint64_t points_at) {
+std::uint64_t find_table(const pointcloud::FileBytes& file, std::uint64_t points_at) {
     auto at = file.at<std::int64_t>(points_at);
     // A writer that could not seek back leaves -1 and puts the offset at the end of the file.
     if (at == -1)
@@ -50,7 +50,7 @@ std::uint64_t find_table(const FileBytes& file, std::uint64_t points_at) {
 }
 
 // @return number of chunks: those with points cannot be more than there are bytes for
-std::uint32_t check_claims(const FileBytes& file, const LaszipRecord& record,
+std::uint32_t check_claims(const pointcloud::FileBytes& file, const LaszipRecord& record,
                            std::uint64_t table_at, std::uint64_t most_chunks,
                            std::uint64_t point_count) {
     const auto version = file.at<std::uint32_t>(table_at),
@@ -79,7 +79,7 @@ std::size_t ChunkTable::chunk_of(std::uint64_t point) const noexcept {
            1;
 }
 
-ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record,
+ChunkTable read_chunk_table(const pointcloud::FileBytes& file, const LaszipRecord& record,
                             std::uint64_t points_at, std::uint64_t point_count,
                             std::uint32_t record_bytes) {
     const std::uint64_t table_at = find_table(file, points_at);
@@ -130,7 +130,7 @@ ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record,
     return table;
 }
 
-void check_chunk(const FileBytes& file, const ChunkTable& table, std::size_t chunk) {
+void check_chunk(const pointcloud::FileBytes& file, const ChunkTable& table, std::size_t chunk) {
     if (table.layers == 0)
         return;
     const std::uint64_t begin = table.first_byte[chunk] + table.record_bytes,

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/las_file.hpp"
 #include "voxelserver/lidar/records.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
 
@@ -29,13 +29,13 @@ struct ChunkTable {
 /// @param points_at     byte where the compressed points begin
 /// @param record_bytes  of one point
 /// @throws Error when the table is missing or cannot be that of these points
-[[nodiscard]] ChunkTable read_chunk_table(const FileBytes& file, const LaszipRecord& record,
-                                          std::uint64_t points_at, std::uint64_t point_count,
-                                          std::uint32_t record_bytes);
+[[nodiscard]] ChunkTable read_chunk_table(const pointcloud::FileBytes& file,
+                                          const LaszipRecord& record, std::uint64_t points_at,
+                                          std::uint64_t point_count, std::uint32_t record_bytes);
 
 /// Checks what stands before the layers of a chunk (formats 6-10): its number of points, and sizes
 /// that must add up to it. LASzip trusts both.
 /// @throws Error naming the chunk
-void check_chunk(const FileBytes& file, const ChunkTable& table, std::size_t chunk);
+void check_chunk(const pointcloud::FileBytes& file, const ChunkTable& table, std::size_t chunk);
 
 }  // namespace terravox::lidar

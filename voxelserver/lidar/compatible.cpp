@@ -23,7 +23,7 @@ std::optional<std::uint32_t> value_bytes(std::uint8_t type, std::uint8_t told) {
 
 }  // namespace
 
-std::optional<CompatibleBytes> find_compatible_bytes(const FileBytes& file,
+std::optional<CompatibleBytes> find_compatible_bytes(const pointcloud::FileBytes& file,
                                                      const std::vector<VariableRecord>& records,
                                                      int point_format, std::uint32_t extra_bytes) {
     const auto find = [&](const char* user, int id) {

@@ -14,7 +14,7 @@ namespace terravox::lidar {
 /// @return where these bytes stand, or nullopt when this is no such file
 /// @throws Error when its records are cut short
 [[nodiscard]] std::optional<CompatibleBytes> find_compatible_bytes(
-    const FileBytes& file, const std::vector<VariableRecord>& records, int point_format,
+    const pointcloud::FileBytes& file, const std::vector<VariableRecord>& records, int point_format,
     std::uint32_t extra_bytes);
 
 }  // namespace terravox::lidar

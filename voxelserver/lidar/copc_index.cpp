@@ -5,9 +5,9 @@
 #include <unordered_set>
 
 #include "voxelserver/lidar/chunk_table.hpp"
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/index_sources.hpp"
 #include "voxelserver/lidar/records.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
 namespace {
@@ -30,7 +30,7 @@ static_assert(sizeof(Entry) == kEntryBytes);
 
 class Hierarchy {
 public:
-    Hierarchy(const FileBytes& file, const LasInfo& info, std::uint64_t info_at)
+    Hierarchy(const pointcloud::FileBytes& file, const LasInfo& info, std::uint64_t info_at)
         : m_file(file), m_info(info), m_seen(info.chunks->size()) {
         const auto centre = file.at<std::array<double, 3>>(info_at);
         m_half = file.at<double>(info_at + 24);
@@ -135,7 +135,7 @@ private:
             m_index.root = points;
     }
 
-    const FileBytes& m_file;
+    const pointcloud::FileBytes& m_file;
     const LasInfo& m_info;
     std::vector<bool> m_seen;
     std::array<double, 3> m_low{};
@@ -150,7 +150,7 @@ private:
 
 std::optional<CopcIndex> read_copc_index(const LasInfo& info) {
     constexpr std::uint16_t kInfoBytes = 160;
-    const FileBytes file(info.path);
+    const pointcloud::FileBytes file(info.path);
     const auto records = read_records(file);
     const auto found = std::find_if(records.begin(), records.end(), [](const VariableRecord& r) {
         return r.id == 1 && r.user == "copc";

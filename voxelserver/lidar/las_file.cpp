@@ -104,8 +104,8 @@ std::vector<PointRange> split_by_chunk(const LasInfo& info, std::uint64_t points
 }
 
 void read_las_points(const LasInfo& info, PointRange range,
-                     const std::function<void(const LasPoint&)>& sink) {
-    LasPoint point;
+                     const std::function<void(const pointcloud::Point&)>& sink) {
+    pointcloud::Point point;
     read_point_batches(info, {&range, 1}, [&](std::span<const RawPoint> batch) {
         for (const RawPoint& raw : batch) {
             point.x = raw.x * info.scale[0] + info.offset[0];

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/geo/crs.hpp"
+#include "voxelserver/pointcloud/point.hpp"
 
 namespace terravox::lidar {
 
@@ -51,20 +52,7 @@ struct LasInfo {
     }
 };
 
-/// One return, in file coordinates.
-struct LasPoint {
-    double x = 0, y = 0, z = 0;
-    std::uint8_t classification = 0;  ///< all 8 bits for formats 6-10 and those kept in compatible
-                                      ///< ones; the 5 bits of older formats
-    std::uint8_t return_number = 1, return_count = 1;
-    bool withheld = false, overlap = false;
-    std::array<std::uint16_t, 3> rgb{};  ///< 0 when the format has none
-};
-
-/// A range of points of one file, half-open.
-struct PointRange {
-    std::uint64_t begin = 0, end = 0;
-};
+using pointcloud::PointRange;
 
 /// One return as the file stores it: coordinates are info.scale * X + info.offset.
 struct RawPoint {
@@ -78,7 +66,7 @@ struct RawPoint {
 };
 
 /// Takes points in batches of 1 to 4096, in file order; the span is valid during the call only.
-using PointBatchSink = std::function<void(std::span<const RawPoint>)>;
+using RawBatchSink = std::function<void(std::span<const RawPoint>)>;
 
 /// Reads and checks the header and the variable-length records; touches no point.
 /// @throws Error for a missing file, one that is not LAS/LAZ, or one cut short or that claims more
@@ -99,14 +87,14 @@ using PointBatchSink = std::function<void(std::span<const RawPoint>)>;
 /// @throws Error when the file is damaged or cut short, or a range ends beyond it; the sink may
 /// have been called for points before
 void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
-                        const PointBatchSink& sink);
+                        const RawBatchSink& sink);
 
 /// read_point_batches for one range, point by point in file coordinates: handy where speed does not
 /// matter.
 /// @throws Error when the file is damaged or cut short; the sink may have been called for points
 /// before
 void read_las_points(const LasInfo& info, PointRange range,
-                     const std::function<void(const LasPoint&)>& sink);
+                     const std::function<void(const pointcloud::Point&)>& sink);
 
 /// A deterministic sample spread over the file: the first points of up to 64 evenly spaced chunks,
 /// in file order, or every n-th point of the root node of a COPC file (of its first 100,000). A

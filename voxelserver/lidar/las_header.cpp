@@ -5,8 +5,8 @@
 
 #include "voxelserver/lidar/chunk_table.hpp"
 #include "voxelserver/lidar/compatible.hpp"
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/records.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
 namespace {
@@ -22,7 +22,7 @@ struct Layout {
     std::uint32_t record_bytes = 0;
 };
 
-void check_version(const FileBytes& bytes, LasInfo& info) {
+void check_version(const pointcloud::FileBytes& bytes, LasInfo& info) {
     constexpr std::uint64_t kSmallestHeader = 227;
     constexpr std::array<char, 4> kSignature = {'L', 'A', 'S', 'F'};
     if (bytes.size() < kSignature.size() || bytes.at<std::array<char, 4>>(0) != kSignature)
@@ -45,7 +45,7 @@ void check_version(const FileBytes& bytes, LasInfo& info) {
                    std::to_string(points_at) + " of " + std::to_string(bytes.size()));
 }
 
-Layout check_format(const FileBytes& bytes, LasInfo& info) {
+Layout check_format(const pointcloud::FileBytes& bytes, LasInfo& info) {
     const auto format_byte = bytes.at<std::uint8_t>(104);
     info.compressed = (format_byte & 0xC0) != 0;
     info.point_format = format_byte & 0x3F;
@@ -68,7 +68,7 @@ Layout check_format(const FileBytes& bytes, LasInfo& info) {
     return {bytes.at<std::uint32_t>(96), record_bytes};
 }
 
-void check_frame(const FileBytes& bytes, LasInfo& info) {
+void check_frame(const pointcloud::FileBytes& bytes, LasInfo& info) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         info.scale[axis] = bytes.at<double>(131 + 8 * axis);
         info.offset[axis] = bytes.at<double>(155 + 8 * axis);
@@ -83,7 +83,7 @@ void check_frame(const FileBytes& bytes, LasInfo& info) {
     }
 }
 
-void check_compressed(const FileBytes& bytes, LasInfo& info, const LaszipRecord& record,
+void check_compressed(const pointcloud::FileBytes& bytes, LasInfo& info, const LaszipRecord& record,
                       Layout layout) {
     info.seekable = record.compressor != LaszipRecord::kPointwise;
     // Damaged files may promise billions of points in a few bytes. The coder gives no symbol less
@@ -107,7 +107,7 @@ void check_compressed(const FileBytes& bytes, LasInfo& info, const LaszipRecord&
 }  // namespace
 
 LasInfo check_las_header(const std::filesystem::path& path) {
-    const FileBytes bytes(path);
+    const pointcloud::FileBytes bytes(path);
     LasInfo info;
     info.path = path;
     info.file_bytes = bytes.size();

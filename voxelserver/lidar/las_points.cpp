@@ -6,9 +6,9 @@
 
 #include "common/util/error.hpp"
 #include "voxelserver/lidar/chunk_table.hpp"
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/las_file.hpp"
 #include "voxelserver/lidar/laszip_reader.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
 namespace {
@@ -50,7 +50,7 @@ void copy_compatible(const laszip_point_struct& from, const CompatibleBytes& byt
 
 class BatchReader {
 public:
-    BatchReader(const LasInfo& info, const PointBatchSink& sink)
+    BatchReader(const LasInfo& info, const RawBatchSink& sink)
         : m_info(info),
           m_sink(sink),
           m_bytes(info.path),
@@ -104,8 +104,8 @@ private:
             to.nir = from.rgb[3];
     }
     const LasInfo& m_info;
-    const PointBatchSink& m_sink;
-    const FileBytes m_bytes;
+    const RawBatchSink& m_sink;
+    const pointcloud::FileBytes m_bytes;
     LaszipReader m_reader;
     std::vector<RawPoint> m_batch;
     static constexpr std::uint64_t kNowhere = std::numeric_limits<std::uint64_t>::max();
@@ -119,7 +119,7 @@ private:
 }  // namespace
 
 void read_point_batches(const LasInfo& info, std::span<const PointRange> ranges,
-                        const PointBatchSink& sink) {
+                        const RawBatchSink& sink) {
     std::optional<BatchReader> reader;
     for (const PointRange& range : ranges) {
         if (range.end > info.point_count)

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "common/util/error.hpp"
-#include "voxelserver/lidar/file_bytes.hpp"
 #include "voxelserver/lidar/index_sources.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
 namespace {
@@ -17,7 +17,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 class LaxFile {
 public:
     LaxFile(const std::filesystem::path& path, const LasInfo& info) : m_path(path), m_info(info) {
-        const FileBytes file(path);
+        const pointcloud::FileBytes file(path);
         // Each interval holds a point of its own, each cell an interval.
         const std::uint64_t most_bytes = 64 + info.point_count * 20;
         if (file.size() > most_bytes)

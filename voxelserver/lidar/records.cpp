@@ -74,8 +74,8 @@ std::vector<Part> parts_of(int format) {
 
 // LASzip fills its point by these parts whatever the format says, and crashes on some versions it
 // knows of but cannot read.
-std::uint32_t check_parts(const FileBytes& file, const VariableRecord& record, int format,
-                          std::uint32_t record_bytes) {
+std::uint32_t check_parts(const pointcloud::FileBytes& file, const VariableRecord& record,
+                          int format, std::uint32_t record_bytes) {
     constexpr std::uint64_t kFixedBytes = 34, kPartBytes = 6;
     const auto count = file.at<std::uint16_t>(record.at + 32);
     if (record.bytes != kFixedBytes + kPartBytes * count)
@@ -104,7 +104,7 @@ std::uint32_t check_parts(const FileBytes& file, const VariableRecord& record, i
 
 }  // namespace
 
-std::vector<VariableRecord> read_records(const FileBytes& file) {
+std::vector<VariableRecord> read_records(const pointcloud::FileBytes& file) {
     constexpr std::uint64_t kRecordHeader = 54;
     const std::uint64_t header_bytes = file.at<std::uint16_t>(94),
                         points_at = file.at<std::uint32_t>(96);
@@ -133,7 +133,7 @@ std::vector<VariableRecord> read_records(const FileBytes& file) {
     return out;
 }
 
-std::optional<LaszipRecord> read_laszip_record(const FileBytes& file,
+std::optional<LaszipRecord> read_laszip_record(const pointcloud::FileBytes& file,
                                                const std::vector<VariableRecord>& records,
                                                int point_format, std::uint32_t record_bytes) {
     const auto is_laszip = [](const VariableRecord& r) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/lidar/file_bytes.hpp"
+#include "voxelserver/pointcloud/file_bytes.hpp"
 
 namespace terravox::lidar {
 
@@ -19,7 +19,7 @@ struct VariableRecord {
 
 /// Walks the records between the header and the points.
 /// @throws Error when they do not all lie there
-[[nodiscard]] std::vector<VariableRecord> read_records(const FileBytes& file);
+[[nodiscard]] std::vector<VariableRecord> read_records(const pointcloud::FileBytes& file);
 
 /// LASzip's own record: how the points are packed. Ref: Isenburg, "LASzip: lossless compression of
 /// LiDAR data", 2013.
@@ -37,7 +37,7 @@ struct LaszipRecord {
 /// @throws Error when LASzip's record does not describe points of this format, since LASzip itself
 /// would read them as something else
 [[nodiscard]] std::optional<LaszipRecord> read_laszip_record(
-    const FileBytes& file, const std::vector<VariableRecord>& records, int point_format,
+    const pointcloud::FileBytes& file, const std::vector<VariableRecord>& records, int point_format,
     std::uint32_t record_bytes);
 
 }  // namespace terravox::lidar

@@ -5,24 +5,41 @@
 #include "common/util/beside_program.hpp"
 #include "common/util/error.hpp"
 #include "common/util/version.hpp"
-#include "voxelserver/module/lidar_module.hpp"
+#include "voxelserver/module/worlds_module.hpp"
 
 namespace terravox::module {
+namespace {
 
-std::filesystem::path lidar_module() {
-    return util::beside_program(TERRAVOX_LIDAR_MODULE);
+template <class Function>
+Function* function_of_module(const char* name) {
+    void* library = util::open_beside_program(TERRAVOX_WORLDS_MODULE, "worlds module");
+    auto* function = reinterpret_cast<Function*>(dlsym(library, name));
+    if (function == nullptr)
+        throw Error("load the worlds module " + worlds_module().string() + ": it has no " + name);
+    return function;
+}
+
+}  // namespace
+
+std::filesystem::path worlds_module() {
+    return util::beside_program(TERRAVOX_WORLDS_MODULE);
 }
 
 std::unique_ptr<voxelize::LidarWorld> open_lidar_world(const voxelize::LidarWorldOptions& options,
                                                        util::StageTimes& times,
                                                        std::size_t image_bytes) {
-    void* library = util::open_beside_program(TERRAVOX_LIDAR_MODULE, "LiDAR module");
-    auto* open = reinterpret_cast<OpenLidarWorld*>(dlsym(library, kOpenLidarWorld));
-    if (open == nullptr)
-        throw Error("load the LiDAR module " + lidar_module().string() + ": it has no " +
-                    kOpenLidarWorld);
+    auto* open = function_of_module<OpenLidarWorld>(kOpenLidarWorld);
     return std::unique_ptr<voxelize::LidarWorld>(
         open(kVersion, options, times, static_cast<std::int64_t>(image_bytes)));
+}
+
+std::unique_ptr<worlds::ServedWorld> open_served_world(const worlds::ServeRequest& request,
+                                                       util::StageTimes& times,
+                                                       const std::stop_token& stop,
+                                                       std::size_t image_bytes) {
+    auto* open = function_of_module<OpenServedWorld>(kOpenServedWorld);
+    return std::unique_ptr<worlds::ServedWorld>(
+        open(kVersion, request, times, stop, static_cast<std::int64_t>(image_bytes)));
 }
 
 }  // namespace terravox::module

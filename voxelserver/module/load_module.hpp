@@ -3,19 +3,29 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <stop_token>
 
-#include "voxelserver/voxelize/lidar_world.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/worlds/open/open_served_world.hpp"
 
 namespace terravox::module {
 
-/// terravox-lidar.so, beside the program.
-[[nodiscard]] std::filesystem::path lidar_module();
+/// terravox-worlds.so, beside the program.
+[[nodiscard]] std::filesystem::path worlds_module();
 
-/// voxelize::open_lidar_world(), which is in the module: loads it with the first call (some 80 ms).
-/// Thread-safe.
+// Both functions are in the module, which the first call loads (some 80 ms). Thread-safe.
+// Both throw Error when the module cannot be loaded.
+
+/// voxelize::open_lidar_world().
 /// @param image_bytes what may be kept of decoded images, all worlds together
-/// @throws Error when the module cannot be loaded; what open_lidar_world throws, with its type
+/// @throws what open_lidar_world throws, with its type
 [[nodiscard]] std::unique_ptr<voxelize::LidarWorld> open_lidar_world(
     const voxelize::LidarWorldOptions& options, util::StageTimes& times, std::size_t image_bytes);
+
+/// worlds::open_served_world(). @param image_bytes as above
+/// @throws what open_served_world throws, with its type
+[[nodiscard]] std::unique_ptr<worlds::ServedWorld> open_served_world(
+    const worlds::ServeRequest& request, util::StageTimes& times, const std::stop_token& stop,
+    std::size_t image_bytes);
 
 }  // namespace terravox::module

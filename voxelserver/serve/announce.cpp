@@ -6,7 +6,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "common/net/http_host.hpp"
+#include "voxelserver/sockets/http_host.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -16,14 +16,19 @@ std::string size_text(double bytes) {
                         : fmt::format("{:.0f} MB", bytes / 1e6);
 }
 
+std::string crs_text(const voxel::WorldInfo& info) {
+    if (!info.crs.empty())
+        return info.crs;
+    return info.crs_wkt.empty() ? "coordinates of its own" : "a CRS without a name";
+}
+
 std::string area_text(const voxel::WorldInfo& info) {
     const auto km = [&](int axis) {
         return (info.bounds.max[static_cast<std::size_t>(axis)] -
                 info.bounds.min[static_cast<std::size_t>(axis)]) *
                info.voxel_m / 1000;
     };
-    std::string out = fmt::format("{:.2f} x {:.2f} km, {}", km(0), km(2),
-                                  info.crs.empty() ? "a CRS without a name" : info.crs);
+    std::string out = fmt::format("{:.2f} x {:.2f} km, {}", km(0), km(2), crs_text(info));
     if (info.centre)
         out += fmt::format(", around {:.4f} {} {:.4f} {}", std::abs(info.centre->lat_deg),
                            info.centre->lat_deg < 0 ? "S" : "N", std::abs(info.centre->lon_deg),
@@ -33,20 +38,15 @@ std::string area_text(const voxel::WorldInfo& info) {
 
 }  // namespace
 
-void announce(const OpeningWorld& world, const Options& options, const Plan& plan,
+void announce(const worlds::ServedWorld& world, const Options& options, const Plan& plan,
               const std::string& url) {
     const voxel::WorldInfo& info = world.info();
-    const voxelize::WorldFacts& facts = world.facts();
-    std::uint64_t points = 0;
-    for (const auto& s : facts.squares)
-        points += s.points;
     const auto say = [](const char* what, const std::string& text) {
         std::cout << fmt::format("  {:<7} {}\n", what, text);
     };
     say("world", info.title + ", " + area_text(info));
-    say("data",
-        fmt::format("{} points in {} files, {} orthophotos; voxels of {} m, levels 0 to {}", points,
-                    facts.squares.size(), facts.orthophotos, info.voxel_m, info.levels - 1));
+    say("data", fmt::format("{}; voxels of {} m, levels 0 to {}", world.summary(), info.voxel_m,
+                            info.levels - 1));
     if (!info.licence.empty())
         say("licence", info.licence);
     const std::string where =
@@ -54,7 +54,7 @@ void announce(const OpeningWorld& world, const Options& options, const Plan& pla
             ? "nothing on disk"
             : fmt::format("{} on disk in {}",
                           size_text(static_cast<double>(options.cache_mib) * 1048576.0),
-                          options.world.cache_dir.string());
+                          plan.boxes.file.parent_path().string());
     say("boxes",
         std::string(options.prepare ? "all are made now" : "are made when they are asked for") +
             fmt::format("; kept: {} of memory in all, {}",

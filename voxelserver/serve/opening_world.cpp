@@ -10,7 +10,7 @@
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
 #include "voxelserver/module/load_module.hpp"
-#include "voxelserver/voxelize/world_name.hpp"
+#include "voxelserver/voxelize/world/world_name.hpp"
 
 namespace terravox::serve {
 
@@ -54,7 +54,8 @@ OpeningWorld::OpeningWorld(voxelize::LidarWorldOptions options, util::StageTimes
       m_times(times),
       m_world(m_promise.get_future()) {
     if (!means.facts.empty())
-        m_file = means.facts / (voxelize::world_name(m_options, module::lidar_module()) + ".facts");
+        m_file =
+            means.facts / (voxelize::world_name(m_options, module::worlds_module()) + ".facts");
     if (auto known = m_file.empty() ? std::nullopt : read_facts(m_file)) {
         m_facts = std::move(*known);
         m_info = m_facts.info;
@@ -111,6 +112,14 @@ voxelize::LidarWorld& OpeningWorld::opened() {
 
 std::vector<voxelize::SquareInfo> OpeningWorld::squares() const {
     return m_is_open ? m_world.get()->squares() : m_facts.squares;
+}
+
+std::string OpeningWorld::summary() const {
+    std::uint64_t points = 0;
+    for (const voxelize::SquareInfo& square : m_facts.squares)
+        points += square.points;
+    return std::to_string(points) + " points in " + std::to_string(m_facts.squares.size()) +
+           " files, " + std::to_string(m_facts.orthophotos) + " orthophotos";
 }
 
 void OpeningWorld::keep(const voxelize::WorldFacts& facts) const noexcept {

@@ -9,8 +9,9 @@
 #include <thread>
 #include <vector>
 
-#include "voxelserver/voxelize/lidar_world.hpp"
-#include "voxelserver/voxelize/world_facts.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/voxelize/world/world_facts.hpp"
+#include "voxelserver/worlds/kind/served_world.hpp"
 
 namespace terravox::serve {
 
@@ -20,7 +21,7 @@ namespace terravox::serve {
 ///
 /// What opens worlds is loaded for that only (module/load_module.hpp). Facts are kept in a folder
 /// under the world's name (voxelize::world_name), so that they are never those of other inputs.
-class OpeningWorld final : public voxel::TracedWorld {
+class OpeningWorld final : public worlds::ServedWorld {
 public:
     struct Means {
         std::filesystem::path facts;  ///< folder; empty: nothing is kept
@@ -33,7 +34,7 @@ public:
     ~OpeningWorld() override;  ///< waits for the opening
     /// Opens the world beside. To be called when the server answers, whose start would have to
     /// share memory and cores with it. Idempotent.
-    void begin_opening();
+    void begin_opening() override;
 
     [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_info; }
     [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
@@ -56,9 +57,11 @@ public:
     [[nodiscard]] const voxelize::WorldFacts& facts() const noexcept { return m_facts; }
     /// All files with their states; none is known to be prepared before the world is open.
     [[nodiscard]] std::vector<voxelize::SquareInfo> squares() const;
-    [[nodiscard]] bool is_open() const noexcept { return m_is_open; }
+    [[nodiscard]] bool is_open() const noexcept override { return m_is_open; }
     /// Why the world cannot be opened; "" while it is not known, and when it could.
-    [[nodiscard]] std::string trouble() const { return m_failed ? m_trouble : ""; }
+    [[nodiscard]] std::string trouble() const override { return m_failed ? m_trouble : ""; }
+    [[nodiscard]] std::string summary() const override;
+    [[nodiscard]] bool makes_all_levels() const noexcept override { return false; }
 
 private:
     [[nodiscard]] voxelize::LidarWorld& opened();  ///< @throws what opening threw

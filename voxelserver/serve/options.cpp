@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "common/geo/gdal.hpp"
 #include "common/thread/parallel.hpp"
 #include "common/util/cache_dir.hpp"
 #include "common/util/error.hpp"
 #include "common/util/secret.hpp"
+#include "voxelserver/sockets/http_host.hpp"
+#include "voxelserver/voxelize/points/step_switches.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -31,27 +34,89 @@ std::chrono::milliseconds milliseconds(double seconds, const char* flag) {
     return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
-void add_world_options(CLI::App& app, Options& o) {
-    app.add_option("inputs", o.world.files, "LAS, LAZ or COPC files, or folders of them");
-    app.add_option("--store", o.store, "store that terravox grab has filled, instead of files");
+/// An option that means something for some kinds of worlds only, and is refused for others.
+template <class Value>
+CLI::Option* add_kind_option(CLI::App& app, Options& o, const char* flag, Value& value,
+                             const char* help) {
+    return app.add_option(flag, value, help)->each([&o, flag](const std::string&) {
+        o.kind_flags.emplace_back(flag);
+    });
+}
+
+void add_lidar_options(CLI::App& app, Options& o) {
+    app.add_option("--store", o.store, "store that terravox grab has filled, instead of inputs");
     app.add_option("--ortho", o.world.orthophotos,
-                   "orthophoto, or a folder of them; may be given several times")
+                   "of LiDAR data and rasters of heights: orthophoto, or a folder of them; may be "
+                   "given several times")
         ->expected(1)
         ->take_all();
-    app.add_option("--classes", o.world.classes,
-                   "class table: an id (asprs, nl-ahn, ...) or a file; default: what the store "
-                   "says, or asprs");
+    add_kind_option(app, o, "--classes", o.world.classes,
+                    "of LiDAR data: class table, an id (asprs, nl-ahn, ...) or a file; default: "
+                    "what the store says, or asprs");
+    add_kind_option(app, o, "--settings", o.world.settings,
+                    "of LiDAR data: which voxelization steps run and how, a TOML file; default: "
+                    "config/voxelize.toml");
+    add_kind_option(app, o, "--steps", o.world.steps,
+                    "of LiDAR data: voxelization steps that run: all, none, some of those listed "
+                    "below, or -STEP,... for all but these; default: as --settings says");
+    app.footer(voxelize::steps_help());
+    add_kind_option(app, o, "--crs", o.world.crs,
+                    "of LiDAR data and rasters of heights: CRS, overriding what the files say: "
+                    "EPSG:n or WKT");
+    add_kind_option(app, o, "--vertical-unit", o.world.vertical_unit,
+                    "of LiDAR data and rasters of heights: unit of heights, m, ft or us-ft; "
+                    "default: from the CRS");
+    add_kind_option(app, o, "--voxel", o.world.voxel_m,
+                    "edge of a voxel, metres; not of Minecraft worlds, archives and servers")
+        ->capture_default_str();
+}
+
+void add_other_kinds_options(CLI::App& app, Options& o) {
+    add_kind_option(app, o, "--dimension", o.world.dimension,
+                    "of a Minecraft world: overworld, nether, end, or another's name")
+        ->capture_default_str();
+    add_kind_option(app, o, "--world-base-m", o.world.base_m,
+                    "of rasters of heights: rock down to here, metres; default: a little below "
+                    "the lowest");
+    generated::Settings& noise = o.world.generated;
+    add_kind_option(app, o, "--generated-water-level", noise.water_level,
+                    "of generated worlds: height of the sea, voxels")
+        ->capture_default_str();
+    add_kind_option(app, o, "--generated-world-height", noise.world_height,
+                    "of generated worlds: how far the highest summits rise above the sea, voxels")
+        ->capture_default_str();
+    add_kind_option(app, o, "--generated-harmonics", noise.harmonics,
+                    "of generated worlds: octaves of hills and ridges")
+        ->capture_default_str();
+    add_kind_option(app, o, "--generated-frequency", noise.frequency,
+                    "of generated worlds: of the broadest hills, 1 / voxels")
+        ->capture_default_str();
+    add_kind_option(app, o, "--generated-smoothness", noise.smoothness,
+                    "of generated worlds: height of an octave to that of the one before, 0 to 1")
+        ->capture_default_str();
+    add_kind_option(app, o, "--generated-trees", noise.trees,
+                    "of generated worlds: trees, bushes and grass, true or false")
+        ->capture_default_str();
+    app.add_option("--processing-box-patience-s", o.box_timeout_s,
+                   "of voxel servers and archives on web servers: how long to try for a box, "
+                   "seconds")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 86400))
+        ->each(
+            [&o](const std::string&) { o.kind_flags.emplace_back("--processing-box-patience-s"); });
+}
+
+void add_world_options(CLI::App& app, Options& o) {
     app.add_option(
-        "--settings", o.world.settings,
-        "which voxelization steps run and how: a TOML file; default: config/voxelize.toml");
+        "inputs", o.world.inputs,
+        "LAS, LAZ, COPC or PLY files or folders of them, the grabber's store, rasters of "
+        "heights, a Minecraft world (folder or ZIP), generated:SEED, a box archive "
+        "(.tvx), or the http(s):// address of a voxel server or box archive");
+    add_lidar_options(app, o);
+    add_other_kinds_options(app, o);
     app.add_option("--cache", o.cache,
                    "folder that keeps prepared LiDAR squares and finished boxes for the next "
                    "start; none: nothing on disk (default: ~/.cache/terravox)");
-    app.add_option("--crs", o.world.crs,
-                   "CRS of the files, overriding what they say: EPSG:n or WKT");
-    app.add_option("--voxel", o.world.voxel_m, "edge of a voxel, metres")->capture_default_str();
-    app.add_option("--vertical-unit", o.world.vertical_unit,
-                   "unit of heights: m, ft or us-ft; default: from the CRS");
     app.add_option("--threads", o.world.threads, "threads that make boxes; 0: one for each core")
         ->capture_default_str()
         ->check(CLI::Range(0, 1024));
@@ -125,14 +190,39 @@ void add_options(CLI::App& app, Options& o) {
     add_server_options(app, o);
 }
 
+bool is_address(const std::string& input) noexcept {
+    return input.starts_with("http://") || input.starts_with("https://");
+}
+
+namespace {
+
+/// TERRAVOX_SERVER_TOKEN is what this server wants from its clients, unless the world is another
+/// server's and TERRAVOX_SERVER_ORIGIN binds the token to that one: then it is shown there, and
+/// must not be this server's, too.
+std::string own_token(const Options& o) {
+    const char* origin = std::getenv("TERRAVOX_SERVER_ORIGIN");
+    const bool is_bound = origin != nullptr && *origin != '\0';
+    const bool is_far = std::any_of(o.world.inputs.begin(), o.world.inputs.end(), is_address);
+    if (!o.token_file.empty() || !is_bound || !is_far)
+        return util::find_server_token(o.token_file);
+    if (!net::is_loopback(o.server.bind))
+        throw UsageError(
+            std::string("serve on ") + o.server.bind + ": " + util::kServerTokenVariable +
+            " is the token of the server in TERRAVOX_SERVER_ORIGIN; allowed: a token of this "
+            "server's own, by --token-file");
+    return {};
+}
+
+}  // namespace
+
 Plan finish(Options& o) {
-    if (o.store.empty() == o.world.files.empty())
+    if (o.store.empty() == o.world.inputs.empty())
         throw UsageError(
             "open the world: " +
-            std::string(o.store.empty() ? "neither files nor --store" : "files and --store") +
+            std::string(o.store.empty() ? "neither inputs nor --store" : "inputs and --store") +
             "; allowed: one of them");
     Plan plan;
-    plan.token = util::find_server_token(o.token_file);
+    plan.token = own_token(o);
     plan.names = net::HttpNames(o.server.bind, o.public_names);
     const std::filesystem::path cache = util::cache_dir(o.cache);
     const std::size_t all = static_cast<std::size_t>(o.memory_mib) << 20;
@@ -156,7 +246,8 @@ Plan finish(Options& o) {
     if (o.prepare_only && cache.empty())
         throw UsageError("prepare the world: no cache folder to keep it in; allowed: --cache DIR");
     o.world.cache_dir = cache;
-    o.world.cache_bytes = plan.boxes.disk_bytes;
+    plan.square_bytes = plan.boxes.disk_bytes;
+    o.world.box_timeout = std::chrono::seconds(o.box_timeout_s);
     o.world.memory_bytes = kept - plan.boxes.memory_bytes - plan.map_bytes;
     o.server.request_threads = o.request_threads > 0
                                    ? o.request_threads

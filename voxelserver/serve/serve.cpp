@@ -10,15 +10,15 @@
 
 #include "common/util/config_dir.hpp"
 #include "common/util/log.hpp"
+#include "common/voxel/file_identity.hpp"
 #include "common/voxel/material.hpp"
 #include "voxelserver/http/map_view.hpp"
 #include "voxelserver/http/router.hpp"
 #include "voxelserver/serve/announce.hpp"
-#include "voxelserver/serve/opening_world.hpp"
+#include "voxelserver/serve/open_for_serving.hpp"
 #include "voxelserver/serve/progress.hpp"
 #include "voxelserver/serve/signals.hpp"
 #include "voxelserver/serve/store_world.hpp"
-#include "voxelserver/voxelize/store_options.hpp"
 
 namespace terravox::serve {
 namespace {
@@ -49,6 +49,8 @@ ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     boxes::DiskCache& disk = *cache.disk();
     const bool stopped = watch(*preparer, bar, [&] { return disk.failing(); });
     preparer->stop();
+    if (stopped)
+        cache.world().stop();
     const auto end = preparer->progress();
     disk.flush();
     if (const auto dropped = disk.stats().dropped; disk.failing() || dropped > 0)
@@ -65,11 +67,46 @@ ExitCode prepare_only(boxes::BoxCache& cache, const Plan& plan, bool bar) {
     return end.failed > 0 ? ExitCode::kHoles : ExitCode::kDone;
 }
 
-http::Health health_of(const OpeningWorld& world) {
+http::Health health_of(const worlds::ServedWorld& world) {
     using State = http::Health::State;
     if (std::string why = world.trouble(); !why.empty())
         return {State::kFailed, std::move(why)};
     return {world.is_open() ? State::kOk : State::kOpening};
+}
+
+/// @throws UsageError where preparing would have no end, or nothing would be left of it
+void check_can_prepare(const Options& options, const worlds::ServedWorld& world) {
+    if (!options.prepare && !options.prepare_only)
+        return;
+    constexpr std::int64_t kMaxColumns = 100'000'000;
+    const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
+    const std::int64_t columns =
+        (std::int64_t{range.max.bx} - range.min.bx) * (std::int64_t{range.max.bz} - range.min.bz);
+    if (columns > kMaxColumns)
+        throw UsageError("prepare the world: it has " + std::to_string(columns) +
+                         " columns of boxes; allowed: up to " + std::to_string(kMaxColumns));
+    if (options.prepare_only && !world.has_lasting_fingerprint())
+        throw UsageError(
+            "prepare the world: its server does not say in which state it is, so that no later "
+            "start could use the boxes; allowed: a server that tells an edition, an entity tag or "
+            "a date");
+}
+
+/// What of the plan depends on the kind of world.
+void fit_to_world(const worlds::ServedWorld& world, Plan& plan) {
+    plan.boxes.downsample = !world.makes_all_levels();
+    plan.boxes.makers = world.worth_asking(plan.boxes.makers);
+    if (world.is_far())
+        plan.boxes.ahead = false;  // another server's time is not for boxes that nobody requested
+    if (!world.has_lasting_fingerprint())
+        plan.boxes.file.clear();
+}
+
+/// Names the state of everything that any box is made of.
+std::string edition_of(const worlds::ServedWorld& world) {
+    const voxel::BoxRange range = voxel::boxes_over(world.info().bounds, 0);
+    return store::hex_of(
+        world.fingerprint({range.min.bx, range.min.bz, range.max.bx, range.max.bz}));
 }
 
 }  // namespace
@@ -79,29 +116,21 @@ ExitCode serve(Options& options) {
                      options.log_json ? util::LogFormat::kJson : util::LogFormat::kText);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk: an error to be told
-    const Plan plan = finish(options);
+    Plan plan = finish(options);
     if (!options.prepare_only)
         http::check_can_listen(options.server);  // before minutes of decoding
-    std::optional<store::GrabberStore> store;
-    if (!options.store.empty()) {
-        store = store::read_grabber_store(options.store);
-        voxelize::take_from_store(*store, options.world);
-    }
-    if (options.world.classes.empty())
-        options.world.classes = "asprs";
 
     // Threads that are started from here on leave SIGINT and SIGTERM to this one.
     std::optional<SignalsHeld> held(std::in_place);
+    install_stop_handlers();
     util::StageTimes times;
-    OpeningWorld world(options.world, times, {plan.facts, plan.image_bytes});
-    if (store) {
-        const voxelize::Terms terms = voxelize::terms_of(*store);
-        world.set_licence(terms.licence, terms.attribution);
-    }
+    const OpenedForServing opened = open_for_serving(options, plan, times);
+    worlds::ServedWorld& world = *opened.world;
+    check_can_prepare(options, world);
+    fit_to_world(world, plan);
     boxes::BoxCache cache(world, times, plan.boxes);
     const bool bar = isatty(STDERR_FILENO) == 1 && !options.log_json && options.log_level == "info";
     if (options.prepare_only) {
-        install_stop_handlers();
         world.begin_opening();
         held.reset();
         return prepare_only(cache, plan, bar);
@@ -113,10 +142,12 @@ ExitCode serve(Options& options) {
     if (options.prepare)
         preparer = start_preparing(cache, plan.boxes.makers);
     http::Service service{world, times, cache};
-    service.squares = [&] { return squares_of(world, store); };
+    if (opened.lidar != nullptr)
+        service.squares = [&] { return squares_of(*opened.lidar, opened.store); };
     service.map = &map;
     service.health = [&] { return health_of(world); };
     service.preparer = preparer.get();
+    service.edition = edition_of(world);
     service.memory_limit_bytes = static_cast<std::size_t>(options.memory_mib) << 20;
     http::Router router(service, plan.token, plan.names);
     http::Server server(router, options.server);
@@ -125,7 +156,6 @@ ExitCode serve(Options& options) {
     // no thread but those that answer.
     world.begin_opening();
     map.look_through_disk();
-    install_stop_handlers();
     held.reset();
     announce(world, options, plan, server.url());
     bool stop = preparer && watch(*preparer, bar, [] { return false; });
@@ -134,7 +164,15 @@ ExitCode serve(Options& options) {
     spdlog::info("stopping: running requests are finished first");
     if (preparer)
         preparer->stop();
-    server.stop([&] { cache.refuse(); });
+    const auto stop_far = [&] {
+        if (world.is_far())
+            world.stop();
+    };
+    server.stop([&] {
+        cache.refuse();
+        stop_far();
+    });
+    stop_far();  // boxes that are being prepared
     return ExitCode::kDone;
 }
 

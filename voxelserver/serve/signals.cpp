@@ -8,14 +8,24 @@ namespace {
 
 sem_t g_stop;  // sem_post is one of the few calls allowed in a signal handler
 
+sigset_t both_signals() noexcept {
+    sigset_t out;
+    sigemptyset(&out);
+    sigaddset(&out, SIGINT);
+    sigaddset(&out, SIGTERM);
+    return out;
+}
+
 }  // namespace
 
 SignalsHeld::SignalsHeld() {
-    sigset_t held;
-    sigemptyset(&held);
-    sigaddset(&held, SIGINT);
-    sigaddset(&held, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &held, &m_before);
+    const sigset_t both = both_signals();
+    pthread_sigmask(SIG_BLOCK, &both, &m_before);
+}
+
+SignalsLetThrough::SignalsLetThrough() {
+    const sigset_t both = both_signals();
+    pthread_sigmask(SIG_UNBLOCK, &both, &m_before);
 }
 
 void install_stop_handlers() {

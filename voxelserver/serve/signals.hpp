@@ -20,6 +20,18 @@ private:
     sigset_t m_before{};
 };
 
+/// They reach this thread while this lives, within a SignalsHeld.
+class SignalsLetThrough {
+public:
+    SignalsLetThrough();
+    ~SignalsLetThrough() { pthread_sigmask(SIG_SETMASK, &m_before, nullptr); }
+    SignalsLetThrough(const SignalsLetThrough&) = delete;
+    SignalsLetThrough& operator=(const SignalsLetThrough&) = delete;
+
+private:
+    sigset_t m_before{};
+};
+
 /// The first SIGINT or SIGTERM is a wish to stop; a second one of the same kind ends the process as
 /// if nothing had been installed.
 void install_stop_handlers();

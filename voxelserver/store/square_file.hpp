@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "voxelserver/voxelize/chunk_index.hpp"
-#include "voxelserver/voxelize/square.hpp"
+#include "voxelserver/store/chunk_index.hpp"
+#include "voxelserver/store/square.hpp"
 
 namespace terravox::store {
 

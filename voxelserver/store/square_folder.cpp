@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/util/error.hpp"
-#include "voxelserver/store/bytes.hpp"
-#include "voxelserver/store/file_identity.hpp"
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
 #include "voxelserver/store/square_file.hpp"
 
 namespace terravox::store {
@@ -57,13 +57,13 @@ std::vector<Kept> files_of(const fs::path& folder) {
 
 }  // namespace
 
-std::string square_name(const lidar::LasInfo& info, const std::string& recipe) {
+std::string square_name(const fs::path& source, const std::string& recipe) {
     ByteWriter facts;
-    facts.add(recipe), facts.add(file_identity(info.path, "point cloud"));
+    facts.add(recipe), facts.add(file_identity(source, "point cloud"));
     // The stem is for people: cut so that no name grows too long, and without the dots that mark
     // unfinished files.
     constexpr std::size_t kStem = 80;
-    const std::string stem = info.path.stem().string();
+    const std::string stem = source.stem().string();
     return stem.substr(std::min(stem.find_first_not_of('.'), stem.size())).substr(0, kStem) + "-" +
            hex_of(facts.print());
 }

@@ -7,16 +7,17 @@
 #include <optional>
 #include <string>
 
-#include "voxelserver/lidar/las_file.hpp"
-#include "voxelserver/voxelize/chunk_index.hpp"
-#include "voxelserver/voxelize/square.hpp"
+#include "voxelserver/store/chunk_index.hpp"
+#include "voxelserver/store/square.hpp"
 
 namespace terravox::store {
 
 /// Names what a prepared square was made of: a change of the source file or of anything that shapes
 /// its points changes the name.
+/// @param source the file of points
 /// @param recipe everything else that the points depend on (frame, filters, class table), as text
-[[nodiscard]] std::string square_name(const lidar::LasInfo& info, const std::string& recipe);
+[[nodiscard]] std::string square_name(const std::filesystem::path& source,
+                                      const std::string& recipe);
 
 /// Prepared squares in a folder, so that a restart need not decode again. Files are mapped,
 /// versioned and checksummed, appear whole or not at all, and go when the folder passes its limit:

@@ -23,6 +23,7 @@ template <class Value>
 void write(const std::filesystem::path& path, const SquareExtent& extent,
            const SquareRaster<Value>& raster, GDALDataType type, const char* predictor) {
     geo::start_gdal();
+    geo::check_memory_for_gdal();
     util::AtomicFile file(path);
     const geo::QuietGdal quiet;
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");

@@ -5,8 +5,8 @@
 #include "common/voxel/box.hpp"
 #include "common/voxel/morton.hpp"
 
-/// The layout of a box archive, version 1 (docs/formats.md). Little-endian; structures lie in the
-/// file as they lie here.
+/// The layout of a box archive, version 1 (docs/formats/box-archive.md). Little-endian; structures
+/// lie in the file as they lie here.
 namespace terravox::voxel::archive {
 
 inline constexpr char kMagic[8] = {'T', 'V', 'X', 'A', 'R', 'C', '\r', '\n'};

@@ -137,14 +137,20 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
             m_problem = e.what();
         }
     };
-    const auto choose = [&](std::string& value) {
-        if (!ImGui::BeginCombo("##v", value.empty() ? "as the data say" : value.c_str()))
-            return;
-        for (const auto word : field.rule.words)
-            if (ImGui::Selectable(word.empty() ? "as the data say" : std::string(word).c_str(),
-                                  word == value))
-                value = word, changed = true;
+    // Offers the words of a field; @return the chosen one, if any.
+    const auto choose = [&](std::string_view now) {
+        std::optional<std::string_view> chosen;
+        const auto shown = [](std::string_view word) {
+            return word.empty() ? std::string("as the data say") : std::string(word);
+        };
+        if (!ImGui::BeginCombo("##v", shown(now).c_str()))
+            return chosen;
+        for (const std::string_view word : field.rule.words)
+            if (ImGui::Selectable(shown(word).c_str(), word == now))
+                chosen = word;
         ImGui::EndCombo();
+        changed |= chosen.has_value();
+        return chosen;
     };
     const auto maybe = [&](auto& value, auto first) {
         bool own = value.has_value();
@@ -192,7 +198,12 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
                 ImGui::TextDisabled("auto");
         }
         void operator()(bool* v) const { changed |= ImGui::Checkbox("##v", v); }
-        void operator()(std::string* v) const { field.rule.words.empty() ? text(*v) : pick(*v); }
+        void operator()(std::string* v) const {
+            if (field.rule.words.empty())
+                text(*v);
+            else if (const auto word = pick(*v))
+                *v = *word;
+        }
         void operator()(std::optional<std::array<double, 3>>* v) const {
             if (own(*v, std::array<double, 3>{1, 1, 1})) {
                 std::array<float, 3> c{static_cast<float>((**v)[0]), static_cast<float>((**v)[1]),
@@ -212,8 +223,18 @@ bool SceneForm::draw(std::string_view path, Field& field, double low, double hig
         }
         void operator()(TileSize* v) const { text(v->text()); }
     };
-    std::visit(Drawing{text_row, choose, maybe, field, low, high, from, label, changed},
-               field.value);
+    const Drawing drawing{text_row, choose, maybe, field, low, high, from, label, changed};
+    std::visit(
+        [&](auto* value) {
+            using Held = std::remove_pointer_t<decltype(value)>;
+            if constexpr (WordEnum<Held>) {
+                if (const auto word = choose(word_of(*value)))
+                    *value = from_word<Held>(*word).value_or(*value);
+            } else {
+                drawing(value);
+            }
+        },
+        field.value);
     widgets::tell_place(std::string(path));
     const bool is_usual =
         std::visit([&](auto* value) { return *value == *std::get<decltype(value)>(field.usual); },

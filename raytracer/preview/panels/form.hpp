@@ -39,9 +39,11 @@ public:
     [[nodiscard]] const std::string& problem() const noexcept { return m_problem; }
 
 private:
-    using Value = std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
-                               std::string*, std::optional<std::array<double, 3>>*,
-                               std::array<int, 2>*, TileSize*>;
+    using Value =
+        std::variant<double*, std::optional<double>*, int*, std::optional<int>*, bool*,
+                     std::string*, std::optional<std::array<double, 3>>*, std::array<int, 2>*,
+                     TileSize*, CameraProjection*, CoordinateSpace*, SkyModel*, ToneCurve*,
+                     PictureLayers*, TiffSamples*, Integrator*, TileOrder*, VoxelColour*>;
     struct Field {
         Value value, usual;
         FieldRule rule;

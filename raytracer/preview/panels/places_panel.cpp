@@ -62,7 +62,8 @@ std::array<double, 2> parse_place(const std::string& text, const voxel::WorldInf
     const bool degrees = std::abs(v[0]) <= 90 && std::abs(v[1]) <= 180;
     Vec3 there;
     try {
-        there = to_voxels({v[0], v[1], 0}, degrees ? "latlon" : "crs", world);
+        there = to_voxels({v[0], v[1], 0},
+                          degrees ? CoordinateSpace::kLatLon : CoordinateSpace::kCrs, world);
     } catch (const Error&) {
         throw UsageError(attempt + "no place that " + world.crs + " can tell; allowed: " + allowed);
     }

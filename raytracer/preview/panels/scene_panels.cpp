@@ -149,14 +149,14 @@ void draw_picture(Desk& desk, SceneForm& form) {
 
 void draw_camera(Desk& desk, SceneForm& form) {
     form.row("camera.projection");
-    const std::string& projection = desk.scene.camera.projection;
-    if (projection == "orthographic" || projection == "isometric")
+    const CameraProjection projection = desk.scene.camera.projection;
+    if (is_parallel(projection))
         form.row("camera.height_m", 1, 10'000,
                  2 * desk.viewpoint.distance() *
                      std::tan(desk.scene.camera.fov_deg / 360 * std::numbers::pi) *
                      desk.info().voxel_m);
-    else if (projection != "panorama")
-        form.row("camera.fov_deg", 5, projection == "fisheye" ? 360 : 120);
+    else if (projection != CameraProjection::kPanorama)
+        form.row("camera.fov_deg", 5, projection == CameraProjection::kFisheye ? 360 : 120);
     form.row("camera.aperture_m", 0, 50);
     form.row("camera.focus_m", 1, 10'000, desk.viewpoint.distance() * desk.info().voxel_m);
     form.row("camera.roll_deg", -180, 180);

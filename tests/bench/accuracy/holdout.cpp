@@ -44,7 +44,7 @@ std::vector<HeldOut> hold_out_ground(const std::vector<std::filesystem::path>& f
         options.point_format = info.has_colour() ? 7 : 6;  // those hold every class
         options.scale = info.scale, options.offset = info.offset;
         lidar::LasWriter writer(folder / file.filename(), options);
-        lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) {
+        lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
             if (p.classification == kGroundClass &&
                 ++ground % static_cast<std::uint64_t>(nth) == 0) {
                 out.push_back({p.x, p.y, p.z});

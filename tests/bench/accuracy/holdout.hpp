@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tests/bench/accuracy/errors.hpp"
-#include "voxelserver/voxelize/lidar_world.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
 
 namespace terravox::bench {
 

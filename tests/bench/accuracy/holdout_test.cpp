@@ -48,7 +48,7 @@ TEST_CASE("every tenth ground point is left out, and nothing else", "[bench][acc
     CHECK(before.point_count - after.point_count == held.size());
     std::size_t plants = 0;
     lidar::read_las_points(after, {0, after.point_count},
-                           [&](const lidar::LasPoint& p) { plants += p.classification == 3; });
+                           [&](const pointcloud::Point& p) { plants += p.classification == 3; });
     CHECK(plants == 6553);
     for (const HeldOut& p : held)
         CHECK(p.height_m == Approx(plane_m(p.x, p.y)).margin(0.002));
@@ -82,7 +82,8 @@ TEST_CASE("a moved copy has other places and the same points", "[bench][moved]")
     CHECK(to.min[0] == Approx(from.min[0] + 3000));
     CHECK(to.max[1] == Approx(from.max[1] - 1000));
     double east = 0, north = 0;
-    lidar::read_las_points(to, {0, 1}, [&](const lidar::LasPoint& p) { east = p.x, north = p.y; });
+    lidar::read_las_points(to, {0, 1},
+                           [&](const pointcloud::Point& p) { east = p.x, north = p.y; });
     CHECK(east == Approx(465000.25));
     CHECK(north == Approx(100000.25));
     CHECK_THROWS_AS(copy_moved(folder.path() / "none.laz", folder.path() / "x.laz", 0, 0), Error);

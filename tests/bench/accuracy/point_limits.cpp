@@ -35,7 +35,7 @@ PointColumns read_point_columns(const std::vector<std::filesystem::path>& files,
     thread::parallel_for(files.size(), threads, [&](std::size_t f) {
         const lidar::LasInfo info = lidar::read_las_info(files[f]);
         double my_squares = 0, my_count = 0;
-        lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) {
+        lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
             const survey::Vec2 at{p.x - survey::kPlaceEasting_m, p.y - survey::kPlaceNorthing_m};
             const std::ptrdiff_t column = truth.column_of(at);
             if (column < 0)

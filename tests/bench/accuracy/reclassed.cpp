@@ -21,7 +21,7 @@ std::vector<std::filesystem::path> reclass(const std::vector<std::filesystem::pa
         if (info.crs)
             options.wkt = info.crs->wkt();
         lidar::LasWriter writer(out.back(), options);
-        lidar::read_las_points(info, {0, info.point_count}, [&](const lidar::LasPoint& p) {
+        lidar::read_las_points(info, {0, info.point_count}, [&](const pointcloud::Point& p) {
             lidar::LasWritePoint copy;
             copy.x = p.x, copy.y = p.y, copy.z = p.z, copy.rgb = p.rgb;
             copy.return_number = p.return_number, copy.return_count = p.return_count;

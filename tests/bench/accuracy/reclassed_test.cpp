@@ -25,9 +25,9 @@ TEST_CASE("points of one class get another, and nothing else changes", "[bench][
     REQUIRE(copies == std::vector{folder.path() / "copies" / "a.laz"});
     const auto points_of = [](const std::filesystem::path& path) {
         const auto info = lidar::read_las_info(path);
-        std::vector<lidar::LasPoint> out;
+        std::vector<pointcloud::Point> out;
         lidar::read_las_points(info, {0, info.point_count},
-                               [&](const lidar::LasPoint& p) { out.push_back(p); });
+                               [&](const pointcloud::Point& p) { out.push_back(p); });
         return out;
     };
     const auto before = points_of(file), after = points_of(copies.front());

@@ -98,7 +98,7 @@ double DecodeFloor::seconds(int threads) const {
         thread::parallel_for(m_pieces.size(), threads, [&](std::size_t i) {
             std::uint64_t mine = 0;
             lidar::read_las_points(m_files[m_pieces[i].file], m_pieces[i].range,
-                                   [&](const lidar::LasPoint&) { ++mine; });
+                                   [&](const pointcloud::Point&) { ++mine; });
             decoded += mine;
         });
     });

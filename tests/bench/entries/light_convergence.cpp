@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "raytracer/shade/view_maker.hpp"
 #include "tests/bench/entries/light_picture.hpp"
 #include "tests/raytracer/landscape.hpp"
 
@@ -17,7 +18,7 @@ struct Light {
 const std::array kLights = {
     Light{"ambient-occlusion rays", [](Scene& s) { s.quality.ao_rays = 1, s.sun.strength = 0; }},
     Light{"soft shadows", [](Scene& s) { s.sun.size = 20, s.quality.ambient_occlusion = false; }},
-    Light{"paths", [](Scene& s) { s.quality.integrator = "path"; }},
+    Light{"paths", [](Scene& s) { s.quality.integrator = Integrator::kPath; }},
 };
 
 LinearPicture traced(BlockManager& blocks, const Light& light, int samples, int seed, int threads) {

@@ -4,6 +4,7 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
+#include "raytracer/shade/view_maker.hpp"
 #include "raytracer/walk/surroundings.hpp"
 #include "tests/bench/entries/light_picture.hpp"
 #include "tests/raytracer/array_world.hpp"
@@ -84,17 +85,17 @@ std::vector<float> faces_of(const ArrayWorld& world, Material material) {
 Scene scene_of(bool roofed) {
     Scene scene;
     scene.output.size_px = {kSide_px, kSide_px};
-    scene.camera.space = "voxel", scene.camera.position = {{16, 17, 31.5}},
+    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {{16, 17, 31.5}},
     scene.camera.target = {{16, 14, 0}};
     scene.camera.fov_deg = 70;
-    scene.sky.model = "uniform";
+    scene.sky.model = SkyModel::kUniform;
     if (roofed)
         scene.sky.strength = 0, scene.sun.strength = 0;
     else
         scene.sky.colour = {{0.35, 0.5, 0.8}}, scene.sun.light = {{2.5, 2.3, 2.0}};
     scene.sun.size = kSunRadius;
     set_sun(scene, normalized({0.35, 1, 0.2}));
-    scene.quality.integrator = "path", scene.quality.samples = kOurSamples / 2,
+    scene.quality.integrator = Integrator::kPath, scene.quality.samples = kOurSamples / 2,
     scene.quality.bounces = kBounces;
     scene.quality.clamp = 0, scene.quality.coarse_step = 1, scene.quality.textures = false;
     return scene;

@@ -5,7 +5,8 @@
 
 #include "common/util/atomic_file.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/trace/traced_ray.hpp"
+#include "raytracer/shade/view_maker.hpp"
+#include "raytracer/walk/traced_ray.hpp"
 #include "tests/bench/entries/embree_mesh.hpp"
 #include "tests/bench/entries/light_picture.hpp"
 
@@ -31,16 +32,16 @@ std::string missing(const Context& c) {
 
 Scene scene_of(const NeutralView& view) {
     Scene scene;
-    scene.camera.space = "voxel";
+    scene.camera.space = CoordinateSpace::kVoxel;
     scene.camera.position = {view.position.x, view.position.y, view.position.z},
     scene.camera.target = {view.target.x, view.target.y, view.target.z};
     scene.camera.fov_deg = view.fov_deg;
     set_sun(scene, neutral_sun());
     constexpr double kWhite = kSunIrradiance / std::numbers::pi;
     scene.sun.light = {kWhite, kWhite, kWhite};
-    scene.sky.model = "uniform", scene.sky.colour = kSky;
+    scene.sky.model = SkyModel::kUniform, scene.sky.colour = kSky;
     scene.output.size_px = {NeutralScene::kWidthPx, NeutralScene::kHeightPx};
-    scene.quality.integrator = "path", scene.quality.samples = kSamples,
+    scene.quality.integrator = Integrator::kPath, scene.quality.samples = kSamples,
     scene.quality.bounces = kBounces;
     scene.quality.clamp = 0, scene.quality.coarse_step = 1, scene.quality.textures = false;
     return scene;

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "common/util/error.hpp"
-#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/processors/thread_processor.hpp"
 
 namespace terravox::bench {
 

@@ -6,7 +6,7 @@
 
 #include "common/thread/parallel.hpp"
 #include "common/voxel/coarse_rule.hpp"
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
 #include "tests/bench/bench.hpp"
 #include "tests/bench/entries/scale_run.hpp"
 

@@ -9,10 +9,11 @@
 
 #include "common/util/error.hpp"
 #include "common/util/free_memory.hpp"
+#include "raytracer/blocks/block_manager.hpp"
 #include "raytracer/output/image_writer.hpp"
+#include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/render.hpp"
-#include "raytracer/sched/thread_processor.hpp"
-#include "raytracer/world/block_manager.hpp"
+#include "raytracer/shade/view_maker.hpp"
 #include "tests/bench/clocks.hpp"
 
 namespace terravox::bench {
@@ -64,7 +65,7 @@ double peak_resident_mib() {
 Scene scene_from(double x, double y, double z, double to_x, double to_y, double to_z,
                  double fov_deg) {
     Scene out;
-    out.camera.space = "voxel";
+    out.camera.space = CoordinateSpace::kVoxel;
     out.camera.position = {x, y, z};
     out.camera.target = {to_x, to_y, to_z};
     out.camera.fov_deg = fov_deg;

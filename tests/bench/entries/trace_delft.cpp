@@ -1,8 +1,9 @@
 #include "common/util/error.hpp"
+#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/processors/thread_processor.hpp"
 #include "raytracer/render/render.hpp"
-#include "raytracer/sched/thread_processor.hpp"
+#include "raytracer/shade/view_maker.hpp"
 #include "raytracer/walk/walker.hpp"
-#include "raytracer/world/block_manager.hpp"
 #include "tests/bench/entries/data_sets.hpp"
 
 namespace terravox::bench {

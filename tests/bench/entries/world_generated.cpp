@@ -1,7 +1,7 @@
 #include <ctime>
 
-#include "raytracer/world/generated/generated_world.hpp"
 #include "tests/bench/bench.hpp"
+#include "voxelserver/worlds/procedural/generated_world.hpp"
 
 namespace terravox::bench {
 namespace {

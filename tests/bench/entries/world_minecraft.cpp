@@ -1,10 +1,10 @@
 #include "common/util/config_dir.hpp"
 #include "common/util/error.hpp"
-#include "raytracer/world/minecraft/blocks/block_table.hpp"
-#include "raytracer/world/minecraft/chunk_reader.hpp"
-#include "raytracer/world/minecraft/info.hpp"
-#include "raytracer/world/minecraft/minecraft_world.hpp"
 #include "tests/bench/clocks.hpp"
+#include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
+#include "voxelserver/worlds/minecraft/chunk_reader.hpp"
+#include "voxelserver/worlds/minecraft/info.hpp"
+#include "voxelserver/worlds/minecraft/minecraft_world.hpp"
 
 namespace terravox::bench {
 namespace {

@@ -1,7 +1,11 @@
-"""Reads what export_shapes wrote with readers of other makers, and compares counts, places, areas and volumes with the truth beside it.
+"""Reads what export_shapes wrote with readers of other projects.
+
+Counts, places, areas and volumes are compared with the truth next to each file.
 
     python3 check_shapes.py FOLDER          FOLDER holds numbers.json
-Needs numpy, trimesh, pygltflib, plyfile, midvoxio (PyPI), and vdb_print (Debian: libopenvdb-tools). Ends with 1 when anything differs.
+
+Needs numpy, trimesh, pygltflib, plyfile, midvoxio (PyPI), and vdb_print (Debian: libopenvdb-tools).
+Exits with 1 when anything differs.
 """
 
 import json
@@ -63,7 +67,7 @@ def check_vdb(file, truth):
 
 
 def is_closed(corners, quads):
-    """Each edge is passed as often one way as the other, where corners at one place count as one."""
+    """@return whether each edge is traversed as often one way as the other; corners are merged"""
     _, same = np.unique(np.round(corners * 1024).astype(np.int64), axis=0, return_inverse=True)
     q = same.reshape(-1)[quads]
     ways = np.concatenate([q[:, [i, (i + 1) % 4]] for i in range(4)])
@@ -77,7 +81,8 @@ def check_ply(file, truth, voxel_m, closed, single):
     v = ply["vertex"]
     corners = np.stack([v["x"], v["y"], v["z"]], axis=1).astype(np.float64)
     quads = np.stack(ply["face"]["vertex_indices"])
-    a, b = corners[quads[:, 1]] - corners[quads[:, 0]], corners[quads[:, 3]] - corners[quads[:, 0]]
+    a = corners[quads[:, 1]] - corners[quads[:, 0]]
+    b = corners[quads[:, 3]] - corners[quads[:, 0]]
     normal = np.cross(a, b)
     check(f"{file.name}: area in faces", np.abs(normal).sum() / voxel_m**2, truth["faces"], 1e-9)
     if single:
@@ -135,7 +140,9 @@ def main():
     folder = Path(sys.argv[1])
     numbers = json.loads((folder / "numbers.json").read_text())
     for name, of in numbers.items():
-        truth, voxel_m, closed = of["truth"], of["voxel_m"], name != "clear"
+        truth = of["truth"]
+        voxel_m = of["voxel_m"]
+        closed = name != "clear"
         check_vox(folder / f"{name}.vox", truth)
         check_vdb(folder / f"{name}.vdb", truth)
         of_ply = check_ply(folder / f"{name}.ply", truth, voxel_m, closed, False)

@@ -1,6 +1,11 @@
-"""What the farm's benchmarks share: workers and coordinators, shares of a core, what they say and when, and the pictures that are wanted."""
+"""Shared parts of the farm benchmarks.
+
+Workers and coordinators, shares of a core, events in their logs with times, and the expected
+pictures.
+"""
 
 import atexit
+import contextlib
 import ctypes
 import json
 import os
@@ -35,7 +40,7 @@ signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
 _survey = None
 
 
-def invented_survey():
+def synthetic_survey():
     global _survey
     if _survey is None:
         _survey = FOLDER / "survey"
@@ -62,7 +67,7 @@ def invented_survey():
 def path_scene(samples, size="320x180", tile=16):
     """Work that is in proportion to `samples`: the inputs and flags of a render."""
     return [
-        invented_survey(),
+        synthetic_survey(),
         "--size",
         size,
         "--tile",
@@ -77,7 +82,12 @@ def path_scene(samples, size="320x180", tile=16):
 
 
 def die_with_parent(*others):
-    """For Popen's preexec_fn, on the main thread alone: the kernel asks which thread has made the child. @param others are called after that"""
+    """For preexec_fn of Popen. Call it on the main thread only.
+
+    The kernel ends a child with the thread that made it.
+
+    @param others called after that, in the child
+    """
 
     def prepare():
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -88,7 +98,10 @@ def die_with_parent(*others):
 
 
 class Share:
-    """A share of one core for a process and its children, by control groups (version 1 or 2); as root only."""
+    """A share of one core for a process and its children.
+
+    Uses control groups, version 1 or 2, and so needs root.
+    """
 
     _next = 0
     _swept = False
@@ -124,23 +137,19 @@ class Share:
         cls._swept = True
         for folder in root.glob("terravox-bench-*-*"):
             if not pathlib.Path("/proc", folder.name.split("-")[2]).exists():
-                try:
+                with contextlib.suppress(OSError):
                     folder.rmdir()
-                except OSError:
-                    pass
 
     def take(self, pid):
         (self.folder / "cgroup.procs").write_text(str(pid))
 
     def remove(self):
-        try:
+        with contextlib.suppress(OSError):
             self.folder.rmdir()
-        except OSError:
-            pass
 
 
 def shares_missing():
-    """Why shares of a core cannot be given here; empty: they can."""
+    """@return why shares of a core are not available here, or an empty string"""
     if os.geteuid() != 0:
         return "control groups want root"
     try:
@@ -161,7 +170,12 @@ def kill_all():
 
 
 class Process:
-    """A program of the farm. @param share of a core; None: no limit @param within a networks.Namespace @param limits called in the child"""
+    """A program of the farm.
+
+    @param share  share of a core; None: no limit
+    @param within a networks.Namespace
+    @param limits called in the child
+    """
 
     def __init__(
         self,
@@ -214,11 +228,14 @@ class Process:
         rss_kib = next(
             int(line.split()[1]) for line in text.splitlines() if line.startswith("VmRSS:")
         )
-        return rss_kib, len(os.listdir(f"/proc/{self.pid}/fd"))
+        return rss_kib, len(list(pathlib.Path(f"/proc/{self.pid}/fd").iterdir()))
 
 
 class Worker(Process):
-    """A daemon; without `join` it listens: at a port of its own, or at `port`, that of one that has ended."""
+    """A daemon.
+
+    Without `join` it listens: at a port of its own, or at `port`, which an ended worker had.
+    """
 
     _next = 0
 
@@ -241,7 +258,10 @@ class Worker(Process):
 
 
 class Render(Process):
-    """A coordinator. Its report is read when it has ended. @param log of which level; debug: with leases and answers"""
+    """A coordinator. Its report is read when it has ended.
+
+    @param log log level; debug: with leases and answers
+    """
 
     def __init__(self, *arguments, log="error", picture=None, **options):
         self.picture = picture or FOLDER / f"picture-{time.monotonic_ns()}.png"
@@ -291,7 +311,7 @@ def of(workers):
 
 
 def tell(figures):
-    """One line of JSON, which has no infinity: what never came is told as a billion."""
+    """Prints one line of JSON, which has no infinity: an event that never came is a billion."""
     finite = {
         name: min(value, 1e9) if isinstance(value, float) else value
         for name, value in figures.items()

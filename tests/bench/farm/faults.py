@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
-"""A farm that everything happens to: each row breaks it in another way, and tells what that cost. One line of JSON: figures as ROW_FIGURE; `skipped` and
-`failed`, with the reason for each row that cannot run here or did not come to its end."""
+"""Breaks a farm in a different way in each row, and measures what that costs.
+
+Prints one line of JSON: figures as ROW_FIGURE; `skipped` and `failed`, with the reason for each row
+that cannot run here or did not finish.
+"""
 
 import argparse
 import sys
@@ -38,7 +41,10 @@ def arguments():
         "--silent-samples",
         type=int,
         default=30,
-        help="work of a picture in which a worker falls silent; twice that where its thread hangs, three times with the default times",
+        help=(
+            "work of a picture in which a worker falls silent; "
+            "twice that where its thread hangs, three times with the default times"
+        ),
     )
     parser.add_argument(
         "--silent-defaults",
@@ -70,7 +76,9 @@ def arguments():
 
 def main():
     args = arguments()
-    figures, skipped, failed = {}, {}, {}
+    figures = {}
+    skipped = {}
+    failed = {}
     for row in args.rows:
         reason = MISSING[row]() if row in MISSING else ""
         if reason:

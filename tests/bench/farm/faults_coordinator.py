@@ -14,13 +14,19 @@ def _leased(render):
 
 
 def resume(args):
-    """kill -9 of the coordinator at points that are spread over a run, each time with --resume: no tile that its checkpoint holds is leased again."""
+    """kill -9 of the coordinator at points spread over a run, each time with --resume.
+
+    No tile that its checkpoint holds is leased again.
+    """
     numbers = random.Random(args.seed)
     scene = path_scene(100)
     crew = [Worker(), Worker()]
     picture = FOLDER / "resumed.png"
     journal = picture.with_name(picture.name + ".tiles")
-    twice, lost, again, no_progress = 0, 0, 0, 0
+    twice = 0
+    lost = 0
+    again = 0
+    no_progress = 0
     before = set()
     for kill in range(args.resume_kills):
         render = Render(*scene, *of(crew), "--resume", log="debug", picture=picture)

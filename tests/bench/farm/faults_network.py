@@ -1,4 +1,4 @@
-"""Rows of the fault bench: a network that loses packets, is narrow, slow, or cuts connections off."""
+"""Rows of the fault bench: a network that loses packets, is narrow or slow, or resets."""
 
 import re
 import time
@@ -10,7 +10,10 @@ from proxy import Proxy, proxy_missing
 
 
 def loss(args):
-    """5 % of the packets are lost, each way, and 20 Mbit/s are all there is. A picture and then the same one: traffic against the tiles' bytes."""
+    """5 % packet loss each way, at 20 Mbit/s.
+
+    The same picture twice: traffic compared with the bytes of the tiles.
+    """
     scene = path_scene(8, size="1280x720", tile=32)
     space = Namespace()
     try:
@@ -42,7 +45,8 @@ def loss(args):
             results = int(
                 float(re.search(r"^terravox_worker_results_bytes_total (\S+)", page, re.M).group(1))
             )
-            tiles, results_before = results - results_before, results
+            tiles = results - results_before
+            results_before = results
             there, here = (
                 now - before for now, before in zip(space.link_bytes(), (there_before, here_before))
             )
@@ -67,7 +71,7 @@ def loss(args):
 
 
 def latency(args):
-    """200 +- 50 ms each way, then connections that are reset now and then, too: the picture ends, and is the same."""
+    """200 +- 50 ms each way, then also occasional resets: the picture is finished and unchanged."""
     out = {}
     for name, samples, every_s in (("latency", 50, None), ("resets", 100, 3)):
         scene = path_scene(samples)

@@ -18,8 +18,11 @@ def _warm_up(crew):
 
 
 def soak(args):
-    """Daemons work for one picture after the other; one of them is killed every 30 s, and started again. Do the two others grow: one with the memory that
-    people give it, one with so little that what it keeps on purpose is at its limit from the start?"""
+    """Daemons work for one picture after the other; one of them is killed every 30 s and restarted.
+
+    Does the memory of the two others grow? One has the usual limit, the other one so low that its
+    caches are full from the start.
+    """
     numbers = random.Random(args.seed)
     scenes = [path_scene(16), path_scene(4, size="640x360", tile=32)]
     for scene in scenes:
@@ -27,7 +30,11 @@ def soak(args):
     crew = [Worker(), Worker(arguments=["--memory-mib", 64]), Worker()]
     _warm_up(crew)
     start = time.monotonic()
-    next_kill, kills, pictures, wrong, lost = start + _KILL_EVERY_S, 0, 0, 0, 0
+    next_kill = start + _KILL_EVERY_S
+    kills = 0
+    pictures = 0
+    wrong = 0
+    lost = 0
     samples = {w.name: [] for w in crew[:2]}  # when, resident KiB, descriptors
     while time.monotonic() - start < args.soak_s:
         scene = scenes[pictures % len(scenes)]
@@ -36,16 +43,15 @@ def soak(args):
             render.has_ended(numbers.uniform(0.5, 1.5))
             crew[2].kill()
             crew[2] = Worker(port=crew[2].port)
-            kills, next_kill = kills + 1, next_kill + _KILL_EVERY_S
+            kills += 1
+            next_kill += _KILL_EVERY_S
         while render.has_ended(0.2) is None:
             for worker in crew[:2]:
                 samples[worker.name].append((time.monotonic() - start, *worker.status()))
         render.end()
-        pictures, wrong, lost = (
-            pictures + 1,
-            wrong + (render.bytes != wanted(scene)),
-            lost + render.farm["lost"],
-        )
+        pictures += 1
+        wrong += render.bytes != wanted(scene)
+        lost += render.farm["lost"]
     end_s = time.monotonic() - start
     out = {
         "seconds": end_s,
@@ -63,7 +69,8 @@ def soak(args):
         (first_kib, first_files), (last_kib, last_files) = (
             [statistics.median(s[i] for s in third) for i in (1, 2)] for third in (first, last)
         )
-        out[f"{name}rss_mib"], out[f"{name}growth"] = last_kib / 1024, last_kib / first_kib
+        out[f"{name}rss_mib"] = last_kib / 1024
+        out[f"{name}growth"] = last_kib / first_kib
         out["more_descriptors"] = max(out["more_descriptors"], last_files - first_files)
     for worker in crew:
         worker.kill()
@@ -71,7 +78,7 @@ def soak(args):
 
 
 def tasks(args):
-    """Very many small tiles through one daemon: its memory after a fifth of them, and in the end."""
+    """Very many small tiles through one daemon: its memory after a fifth, and at the end."""
     edge = int((args.tasks**0.5) + 0.999) * 16
     scene = path_scene(1, size=f"{edge}x{edge}")
     worker = Worker()
@@ -83,7 +90,8 @@ def tasks(args):
         render.watch.saw_times("answer: ", answers, 600)
         return statistics.median(worker.status()[0] for _ in range(5)) / 1024
 
-    fifth_mib, end_mib = resident_mib(args.tasks // 5), resident_mib(args.tasks)
+    fifth_mib = resident_mib(args.tasks // 5)
+    end_mib = resident_mib(args.tasks)
     render.end()
     out = {
         "tiles": render.told["tiles"],

@@ -1,5 +1,6 @@
-"""Rows of the fault bench: who has no business here, in very large numbers or with the wrong papers."""
+"""Rows of the fault bench: unauthorised peers, in very large numbers or with wrong credentials."""
 
+import dataclasses
 import os
 import pathlib
 import re
@@ -62,8 +63,11 @@ def _storm_at_coordinator(args, scene, out):
 
 
 def storm(args):
-    """Idle connections and then a flood, at a program that may have 256 descriptors: afterwards a peer that may joins, and the picture is right. And one
-    that joins while those who are hung up on come again at once."""
+    """Idle connections and then a flood, at a program that is limited to 256 descriptors.
+
+    Afterwards an authorised peer joins, and the picture is right. Another one joins while peers
+    that were disconnected reconnect at once.
+    """
     scene = path_scene(32)
     out = {"wrong": 0, "lost": 0}
     _storm_at_worker(args, scene, out)
@@ -72,7 +76,10 @@ def storm(args):
 
 
 def _altered(name, alter):
-    """A copy of the program that says something else of itself; None: there is nothing to alter in it."""
+    """Makes a copy of the program that reports something else about itself.
+
+    @return None when it has nothing to alter
+    """
     data = pathlib.Path(RAYTRACER).read_bytes()
     other = alter(data)
     if other == data:
@@ -84,11 +91,16 @@ def _altered(name, alter):
 
 
 def _other_version(data):
-    """The compiler puts so short a text into its instructions. Where it stands as a text it stays: linkers let the ends of texts stand for others."""
+    """Alters the version in a program.
+
+    The compiler puts so short a text into its instructions. Where it stands as a text it stays,
+    since linkers merge texts with the ends of other texts.
+    """
     version = subprocess.run(
         [RAYTRACER, "--version"], check=True, capture_output=True
     ).stdout.split()[-1]
-    begin, end = version[:4], version[4:]
+    begin = version[:4]
+    end = version[4:]
     return re.sub(
         re.escape(begin) + b"(?!" + re.escape(end) + rb"\0)",
         begin[:2] + (b"9" if begin[2:3] != b"9" else b"8") + begin[3:],
@@ -97,7 +109,7 @@ def _other_version(data):
 
 
 def _build():
-    """The name of this program's build, as its checkpoints tell."""
+    """@return the name of the program's build, from one of its checkpoints"""
     picture = FOLDER / "build.png"
     subprocess.run(
         [
@@ -118,152 +130,134 @@ def _build():
     return re.search(rb'build["\' :=]+([0-9a-f]{16})', head).group(1)
 
 
-def unwelcome(args):
-    """Wrong version, build, token or certificate, from either side: how long from dialling, or the start of the program that dials, until both ends
-    have said why."""
-    build = _build()
-    other_version, other_build = (
-        _altered("other-version", _other_version),
-        _altered("other-build", lambda data: data.replace(build, build[::-1])),
-    )
+@dataclasses.dataclass
+class _Side:
+    """One end of a connection that is refused."""
+
+    reports: str  # a pattern of its warning or error
+    options: dict = dataclasses.field(default_factory=dict)  # of Worker or Render
+    flags: list = dataclasses.field(default_factory=list)
+
+
+def _certificate_flags(name):
+    """Makes a certificate authority. @return flags for a program with a certificate of it"""
+    folder = FOLDER / name
     bare = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": ""}
-    papers = {}
-    for name in ("ours", "theirs"):
-        subprocess.run(
-            [RAYTRACER, "farm", "certs", "-o", FOLDER / name],
-            check=True,
-            capture_output=True,
-            env=bare,
-        )
-        papers[name] = [
-            "--tls-ca",
-            FOLDER / name / "ca.pem",
-            "--tls-cert",
-            FOLDER / name / "worker.pem",
-            "--tls-key",
-            FOLDER / name / "worker.key",
-        ]
-    # A copy stands elsewhere, and would not find its configuration.
-    config = {
-        **ENVIRONMENT,
-        "TERRAVOX_CONFIG": str(pathlib.Path(__file__).resolve().parents[3] / "config"),
-    }
-    other_token = {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"}
-    # (case, of who dials: options and flags; of who listens; what both say)
-    cases = (
-        (
-            "version",
-            {"program": other_version, "environment": config},
-            (),
-            {},
-            (),
-            "version terravox",
-            "version terravox",
-        ),
-        (
-            "build",
-            {"program": other_build, "environment": config},
-            (),
-            {},
-            (),
-            "build [0-9a-f]{16}",
-            "build [0-9a-f]{16}",
-        ),
-        ("token", {"environment": other_token}, (), {}, (), "token", "wrong token"),
-        (
-            "certificate",
-            {"environment": bare},
-            papers["theirs"],
-            {"environment": bare},
-            papers["ours"],
-            "certificate",
-            "certificate",
-        ),
-        (
-            "token_for_certificate",
-            {},
-            (),
-            {"environment": bare},
-            papers["ours"],
-            "certificates",
-            "certificates are wanted",
-        ),
-        (
-            "certificate_for_token",
-            {"environment": bare},
-            papers["ours"],
-            {},
-            (),
-            "connect to",
-            "a token is wanted",
-        ),
+    subprocess.run(
+        [RAYTRACER, "farm", "certs", "-o", folder], check=True, capture_output=True, env=bare
     )
-    scene = path_scene(32)
+    files = {"ca": "ca.pem", "cert": "worker.pem", "key": "worker.key"}
+    return [word for flag, file in files.items() for word in (f"--tls-{flag}", folder / file)]
+
+
+def _unwelcome_pairs():
+    """@return {case: (the side that dials, the side that listens)}"""
+    build = _build()
+    other_version = _altered("other-version", _other_version)
+    other_build = _altered("other-build", lambda data: data.replace(build, build[::-1]))
+    ours = _certificate_flags("ours")
+    theirs = _certificate_flags("theirs")
+    # A copy is in another folder, and would not find its configuration.
+    config_folder = pathlib.Path(__file__).resolve().parents[3] / "config"
+    config = {**ENVIRONMENT, "TERRAVOX_CONFIG": str(config_folder)}
+    bare = {"environment": {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": ""}}
+    other_token = {"environment": {**ENVIRONMENT, "TERRAVOX_FARM_TOKEN": "y3bw6fj8nq2xs5gm9tzk"}}
+    return {
+        "version": (
+            _Side("version terravox", {"program": other_version, "environment": config}),
+            _Side("version terravox"),
+        ),
+        "build": (
+            _Side("build [0-9a-f]{16}", {"program": other_build, "environment": config}),
+            _Side("build [0-9a-f]{16}"),
+        ),
+        "token": (_Side("token", other_token), _Side("wrong token")),
+        "certificate": (_Side("certificate", bare, theirs), _Side("certificate", bare, ours)),
+        "token_for_certificate": (
+            _Side("certificates"),
+            _Side("certificates are wanted", bare, ours),
+        ),
+        "certificate_for_token": (
+            _Side("connect to", bare, ours),
+            _Side("a token is wanted"),
+        ),
+    }
+
+
+def _render_dials(dialler, listener):
+    """@return the program that dials, and the one that listens"""
+    there = Worker(arguments=listener.flags, **listener.options)
+    here = Render(*path_scene(32), *of([there]), *dialler.flags, log="info", **dialler.options)
+    return here, there
+
+
+def _worker_joins(dialler, listener):
+    """@return the program that dials, and the one that listens"""
+    listens = ["--threads", "0", "--listen", "127.0.0.1:0", *listener.flags]
+    there = Render(*path_scene(32), *listens, log="info", **listener.options)
+    port = int(there.watch.saw(r"on port (\d+)", 60)[1].group(1))
+    here = Worker(join=f"127.0.0.1:{port}", arguments=dialler.flags, **dialler.options)
+    return here, there
+
+
+def _refusal(connect, dialler, listener):
+    """@return seconds until both sides have reported the reason, and whether a peer was let in"""
+    here, there = connect(dialler, listener)
+    told = max(
+        here.watch.saw(rf"(warning|error)\].*{dialler.reports}", 30)[0],
+        there.watch.saw(rf"(warning|error)\].*{listener.reports}", 30)[0],
+    )
+    # A render has its inputs open when it dials, and says so.
+    opened = here.watch.look("points in .* files")
+    let_in = any(p.watch.look(r"\[info\] (worker|works for) ") is not None for p in (here, there))
+    here.kill()
+    there.kill()
+    return told - (opened[0] if opened else here.start), let_in
+
+
+def _other_handshake_s():
+    """@return seconds until a worker has reported an unknown version of the handshake
+
+    No program speaks another version yet, so this sends its bytes.
+    """
+    there = Worker()
+    at = time.monotonic()
+    with socket.create_connection(("127.0.0.1", there.port)) as stranger:
+        stranger.sendall(b"TVX-FARM\x07" + os.urandom(32))
+        told = there.watch.saw("shakes hands by version 7, this end by", 30, after=at)[0]
+    there.kill()
+    return told - at
+
+
+def unwelcome(args):
+    """Wrong version, build, token or certificate, from either side.
+
+    Measures the time from dialling, or from the start of the program that dials, until both ends
+    have reported the reason.
+    """
     out = {"cases": 0, "most_s": 0.0, "let_in": 0}
-    for (
-        name,
-        dialler,
-        dialler_flags,
-        listener,
-        listener_flags,
-        dialler_says,
-        listener_says,
-    ) in cases:
-        if dialler.get("program", RAYTRACER) is None:
+    for name, (dialler, listener) in _unwelcome_pairs().items():
+        if dialler.options.get("program", RAYTRACER) is None:
             print(
                 f"unwelcome: no program of another {name} can be made of {RAYTRACER}",
                 file=sys.stderr,
                 flush=True,
             )
             continue
-        for way in ("render_dials", "worker_joins"):
-            if way == "render_dials":
-                there = Worker(arguments=listener_flags, **listener)
-                here = Render(*scene, *of([there]), *dialler_flags, log="info", **dialler)
-            else:
-                there = Render(
-                    *scene,
-                    "--threads",
-                    "0",
-                    "--listen",
-                    "127.0.0.1:0",
-                    *listener_flags,
-                    log="info",
-                    **listener,
-                )
-                port = int(there.watch.saw(r"on port (\d+)", 60)[1].group(1))
-                here = Worker(join=f"127.0.0.1:{port}", arguments=dialler_flags, **dialler)
-            told = max(
-                here.watch.saw(rf"(warning|error)\].*{dialler_says}", 30)[0],
-                there.watch.saw(rf"(warning|error)\].*{listener_says}", 30)[0],
-            )
-            # A render has its inputs open when it dials, and says so.
-            opened = here.watch.look("points in .* files")
-            told_s = told - (opened[0] if opened else here.start)
+        for way, connect in (("render_dials", _render_dials), ("worker_joins", _worker_joins)):
+            told_s, let_in = _refusal(connect, dialler, listener)
             out["cases"] += 1
-            out["let_in"] += any(
-                p.watch.look(r"\[info\] (worker|works for) ") is not None for p in (here, there)
-            )
+            out["let_in"] += let_in
             out[f"{name}_{way}_s"] = told_s
             out["most_s"] = max(out["most_s"], told_s)
-            here.kill()
-            there.kill()
-    # Nobody else speaks another version of the handshake yet.
-    there = Worker()
-    at = time.monotonic()
-    with socket.create_connection(("127.0.0.1", there.port)) as stranger:
-        stranger.sendall(b"TVX-FARM\x07" + os.urandom(32))
-        out["handshake_s"] = (
-            there.watch.saw("shakes hands by version 7, this end by", 30, after=at)[0] - at
-        )
+    out["handshake_s"] = _other_handshake_s()
     out["most_s"] = max(out["most_s"], out["handshake_s"])
     out["cases"] += 1
-    there.kill()
     return out
 
 
 def descriptors_missing():
-    """Why so many connections cannot be made here; empty: they can."""
+    """@return why so many connections are not possible here, or an empty string"""
     most = more_descriptors(6000)
     return (
         ""

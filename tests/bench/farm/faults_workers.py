@@ -1,5 +1,6 @@
-"""Rows of the fault bench: workers that are killed, stopped, cut off, hung, slow, or told to end."""
+"""Rows of the fault bench: workers that are killed, stopped, cut off, hung, slow, or terminated."""
 
+import contextlib
 import os
 import random
 import signal
@@ -16,9 +17,13 @@ _SHARE = 0.6  # of a core: two such workers and the coordinator fit on two
 
 
 def _kills(args, scene, wanted_bands):
-    """Pictures of which one worker after the other is killed, until so many bands were lost. @return figures"""
+    """Renders pictures and kills workers until so many bands were lost. @return figures"""
     numbers = random.Random(args.seed)
-    bands_s, first_s, told_s, wrong, pictures = [], [], [], 0, 0
+    bands_s = []
+    first_s = []
+    told_s = []
+    wrong = 0
+    pictures = 0
     while len(bands_s) < wanted_bands:
         crew = [Worker(environment=DEFAULTS) for _ in range(3)]
         render = Render(*scene, *of(crew), log="debug", environment=DEFAULTS)
@@ -60,8 +65,11 @@ def _kills(args, scene, wanted_bands):
 
 
 def lease(args):
-    """kill -9 to the new lease of each band that the victim had: the kernel closes its connection. Of tiles that take some 10 ms; of heavy ones,
-    which wait until somebody has room for them, for comparison."""
+    """kill -9 to the new lease of each band of the victim: the kernel closes its connection.
+
+    Measured with tiles of about 10 ms and, for comparison, with heavy ones, which wait until a
+    worker has room for them.
+    """
     heavy = _kills(args, path_scene(400), args.lost_leases // 4)
     return {
         **_kills(args, path_scene(16, size="1280x720"), args.lost_leases),
@@ -76,7 +84,8 @@ def silent_one(environment, samples, silence, harm, mend, victim, others):
     render.watch.saw_times(f"answer: .* of {victim.name}$", 5, 120)
     at = time.monotonic()
     harm()
-    # Until every band that it had is with somebody else, then a while longer: it comes back to a picture that is under way.
+    # Waits until every band that it had is leased to another worker, then a while longer, so that
+    # it returns to a picture in progress.
     end = at + 3 * silence
     while True:
         delays_s = lease_delays_s(render.watch.events(), victim.name, at)
@@ -91,10 +100,8 @@ def silent_one(environment, samples, silence, harm, mend, victim, others):
     back = time.monotonic()
     mend()
     answer = None
-    try:
+    with contextlib.suppress(RuntimeError):  # without an answer the row says so below
         answer = render.watch.saw(f"answer: .* of {victim.name}$", 120, after=back)[0] - back
-    except RuntimeError:
-        pass  # told below: nothing of it came
     render.end()
     # By now all that there is to see has been seen.
     delays_s = lease_delays_s(render.watch.events(), victim.name, at)
@@ -152,7 +159,7 @@ def stopped(args):
 
 
 def partitioned(args):
-    """Packets vanish both ways: neither end is told."""
+    """Packets vanish both ways: neither end is notified."""
     spaces = []
 
     def make(environment):
@@ -171,7 +178,8 @@ def partitioned(args):
 
 def _hung_after(args, answers):
     scene = path_scene(2 * args.silent_samples, size="1280x720")
-    victim, other = Worker(), Worker()
+    victim = Worker()
+    other = Worker()
     render = Render(*scene, *of([victim, other]), log="debug")
     render.watch.saw_times(f"answer: .* of {victim.name}$", answers, 120)
     thread = busiest_thread(victim.pid)
@@ -217,15 +225,20 @@ def _hung_after(args, answers):
 
 
 def hung(args):
-    """A thread that traces stops, all others of the worker go on, pings are answered: a lease has a deadline. And the same right after a start, when
-    boxes are on their way and speeds are not known well."""
+    """One tracing thread stops, all others of the worker continue, pings are answered.
+
+    A lease has a deadline. The same right after a start, when boxes are on their way and speeds are
+    not known well.
+    """
     cold = _hung(args, 5)
     return {**_hung(args, 300), **{f"cold_{name}": value for name, value in cold.items()}}
 
 
 def _hung(args, answers):
-    """_hung_after(), again where the thread was stopped inside a lock that others of its process need: such a worker falls silent, which is
-    another row's."""
+    """Calls _hung_after(), again when the thread was stopped inside a lock that other threads need.
+
+    Such a worker falls silent, which another row measures.
+    """
     for silent in range(_MOST_SILENT + 1):
         figures = _hung_after(args, answers)
         if figures is not None:
@@ -234,11 +247,15 @@ def _hung(args, answers):
 
 
 def late(args):
-    """Answers held back on their way until others have made the same bands: counted, and ignored."""
+    """Answers that come after other workers rendered the same bands are counted and ignored."""
     scene = path_scene(args.silent_samples, size="1280x720")
-    answers, pictures, wrong, harmed = 0, 0, 0, 0
+    answers = 0
+    pictures = 0
+    wrong = 0
+    harmed = 0
     while answers < args.late_answers:
-        victim, other = Worker(), Worker()
+        victim = Worker()
+        other = Worker()
         with Pump(victim.port) as pump:
             render = Render(
                 *scene,
@@ -254,7 +271,8 @@ def late(args):
             while render.has_ended(0) is None:
                 at = time.monotonic()
                 pump.hold_answers()
-                # Longer than the deadline of a lease in tests, shorter than what silence is given up after.
+                # Longer than the deadline of a lease in tests, shorter than the timeout for
+                # silence.
                 render.has_ended(2.6)
                 pump.go_on()
                 try:
@@ -282,8 +300,10 @@ def slow(args):
         share = 0.5 if count == 3 else _SHARE
         crew = [Worker(share) for _ in range(count - 1)]
         snail = Worker(share / 10)
-        without_s, with_s = [], []
-        # Turn by turn, so that what else the machine does hits both alike; the first of each brings the boxes.
+        without_s = []
+        with_s = []
+        # In turns, so that other load of the machine affects both alike; the first of each sends
+        # the boxes.
         for i in range(args.slow_runs + 1):
             for times, workers in ((without_s, crew), (with_s, [*crew, snail])):
                 render = Render(*scene, *of(workers)).end()
@@ -291,21 +311,25 @@ def slow(args):
                 times += [render.tracing_s] if i > 0 else []
         for worker in (*crew, snail):
             worker.kill()
-        out[f"of_{count}_without_s"], out[f"of_{count}_with_s"] = (
-            quantile(without_s, 0.5),
-            quantile(with_s, 0.5),
-        )
+        out[f"of_{count}_without_s"] = quantile(without_s, 0.5)
+        out[f"of_{count}_with_s"] = quantile(with_s, 0.5)
         out[f"of_{count}_ratio"] = quantile([w / o for w, o in zip(with_s, without_s)], 0.5)
     return out
 
 
 def term(args):
-    """SIGTERM of a worker that has bands: it finishes what it has begun, gives back the rest, and is gone."""
+    """SIGTERM of a worker: it finishes what it has begun, returns the rest, and exits."""
     numbers = random.Random(args.seed)
     scene = path_scene(50, size="640x360", tile=32)
-    exits_s, wrong, codes, given_back, finished, unaccounted = [], 0, 0, 0, 0, 0
+    exits_s = []
+    wrong = 0
+    codes = 0
+    given_back = 0
+    finished = 0
+    unaccounted = 0
     for _ in range(args.term_runs):
-        victim, other = Worker(), Worker()
+        victim = Worker()
+        other = Worker()
         render = Render(*scene, *of([victim, other]), log="debug")
         # Tiles that waited for boxes are all begun at first.
         render.watch.saw_times(f"answer: .* of {victim.name}$", 15, 120)

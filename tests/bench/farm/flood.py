@@ -1,4 +1,4 @@
-"""Strangers: connections that say nothing, and very many that come and go."""
+"""Unauthorised peers: connections that send nothing, and very many short ones."""
 
 import multiprocessing
 import os
@@ -22,10 +22,16 @@ def more_descriptors(count):
 
 
 class Idle:
-    """So many connections to a port of this machine that say nothing, until the block ends. @param stubborn who is hung up on comes again"""
+    """Holds many connections to a local port that send nothing, until the block ends.
+
+    @param stubborn reconnects when the server closes a connection
+    """
 
     def __init__(self, port, count, stubborn=False):
-        self._port, self.count, self._stubborn, self.opened = port, count, stubborn, 0
+        self._port = port
+        self.count = count
+        self._stubborn = stubborn
+        self.opened = 0
         self._end = multiprocessing.Event()
         self._there = multiprocessing.Value("i", 0)
         self._process = multiprocessing.Process(target=self._work, daemon=True)

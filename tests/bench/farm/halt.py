@@ -1,4 +1,4 @@
-"""Stops one thread of a process, while all its others go on: what a hung render thread looks like from outside."""
+"""Stops one thread of a process while all others go on: a hung render thread, seen from outside."""
 
 import ctypes
 import os
@@ -7,23 +7,20 @@ import time
 
 _LIBC = ctypes.CDLL(None, use_errno=True)
 _LIBC.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
-_SEIZE, _INTERRUPT, _DETACH = 0x4206, 0x4207, 17
+_SEIZE = 0x4206
+_INTERRUPT = 0x4207
+_DETACH = 17
 _WALL = 0x40000000
 
 
 def busiest_thread(pid, seconds=0.5):
-    """The thread of a process that has most of the processor for a while: of a worker that works, one that traces."""
+    """@return the thread of a process that uses the processor most for a while: one that traces"""
 
     def ticks():
         out = {}
-        for thread in os.listdir(f"/proc/{pid}/task"):
-            fields = (
-                pathlib.Path(f"/proc/{pid}/task/{thread}/stat")
-                .read_text()
-                .rsplit(")", 1)[1]
-                .split()
-            )
-            out[int(thread)] = int(fields[11]) + int(fields[12])
+        for thread in pathlib.Path(f"/proc/{pid}/task").iterdir():
+            fields = (thread / "stat").read_text().rsplit(")", 1)[1].split()
+            out[int(thread.name)] = int(fields[11]) + int(fields[12])
         return out
 
     before = ticks()
@@ -32,7 +29,10 @@ def busiest_thread(pid, seconds=0.5):
 
 
 class Halted:
-    """For as long as the block lasts. It must be left on the thread that entered it: the kernel knows one tracer."""
+    """Halts a thread for as long as the block lasts.
+
+    The block must be left on the thread that entered it: the kernel allows one tracer.
+    """
 
     def __init__(self, thread):
         self._thread = thread

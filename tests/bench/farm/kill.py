@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""kill -9 of some of the workers at random times, again and again: the picture stays the same, and what it costs is told. One line of JSON.
+"""kill -9 of some of the workers at random times, repeatedly: the picture stays the same.
 
-Each worker has a share of a core, so that its speed does not depend on who else lives. The ideal follows from pictures without kills: each makes ready
-(boxes, tables) and works at its speed until it is killed, no work is lost, what is left is divided among who is left, and the coordinator writes the
-picture. `allowance`: 1 tile and 1 s."""
+Prints the cost as one line of JSON.
+
+Each worker has a share of a core, so that its speed does not depend on how many others are alive.
+The ideal follows from pictures without kills: each worker prepares (boxes, tables) and works at its
+speed until it is killed, no work is lost, the rest is divided among the remaining workers, and the
+coordinator writes the picture. `allowance`: 1 tile and 1 s.
+"""
 
 import argparse
 import os
@@ -15,7 +19,8 @@ from typing import NamedTuple
 from farming import Render, Worker, of, path_scene, shares_missing, tell, wanted
 from ideal import ideal_s
 
-SAMPLES, SHARE = 16, 0.25  # little of the machine, so that what else it does matters less
+SAMPLES = 16
+SHARE = 0.25  # of a core: a small share, so that other work of the machine matters less
 _BASE_EVERY = 10  # what else the machine does changes
 
 
@@ -36,13 +41,17 @@ def undisturbed(scene, share, workers):
     answers = {
         w.name: [e.when for e in events if e.kind == "answer" and e.who == w.name] for w in crew
     }
-    start, ready = events[0].when, statistics.mean(a[0] for a in answers.values())
+    start = events[0].when
+    ready = statistics.mean(a[0] for a in answers.values())
     last = max(a[-1] for a in answers.values())
     return Undisturbed(ready - start, last - ready, render.start + render.wall_s - last)
 
 
 def one_run(numbers, scene, share, workers, most_s):
-    """@param most_s kills come within that time @return the render, times of the kills since the first lease, wall time since then"""
+    """@param most_s all kills happen within that time
+
+    @return the render, times of the kills since the first lease, wall time since then
+    """
     crew = [Worker(share) for _ in range(workers)]
     victims = numbers.sample(crew, numbers.randint(1, workers - 1))
     plan = sorted(
@@ -68,7 +77,11 @@ def measure(runs, workers, seed):
     scene = path_scene(SAMPLES)
     share = None if shares_missing() else SHARE
     most_at_once = workers if share else min(workers, os.cpu_count())
-    base, over, wrong, lost, kills = [], [], 0, 0, 0
+    base = []
+    over = []
+    wrong = 0
+    lost = 0
+    kills = 0
     for i in range(runs):
         if i % _BASE_EVERY == 0:
             base.append(undisturbed(scene, share, workers))
@@ -82,7 +95,8 @@ def measure(runs, workers, seed):
             - ideal_s(working_s * most_at_once, ready_s, workers, killed_at_s, most_at_once)
         )
         wrong += render.bytes != wanted(scene)
-        kills, lost = kills + len(killed_at_s), lost + render.farm["lost"]
+        kills += len(killed_at_s)
+        lost += render.farm["lost"]
     tile_s = working_s * most_at_once / render.told["tiles"]
     return {
         "runs": runs,

@@ -1,6 +1,9 @@
-"""Networks that are bad on purpose: a namespace behind a pair of interfaces, with little bandwidth, loss, or cut off. As root, with iproute2, util-linux
-and nftables. Namespaces and their interfaces go with the process that holds them, and that one with the bench;
-the next bench takes away rules that one left which was killed."""
+"""Networks that are bad on purpose.
+
+A namespace behind a pair of interfaces, with little bandwidth, loss, or cut off. Needs root,
+iproute2, util-linux and nftables. Namespaces and their interfaces end with the process that holds
+them, and that one with the bench; the next bench removes the rules that a killed one left.
+"""
 
 import atexit
 import json
@@ -47,7 +50,10 @@ def _sweep():
 
 
 class Namespace:
-    """A machine of its own, as far as the network goes. The bench is at `here`, what runs with `prefix` at `there`."""
+    """A separate machine as far as the network is concerned.
+
+    The bench is at `here`; programs that are run with `prefix` are at `there`.
+    """
 
     _next = 0
 
@@ -59,20 +65,20 @@ class Namespace:
             ["unshare", "-n", "sleep", "infinity"], preexec_fn=die_with_parent()
         )
         atexit.register(self.remove)
-        own = os.readlink("/proc/self/ns/net")
+        own = pathlib.Path("/proc/self/ns/net").readlink()
         end = time.monotonic() + 10
-        while os.readlink(f"/proc/{self._holder.pid}/ns/net") == own:  # it is not there yet
+        theirs = pathlib.Path(f"/proc/{self._holder.pid}/ns/net")
+        while theirs.readlink() == own:  # the namespace does not exist yet
             if time.monotonic() > end:
                 raise RuntimeError("unshare -n: no namespace within 10 s")
             time.sleep(0.01)
         self.prefix = ("nsenter", "-t", str(self._holder.pid), "-n")
         # Of the net that is kept for benchmarks of networks (RFC 2544).
         process = os.getpid() % 250
-        self.here, self.there = (
-            f"198.18.{process}.{4 * number + 1}",
-            f"198.18.{process}.{4 * number + 2}",
-        )
-        self._link, self._far_link = f"tvb{os.getpid()}-{number}"[:15], "tvb0"
+        self.here = f"198.18.{process}.{4 * number + 1}"
+        self.there = f"198.18.{process}.{4 * number + 2}"
+        self._link = f"tvb{os.getpid()}-{number}"[:15]
+        self._far_link = "tvb0"
         _run(
             "ip",
             "link",
@@ -90,7 +96,8 @@ class Namespace:
         _run("ip", "link", "set", self._link, "up")
         self._inside("ip", "address", "add", self.there + "/30", "dev", self._far_link)
         self._inside("ip", "link", "set", self._far_link, "up")
-        # A packet is one of the wire: the kernel would hand 64 KiB over as one, and lose them as one.
+        # A packet is one of the wire: otherwise the kernel would pass 64 KiB as one, and lose them
+        # as one.
         _run("ip", "link", "set", "dev", self._link, "gso_max_segs", "1")
         self._inside("ip", "link", "set", "dev", self._far_link, "gso_max_segs", "1")
         self._inside("ip", "link", "set", "lo", "up")
@@ -112,7 +119,7 @@ class Namespace:
         self._filter(f"numgen random mod 100 < {percent} drop")
 
     def _filter(self, rule):
-        # Where packets come in: in the output hook their sender would be told.
+        # In the input hook: in the output hook the sender would get an error.
         self.heal()
         self._inside(
             "nft",

@@ -1,4 +1,7 @@
-"""What a program of the farm says and when, and what became of bands that somebody held: read from `render --log debug`."""
+"""Events of a program of the farm with their times, and what became of bands that a worker held.
+
+Read from `render --log debug`.
+"""
 
 import bisect
 import math
@@ -18,7 +21,9 @@ class Watch:
     def __init__(self, stream):
         self._stream = stream
         self._changed = threading.Condition()
-        self._times, self._lines, self._ended = [], [], False
+        self._times = []
+        self._lines = []
+        self._ended = False
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
 
@@ -59,9 +64,11 @@ class Watch:
 
     def saw_times(self, pattern, count, timeout_s, after=0.0):
         """Waits for the count-th line of that kind. @return (when, match) of it"""
-        compiled, end = re.compile(pattern), time.monotonic() + timeout_s
+        compiled = re.compile(pattern)
+        end = time.monotonic() + timeout_s
         with self._changed:
-            at, left = bisect.bisect_left(self._times, after), count
+            at = bisect.bisect_left(self._times, after)
+            left = count
             while True:
                 for i in range(at, len(self._lines)):
                     found = compiled.search(self._lines[i])
@@ -73,7 +80,8 @@ class Watch:
                 if self._ended or wait <= 0:
                     said = [line for line in self._lines if not _BAND.search(line)]
                     raise RuntimeError(
-                        f"no line with {pattern!r} ({count - left} of {count}) within {timeout_s} s: {said[-8:]}"
+                        f"no line with {pattern!r} ({count - left} of {count}) "
+                        f"within {timeout_s} s: {said[-8:]}"
                     )
                 self._changed.wait(wait)
 
@@ -116,7 +124,7 @@ CHECKS = "checks"  # of the coordinator itself, which makes some bands again
 
 
 def held(events, who, at):
-    """Bands that `who` alone had at that time and nobody has answered before."""
+    """@return bands that only `who` had at that time, and that no worker had answered"""
     open_bands = {}
     for e in events:
         if e.when > at:
@@ -133,11 +141,11 @@ def held(events, who, at):
 class Fate(NamedTuple):
     band: Band
     answered_s: float | None  # by its holder, all the same
-    leased_s: float | None  # some of its rows, to somebody else
+    leased_s: float | None  # some of its rows, to another worker
 
 
 def fates(events, who, at):
-    """What became of the bands that `who` held, in seconds since then."""
+    """@return the fate of the bands that `who` held, in seconds since then"""
     out = []
     for band in held(events, who, at):
         later = [e for e in events if e.when > at and e.who != CHECKS and e.band.overlaps(band)]
@@ -148,7 +156,10 @@ def fates(events, who, at):
 
 
 def lease_delays_s(events, who, at):
-    """For each band that was lost with `who`: until rows of it were leased to somebody else. Never: infinity."""
+    """For each band lost with `who`: seconds until rows of it were leased to another worker.
+
+    A band that was never leased again: infinity.
+    """
     out = []
     for fate in fates(events, who, at):
         if fate.answered_s is not None and (

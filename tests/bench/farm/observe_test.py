@@ -9,7 +9,10 @@ from observe import Band, Watch, fates, held, lease_delays_s, quantile
 
 
 def line(kind, tile, y0, y1, who):
-    return f"[debug] {kind}: tile {tile} rows {y0} to {y1} step 1 sample 0 {'to' if kind == 'lease' else 'of'} {who}\n"
+    return (
+        f"[debug] {kind}: tile {tile} rows {y0} to {y1} "
+        f"step 1 sample 0 {'to' if kind == 'lease' else 'of'} {who}\n"
+    )
 
 
 def events_of(*lines):

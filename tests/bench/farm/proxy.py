@@ -1,4 +1,7 @@
-"""Toxiproxy (Shopify): delays and resets on the way to a port. Where a kernel has no tc netem it is what makes them."""
+"""Toxiproxy (Shopify): delays and resets on the way to a port.
+
+It makes them where the kernel has no tc netem.
+"""
 
 import http.client
 import json

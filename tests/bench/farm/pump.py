@@ -1,11 +1,15 @@
-"""Passes a connection on, until it is told not to."""
+"""Forwards a connection until it is stopped."""
 
+import contextlib
 import socket
 import threading
 
 
 class Pump:
-    """Listens on a port of its own and passes what comes to a port of this machine, and back. For as long as the block lasts."""
+    """Listens on a port of its own and forwards to a local port, and back.
+
+    It does so for as long as the block lasts.
+    """
 
     def __init__(self, to_port):
         self._to_port = to_port
@@ -44,10 +48,8 @@ class Pump:
         except OSError:
             pass
         for end in (source, to):
-            try:
+            with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
 
     def __enter__(self):
         return self

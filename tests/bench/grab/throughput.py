@@ -1,19 +1,23 @@
 #!/usr/bin/env python3
 """Compares the grabber with curl: the same list of files, the same concurrency, the same server.
 
-    tests/bench/grab/throughput.py [--rounds 5] [--concurrency 4] [--rate BYTES_PER_S] [--netem "delay 20ms rate 200mbit"]
+    tests/bench/grab/throughput.py [--rounds 5] [--concurrency 4] [--rate BYTES_PER_S]
+                                   [--netem "delay 20ms rate 200mbit"]
 
-Needs the built grabber (npm run build && npm run build:test in grabber/) and curl. Prints one result line per list:
-name, files, bytes, median seconds (and of processor time) of curl, of curl and then `sync -d` of its files, and of the
-grabber, and their ratios (1.00 = as fast; the aim is 0.90 of curl). Rounds of both take turns, since machines are shared.
-The grabber hashes, checks and records what it fetches, and waits until it is on the disk, which curl does not; so the
-second ratio compares like with like. Its start, about half a second, is in its time: lists should take many times that.
-With --netem and as root, the server stands in a network of its own behind a slow line. The last line is JSON, for programs.
+Needs the built grabber (npm run build && npm run build:test in grabber/) and curl. Prints one
+result line per list: name, files, bytes, median seconds (and of processor time) of curl, of curl
+and then `sync -d` of its files, and of the grabber, and their ratios (1.00 = as fast; the aim is
+0.90 of curl). Rounds of both take turns, since machines are shared. The grabber hashes, checks and
+records what it fetches, and waits until it is on the disk, which curl does not; so the second ratio
+compares like with like. Its start, about half a second, is in its time: lists should take many
+times that. With --netem and as root, the server is in a network namespace behind a slow link. The
+last line is JSON, for programs.
 """
 
 import argparse
 import json
 import os
+import pathlib
 import random
 import resource
 import shutil
@@ -24,9 +28,9 @@ import sys
 import tempfile
 import time
 
-ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", ".."))
-PORTAL = os.path.join(ROOT, "grabber", "dist-test", "tests", "grabber", "portal", "main.js")
-GRABBER = os.path.join(ROOT, "grabber", "dist", "main.js")
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+PORTAL = ROOT / "grabber" / "dist-test" / "tests" / "grabber" / "portal" / "main.js"
+GRABBER = ROOT / "grabber" / "dist" / "main.js"
 SPACE = "terravox-bench"
 LISTS = {"large": (24, 25_000_000), "middle": (150, 2_000_000), "small": (4000, 50_000)}
 
@@ -59,10 +63,10 @@ def make_files(folder, count, size):
     rng = random.Random(count)
     names = []
     for index in range(count):
-        east, north = 400 + index % 100, 50 + index // 100
+        east = 400 + index % 100
+        north = 50 + index // 100
         names.append(f"{east}_{north}")
-        with open(os.path.join(folder, f"TM_{east}_{north}.laz"), "wb") as file:
-            file.write(laz(size, east, north, rng))
+        pathlib.Path(folder, f"TM_{east}_{north}.laz").write_bytes(laz(size, east, north, rng))
     return names
 
 
@@ -75,8 +79,8 @@ def start_portal(folder, rate=None):
 
 
 def run_curl(base, names, target, concurrency):
-    config = os.path.join(target, "list.txt")
-    with open(config, "w") as file:
+    config = pathlib.Path(target, "list.txt")
+    with config.open("w") as file:
         for name in names:
             file.write(f'url = "{base}/TM_{name}.laz"\noutput = "{target}/{name}.laz"\n')
     subprocess.run(
@@ -100,7 +104,7 @@ def run_grabber(base, names, target, concurrency):
         target,
     ]
     command += ["--concurrency", str(concurrency), *os.environ.get("GRAB_OPTIONS", "").split()]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"the grabber ended with {done.returncode}: {done.stderr[-2000:]}")
 
@@ -114,9 +118,11 @@ def timed(action, *arguments):
     target = tempfile.mkdtemp(prefix="terravox-bench-")
     try:
         subprocess.run(["sync", "-f", target], check=True)
-        began, spent = time.monotonic(), processor_s()
+        began = time.monotonic()
+        spent = processor_s()
         action(*arguments[:2], target, *arguments[2:])
-        took_s, spent_s = time.monotonic() - began, processor_s() - spent
+        took_s = time.monotonic() - began
+        spent_s = processor_s() - spent
         subprocess.run(["find", target, "-type", "f", "-exec", "sync", "-d", "{}", "+"], check=True)
         return took_s, spent_s, time.monotonic() - began
     finally:
@@ -124,7 +130,10 @@ def timed(action, *arguments):
 
 
 def slow_line(netem):
-    """The loopback of a network namespace with a queue that delays; False when this user may not make one."""
+    """Adds a delaying queue to the loopback of a network namespace.
+
+    @return the command prefix; False when this user may not make one
+    """
     if not netem:
         return True
     if os.geteuid() != 0 or shutil.which("tc") is None:
@@ -166,9 +175,13 @@ def compare(label, count, size, options):
             portal.wait()
     curl, curl_spent, synced = (statistics.median(column) for column in zip(*times["curl"]))
     grabber, spent, _ = (statistics.median(column) for column in zip(*times["grabber"]))
-    line = f"{label}: {count} files of {size} bytes, {options.concurrency} at a time: curl {curl:.2f} s ({curl_spent:.2f} s of processor), with sync {synced:.2f} s"
+    line = (
+        f"{label}: {count} files of {size} bytes, {options.concurrency} at a time: "
+        f"curl {curl:.2f} s ({curl_spent:.2f} s of processor), with sync {synced:.2f} s"
+    )
     print(
-        f"{line}, grabber {grabber:.2f} s ({spent:.2f}), ratio {curl / grabber:.2f}, with sync {synced / grabber:.2f}",
+        f"{line}, grabber {grabber:.2f} s ({spent:.2f}), "
+        f"ratio {curl / grabber:.2f}, with sync {synced / grabber:.2f}",
         flush=True,
     )
     return {

@@ -2,13 +2,17 @@
 
     python3 cornell_mitsuba.py JOB.json        (any Python with the packages mitsuba and numpy)
 
-The job names everything, so that both renderers get the same numbers. Vectors are x, y, z (right-handed, y up), light is linear r, g, b:
-  parts     [{quads, albedo, emission}]: quads is a file of raw float32, the four corners of each in order, anticlockwise from outside
+The job names everything, so that both renderers get the same numbers. Vectors are x, y, z
+(right-handed, y up), light is linear r, g, b:
+
+  parts     [{quads, albedo, emission}]: quads is a file of raw float32, the four corners of each
+            in order, anticlockwise from outside
   camera    {position, target, fov_deg: vertical};  size_px, samples, threads, seed
   sky       radiance, the same all around
   sun       null, or {to, light: radiance of a white surface that faces it, radius_rad}
   picture   file that takes raw float32 r, g, b, rows from the top
   figures   file that takes the figures: {mitsuba, wall_s}
+
 Pixels are boxes, paths end by Russian roulette alone.
 """
 
@@ -30,8 +34,12 @@ def mesh_of(part, number, folder):
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     file = Path(folder) / f"part-{number}.ply"
     faces = np.empty(len(triangles), np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
-    faces["count"], faces["corners"] = 3, triangles
-    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(corners)}\nproperty float x\nproperty float y\nproperty float z\n"
+    faces["count"] = 3
+    faces["corners"] = triangles
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(corners)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+    )
     header += f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
     file.write_bytes(header.encode() + corners.astype("<f4").tobytes() + faces.tobytes())
     shape = {
@@ -65,7 +73,8 @@ def sun_disc(sun):
 
 
 def scene_of(job, folder):
-    camera, (width, height) = job["camera"], job["size_px"]
+    camera = job["camera"]
+    width, height = job["size_px"]
     scene = {"type": "scene", "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8}}
     scene["sensor"] = {
         "type": "perspective",

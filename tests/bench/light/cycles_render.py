@@ -1,16 +1,22 @@
-"""Blender Cycles on a mesh of grey quads: the pictures, and what they took. Measured for the entry light/cycles.
+"""Blender Cycles on a mesh of grey quads: pictures and times, for the entry light/cycles.
 
     blender -b -P cycles_render.py -- JOB.json
 
 The job names everything, so that both renderers get the same numbers:
+
   mesh         raw float32, x, y, z of the four corners of each quad in order (right-handed, y up)
-  albedo       of the quads;  sky: radiance, linear r, g, b;  sun: {to: [x, y, z], irradiance, radius_rad}
+  albedo       of the quads
+  sky          radiance, linear r, g, b
+  sun          {to: [x, y, z], irradiance, radius_rad}
   bounces, samples, threads, seeds: [..], size_px: [width, height]
   views        [{name, position, target, fov_deg: vertical}]
   pictures     folder for NAME-SEED.f32: raw float32 r, g, b, rows from the top
-  figures      file that takes the figures: {blender, build_s, views: {name: {seed: {wall_s, cpu_s}}}}
-The scene stays in memory between pictures, and each view has a tiny picture first: times are those of path tracing alone.
-Pixels are boxes on both sides, and no light is cut off, so that the means are comparable.
+  figures      file that takes the figures:
+               {blender, build_s, views: {name: {seed: {wall_s, cpu_s}}}}
+
+The scene stays in memory between pictures, and each view has a tiny picture first: times are those
+of path tracing alone. Pixels are boxes on both sides, and no light is cut off, so that the means
+are comparable.
 """
 
 import json
@@ -56,7 +62,8 @@ def add_light(job):
     world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (*job["sky"], 1)
     data = bpy.data.lights.new("sun", "SUN")
-    data.energy, data.angle = job["sun"]["irradiance"], 2 * job["sun"]["radius_rad"]
+    data.energy = job["sun"]["irradiance"]
+    data.angle = 2 * job["sun"]["radius_rad"]
     sun = bpy.data.objects.new("sun", data)
     sun.rotation_mode = "QUATERNION"
     sun.rotation_quaternion = Vector(job["sun"]["to"]).to_track_quat("Z", "Y")
@@ -65,10 +72,13 @@ def add_light(job):
 
 def add_camera(view):
     data = bpy.data.cameras.new(view["name"])
-    data.sensor_fit, data.angle, data.clip_end = "VERTICAL", math.radians(view["fov_deg"]), 5000
+    data.sensor_fit = "VERTICAL"
+    data.angle = math.radians(view["fov_deg"])
+    data.clip_end = 5000
     camera = bpy.data.objects.new(view["name"], data)
     bpy.context.scene.collection.objects.link(camera)
-    position, target = Vector(view["position"]), Vector(view["target"])
+    position = Vector(view["position"])
+    target = Vector(view["target"])
     forward = (target - position).normalized()
     right = forward.cross(Vector((0, 1, 0))).normalized()
     matrix = Matrix((right, right.cross(forward), -forward)).transposed().to_4x4()
@@ -90,21 +100,22 @@ def set_up(job):
     cycles.filter_width = 1
     scene.render.resolution_x, scene.render.resolution_y = job["size_px"]
     scene.render.resolution_percentage = 100
-    scene.render.threads_mode, scene.render.threads = "FIXED", job["threads"]
+    scene.render.threads_mode = "FIXED"
+    scene.render.threads = job["threads"]
     scene.render.use_persistent_data = True
     settings = scene.render.image_settings
-    settings.file_format, settings.color_depth, settings.color_mode, settings.exr_codec = (
-        "OPEN_EXR",
-        "32",
-        "RGB",
-        "NONE",
-    )
+    settings.file_format = "OPEN_EXR"
+    settings.color_depth = "32"
+    settings.color_mode = "RGB"
+    settings.exr_codec = "NONE"
     return scene
 
 
 def render(scene, samples, seed):
-    scene.cycles.samples, scene.cycles.seed = samples, seed
-    wall, cpu = time.perf_counter(), time.process_time()
+    scene.cycles.samples = samples
+    scene.cycles.seed = seed
+    wall = time.perf_counter()
+    cpu = time.process_time()
     bpy.ops.render.render()
     return {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
 
@@ -131,7 +142,8 @@ def main():
     figures = {"blender": bpy.app.version_string, "build_s": 0, "views": {}}
     for view in job["views"]:
         scene.camera = add_camera(view)
-        # As many samples as later: Cycles keeps the number of the first picture for the one after it.
+        # The same number of samples as later: Cycles keeps that of the first picture for the next
+        # one.
         scene.render.resolution_percentage = 5
         first = render(scene, job["samples"], 0)
         scene.render.resolution_percentage = 100

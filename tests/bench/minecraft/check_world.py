@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Opens a world that was written for Minecraft with readers that know nothing of this project (nbtlib, anvil-parser2) and prints what is in it.
+"""Opens a written Minecraft world with independent readers and prints its contents.
 
-    python3 -m venv venv && venv/bin/pip install --require-hashes -r ../../../config/setup/python/minecraft.txt
+The readers are nbtlib and anvil-parser2.
+
+    python3 -m venv venv
+    venv/bin/pip install --require-hashes -r ../../../config/setup/python/minecraft.txt
     venv/bin/python check_world.py WORLD [--every N] [--voxels N]
 
-Every N-th chunk is counted block by block (anvil-parser2 reads some 10 a second), by block and, with terravox.json, by material. Reads sections
--4 to 19: worlds of the usual height. Exit code 1: something is missing, or the blocks counted are not N (--voxels, with --every 1).
+Every N-th chunk is counted block by block (anvil-parser2 reads some 10 a second), by block and,
+with terravox.json, by material. Reads sections -4 to 19: worlds of the usual height. Exit code 1:
+something is missing, or the blocks counted are not N (--voxels, with --every 1).
 """
 
 import argparse
@@ -23,7 +27,8 @@ def check_level(folder):
     spawn = [int(data["Spawn" + axis]) for axis in "XYZ"]
     generator = data["WorldGenSettings"]["dimensions"]["minecraft:overworld"]["generator"]
     print(
-        f"{data['LevelName']}: version {data['Version']['Name']} ({int(data['DataVersion'])}), spawn {spawn}, generator {generator['type']}, "
+        f"{data['LevelName']}: version {data['Version']['Name']} ({int(data['DataVersion'])}), "
+        f"spawn {spawn}, generator {generator['type']}, "
         f"packs {[str(p) for p in data['DataPacks']['Enabled']]}"
     )
     return spawn
@@ -57,7 +62,10 @@ def main():
     arguments.add_argument("--voxels", type=int)
     asked = arguments.parse_args()
     spawn = check_level(asked.world)
-    blocks, chunks, counted, at_spawn = collections.Counter(), 0, 0, []
+    blocks = collections.Counter()
+    chunks = 0
+    counted = 0
+    at_spawn = []
     for file in sorted((asked.world / "region").glob("r.*.mca")):
         for chunk in chunks_of(file):
             if (chunk.x, chunk.z) == (spawn[0] >> 4, spawn[2] >> 4):

@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
-"""Counts the blocks of Minecraft worlds with a reader that shares nothing with Terravox: PyPI's nbtlib, and slow, plain slicing of the rest.
+"""Counts the blocks of Minecraft worlds with a reader that shares nothing with Terravox.
 
-    histogram.py PATH...                        prints {path: {chunks, damaged, blocks}} as JSON
-    histogram.py PATH... --compare PROGRAM ARG  runs `PROGRAM ARG... PATH` for each path, whose JSON is that of `world info --json --blocks`,
-                                                prints a table, and fails when a count differs
+It consists of nbtlib from PyPI, and of slow, plain slicing of the rest.
 
-A PATH is a folder with regions (in it or in its `region`) or Alpha chunks, a region, or one chunk. Only the overworld is read.
-Air is not counted. Keys: "minecraft:stone", or "id:data" in chunks of numeric ids.
+    histogram.py PATH...
+        prints {path: {chunks, damaged, blocks}} as JSON
+    histogram.py PATH... --compare PROGRAM ARG
+        runs `PROGRAM ARG... PATH` for each path, whose JSON is that of
+        `world info --json --blocks`, prints a table, and fails when a count differs
+
+A PATH is a folder with regions (in it or in its `region`) or Alpha chunks, a region, or one chunk.
+Only the overworld is read. Air is not counted. Keys: "minecraft:stone", or "id:data" in chunks of
+numeric ids.
 """
 
 import argparse
@@ -118,7 +123,9 @@ def count_chunk(root, counts):
 
 
 def histogram(path):
-    counts, seen, damaged = collections.Counter(), 0, 0
+    counts = collections.Counter()
+    seen = 0
+    damaged = 0
     for chunk in chunks(path):
         seen += 1
         count_chunk(chunk, counts)
@@ -160,7 +167,8 @@ def main():
     differing = 0
     print("| world | chunks | kinds of blocks | blocks | differing kinds |\n|---|---|---|---|---|")
     for path in options.paths:
-        theirs, mine = histogram(path), ours(options.compare, path)
+        theirs = histogram(path)
+        mine = ours(options.compare, path)
         kinds = set(theirs["blocks"]) | set(mine["blocks"])
         wrong = [kind for kind in kinds if theirs["blocks"].get(kind) != mine["blocks"].get(kind)]
         same_chunks = theirs["chunks"] == mine["chunks"]
@@ -169,7 +177,8 @@ def main():
             str(theirs["chunks"]) if same_chunks else f"{theirs['chunks']} / ours {mine['chunks']}"
         )
         print(
-            f"| {'/'.join(path.parts[-2:])} | {chunk_text} | {len(kinds)} | {sum(theirs['blocks'].values())} | {len(wrong)} |",
+            f"| {'/'.join(path.parts[-2:])} | {chunk_text} | {len(kinds)} "
+            f"| {sum(theirs['blocks'].values())} | {len(wrong)} |",
             flush=True,
         )
         for kind in sorted(wrong)[:10]:

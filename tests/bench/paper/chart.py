@@ -1,16 +1,23 @@
-"""Charts as SVG files: lines over a few places, and bars on a scale of powers of ten. Nothing but Python's own library."""
+"""Charts as SVG files: lines over a few places, and bars on a scale of powers of ten.
+
+Needs the standard library of Python alone.
+"""
 
 import math
 from xml.sax.saxutils import escape
 
-# Told apart with any colour vision. Ref: Okabe & Ito, "Color Universal Design", 2008.
+# Distinguishable with any colour vision. Ref: Okabe & Ito, "Color Universal Design", 2008.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 FONT = 'font-family="DejaVu Sans, Verdana, sans-serif"'
-GRID, INK = "#dddddd", "#222222"
+GRID = "#dddddd"
+INK = "#222222"
 
 
 def round_step(largest, most_steps=6):
-    """The smallest of 1, 2, 5 times a power of ten that needs no more than so many steps to reach `largest` (above 0)."""
+    """@return the smallest of 1, 2, 5 times a power of ten that reaches `largest` in so many steps
+
+    @param largest above 0
+    """
     power = 10.0 ** math.floor(math.log10(largest / most_steps))
     return next(
         factor * power
@@ -25,15 +32,24 @@ def number(value):
 
 def text(x, y, words, anchor="start", size=12, turned=False):
     turn = f' transform="rotate(-90 {x:.1f} {y:.1f})"' if turned else ""
-    return f'<text x="{x:.1f}" y="{y:.1f}" {FONT} font-size="{size}" fill="{INK}" text-anchor="{anchor}"{turn}>{escape(str(words))}</text>'
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" {FONT} font-size="{size}" '
+        f'fill="{INK}" text-anchor="{anchor}"{turn}>{escape(str(words))}</text>'
+    )
 
 
 def line(x0, y0, x1, y1, colour=INK, width=1.0):
-    return f'<line x1="{x0:.1f}" y1="{y0:.1f}" x2="{x1:.1f}" y2="{y1:.1f}" stroke="{colour}" stroke-width="{width}"/>'
+    return (
+        f'<line x1="{x0:.1f}" y1="{y0:.1f}" x2="{x1:.1f}" y2="{y1:.1f}" '
+        f'stroke="{colour}" stroke-width="{width}"/>'
+    )
 
 
 def document(width, height, title, caption, parts):
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
+        f'viewBox="0 0 {width} {height}">'
+    )
     frame = [
         f'<rect width="{width}" height="{height}" fill="white"/>',
         text(16, 26, title, size=16),
@@ -56,10 +72,18 @@ def legend(names, x, y):
 def line_chart(title, caption, x_name, y_name, places, series):
     """Lines over evenly spaced places; y begins at 0.
 
-    places: labels of x, from the left. series: {name: [values at each place]}, no place without a value; a place's mark is the median of its values
-    and its whisker goes from the least to the greatest.
+    The mark of a place is the median of its values; its whisker goes from the minimum to the
+    maximum.
+
+    @param places labels of x, from the left
+    @param series {name: [values at each place]}; every place has a value
     """
-    width, height, left, right, top, bottom = 720, 440, 70, 24, 74, 74
+    width = 720
+    height = 440
+    left = 70
+    right = 24
+    top = 74
+    bottom = 74
     largest = max(
         value for places_of in series.values() for values in places_of for value in values
     )
@@ -102,11 +126,16 @@ def line_chart(title, caption, x_name, y_name, places, series):
 
 
 def bar_chart(title, caption, x_name, bars, marks, mark_name):
-    """Bars on a scale of powers of ten, in the order given, with a mark beside some.
+    """Bars on a scale of powers of ten, in the order given, with a mark next to some.
 
-    bars: {name: value above 0}. marks: {name: value above 0} for some of the names; what they are says `mark_name`.
+    @param bars  {name: value above 0}
+    @param marks {name: value above 0} for some of the names; `mark_name` says what they are
     """
-    width, left, right, top, row = 720, 170, 70, 74, 24
+    width = 720
+    left = 170
+    right = 70
+    top = 74
+    row = 24
     height = top + row * len(bars) + 84
     values = list(bars.values()) + [marks[name] for name in bars if name in marks]
     low = math.floor(math.log10(min(values)))
@@ -130,11 +159,13 @@ def bar_chart(title, caption, x_name, bars, marks, mark_name):
             text(width - right + 8, y + 16, number(value)),
         ]
         parts.append(
-            f'<rect x="{left}" y="{y + 5}" width="{max(1.0, x_of(value) - left):.1f}" height="{row - 10}" fill="{COLOURS[0]}"/>'
+            f'<rect x="{left}" y="{y + 5}" width="{max(1.0, x_of(value) - left):.1f}" '
+            f'height="{row - 10}" fill="{COLOURS[0]}"/>'
         )
         if name in marks:
             parts.append(
-                f'<circle cx="{x_of(marks[name]):.1f}" cy="{y + row / 2:.1f}" r="5" fill="{COLOURS[1]}" stroke="white"/>'
+                f'<circle cx="{x_of(marks[name]):.1f}" cy="{y + row / 2:.1f}" '
+                f'r="5" fill="{COLOURS[1]}" stroke="white"/>'
             )
     return document(width, height, title, caption, parts)
 

@@ -70,7 +70,7 @@ class Bars(unittest.TestCase):
 
     def test_marks_lie_on_the_same_scale_and_only_beside_their_bars(self):
         svg = chart.bar_chart("t", "c", "x", {"a": 2, "b": 50}, {"a": 50, "elsewhere": 7}, "other")
-        bar = [bar for bar in drawn(svg, "rect")][2]
+        bar = list(drawn(svg, "rect"))[2]
         marks = [float(mark.get("cx")) for mark in drawn(svg, "circle") if mark.get("stroke")]
         self.assertEqual(len(marks), 1)
         self.assertAlmostEqual(marks[0], float(bar.get("x")) + float(bar.get("width")), delta=0.2)

@@ -1,14 +1,20 @@
 #!/usr/bin/env python3
-"""Measures again what the first system's paper shows in its figures 7 to 9, and draws it.
+"""Repeats the measurements of figures 7 to 9 of the paper on the first system, and draws them.
 
-    tests/bench/paper/figures.py --output FOLDER [--ortho FILE] [--rounds 3] [--runs 10] [--processor 'NAME=FLAGS' ...]
+    tests/bench/paper/figures.py --output FOLDER [--ortho FILE] [--rounds 3] [--runs 10]
+                                 [--processor 'NAME=FLAGS' ...]
 
-Needs TERRAVOX_RAYTRACER and TERRAVOX_SURVEY (the programs), as `terravox bench paper/figures` sets them. The world is the benchmark square
-of TERRAVOX_BENCH_DATA, or an invented survey of 1 km. Writes figure-7-tile-size.svg, figure-8-processors.svg, figure-9-steps.svg and figures.json; the
-last line is JSON, for programs. Ref: Lunar, Bohak, Marolt, "Distributed ray tracing for rendering voxelized LIDAR geospatial data", ERK 2016.
+Needs TERRAVOX_RAYTRACER and TERRAVOX_SURVEY (the programs), as `terravox bench paper/figures` sets
+them. The world is the benchmark square of TERRAVOX_BENCH_DATA, or a synthetic survey of 1 km.
+Writes figure-7-tile-size.svg, figure-8-processors.svg, figure-9-steps.svg and figures.json; the
+last line is JSON, for programs.
 
-Figure 6 (time against the size of boxes, 16 to 256) is left out: boxes are 64 x 256 x 64 by format here, so there is nothing to vary. What that size
-costs is told by the entries boxes/square and voxelize/square.
+Ref: Lunar, Bohak, Marolt, "Distributed ray tracing for rendering voxelized LIDAR geospatial data",
+ERK 2016.
+
+Figure 6 (time against the size of boxes, 16 to 256) is left out: boxes are 64 x 256 x 64 by format
+here, so there is nothing to vary. The entries boxes/square and voxelize/square measure what that
+size costs.
 """
 
 import argparse
@@ -24,7 +30,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "serve"))
 
 from chart import bar_chart, line_chart, median  # noqa: E402
-from serving import benchmark_square, binary, temporary_folder, tell  # noqa: E402
+from serving import benchmark_square, binary, tell, temporary_folder  # noqa: E402
 
 TILES_PX = (8, 16, 32, 64, 128, 256)
 # Milliseconds of the paper for one box of 64 x 256 x 64, for the steps that both have (figure 9).
@@ -84,14 +90,16 @@ class Bench:
         seconds = time.monotonic() - began
         if done.returncode != 0:
             sys.exit(
-                f"render {' '.join(flags)}: exit code {done.returncode}: {done.stderr.strip()[-500:]}"
+                f"render {' '.join(flags)}: exit code {done.returncode}: "
+                f"{done.stderr.strip()[-500:]}"
             )
         return seconds, json.loads(report.read_text())
 
 
 def tile_sizes(bench, rounds):
-    """Figure 7. All sizes take turns in each round, so that a machine that changes its speed changes it for all."""
-    cold, hot = {px: [] for px in TILES_PX}, {px: [] for px in TILES_PX}
+    """Figure 7. All sizes take turns in each round: changes in the machine's speed affect all."""
+    cold = {px: [] for px in TILES_PX}
+    hot = {px: [] for px in TILES_PX}
     for _ in range(rounds):
         for px in TILES_PX:
             bench.clear()
@@ -101,7 +109,10 @@ def tile_sizes(bench, rounds):
 
 
 def processors(bench, runs, kinds):
-    """Figure 8: the first run of each processor finds nothing prepared. They take turns, each with a cache of its own."""
+    """Figure 8: the first run of each processor starts with an empty cache.
+
+    They take turns, each with a cache of its own.
+    """
     times = {name: [] for name in kinds}
     for name in kinds:
         bench.clear(name)
@@ -112,7 +123,10 @@ def processors(bench, runs, kinds):
 
 
 def steps(bench):
-    """Figure 9: milliseconds of each step for one box, slowest first, on one thread that finds nothing prepared."""
+    """Figure 9: milliseconds of each step for one box, slowest first.
+
+    On one thread with empty caches.
+    """
     bench.clear()
     stages = {stage["name"]: stage for stage in bench.render("--threads", "1")[1]["stages"]}
     boxes = stages["serialization"]["count"]
@@ -123,6 +137,8 @@ def steps(bench):
         and name not in ("open files", "write pictures")
         and stage["seconds"] > 0
     }
+    # The paper has one time for both.
+    making["water"] = making.pop("water equalization", 0) + making.pop("water deepening", 0)
     making["whole box"] = sum(making.values())
     return dict(sorted(making.items(), key=lambda step: -step[1]))
 
@@ -152,7 +168,8 @@ def machine():
 
 def draw(figures, place):
     caption = f"{figures['world']}, 1280 x 720; {figures['machine']}"
-    tiles, kinds = figures["tile_px"], figures["processors"]
+    tiles = figures["tile_px"]
+    kinds = figures["processors"]
     at_sizes = {name: [times[px] for px in TILES_PX] for name, times in tiles.items()}
     runs = range(1, 1 + max(len(times) for times in kinds.values()))
     charts = {

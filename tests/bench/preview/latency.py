@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
-"""The preview window at the demo scene, on a display without a screen and OpenGL in software: flown and turned by keys and mouse, what it says of frames and first
-pictures at its end; by green alone, and with a thread. One line of JSON."""
+"""The preview window at the demo scene, on a virtual display with OpenGL in software.
+
+It is flown and turned by keys and mouse; its report at the end gives times of frames and first
+pictures. Rendered with green threads alone, and with a thread. Prints one line of JSON.
+"""
 
 import argparse
 import json
@@ -46,6 +49,22 @@ def hold(desktop, key, seconds):
         time.sleep(seconds)
 
 
+def fly(desktop, seconds):
+    """Turns, drags and moves the camera for a while."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        hold(desktop, "Left", 1)
+        desktop.drag(700, 350, 800, 360)
+        hold(desktop, "Right", 1)
+        hold(desktop, "w", 0.5)
+        hold(desktop, "s", 0.5)
+
+
+def resident_mib(pid):
+    status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+)", status).group(1)) / 1024
+
+
 def measure(desktop, world, threads, seconds):
     report = temporary_folder() / "report.json"
     size = [1280, 720]
@@ -70,25 +89,11 @@ def measure(desktop, world, threads, seconds):
         program.saw("first picture after", 300)
         desktop.do("mousemove", 800, 400)
         desktop.key("F2", "F3")  # the picture fills the window
-        time.sleep(20)  # until what is in sight is in memory
+        time.sleep(20)  # until all visible boxes are in memory
         warm = len(program.lines)
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            hold(desktop, "Left", 1)
-            desktop.drag(700, 350, 800, 360)
-            hold(desktop, "Right", 1)
-            hold(desktop, "w", 0.5)
-            hold(desktop, "s", 0.5)
+        fly(desktop, seconds)
         moved = [line for line in program.lines[warm:] if line]
-        memory_mib = (
-            int(
-                re.search(
-                    r"VmRSS:\s+(\d+)",
-                    pathlib.Path(f"/proc/{program.process.pid}/status").read_text(),
-                ).group(1)
-            )
-            / 1024
-        )
+        memory_mib = resident_mib(program.process.pid)
         desktop.key("ctrl+q")
         code = program.end(60)
         if code != 0:

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Cached boxes over and over with wrk: the voxel server and nginx with the same bytes, one after the other. One line of JSON."""
+"""Cached boxes requested repeatedly with wrk: the voxel server, then nginx with the same bytes.
+
+Prints one line of JSON.
+"""
 
 import argparse
 import json
@@ -7,7 +10,7 @@ import shutil
 import subprocess
 import time
 
-from serving import Server, benchmark_square, hold_port, kept_folder, temporary_folder, tell
+from serving import Server, benchmark_square, hold_port, kept_folder, tell, temporary_folder
 from wire import get, talk
 
 BOXES = 16
@@ -15,13 +18,17 @@ NGINX = """
 pid nginx.pid; error_log error.log; worker_processes auto; worker_rlimit_nofile 4096;
 events { worker_connections 2048; }
 http {
-    access_log off; sendfile on; tcp_nopush on; tcp_nodelay on; keepalive_timeout 60s; keepalive_requests 1000000000;
-    open_file_cache max=1000 inactive=60s; open_file_cache_valid 60s; default_type application/vnd.terravox.box;
-    client_body_temp_path body; proxy_temp_path proxy; fastcgi_temp_path fastcgi; uwsgi_temp_path uwsgi; scgi_temp_path scgi;
+    access_log off; sendfile on; tcp_nopush on; tcp_nodelay on;
+    keepalive_timeout 60s; keepalive_requests 1000000000;
+    open_file_cache max=1000 inactive=60s; open_file_cache_valid 60s;
+    default_type application/vnd.terravox.box;
+    client_body_temp_path body; proxy_temp_path proxy; fastcgi_temp_path fastcgi;
+    uwsgi_temp_path uwsgi; scgi_temp_path scgi;
     server { listen 127.0.0.1:PORT reuseport; root root; }
 }
 """
-# The same script for both: cycles through the addresses; requests are made once, so that wrk's own work is small.
+# The same script for both. It cycles through the addresses; requests are made once, so that wrk's
+# own work is small.
 WRK = """
 local paths, tags, extra = PATHS, TAGS, EXTRA
 local requests, i = {}, 0
@@ -36,8 +43,10 @@ end
 request = function() i = i % #requests + 1 return requests[i] end
 done = function(summary, latency)
     local e = summary.errors
-    print(string.format('{"requests":%d,"seconds":%.6f,"p50_ms":%.4f,"p99_ms":%.4f,"errors":%d}', summary.requests, summary.duration / 1e6,
-        latency:percentile(50) / 1000, latency:percentile(99) / 1000, e.connect + e.read + e.write + e.status + e.timeout))
+    local format = '{"requests":%d,"seconds":%.6f,"p50_ms":%.4f,"p99_ms":%.4f,"errors":%d}'
+    local errors = e.connect + e.read + e.write + e.status + e.timeout
+    print(string.format(format, summary.requests, summary.duration / 1e6,
+        latency:percentile(50) / 1000, latency:percentile(99) / 1000, errors))
 end
 """
 

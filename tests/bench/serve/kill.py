@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""kill -9 while boxes are made and written, again and again: what is served afterwards is compared with the truth. One line of JSON.
+"""kill -9 while boxes are computed and written: later replies are compared with the truth.
 
-A server is killed when something has happened, never after a time: it has just been started, it has begun its file, it listens, so many boxes have been
-served, or so many written. Where in its work that hits it is up to the machine, and every outcome is looked at.
+Prints one line of JSON.
+
+A server is killed when something has happened, never after a time: it has just been started, it has
+begun its file, it listens, it has served so many boxes, or it has written so many. The machine
+decides which instruction the signal hits, and every outcome is checked.
 """
 
 import argparse
@@ -16,7 +19,7 @@ import subprocess
 import threading
 import time
 
-from serving import HANGS_S, Server, binary, invented_survey, temporary_folder, tell, wait_until
+from serving import HANGS_S, Server, binary, synthetic_survey, tell, temporary_folder, wait_until
 
 
 def all_paths(server):
@@ -39,8 +42,12 @@ class Client(threading.Thread):
 
     def __init__(self, port, paths, truth):
         super().__init__(daemon=True)
-        self._port, self._paths, self._truth = port, paths, truth
-        self.replies, self.compared, self.corrupt = 0, 0, []
+        self._port = port
+        self._paths = paths
+        self._truth = truth
+        self.replies = 0
+        self.compared = 0
+        self.corrupt = []
 
     def run(self):
         with contextlib.closing(
@@ -81,7 +88,10 @@ def written(port):
 
 
 def start_and_kill(command, cache, truth, numbers):
-    """Starts a server, asks it for everything, and kills it when it has come to some point of its work. @return the clients, joined"""
+    """Starts a server, requests everything, and kills it at some point of its work.
+
+    @return the clients, joined
+    """
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
@@ -132,7 +142,7 @@ def start_and_kill(command, cache, truth, numbers):
 
 
 def verify(world, cache, truth):
-    """@return boxes served otherwise, boxes read from disk; None for the latter from a server that keeps none there"""
+    """@return wrong boxes, and boxes read from disk: None for a server without a cache"""
     server = Server(*world, "--cache", cache)
     try:
         corrupt = [p for p, expected in truth.items() if server.get(p)[::2] != expected]
@@ -186,7 +196,7 @@ def main():
     arguments.add_argument("--kills", type=int, default=200)
     arguments.add_argument("--seed", type=int, default=9)
     a = arguments.parse_args()
-    tell(kill_often(a.kills, a.seed, [invented_survey()]))
+    tell(kill_often(a.kills, a.seed, [synthetic_survey()]))
 
 
 if __name__ == "__main__":

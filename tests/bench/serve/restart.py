@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How soon after its start the server gives a box that it had on disk. One line of JSON."""
+"""Time from the start of the server to its first box from disk, as one line of JSON."""
 
 import argparse
 import statistics
@@ -19,7 +19,11 @@ def main():
     status, _, body = server.get(path, timeout_s=60)
     if status != 200 or server.stop() != 0:
         raise SystemExit(f"{path}: {status}")
-    version, listening, replied, from_disk, other = [], [], [], 0, 0
+    version = []
+    listening = []
+    replied = []
+    from_disk = 0
+    other = 0
     for _ in range(a.starts):
         start = time.monotonic()
         subprocess.run([binary("VOXELSERVER"), "--version"], check=True, stdout=subprocess.DEVNULL)

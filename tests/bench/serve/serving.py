@@ -1,4 +1,4 @@
-"""What the scripts behind `terravox bench serve/...` share: the world that is served, and how figures are told."""
+"""Shared parts of the scripts behind `terravox bench serve/...`: served world, reporting."""
 
 import json
 import os
@@ -9,11 +9,22 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "e2e"))
 
-from support import HANGS_S, Server, binary, hold_port, server_has, temporary_folder, wait_until  # noqa: E402,F401
+from support import (  # noqa: E402, F401, names that the scripts import from here
+    HANGS_S,
+    Server,
+    binary,
+    hold_port,
+    server_has,
+    temporary_folder,
+    wait_until,
+)
 
 
-def invented_survey(squares="1x1", square_m=256, density=4):
-    """A folder with an invented survey, kept beside others of this bench run where TERRAVOX_BENCH_SCRATCH says so."""
+def synthetic_survey(squares="1x1", square_m=256, density=4):
+    """@return a folder with a synthetic survey
+
+    It is kept with others of this bench run in TERRAVOX_BENCH_SCRATCH, where that is set.
+    """
     root = pathlib.Path(os.environ.get("TERRAVOX_BENCH_SCRATCH") or temporary_folder())
     folder = root / f"survey-{squares}-{square_m}-{density}"
     if not folder.exists():
@@ -40,11 +51,11 @@ def invented_survey(squares="1x1", square_m=256, density=4):
 
 
 def benchmark_square():
-    """Arguments for the real square of 1 km where the shared data has it, else for an invented one."""
+    """@return arguments for the real square of 1 km in the shared data, else for a synthetic one"""
     real = pathlib.Path(os.environ.get("TERRAVOX_BENCH_DATA", "")) / "bench" / "TM_462_101.laz"
     if real.is_file():
         return [real, "--classes", "si-lss", "--crs", "EPSG:3794"]
-    return [invented_survey("1x1", 1000, 6)]
+    return [synthetic_survey("1x1", 1000, 6)]
 
 
 def kept_folder(name):

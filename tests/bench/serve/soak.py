@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Mixed load for minutes on a world that is larger than the memory limit: memory, errors, times. One line of JSON."""
+"""Mixed load for minutes on a world that is larger than the memory limit.
+
+Prints memory, errors and times as one line of JSON.
+"""
 
 import argparse
 import hashlib
 import http.client
 import json
-import os
 import pathlib
 import random
 import threading
 import time
 
-from serving import Server, invented_survey, kept_folder, percentile, tell
+from serving import Server, kept_folder, percentile, synthetic_survey, tell
 
 BAD = [
     ("/v2/boxes/x/1/1/1", 400),
@@ -24,13 +26,16 @@ BAD = [
 
 
 class World:
-    """What can be asked for, and what was answered before: a box must always be the same bytes."""
+    """Valid requests, and earlier replies: a box must always have the same bytes."""
 
     def __init__(self, server):
         info = server.json("/v2/world")
-        self.levels, self.bounds, self.map = info["levels"], info["bounds"], info.get("map")
+        self.levels = info["levels"]
+        self.bounds = info["bounds"]
+        self.map = info.get("map")
         self.batches = batches_are_served(server)
-        self._lock, self._seen = threading.Lock(), {}
+        self._lock = threading.Lock()
+        self._seen = {}
 
     def key(self, numbers):
         level = numbers.randrange(self.levels)
@@ -79,14 +84,15 @@ def batches_are_served(server):
 class Client(threading.Thread):
     def __init__(self, server, world, seed, until):
         super().__init__(daemon=True)
-        self._port, self._world, self._numbers, self._until = (
-            server.port,
-            world,
-            random.Random(seed),
-            until,
-        )
-        self._connection, self._tags = None, {}
-        self.times, self.busy, self.errors = {}, 0, []
+        self._port = server.port
+        self._world = world
+        self._numbers = random.Random(seed)
+        self._until = until
+        self._connection = None
+        self._tags = {}
+        self.times = {}
+        self.busy = 0
+        self.errors = []
 
     def run(self):
         while time.monotonic() < self._until:
@@ -142,7 +148,7 @@ class Client(threading.Thread):
         )
 
     def _ask(self, method, path, headers, body):
-        """On a kept connection; once again when the server had closed it meanwhile."""
+        """Sends on a kept connection, and again when the server has closed it meanwhile."""
         for attempt in range(2):
             fresh = self._connection is None
             if fresh:
@@ -164,7 +170,7 @@ class Client(threading.Thread):
 
 
 def prepare(server, world):
-    """One box of the coarsest level after the other: every square is read once before the clock runs."""
+    """Requests all boxes of the coarsest level: every square is read once before the clock runs."""
     for path in server.box_paths(world.levels - 1):
         status = server.get(path, timeout_s=300)[0]
         if status not in (200, 204):
@@ -172,7 +178,34 @@ def prepare(server, world):
 
 
 def descriptors(server):
-    return len(os.listdir(f"/proc/{server.process.pid}/fd"))
+    return len(list(pathlib.Path(f"/proc/{server.process.pid}/fd").iterdir()))
+
+
+def run_clients(server, world, count, seconds):
+    """Runs clients for a while. @return the clients, resident KiB and descriptors of the server"""
+    rss = [server.memory_kib()]
+    prepare(server, world)
+    until = time.monotonic() + seconds
+    clients = [Client(server, world, seed, until) for seed in range(count)]
+    for client in clients:
+        client.start()
+    counted = []
+    while time.monotonic() < until and server.process.poll() is None:
+        time.sleep(0.2)
+        rss.append(server.memory_kib())
+        counted.append(descriptors(server))
+    for client in clients:
+        client.join()
+    return clients, rss, counted
+
+
+def times_of(clients):
+    """@return {kind of request: seconds of each}"""
+    times = {}
+    for client in clients:
+        for kind, of in client.times.items():
+            times.setdefault(kind, []).extend(of)
+    return times
 
 
 def main():
@@ -182,45 +215,20 @@ def main():
     arguments.add_argument("--squares", default="4x4")
     arguments.add_argument("--clients", type=int, default=6)
     a = arguments.parse_args()
-    folder = invented_survey(a.squares, 512, 6)
-    bytes_of_points = sum(f.stat().st_size for f in pathlib.Path(folder).glob("*.laz"))
-    server = Server(
-        folder,
-        "--ortho",
-        pathlib.Path(folder) / "ortho",
-        "--cache",
-        kept_folder("soak"),
-        "--memory-mib",
-        a.memory_mib,
-    )
+    folder = pathlib.Path(synthetic_survey(a.squares, 512, 6))
+    bytes_of_points = sum(f.stat().st_size for f in folder.glob("*.laz"))
+    flags = ["--cache", kept_folder("soak"), "--memory-mib", a.memory_mib]
+    server = Server(folder, "--ortho", folder / "ortho", *flags)
     try:
-        world, rss = World(server), [server.memory_kib()]
-        prepare(server, world)
-        until = time.monotonic() + 60 * a.minutes
-        clients = [Client(server, world, seed, until) for seed in range(a.clients)]
-        for client in clients:
-            client.start()
-        counted = []
-        while time.monotonic() < until and server.process.poll() is None:
-            time.sleep(0.2)
-            rss.append(server.memory_kib())
-            counted.append(descriptors(server))
-        for client in clients:
-            client.join()
+        clients, rss, counted = run_clients(server, World(server), a.clients, 60 * a.minutes)
         peak_kib = server.memory_kib("VmHWM")
         stats = server.json("/v2/stats")
     finally:
         code = server.stop()
     errors = [e for c in clients for e in c.errors]
-    for error in errors[:20]:
-        print(error)
-    for line in server.err.splitlines()[-20:]:
+    for line in [*errors[:20], *server.err.splitlines()[-20:]]:
         print(line)
-    times = {}
-    for client in clients:
-        for kind, of in client.times.items():
-            times.setdefault(kind, []).extend(of)
-    everything = [t for of in times.values() for t in of]
+    times = times_of(clients)
     half = max(1, len(rss) // 2)
     tell(
         {
@@ -232,7 +240,7 @@ def main():
             "growth": max(rss[half:]) / max(rss[:half]),
             "errors": len(errors) + (code != 0),
             "busy": sum(c.busy for c in clients),
-            "requests": len(everything),
+            "requests": sum(len(of) for of in times.values()),
             "p99_ms": {kind: percentile(of, 0.99) * 1e3 for kind, of in times.items()},
             "p50_ms": {kind: percentile(of, 0.5) * 1e3 for kind, of in times.items()},
             "descriptors": max(counted, default=0),

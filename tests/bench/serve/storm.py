@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Many clients ask for one box that nobody made yet, all at once. One line of JSON."""
+"""Many clients request one box that is not computed yet, all at once. One line of JSON."""
 
 import argparse
 import selectors
 import socket
 import time
 
-from serving import Server, invented_survey, many_files, percentile, tell
+from serving import Server, many_files, percentile, synthetic_survey, tell
 from wire import Talk, get
 
 
 def connected(port, count):
-    """@return sockets that the server has had time to take"""
+    """@return sockets, after a pause in which the server can accept them"""
     out = []
     for i in range(count):
         out.append(socket.create_connection(("127.0.0.1", port), timeout=20))
@@ -24,7 +24,9 @@ def connected(port, count):
 def ask_at_once(connections, path, most_s):
     """@return replies (None where none came whole) and the seconds after which each was there"""
     request = get(path, "Connection: close")
-    selector, got, times = selectors.DefaultSelector(), {}, {}
+    selector = selectors.DefaultSelector()
+    got = {}
+    times = {}
     start = time.monotonic()
     for connection in connections:
         connection.sendall(request)
@@ -57,6 +59,69 @@ def made(server):
     return stats["making"]["made"]
 
 
+def middle_box(server):
+    """@return the address of a box in the middle of the world"""
+    bounds = server.json("/v2/world")["bounds"]
+    x, _, z = ((low + high) // 2 for low, high in zip(bounds["min"], bounds["max"]))
+    column = server.json(f"/v2/columns/0/{x // 64}/{z // 64}")
+    return f"/v2/boxes/0/{x // 64}/{column['by_begin']}/{z // 64}"
+
+
+def is_busy(reply):
+    """@return whether the server asks the client to come back later"""
+    return (
+        reply is not None
+        and reply.status == 503
+        and reply.headers.get("retry-after", "").isdigit()
+        and not reply.problem()
+    )
+
+
+def ask_until_served(server, clients, most_s):
+    """Clients request one box at the same time, and again while the server is busy.
+
+    @return figures
+    """
+    path = middle_box(server)
+    before = made(server)
+    start = time.monotonic()
+    waiting = clients
+    busy = 0
+    bad = 0
+    times = []
+    bodies = set()
+    while waiting and time.monotonic() < start + most_s:
+        connections = connected(server.port, waiting)
+        if waiting == clients:
+            start = time.monotonic()
+        replies, took = ask_at_once(connections, path, most_s)
+        again = 0
+        wait_s = 1.0
+        for reply, seconds in zip(replies, took):
+            if is_busy(reply):
+                again += 1
+                wait_s = float(reply.headers["retry-after"])
+            elif reply is None or reply.status != 200:
+                bad += 1
+            else:
+                bodies.add(reply.body)
+                times.append(seconds)
+        busy += again
+        waiting = again
+        if waiting:
+            time.sleep(wait_s)
+    wall = time.monotonic() - start
+    return {
+        "made": made(server) - before,
+        "errors": bad + waiting + (len(bodies) != 1),
+        "busy": busy,
+        "wall_s": wall,
+        "first_s": min(times, default=0),
+        "p99_s": percentile(times, 0.99) if times else 0,
+        "served": len(times),
+    }
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--clients", type=int, default=1000)
@@ -64,7 +129,7 @@ def main():
     a = arguments.parse_args()
     many_files()
     server = Server(
-        invented_survey("1x1", 512, 6),
+        synthetic_survey("1x1", 512, 6),
         "--cache",
         "none",
         "--no-ahead",
@@ -72,51 +137,7 @@ def main():
         str(a.clients + 50),
     )
     try:
-        bounds = server.json("/v2/world")["bounds"]
-        middle = [(low + high) // 2 for low, high in zip(bounds["min"], bounds["max"])]
-        column = server.json(f"/v2/columns/0/{middle[0] // 64}/{middle[2] // 64}")
-        path = f"/v2/boxes/0/{middle[0] // 64}/{column['by_begin']}/{middle[2] // 64}"
-        before, start, waiting, busy, bad, times, bodies = (
-            made(server),
-            time.monotonic(),
-            a.clients,
-            0,
-            0,
-            [],
-            set(),
-        )
-        while waiting and time.monotonic() < start + a.most_s:
-            connections = connected(server.port, waiting)
-            if waiting == a.clients:
-                start = time.monotonic()
-            replies, took = ask_at_once(connections, path, a.most_s)
-            again, wait_s = 0, 1.0
-            for reply, seconds in zip(replies, took):
-                if (
-                    reply is not None
-                    and reply.status == 503
-                    and reply.headers.get("retry-after", "").isdigit()
-                    and not reply.problem()
-                ):
-                    again, busy, wait_s = again + 1, busy + 1, float(reply.headers["retry-after"])
-                elif reply is None or reply.status != 200:
-                    bad += 1
-                else:
-                    bodies.add(reply.body)
-                    times.append(seconds)
-            waiting = again
-            if waiting:
-                time.sleep(wait_s)
-        wall = time.monotonic() - start
-        figures = {
-            "made": made(server) - before,
-            "errors": bad + waiting + (len(bodies) != 1),
-            "busy": busy,
-            "wall_s": wall,
-            "first_s": min(times, default=0),
-            "p99_s": percentile(times, 0.99) if times else 0,
-            "served": len(times),
-        }
+        figures = ask_until_served(server, a.clients, a.most_s)
     finally:
         server.stop()
     tell(figures)

@@ -26,16 +26,17 @@ const std::string kGrs80 = R"(SPHEROID["GRS 1980",6378137,298.257222101])";
 const std::string kEllipsoid = R"(ELLIPSOID["GRS 1980",6378137,298.257222101])";
 const std::string kDegrees = R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433])";
 const std::string kGeogcs = "GEOGCS[\"x\",DATUM[\"y\"," + kGrs80 + "]," + kDegrees + "]";
-const std::string kLatLonAxes =
-    R"(CS[ellipsoidal,2],AXIS["lat",north],AXIS["lon",east],ANGLEUNIT["degree",0.0174532925199433])";
+const std::string kLatLonAxes = R"(CS[ellipsoidal,2],AXIS["lat",north],AXIS["lon",east],)"
+                                R"(ANGLEUNIT["degree",0.0174532925199433])";
 const std::string kGeogcrs = "GEOGCRS[\"x\",DATUM[\"y\"," + kEllipsoid + "]," + kLatLonAxes + "]";
 const std::string kMetreAxes =
     R"(CS[Cartesian,2],AXIS["e",east],AXIS["n",north],LENGTHUNIT["metre",1])";
 
 std::string projcs(const std::string& end) {
     return "PROJCS[\"x\"," + kGeogcs +
-           R"(,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",15],)"
-           R"(PARAMETER["scale_factor",1],PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1])" +
+           R"(,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0])"
+           R"(,PARAMETER["central_meridian",15],PARAMETER["scale_factor",1])"
+           R"(,PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1])" +
            end + "]";
 }
 
@@ -98,10 +99,11 @@ TEST_CASE("no text of a coordinate reference system opens a file that it names",
              "]],CONVERSION[\"c\",METHOD[\"PROJ hgridshift grids=FILE\"]]," + kMetreAxes + "]"},
         {"a grid of a bound system",
          bound(
-             R"(METHOD["NTv2",ID["EPSG",9615]],PARAMETERFILE["Latitude and longitude difference file","FILE",ID["EPSG",8656]])")},
+             R"(METHOD["NTv2",ID["EPSG",9615]],)"
+             R"(PARAMETERFILE["Latitude and longitude difference file","FILE",ID["EPSG",8656]])")},
         {"the same in the geoid's name",
-         bound(
-             R"(METHOD["NTv2",ID["EPSG",9615]],PARAMETERFILE["Geoid (height correction) model file","FILE",ID["EPSG",8656]])")},
+         bound(R"(METHOD["NTv2",ID["EPSG",9615]],)"
+               R"(PARAMETERFILE["Geoid (height correction) model file","FILE",ID["EPSG",8656]])")},
         {"a geoid of a vertical datum *", "COMPD_CS[\"a\"," + projcs("") + "," +
                                               vert_cs(",EXTENSION[\"PROJ4_GRIDS\",\"FILE\"]") +
                                               "]"},

@@ -17,6 +17,7 @@
 #include "common/geo/quiet_gdal.hpp"
 #include "common/geo/raster_gate.hpp"
 #include "common/geo/virtual_raster.hpp"
+#include "common/geo/whole_tiff.hpp"
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/open_watch.hpp"
@@ -46,6 +47,27 @@ void write_tiff(const fs::path& file, std::uint8_t value,
     REQUIRE(out->GetRasterBand(1)->Fill(value) == CE_None);
     if (also)
         also(*out);
+}
+
+/// With two overviews, whose directories stand behind all other bytes of the file.
+void write_with_overviews(const fs::path& file) {
+    write_tiff(file, kPublic);
+    const GDALDatasetUniquePtr data(
+        GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE, geo::kRasterDrivers));
+    REQUIRE(data);
+    std::array<int, 2> factors{2, 4};
+    REQUIRE(data->BuildOverviews("NEAREST", factors.size(), factors.data(), 0, nullptr, nullptr,
+                                 nullptr) == CE_None);
+}
+
+/// Shortens a file until a directory of it, or the list of its blocks, is no longer complete.
+void cut_last_directory(const fs::path& file) {
+    for (auto bytes = fs::file_size(file); bytes > 8; --bytes) {
+        fs::resize_file(file, bytes);
+        if (geo::lost_directory_of_tiff(file))
+            return;
+    }
+    FAIL("no length of " << file << " loses a directory");
 }
 
 void write(const fs::path& file, const std::string& text) {
@@ -280,6 +302,21 @@ TEST_CASE("mosaics of files beside and below are read as before", "[common][geo]
     SECTION("a source that is not there is damage") {
         write(place.here / "all.vrt", band(source("none.tif")));
         CHECK(shown(place.here / "all.vrt") == "damaged");
+    }
+    SECTION("a source that lost its end is damage") {
+        write_with_overviews(place.here / "long.tif");
+        write(place.here / "all.vrt", band(source("long.tif")));
+        CHECK(shown(place.here / "all.vrt") == "7");
+        cut_last_directory(place.here / "long.tif");
+        CHECK(shown(place.here / "all.vrt") == "damaged");
+    }
+    SECTION("overviews in a file of their own that lost its end are not used") {
+        write_tiff(place.here / "a.tif.ovr", 9);
+        CHECK(shown(place.here / "a.tif") == "7 9");
+        write_with_overviews(place.here / "a.tif.ovr");
+        CHECK(shown(place.here / "a.tif") != "7");
+        cut_last_directory(place.here / "a.tif.ovr");
+        CHECK(shown(place.here / "a.tif") == "7");
     }
     SECTION("its overviews") {
         write(place.here / "all.vrt", band(source("a.tif")));

@@ -3,7 +3,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <functional>
 #include <latch>
 #include <new>
@@ -14,37 +13,11 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/common/child_process.hpp"
 
 using namespace terravox;
 
 namespace {
-
-struct End {
-    int status = 0;  ///< of waitpid
-    std::string said;
-};
-
-/// Runs `work` in a child process. @return how that ended, and what it wrote to standard error
-End end_of(const std::function<void()>& work) {
-    int ends[2];
-    REQUIRE(::pipe(ends) == 0);
-    const pid_t child = ::fork();
-    if (child == 0) {
-        ::dup2(ends[1], STDERR_FILENO);
-        std::signal(SIGABRT, SIG_DFL);  // the test framework's handler stays in the parent
-        util::end_with_a_line_on_uncaught_exceptions();
-        work();
-        ::_exit(0);
-    }
-    ::close(ends[1]);
-    End out;
-    char part[512];
-    for (ssize_t n = 0; (n = ::read(ends[0], part, sizeof part)) > 0;)
-        out.said.append(part, static_cast<std::size_t>(n));
-    ::close(ends[0]);
-    ::waitpid(child, &out.status, 0);
-    return out;
-}
 
 /// std::async and others would hand the exception on; a bare thread has nobody to hand it to.
 template <class Thrown>
@@ -66,7 +39,7 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
         {"an error of ours", [] { throw_in_a_thread(Error("write x.png: disk full")); },
          "terravox: write x.png: disk full\n"},
         {"words of a stranger", [] { throw_in_a_thread(Error("read 'a\n\x1b]0;b\xc3\xa9'")); },
-         "terravox: read 'a??]0;b??'\n"},
+         "terravox: read 'a?\?]0;b?\?'\n"},
         {"no memory", [] { throw_in_a_thread(std::bad_alloc()); },
          "terravox: out of memory; lower memory limits or a smaller task may help\n"},
         {"no thread", [=] { throw_in_a_thread(std::system_error(none_left)); },
@@ -79,17 +52,17 @@ TEST_CASE("an exception that nobody catches ends the program with one line and e
          "terravox: ended by an error inside the program that carries no message\n"},
     }));
     DYNAMIC_SECTION(c.name) {
-        const End end = end_of(c.work);
+        const test::ChildEnd end = test::run_in_child(c.work);
         CHECK(WIFEXITED(end.status));
         CHECK(WEXITSTATUS(end.status) == 1);
-        CHECK(end.said == c.line);
+        CHECK(end.error_output == c.line);
     }
 }
 
 TEST_CASE("of errors in several threads at once the first is told, in one line", "[common][util]") {
     constexpr int kThreads = 8;
     for (int repeat = 0; repeat < 20; ++repeat) {
-        const End end = end_of([] {
+        const test::ChildEnd end = test::run_in_child([] {
             std::latch all(kThreads);
             std::vector<std::thread> threads;
             for (int i = 0; i < kThreads; ++i)
@@ -102,7 +75,7 @@ TEST_CASE("of errors in several threads at once the first is told, in one line",
         });
         CHECK(WIFEXITED(end.status));
         CHECK(WEXITSTATUS(end.status) == 1);
-        REQUIRE(end.said ==
+        REQUIRE(end.error_output ==
                 "terravox: out of memory; lower memory limits or a smaller task may help\n");
     }
 }

@@ -18,8 +18,8 @@ struct Cube {
     bool any = false, all_hidden = true;
 };
 
-// The format as docs/formats.md tells it, from a plain array of voxels: slow, and shares nothing
-// with the builder.
+// The format as docs/formats/box.md tells it, from a plain array of voxels: slow, and shares
+// nothing with the builder.
 struct PlainTree {
     const Scene& scene;
     std::vector<TreeCell> roots, middles, bricks;

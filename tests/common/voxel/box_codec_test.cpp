@@ -22,7 +22,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 constexpr BoxKey kKey{2, -70'000, -1, 123'456};
 
-// Where the fields of the blob's header lie (docs/formats.md).
+// Where the fields of the blob's header lie (docs/formats/box.md).
 constexpr std::size_t kVersionAt = 8, kLevelAt = 12, kCellCountAt = 28, kAttrCountAt = 32,
                       kChecksumAt = 56, kCellsAt = 64;
 

@@ -45,6 +45,18 @@ TEST_CASE("every material has a name that leads back to it", "[common][voxel][ma
     CHECK_FALSE(material_from_name(""));
 }
 
+TEST_CASE("materials have names, blocks and old numbers of their own form",
+          "[common][voxel][material]") {
+    for (const MaterialTraits& traits : kMaterialTraits) {
+        INFO(traits.name);
+        CHECK(traits.name.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == traits.name.npos);
+        CHECK(!traits.block.empty());
+        CHECK(traits.old_block.data < 16);
+        CHECK((traits.old_block.id == 0) == (traits.material == Material::kAir));
+        CHECK((traits.optics == Optics::kAir) == (traits.material == Material::kAir));
+    }
+}
+
 TEST_CASE("light passes air, water, leaves, wires, glass and ice, nothing else",
           "[common][voxel][material]") {
     int passing = 0;

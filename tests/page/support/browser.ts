@@ -5,6 +5,8 @@ import { chromium, type Browser, type BrowserContextOptions, type Page } from 'p
 const kChromium = process.env['TERRAVOX_CHROMIUM'] ?? '/usr/bin/chromium';
 /** What ends a test that hangs: a loaded machine may need minutes for what takes a moment elsewhere. */
 const kHangs_ms = 300_000;
+/** How many times as fast as real time the waits of a page pass: those between its polls are seconds. */
+const kSpeed = 10;
 const kScreenshots = process.env['TERRAVOX_SCREENSHOTS'] ?? '';
 
 /** Why there is no browser to test with, or false. */
@@ -16,10 +18,18 @@ export const openBrowser = (): Promise<Browser> =>
 /** A page that keeps what must not happen: errors, and requests to anyone but the server. */
 export type WatchedPage = { readonly page: Page; readonly errors: string[]; readonly strangers: string[]; readonly paths: string[] };
 
-export async function openPage(browser: Browser, url: string, options: BrowserContextOptions = {}): Promise<WatchedPage> {
+/** @param speed of waits of a second and more: 1 where the test looks for what stays for such a while alone */
+export async function openPage(browser: Browser, url: string, options: BrowserContextOptions = {}, speed = kSpeed): Promise<WatchedPage> {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
   context.setDefaultTimeout(kHangs_ms);
   const page = await context.newPage();
+  // Shorter waits stay as they are: those tell a click from a double click, or animate.
+  await page.addInitScript((times) => {
+    const wait = window.setTimeout.bind(window);
+    const second_ms = 1000;
+    const quick = (run: () => void, ms = 0): number => wait(run, ms >= second_ms ? ms / times : ms);
+    window.setTimeout = quick as typeof window.setTimeout;
+  }, speed);
   const watched: WatchedPage = { page, errors: [], strangers: [], paths: [] };
   page.on('console', (message) => {
     if (message.type() === 'error' || message.type() === 'warning') watched.errors.push(message.text());

@@ -8,6 +8,7 @@
 #include "raytracer/scene/scene_io.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
+#include "tests/raytracer/scene_words_text.hpp"
 
 using namespace terravox;
 using terravox::test::contains;
@@ -84,8 +85,8 @@ colour = "material"
     CHECK(film.at(5, base).quality.samples == 9);  // before its first key
     CHECK(film.at(29, base).quality.samples == 9);
     CHECK(film.at(30, base).quality.samples == 2);
-    CHECK(film.at(29, base).quality.colour == "true");
-    CHECK(film.at(30, base).quality.colour == "material");
+    CHECK(film.at(29, base).quality.colour == VoxelColour::kTrue);
+    CHECK(film.at(30, base).quality.colour == VoxelColour::kMaterial);
     for (int i = 0; i < film.frames(); ++i) {
         const Scene scene = film.at(i, base);
         CHECK((scene.camera.zoom == 3 && !scene.quality.shadows &&
@@ -111,7 +112,7 @@ TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
             "4\n[key.camera]\nlook = \"End\"\ntarget = [46.02, 14.0, 450]\n")
             .read();
     const Scene first = film.at(0, {}), last = film.at(8, {});
-    CHECK(first.camera.space == "latlon");
+    CHECK(first.camera.space == CoordinateSpace::kLatLon);
     CHECK(first.camera.position == Triple{46, 14, 500});
     CHECK(last.camera.position == Triple{46.02, 14.04, 700});
     CHECK(last.camera.target == Triple{46.02, 14.0, 450});
@@ -121,24 +122,27 @@ TEST_CASE("a key may name a view, and change it", "[raytracer][animate]") {
 
 TEST_CASE("a turntable goes around its target at one distance and height, clockwise, and closes",
           "[raytracer][animate]") {
-    const std::string space = GENERATE("crs", "voxel", "latlon");
+    const auto space =
+        GENERATE(CoordinateSpace::kCrs, CoordinateSpace::kVoxel, CoordinateSpace::kLatLon);
     Scene base;
     base.camera.space = space;
-    base.camera.target = space == "latlon" ? Triple{46.36, 14.09, 480} : Triple{1000, 2000, 300};
-    base.camera.position = space == "latlon" ? Triple{46.37, 14.09, 700}
-                           : space == "crs"  ? Triple{1000, 2500, 450}
-                                             : Triple{1000, 2000, -200};  // in the north
+    base.camera.target =
+        space == CoordinateSpace::kLatLon ? Triple{46.36, 14.09, 480} : Triple{1000, 2000, 300};
+    base.camera.position = space == CoordinateSpace::kLatLon ? Triple{46.37, 14.09, 700}
+                           : space == CoordinateSpace::kCrs
+                               ? Triple{1000, 2500, 450}
+                               : Triple{1000, 2000, -200};  // in the north
     const Animation film = File("fps = 10\n[turntable]\nseconds = 4\n").read();
     REQUIRE(film.frames() == 40);
     // East and north of the target, metres.
     const auto around = [&](const Scene& scene) {
         const Triple &p = *scene.camera.position, &t = *scene.camera.target;
-        if (space == "latlon") {
+        if (space == CoordinateSpace::kLatLon) {
             const auto local = geo::LocalFrame({t[0], t[1]}, 0).to_local({p[0], p[1]}, 0);
             return std::array{local.east_m, local.north_m};
         }
-        return space == "crs" ? std::array{p[0] - t[0], p[1] - t[1]}
-                              : std::array{p[0] - t[0], -(p[2] - t[2])};
+        return space == CoordinateSpace::kCrs ? std::array{p[0] - t[0], p[1] - t[1]}
+                                              : std::array{p[0] - t[0], -(p[2] - t[2])};
     };
     const auto start = around(base);
     const double radius = std::hypot(start[0], start[1]);
@@ -149,12 +153,13 @@ TEST_CASE("a turntable goes around its target at one distance and height, clockw
         CHECK(std::hypot(east, north) == Approx(radius).epsilon(1e-6));
         CHECK(std::cos(std::atan2(east, north) - i * 9 * std::acos(-1.0) / 180) > 1 - 1e-9);
         CHECK(scene.camera.target == base.camera.target);
-        const std::size_t height = space == "voxel" ? 1 : 2;
+        const std::size_t height = space == CoordinateSpace::kVoxel ? 1 : 2;
         CHECK((*scene.camera.position)[height] == (*base.camera.position)[height]);
     }
     CHECK(film.at(0, base).camera.position == base.camera.position);
     SECTION("around another point the target goes along") {
-        const Triple centre = space == "latlon" ? Triple{46.365, 14.091, 0} : Triple{900, 2100, 0};
+        const Triple centre =
+            space == CoordinateSpace::kLatLon ? Triple{46.365, 14.091, 0} : Triple{900, 2100, 0};
         std::string text = "fps = 10\n[turntable]\nturns = -0.5\nseconds = 4\ntarget = [";
         for (const double v : centre)
             text += std::to_string(v) + ", ";
@@ -264,7 +269,7 @@ TEST_CASE("a turntable around a point of its own needs a camera that stands some
     const Animation film = File("[turntable]\nseconds = 1\ntarget = [1, 2, 3]\n").read();
     CHECK_THROWS_AS(film.at(0, {}), UsageError);
     Scene map;
-    map.camera.projection = "orthographic";
+    map.camera.projection = CameraProjection::kOrthographic;
     CHECK(film.at(3, map).camera.target == Triple{1, 2, 3});
     CHECK_THROWS_WITH(Animation::read("/nowhere/film.toml"), contains("/nowhere/film.toml"));
 }

@@ -3,10 +3,10 @@
 #include <sstream>
 
 #include "common/util/error.hpp"
-#include "raytracer/checkpoint/checkpoint.hpp"
 #include "raytracer/cluster/frame_scripts.hpp"
 #include "raytracer/cluster/manifests.hpp"
 #include "raytracer/cluster/slurm_scripts.hpp"
+#include "raytracer/farm/checkpoint/checkpoint.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
 

@@ -80,7 +80,7 @@ TEST_CASE("a GeoTIFF lies where it was taken, with overviews, and is clear where
     constexpr int kWidth = 1300, kHeight = 700;
     const Film film = half_of(kWidth, kHeight);
     PictureInfo info = bled_info();
-    info.exposure_ev = -0.5, info.tone = "agx";
+    info.exposure_ev = -0.5, info.tone = ToneCurve::kAgx;
     write_image(film, file, info);
     CHECK(entries_in(folder.path()) == 1);
 
@@ -142,7 +142,7 @@ TEST_CASE("a GeoTIFF of floats keeps the light to the last bit", "[raytracer][ou
     const auto file = folder.path() / "bled.tiff";
     const Film film = half_of(150, 90);
     PictureInfo info = bled_info();
-    info.tiff_samples = PictureInfo::TiffSamples::kFloat;
+    info.tiff_samples = TiffSamples::kFloat;
     write_image(film, file, info);
     const Dataset d = open(file);
     REQUIRE(GDALGetRasterDataType(GDALGetRasterBand(d.get(), 1)) == GDT_Float32);

@@ -18,7 +18,7 @@ namespace {
 
 /// A picture with nothing known but these.
 void write_plain(const Film& film, const std::filesystem::path& file, double exposure_ev,
-                 const std::string& tone, const ImageMetadata& metadata) {
+                 ToneCurve tone, const ImageMetadata& metadata) {
     PictureInfo info;
     info.exposure_ev = exposure_ev, info.tone = tone, info.metadata = metadata;
     write_image(film, file, info);
@@ -54,7 +54,7 @@ TEST_CASE("EXR and TIFF give back every value to the last bit", "[raytracer][out
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
     const Film film = film_of(kWidth, kHeight);
-    write_plain(film, file, 3, "photographic",
+    write_plain(film, file, 3, ToneCurve::kPhotographic,
                 kMetadata);  // exposure and tone are for 8-bit pictures
     const Picture back = read_picture(file);
     const bool exr = back.spec.nchannels == 5;
@@ -86,7 +86,8 @@ TEST_CASE("PNG holds the developed colours, dithered to the byte below or above"
           "[raytracer][output]") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "picture.png";
-    const std::string tone = GENERATE("photographic", "filmic", "agx", "linear");
+    const auto tone =
+        GENERATE(ToneCurve::kPhotographic, ToneCurve::kFilmic, ToneCurve::kAgx, ToneCurve::kLinear);
     const double exposure = GENERATE(-2.0, 0.0, 1.5);
     const Film film = film_of(kWidth, kHeight);
     write_plain(film, file, exposure, tone, {});
@@ -111,7 +112,7 @@ TEST_CASE("what a person should know is stored in the picture", "[raytracer][out
     INFO(ending);
     const TemporaryFolder folder;
     const auto file = folder.path() / ("picture" + ending);
-    write_plain(film_of(8, 8), file, 0, "photographic", kMetadata);
+    write_plain(film_of(8, 8), file, 0, ToneCurve::kPhotographic, kMetadata);
     const Picture back = read_picture(file);
     CHECK(back.spec.get_string_attribute("Software") == "terravox test");
     CHECK(back.spec.get_string_attribute("Copyright") == "ARSO, CC BY 4.0");
@@ -143,8 +144,9 @@ TEST_CASE("a place that cannot be written to leaves nothing behind", "[raytracer
         {{"a file as the folder", "file/picture.png"}, {"a folder of that name", "picture.png"}}));
     DYNAMIC_SECTION(c.name) {
         CHECK_THROWS_AS(check_image_target(folder.path() / c.target), Error);
-        CHECK_THROWS_AS(write_plain(film_of(8, 8), folder.path() / c.target, 0, "photographic", {}),
-                        Error);
+        CHECK_THROWS_AS(
+            write_plain(film_of(8, 8), folder.path() / c.target, 0, ToneCurve::kPhotographic, {}),
+            Error);
         CHECK(entries_in(folder.path()) == 2);
     }
 }
@@ -159,7 +161,7 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     std::ofstream(file) << "older";
     const Film film = film_of(400, 300);
     const auto good = folder.path() / ("good" + file.extension().string());
-    write_plain(film, good, 0, "photographic", {});
+    write_plain(film, good, 0, ToneCurve::kPhotographic, {});
     const auto whole = static_cast<rlim_t>(std::filesystem::file_size(good));
     std::filesystem::remove(good);
     // The last bytes of a file are written when it is closed, which libraries are careless about.
@@ -169,7 +171,7 @@ TEST_CASE("an older picture stays whole when a new one cannot be finished", "[ra
     {
         const FullDisk full(room);
         try {
-            write_plain(film, file, 0, "photographic", {});
+            write_plain(film, file, 0, ToneCurve::kPhotographic, {});
         } catch (const Error& e) {
             said = e.what();
         }
@@ -185,7 +187,7 @@ TEST_CASE("a plain TIFF is 8-bit where that is asked for", "[raytracer][output]"
     const TemporaryFolder folder;
     const auto file = folder.path() / "picture.tif", png = folder.path() / "picture.png";
     PictureInfo info;
-    info.tiff_samples = PictureInfo::TiffSamples::kByte, info.tone = "agx", info.exposure_ev = 0.5;
+    info.tiff_samples = TiffSamples::kByte, info.tone = ToneCurve::kAgx, info.exposure_ev = 0.5;
     const Film film = film_of(kWidth, kHeight);
     write_image(film, file, info);
     write_image(film, png, info);

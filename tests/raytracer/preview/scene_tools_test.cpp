@@ -14,7 +14,7 @@ namespace {
 
 Scene changed() {
     Scene out;
-    out.camera.space = "voxel";
+    out.camera.space = CoordinateSpace::kVoxel;
     out.camera.position = {{-1.5, 80.25, 1e6}}, out.camera.target = {{50, -10, 50.125}};
     out.camera.fov_deg = 33.3;
     out.sun.altitude_deg = -12.5, out.sun.azimuth_deg = 200;
@@ -84,7 +84,7 @@ TEST_CASE("undo goes back step by step, redo forward; a new change forgets what 
 
 TEST_CASE("a camera path is an animation that goes through its keys", "[preview][animate]") {
     Scene base;
-    base.camera.space = "voxel";
+    base.camera.space = CoordinateSpace::kVoxel;
     base.quality.samples = 7;
     const auto at = [&](double x, double time_h) {
         Scene out = base;

@@ -75,13 +75,13 @@ TEST_CASE("a scene has the viewpoint in the world's own coordinates", "[preview]
     const Viewpoint v{{10, 60, -20}, {40, 5, -90}};
     SECTION("of a CRS") {
         v.apply(scene, world("EPSG:3794"));
-        CHECK(scene.camera.space == "crs");
+        CHECK(scene.camera.space == CoordinateSpace::kCrs);
         CHECK(*scene.camera.position == std::array<double, 3>{5, 10, 30});
         CHECK(*scene.camera.target == std::array<double, 3>{20, 45, 2.5});
     }
     SECTION("of none") {
         v.apply(scene, world());
-        CHECK(scene.camera.space == "voxel");
+        CHECK(scene.camera.space == CoordinateSpace::kVoxel);
         CHECK(*scene.camera.position == std::array<double, 3>{10, 60, -20});
         const Viewpoint back = Viewpoint::of(make_camera(scene, world(), world().bounds), 5);
         CHECK(length(back.position - v.position) < 1e-3);
@@ -90,9 +90,10 @@ TEST_CASE("a scene has the viewpoint in the world's own coordinates", "[preview]
 }
 
 TEST_CASE("a point is shown where a ray through its pixel meets it", "[preview]") {
-    const std::string projection = GENERATE("perspective", "orthographic");
+    const auto projection =
+        GENERATE(CameraProjection::kPerspective, CameraProjection::kOrthographic);
     Scene scene;
-    scene.camera.projection = projection, scene.camera.space = "voxel";
+    scene.camera.projection = projection, scene.camera.space = CoordinateSpace::kVoxel;
     scene.camera.position = {{-30, 80, 140}}, scene.camera.target = {{50, 10, 50}};
     scene.output.size_px = {320, 200};
     const Camera camera = make_camera(scene, world(), world().bounds);
@@ -101,7 +102,7 @@ TEST_CASE("a point is shown where a ray through its pixel meets it", "[preview]"
     REQUIRE(at);
     CHECK((*at)[0] == Approx(77.25).margin(0.01));
     CHECK((*at)[1] == Approx(141.5).margin(0.01));
-    if (projection == "perspective")
+    if (projection == CameraProjection::kPerspective)
         CHECK_FALSE(pixel_of(camera, ray.origin - ray.direction * 10, 320, 200));
 }
 

@@ -47,7 +47,7 @@ private:
 template <class Act>
 std::string picture_of(Job& job, TileProcessor& processor, const Act& act) {
     const auto [width, height] = job.view.scene.output.size_px;
-    const auto tiles = plan_tiles(width, height, 1, 8, "rows").front();
+    const auto tiles = plan_tiles(width, height, 1, 8, TileOrder::kRows).front();
     for (const RenderTile& t : tiles)
         processor.submit(t);
     Film film = empty_film(job);
@@ -131,7 +131,7 @@ TEST_CASE("the next picture of a crew begins when the last is let go, finished o
     Crew crew(changing(1, true), job.blocks, BoxSource{});
     for (int i = 0; i < 20; ++i) {
         auto processor = crew.begin(job.view);
-        const auto passes = plan_tiles(97, 53, 1, 8, "rows");
+        const auto passes = plan_tiles(97, 53, 1, 8, TileOrder::kRows);
         for (const RenderTile& t : passes.front())
             processor->submit(t);
         (void)processor->wait(std::chrono::milliseconds(i % 4));

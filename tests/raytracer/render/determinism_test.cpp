@@ -4,10 +4,12 @@
 
 #include "common/util/error.hpp"
 #include "raytracer/render/statistics.hpp"
-#include "raytracer/world/open_world.hpp"
+#include "raytracer/scene/world_options_of.hpp"
+#include "raytracer/shade/view_maker.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
 #include "tests/raytracer/pyramid_world.hpp"
+#include "voxelserver/worlds/open/open_world.hpp"
 
 using namespace terravox;
 using terravox::test::bytes_of;
@@ -23,21 +25,21 @@ constexpr std::size_t kMiB = std::size_t{1} << 20;
 struct Variant {
     const char* name;
     int threads, tile_px, coarse_step;
-    const char* order;
+    TileOrder order;
     std::size_t memory_bytes;
 };
 
 const Variant kVariants[] = {
-    {"two threads", 2, 16, 8, "spiral", 256 * kMiB},
-    {"four threads, large tiles", 4, 64, 8, "rows", 256 * kMiB},
-    {"one tile", 2, 1000, 8, "spiral", 256 * kMiB},
-    {"a single pass", 2, 16, 1, "vertical", 256 * kMiB},
-    {"many passes", 3, 7, 64, "spiral", 256 * kMiB},
-    {"one byte of memory", 2, 16, 8, "rows", 1},
-    {"1 MiB of memory", 1, 64, 1, "spiral", kMiB},
-    {"as at first", 1, 16, 8, "spiral", 256 * kMiB},
-    {"along a Hilbert curve", 3, 5, 8, "hilbert", 256 * kMiB},
-    {"split columns", 2, 9, 4, "vertical-split", 256 * kMiB},
+    {"two threads", 2, 16, 8, TileOrder::kSpiral, 256 * kMiB},
+    {"four threads, large tiles", 4, 64, 8, TileOrder::kRows, 256 * kMiB},
+    {"one tile", 2, 1000, 8, TileOrder::kSpiral, 256 * kMiB},
+    {"a single pass", 2, 16, 1, TileOrder::kVertical, 256 * kMiB},
+    {"many passes", 3, 7, 64, TileOrder::kSpiral, 256 * kMiB},
+    {"one byte of memory", 2, 16, 8, TileOrder::kRows, 1},
+    {"1 MiB of memory", 1, 64, 1, TileOrder::kSpiral, kMiB},
+    {"as at first", 1, 16, 8, TileOrder::kSpiral, 256 * kMiB},
+    {"along a Hilbert curve", 3, 5, 8, TileOrder::kHilbert, 256 * kMiB},
+    {"split columns", 2, 9, 4, TileOrder::kVerticalSplit, 256 * kMiB},
 };
 
 Scene with(Scene scene, const Variant& v) {
@@ -75,23 +77,26 @@ TEST_CASE(
     };
     const Kind kinds[] = {
         {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 5, s.sun.size = 10; }},
-        {"paths", [](Scene& s) { s.quality.integrator = "path", s.quality.samples = 3; }},
+        {"paths",
+         [](Scene& s) { s.quality.integrator = Integrator::kPath, s.quality.samples = 3; }},
         {"paths until the noise is low",
          [](Scene& s) {
-             s.quality.integrator = "path", s.quality.samples = 24, s.quality.noise = 0.1,
-             s.quality.min_samples = 4;
+             s.quality.integrator = Integrator::kPath, s.quality.samples = 24,
+             s.quality.noise = 0.1, s.quality.min_samples = 4;
          }},
-        {"layers", [](Scene& s) { s.output.layers = "all"; }},
+        {"layers", [](Scene& s) { s.output.layers = PictureLayers::kAll; }},
     };
     for (const Kind& kind : kinds) {
         Scene scene = small_scene();
-        scene.output.size_px = {61, 37};
+        // Small: with a byte of memory nearly each ray loads its boxes again.
+        scene.output.size_px = {31, 19};
         kind.set(scene);
         const auto picture = [&](const Variant& v) {
             Job job(with(scene, v), v.memory_bytes);
             return bytes_of(render(job, v.threads));
         };
-        const std::string reference = picture({"as at first", 1, 16, 8, "spiral", 256 * kMiB});
+        const std::string reference =
+            picture({"as at first", 1, 16, 8, TileOrder::kSpiral, 256 * kMiB});
         for (const std::size_t i : {0u, 2u, 4u, 5u}) {
             INFO(kind.name << ", " << kVariants[i].name);
             CHECK((picture(kVariants[i]) == reference));
@@ -182,7 +187,7 @@ TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][rend
         for (int bz = -2; bz < 2; ++bz)
             world->make_hole({0, bx, -1, bz});  // all below the ground
     Scene scene = small_scene();
-    scene.camera.space = "voxel";
+    scene.camera.space = CoordinateSpace::kVoxel;
     scene.camera.position = {0.5, 50, 0.5}, scene.camera.target = {10, 90, 10};
     Job job(scene, 256 * kMiB, std::move(world));
     foresee_boxes(job.view, job.blocks);
@@ -196,7 +201,7 @@ TEST_CASE("a hole that no ray meets is none of the picture's", "[raytracer][rend
 TEST_CASE("a camera in rock is refused with the way out, unless it is asked for",
           "[raytracer][render]") {
     Scene scene = small_scene();
-    scene.camera.space = "voxel";
+    scene.camera.space = CoordinateSpace::kVoxel;
     scene.camera.position = {60.5, 3.5, 60.5}, scene.camera.target = {0, 0, 0};
     CHECK_THROWS_AS(Job(scene), UsageError);
     CHECK_THROWS_WITH(Job(scene),
@@ -231,7 +236,9 @@ TEST_CASE("Delft is bit-identical for any threads and memory",
         Scene s = with(scene, v);
         s.world.memory_mib = world_mib, s.processing.threads = v.threads;
         util::StageTimes times;
-        const auto world = open_world({files.string()}, {}, s, times);
+        WorldOptions options = world_options_of(s);
+        options.inputs = {files.string()};
+        const auto world = open_world(options, times);
         BlockManager blocks(*world, v.memory_bytes);
         const View view = make_view(s, blocks);
         Film film(160, 90);
@@ -240,7 +247,7 @@ TEST_CASE("Delft is bit-identical for any threads and memory",
         CHECK(blocks.hole_count() == 0);
         return bytes_of(film);
     };
-    const auto reference = picture({"", 1, 64, 8, "spiral", 512 * kMiB}, 4096);
-    CHECK((picture({"", 2, 1000, 1, "rows", 512 * kMiB}, 1024) == reference));
-    CHECK((picture({"", 4, 16, 8, "vertical", 4 * kMiB}, 128) == reference));
+    const auto reference = picture({"", 1, 64, 8, TileOrder::kSpiral, 512 * kMiB}, 4096);
+    CHECK((picture({"", 2, 1000, 1, TileOrder::kRows, 512 * kMiB}, 1024) == reference));
+    CHECK((picture({"", 4, 16, 8, TileOrder::kVertical, 4 * kMiB}, 128) == reference));
 }

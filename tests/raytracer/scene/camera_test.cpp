@@ -150,15 +150,15 @@ TEST_CASE(
     CHECK(by_crs.position().y == 120);
     CHECK(by_crs.position().z == Approx(-894'701).epsilon(1e-12));
 
-    scene.camera.space = "voxel";
+    scene.camera.space = CoordinateSpace::kVoxel;
     const auto voxels = [](Vec3 v) { return std::array<double, 3>{v.x, v.y, v.z}; };
-    scene.camera.position = voxels(to_voxels(position, "crs", world)),
-    scene.camera.target = voxels(to_voxels(target, "crs", world));
+    scene.camera.position = voxels(to_voxels(position, CoordinateSpace::kCrs, world)),
+    scene.camera.target = voxels(to_voxels(target, CoordinateSpace::kCrs, world));
     const Camera by_voxel = make_camera(scene, world, {});
     CHECK(length(by_voxel.position() - by_crs.position()) == 0);
     CHECK(length(by_voxel.forward() - by_crs.forward()) == 0);
 
-    scene.camera.space = "latlon";
+    scene.camera.space = CoordinateSpace::kLatLon;
     const auto latlon = [&](const std::array<double, 3>& p) {
         const auto at = geo::to_lat_lon(geo::Crs::from_text("EPSG:28992"), p[0], p[1]);
         return std::array<double, 3>{at.lat_deg, at.lon_deg, p[2]};
@@ -188,16 +188,16 @@ TEST_CASE("a camera that cannot be placed is refused, naming the field", "[raytr
     }
     SECTION("a place on Earth in a world that has none") {
         scene.camera.position = {1, 2, 3}, scene.camera.target = {4, 5, 6};
-        scene.camera.space = GENERATE("crs", "latlon");
+        scene.camera.space = GENERATE(CoordinateSpace::kCrs, CoordinateSpace::kLatLon);
         CHECK_THROWS_AS(make_camera(scene, nowhere, b), UsageError);
         CHECK_THROWS_WITH(make_camera(scene, nowhere, b),
                           contains("no place on Earth") && contains("allowed: voxel"));
-        scene.camera.space = "voxel";
+        scene.camera.space = CoordinateSpace::kVoxel;
         CHECK_NOTHROW(make_camera(scene, nowhere, b));
     }
     SECTION("a latitude beyond the pole") {
         scene.camera.position = {91, 4, 3}, scene.camera.target = {52, 4, 6},
-        scene.camera.space = "latlon";
+        scene.camera.space = CoordinateSpace::kLatLon;
         CHECK_THROWS_AS(make_camera(scene, delft(), b), Error);
     }
 }

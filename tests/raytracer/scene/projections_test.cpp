@@ -5,10 +5,11 @@
 #include <random>
 
 #include "common/util/error.hpp"
+#include "raytracer/render/boxes_in_sight.hpp"
 #include "raytracer/scene/camera.hpp"
 #include "raytracer/walk/level_cut.hpp"
-#include "raytracer/world/boxes_in_sight.hpp"
 #include "tests/catch.hpp"
+#include "tests/raytracer/scene_words_text.hpp"
 
 using namespace terravox;
 using terravox::test::contains;
@@ -40,24 +41,24 @@ private:
     std::mt19937_64 m_engine;
 };
 
-Scene scene_of(const std::string& projection, int width = 640, int height = 360) {
+Scene scene_of(CameraProjection projection, int width = 640, int height = 360) {
     Scene scene;
     scene.camera.projection = projection, scene.output.size_px = {width, height};
     return scene;
 }
 
 /// A camera somewhere about the world that looks somewhere.
-Scene placed(Random& random, const std::string& projection) {
+Scene placed(Random& random, CameraProjection projection) {
     Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(1, 900)),
                            1 + static_cast<int>(random.in(1, 900)));
-    scene.camera.space = "voxel";
+    scene.camera.space = CoordinateSpace::kVoxel;
     const auto point = [&] {
         return std::array<double, 3>{random.in(-900, 1900), random.in(-300, 900),
                                      random.in(-500, 1500)};
     };
     scene.camera.position = point(), scene.camera.target = point();
-    scene.camera.fov_deg = random.in(2, projection == "fisheye" ? 360 : 150);
-    if (projection != "panorama")
+    scene.camera.fov_deg = random.in(2, projection == CameraProjection::kFisheye ? 360 : 150);
+    if (projection != CameraProjection::kPanorama)
         scene.camera.roll_deg = random.in(-360, 360);
     return scene;
 }
@@ -77,8 +78,9 @@ TEST_CASE(
     "every projection: rays have unit length, the middle of the picture looks forward, the way "
     "that was asked for",
     "[raytracer][camera]") {
-    const std::string projection =
-        GENERATE("perspective", "orthographic", "isometric", "panorama", "fisheye");
+    const auto projection = GENERATE(CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
+                                     CameraProjection::kPanorama, CameraProjection::kFisheye);
     Random random(1);
     for (int run = 0; run < 300; ++run) {
         const Scene scene = placed(random, projection);
@@ -100,14 +102,15 @@ TEST_CASE(
         }
         const auto &p = *scene.camera.position, &t = *scene.camera.target;
         const Vec3 sight = normalized({t[0] - p[0], t[1] - p[1], t[2] - p[2]});
-        if (projection == "panorama")
+        if (projection == CameraProjection::kPanorama)
             REQUIRE(length(camera.forward() - normalized({sight.x, 0, sight.z})) < 1e-9);
-        else if (projection != "isometric")
+        else if (projection != CameraProjection::kIsometric)
             REQUIRE(length(camera.forward() - sight) < 1e-12);
         // The picture's middle: the target lies behind it.
-        if (projection == "orthographic" || projection == "isometric")
+        if (projection == CameraProjection::kOrthographic ||
+            projection == CameraProjection::kIsometric)
             REQUIRE(length(cross(Vec3{t[0], t[1], t[2]} - middle.origin, middle.direction)) < 1e-6);
-        REQUIRE(camera.pinhole() == (projection == "perspective"));
+        REQUIRE(camera.pinhole() == (projection == CameraProjection::kPerspective));
     }
 }
 
@@ -121,9 +124,10 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
                   h = 1 + static_cast<int>(random.in(0, 4000));
         const double fov = random.in(1, 170);
         const Camera camera(from, to, fov, w, h);
-        Scene scene = scene_of("perspective", w, h);
-        scene.camera.space = "voxel", scene.camera.position = {from.x, from.y, from.z},
-        scene.camera.target = {to.x, to.y, to.z}, scene.camera.fov_deg = fov;
+        Scene scene = scene_of(CameraProjection::kPerspective, w, h);
+        scene.camera.space = CoordinateSpace::kVoxel,
+        scene.camera.position = {from.x, from.y, from.z}, scene.camera.target = {to.x, to.y, to.z},
+        scene.camera.fov_deg = fov;
         const Camera made = make_camera(scene, {}, kBounds);
         const Camera::Basis b = camera.basis();
         // As it was written when there was no other projection.
@@ -154,8 +158,8 @@ TEST_CASE("the perspective pinhole's rays are those of its basis, to the last bi
 TEST_CASE(
     "a panorama goes once around, evenly, upright, and is whole when it is twice as wide as high",
     "[raytracer][camera][panorama]") {
-    Scene scene = scene_of("panorama", 720, 360);
-    scene.camera.space = "voxel", scene.camera.position = {0, 100, 0},
+    Scene scene = scene_of(CameraProjection::kPanorama, 720, 360);
+    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 100, 0},
     scene.camera.target = {30, 60, -40};
     const Camera camera = make_camera(scene, {}, kBounds);
     for (int x = 0; x <= 720; x += 5)
@@ -206,8 +210,8 @@ TEST_CASE(
     "[raytracer][camera][fisheye]") {
     const double fov = GENERATE(1.0, 90.0, 180.0, 220.0, 360.0);
     const auto size = GENERATE(values<std::array<int, 2>>({{400, 300}, {300, 400}, {300, 300}}));
-    Scene scene = scene_of("fisheye", size[0], size[1]);
-    scene.camera.space = "voxel", scene.camera.position = {0, 100, 0},
+    Scene scene = scene_of(CameraProjection::kFisheye, size[0], size[1]);
+    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 100, 0},
     scene.camera.target = {30, 60, -40}, scene.camera.fov_deg = fov, scene.camera.roll_deg = 25;
     const Camera camera = make_camera(scene, {}, kBounds);
     const double radius = 150;
@@ -226,7 +230,7 @@ TEST_CASE(
                 Approx(r / radius * fov / 2 * kPi / 180).margin(1e-7));
     }
     // A small step from the middle goes where the same step of a perspective goes.
-    scene.camera.projection = "perspective", scene.camera.fov_deg = 40;
+    scene.camera.projection = CameraProjection::kPerspective, scene.camera.fov_deg = 40;
     const Camera flat = make_camera(scene, {}, kBounds);
     const auto across = [&](const Camera& c, double dx, double dy) {
         const Vec3 d = c.ray(size[0] / 2.0 + dx, size[1] / 2.0 + dy).direction - c.forward();
@@ -240,7 +244,7 @@ TEST_CASE(
     "orthographic rays are parallel, spaced by the height over the pixels, and start before "
     "everything",
     "[raytracer][camera][orthographic]") {
-    const std::string projection = GENERATE("orthographic", "isometric");
+    const auto projection = GENERATE(CameraProjection::kOrthographic, CameraProjection::kIsometric);
     Random random(4);
     for (int run = 0; run < 200; ++run) {
         Scene scene = placed(random, projection);
@@ -270,7 +274,7 @@ TEST_CASE(
 
 TEST_CASE("an isometric camera sees the three edges of a cube equally long, 120 degrees apart",
           "[raytracer][camera][orthographic]") {
-    Scene scene = scene_of("isometric");
+    Scene scene = scene_of(CameraProjection::kIsometric);
     scene.camera.azimuth_deg = GENERATE(45.0, 135.0, 225.0, -45.0);
     const Camera camera = make_camera(scene, {}, {{0, 0, 0}, {64, 64, 64}});
     CHECK(std::asin(-camera.forward().y) * 180 / kPi == Approx(35.264389682754654));
@@ -282,7 +286,8 @@ TEST_CASE("an isometric camera sees the three edges of a cube equally long, 120 
 TEST_CASE(
     "framing cameras of parallel rays and fisheyes see all corners of the world, within the margin",
     "[raytracer][camera]") {
-    const std::string projection = GENERATE("orthographic", "isometric", "fisheye");
+    const auto projection = GENERATE(CameraProjection::kOrthographic, CameraProjection::kIsometric,
+                                     CameraProjection::kFisheye);
     Random random(5);
     for (int run = 0; run < 200; ++run) {
         Scene scene = scene_of(projection, 1 + static_cast<int>(random.in(0, 900)),
@@ -298,7 +303,7 @@ TEST_CASE(
                               static_cast<double>((i & 2) != 0 ? kBounds.max[1] : kBounds.min[1]),
                               static_cast<double>((i & 4) != 0 ? kBounds.max[2] : kBounds.min[2])};
             const Vec3 to = corner - camera.position();
-            if (projection == "fisheye") {
+            if (projection == CameraProjection::kFisheye) {
                 most =
                     std::max(most, angle_between(to, camera.forward()) / camera.half_angle_rad());
                 continue;
@@ -312,14 +317,14 @@ TEST_CASE(
                         << " of the picture, margin " << scene.camera.margin << ", fov "
                         << scene.camera.fov_deg);
         REQUIRE(most <= 1 - 2 * scene.camera.margin + 1e-9);
-        if (projection != "fisheye")
+        if (projection != CameraProjection::kFisheye)
             REQUIRE(most >= 1 - 2 * scene.camera.margin - 1e-9);
     }
     Scene scene = scene_of(projection);
     const auto size = [&](double zoom) {
         scene.camera.zoom = zoom;
         const Camera camera = make_camera(scene, {}, kBounds);
-        return projection == "fisheye"
+        return projection == CameraProjection::kFisheye
                    ? dot(Vec3{450, 120, 420} - camera.position(), camera.forward())
                    : camera.pixel_voxels(0);
     };
@@ -328,13 +333,14 @@ TEST_CASE(
 
 TEST_CASE("a panorama that frames the world stands above its middle",
           "[raytracer][camera][panorama]") {
-    const Camera camera = make_camera(scene_of("panorama"), {}, kBounds);
+    const Camera camera = make_camera(scene_of(CameraProjection::kPanorama), {}, kBounds);
     CHECK((camera.position().x == 450 && camera.position().z == 420 && camera.position().y > 250));
 }
 
 TEST_CASE("rays through all points of the lens meet where it is sharp, and start within it",
           "[raytracer][camera][lens]") {
-    const std::string projection = GENERATE("perspective", "orthographic", "isometric");
+    const auto projection = GENERATE(CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kIsometric);
     Random random(6);
     for (int run = 0; run < 200; ++run) {
         Scene scene = placed(random, projection);
@@ -353,9 +359,9 @@ TEST_CASE("rays through all points of the lens meet where it is sharp, and start
         const double distance =
             scene.camera.focus_m ? *scene.camera.focus_m / voxel_m : length(target - place);
         double depth = distance;
-        if (projection == "orthographic")
+        if (projection == CameraProjection::kOrthographic)
             depth += dot(place - camera.position(), camera.forward());
-        if (projection == "isometric" && !scene.camera.focus_m)
+        if (projection == CameraProjection::kIsometric && !scene.camera.focus_m)
             depth = dot(target - camera.position(), camera.forward());
         const Ray middle = camera.ray(px, py);
         const Vec3 sharp =
@@ -370,7 +376,7 @@ TEST_CASE("rays through all points of the lens meet where it is sharp, and start
                     1e-8 * (1 + length(sharp - ray->origin)));
             REQUIRE(std::abs(dot(ray->origin - camera.position(), camera.forward())) <
                     1e-8 * (1 + length(ray->origin)));
-            if (projection == "perspective")
+            if (projection == CameraProjection::kPerspective)
                 widest = std::max(widest, length(ray->origin - middle.origin));
         }
         REQUIRE(widest <= scene.camera.aperture_m / 2 / voxel_m * (1 + 1e-9));
@@ -397,9 +403,10 @@ TEST_CASE("points of the lens fill the disc evenly", "[raytracer][camera][lens]"
 }
 
 TEST_CASE("the camera turns clockwise about its line of sight", "[raytracer][camera]") {
-    const std::string projection = GENERATE("perspective", "orthographic", "fisheye");
+    const auto projection = GENERATE(CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kFisheye);
     Scene scene = scene_of(projection, 400, 400);
-    scene.camera.space = "voxel", scene.camera.position = {0, 50, 900},
+    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 50, 900},
     scene.camera.target = {0, 50, 0}, scene.camera.roll_deg = 90;
     const Camera camera = make_camera(scene, {}, kBounds);
     // It looks north; its upper edge now is in the east.
@@ -417,8 +424,9 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
         voxel::WorldInfo world = slovenia(voxel_m);
         if (run % 3 == 0)
             world.crs_units_per_voxel = voxel_m * 1.44;
-        Scene scene = scene_of("orthographic", 1 + static_cast<int>(random.in(0, 900)),
-                               1 + static_cast<int>(random.in(0, 900)));
+        Scene scene =
+            scene_of(CameraProjection::kOrthographic, 1 + static_cast<int>(random.in(0, 900)),
+                     1 + static_cast<int>(random.in(0, 900)));
         scene.camera.down_deg = 90, scene.camera.azimuth_deg = random.in(-360, 360),
         scene.camera.roll_deg = run % 2 == 0 ? 0 : random.in(-180, 180);
         if (run % 5 == 0)
@@ -444,16 +452,18 @@ TEST_CASE("a map camera's geotransform says where its rays hit",
             REQUIRE(((*g)[1] > 0 && (*g)[2] == 0 && (*g)[4] == 0 && (*g)[5] < 0));
         CHECK_FALSE(camera.geotransform(voxel::WorldInfo{}));
     }
-    Scene scene = scene_of("orthographic");
+    Scene scene = scene_of(CameraProjection::kOrthographic);
     scene.camera.down_deg = 89;
     CHECK_FALSE(make_camera(scene, slovenia(), kBounds).geotransform(slovenia()));
-    CHECK_FALSE(make_camera(scene_of("isometric"), slovenia(), kBounds).geotransform(slovenia()));
-    scene.camera.down_deg = 90, scene.camera.projection = "perspective";
+    CHECK_FALSE(make_camera(scene_of(CameraProjection::kIsometric), slovenia(), kBounds)
+                    .geotransform(slovenia()));
+    scene.camera.down_deg = 90, scene.camera.projection = CameraProjection::kPerspective;
     CHECK_FALSE(make_camera(scene, slovenia(), kBounds).geotransform(slovenia()));
 }
 
 TEST_CASE("matrices take a point on a pixel's ray to that pixel", "[raytracer][camera][matrices]") {
-    const std::string projection = GENERATE("perspective", "orthographic", "isometric");
+    const auto projection = GENERATE(CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kIsometric);
     Random random(8);
     for (int run = 0; run < 200; ++run) {
         const double voxel_m = random.in(0.2, 3);
@@ -488,16 +498,17 @@ TEST_CASE("matrices take a point on a pixel's ray to that pixel", "[raytracer][c
             REQUIRE(ndc[0] / ndc[3] == Approx(px / w).margin(1e-6));
             REQUIRE(ndc[1] / ndc[3] == Approx(py / h).margin(1e-6));
             REQUIRE(ndc[2] / ndc[3] ==
-                    Approx(projection == "perspective" ? 1 / depth_m : depth_m).epsilon(1e-7));
+                    Approx(projection == CameraProjection::kPerspective ? 1 / depth_m : depth_m)
+                        .epsilon(1e-7));
         }
     }
-    CHECK_FALSE(make_camera(scene_of("panorama"), {}, kBounds).world_to_ndc());
-    CHECK_FALSE(make_camera(scene_of("fisheye"), {}, kBounds).world_to_ndc());
+    CHECK_FALSE(make_camera(scene_of(CameraProjection::kPanorama), {}, kBounds).world_to_ndc());
+    CHECK_FALSE(make_camera(scene_of(CameraProjection::kFisheye), {}, kBounds).world_to_ndc());
 }
 
 TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones farther away",
           "[raytracer][camera][levels]") {
-    Scene scene = scene_of("orthographic", 100, 100);
+    Scene scene = scene_of(CameraProjection::kOrthographic, 100, 100);
     const auto level_at = [&](double height_m, double detail) {
         scene.camera.height_m = height_m;
         const LevelCut cut(kBounds, make_camera(scene, slovenia(), kBounds), detail, 0, 5);
@@ -513,7 +524,9 @@ TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones fa
     CHECK(level_at(800, 2) == 4);
     CHECK(level_at(800, 0) == 0);  // the finest
     CHECK(level_at(1e6, 1) == 5);  // the coarsest
-    for (const char* projection : {"perspective", "panorama", "fisheye"}) {
+    for (const CameraProjection projection :
+         {CameraProjection::kPerspective, CameraProjection::kPanorama,
+          CameraProjection::kFisheye}) {
         Scene other = scene_of(projection, 100, 50);
         const Camera camera = make_camera(other, slovenia(), kBounds);
         const LevelCut cut(kBounds, camera, 1, 0, 5),
@@ -525,8 +538,9 @@ TEST_CASE("parallel rays see one level everywhere; other cameras coarser ones fa
 }
 
 TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][levels]") {
-    const std::string projection =
-        GENERATE("perspective", "orthographic", "isometric", "panorama", "fisheye");
+    const auto projection = GENERATE(CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
+                                     CameraProjection::kPanorama, CameraProjection::kFisheye);
     Random random(9);
     constexpr VoxelBounds kWide{{-2000, 0, -2000}, {2000, 256, 2000}};
     std::size_t fewest = 100'000;
@@ -534,7 +548,7 @@ TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][
         Scene scene = placed(random, projection);
         if (run % 2 == 0)
             scene.camera.height_m = random.in(50, 900);
-        if (projection == "fisheye" && run % 2 == 0)
+        if (projection == CameraProjection::kFisheye && run % 2 == 0)
             scene.camera.fov_deg = random.in(5, 60);
         const Camera camera = make_camera(scene, {}, kWide);
         const LevelCut cut(kWide, camera, 0, 0, 0);
@@ -564,7 +578,7 @@ TEST_CASE("every box that a ray goes through is in sight", "[raytracer][camera][
             }
         }
     }
-    if (projection != "panorama")
+    if (projection != CameraProjection::kPanorama)
         CHECK(fewest < 2000);  // of 3969 columns: not simply all
 }
 
@@ -572,59 +586,63 @@ TEST_CASE("a camera that cannot be is refused in one line that names field, valu
           "[raytracer][camera]") {
     struct Case {
         const char* name;
-        std::string projection;
+        CameraProjection projection;
         void (*change)(Scene::Camera&);
         std::string said;
     };
     const auto c = GENERATE(values<Case>({
-        {"no such projection", "cubist", [](Scene::Camera&) {},
-         "camera.projection = 'cubist'; allowed: perspective, orthographic"},
-        {"no field of view", "perspective", [](Scene::Camera& s) { s.fov_deg = 0; },
+        {"no field of view", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.fov_deg = 0; },
          "camera.fov_deg = 0; allowed for a perspective: 1 to 170"},
-        {"a huge field of view", "perspective", [](Scene::Camera& s) { s.fov_deg = 1000; },
-         "camera.fov_deg = 1000; allowed"},
-        {"wider than a plane", "perspective", [](Scene::Camera& s) { s.fov_deg = 171; },
-         "1 to 170"},
-        {"a field of view that is no number", "perspective",
+        {"a huge field of view", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.fov_deg = 1000; }, "camera.fov_deg = 1000; allowed"},
+        {"wider than a plane", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.fov_deg = 171; }, "1 to 170"},
+        {"a field of view that is no number", CameraProjection::kPerspective,
          [](Scene::Camera& s) { s.fov_deg = kNan; }, "camera.fov_deg = nan"},
-        {"more than all around", "fisheye", [](Scene::Camera& s) { s.fov_deg = 361; },
-         "allowed for a fisheye: 1 to 360"},
-        {"a position that is no number", "perspective",
+        {"more than all around", CameraProjection::kFisheye,
+         [](Scene::Camera& s) { s.fov_deg = 361; }, "allowed for a fisheye: 1 to 360"},
+        {"a position that is no number", CameraProjection::kPerspective,
          [](Scene::Camera& s) { s.position = {kNan, 0, 0}; },
          "camera.position = (nan, 0, 0); allowed: finite numbers"},
-        {"an infinite target", "orthographic", [](Scene::Camera& s) { s.target = {0, kInf, 0}; },
-         "camera.target = (0, inf, 0)"},
-        {"a position far out", "perspective", [](Scene::Camera& s) { s.position = {1.5e9, 0, 0}; },
+        {"an infinite target", CameraProjection::kOrthographic,
+         [](Scene::Camera& s) { s.target = {0, kInf, 0}; }, "camera.target = (0, inf, 0)"},
+        {"a position far out", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.position = {1.5e9, 0, 0}; },
          "camera.position = (1500000000, 0, 0) lies beyond 10^9 voxels"},
-        {"a target far out", "fisheye", [](Scene::Camera& s) { s.target = {0, -1e300, 0}; },
-         "lies beyond 10^9 voxels"},
-        {"the same point twice", "panorama", [](Scene::Camera& s) { s.target = s.position; },
-         "are the same point"},
-        {"a position alone", "orthographic", [](Scene::Camera& s) { s.target.reset(); },
-         "camera.target is missing"},
-        {"a target alone", "fisheye", [](Scene::Camera& s) { s.position.reset(); },
+        {"a target far out", CameraProjection::kFisheye,
+         [](Scene::Camera& s) { s.target = {0, -1e300, 0}; }, "lies beyond 10^9 voxels"},
+        {"the same point twice", CameraProjection::kPanorama,
+         [](Scene::Camera& s) { s.target = s.position; }, "are the same point"},
+        {"a position alone", CameraProjection::kOrthographic,
+         [](Scene::Camera& s) { s.target.reset(); }, "camera.target is missing"},
+        {"a target alone", CameraProjection::kFisheye, [](Scene::Camera& s) { s.position.reset(); },
          "camera.position is missing"},
-        {"a panorama with a lens", "panorama", [](Scene::Camera& s) { s.aperture_m = 1; },
+        {"a panorama with a lens", CameraProjection::kPanorama,
+         [](Scene::Camera& s) { s.aperture_m = 1; },
          "camera.aperture_m = 1; allowed for a panorama: 0"},
-        {"a fisheye with a lens", "fisheye", [](Scene::Camera& s) { s.aperture_m = 0.5; },
+        {"a fisheye with a lens", CameraProjection::kFisheye,
+         [](Scene::Camera& s) { s.aperture_m = 0.5; },
          "camera.aperture_m = 0.5; allowed for a fisheye: 0"},
-        {"a panorama on its side", "panorama", [](Scene::Camera& s) { s.roll_deg = 90; },
+        {"a panorama on its side", CameraProjection::kPanorama,
+         [](Scene::Camera& s) { s.roll_deg = 90; },
          "camera.roll_deg = 90; allowed for a panorama: 0"},
-        {"a negative lens", "perspective", [](Scene::Camera& s) { s.aperture_m = -1; },
-         "camera.aperture_m = -1"},
-        {"sharp at nothing", "perspective", [](Scene::Camera& s) { s.focus_m = 0; },
-         "camera.focus_m = 0; allowed: 0.001 to"},
-        {"no height", "orthographic", [](Scene::Camera& s) { s.height_m = 0; },
+        {"a negative lens", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.aperture_m = -1; }, "camera.aperture_m = -1"},
+        {"sharp at nothing", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.focus_m = 0; }, "camera.focus_m = 0; allowed: 0.001 to"},
+        {"no height", CameraProjection::kOrthographic, [](Scene::Camera& s) { s.height_m = 0; },
          "camera.height_m = 0"},
-        {"a height that is no number", "isometric", [](Scene::Camera& s) { s.height_m = kNan; },
-         "camera.height_m = nan"},
-        {"endless roll", "perspective", [](Scene::Camera& s) { s.roll_deg = kInf; },
-         "camera.roll_deg = inf"},
-        {"no zoom", "orthographic", [](Scene::Camera& s) { s.zoom = 0; }, "camera.zoom = 0"},
+        {"a height that is no number", CameraProjection::kIsometric,
+         [](Scene::Camera& s) { s.height_m = kNan; }, "camera.height_m = nan"},
+        {"endless roll", CameraProjection::kPerspective,
+         [](Scene::Camera& s) { s.roll_deg = kInf; }, "camera.roll_deg = inf"},
+        {"no zoom", CameraProjection::kOrthographic, [](Scene::Camera& s) { s.zoom = 0; },
+         "camera.zoom = 0"},
     }));
     DYNAMIC_SECTION(c.name) {
         Scene scene = scene_of(c.projection);
-        scene.camera.space = "voxel", scene.camera.position = {0, 100, 0},
+        scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {0, 100, 0},
         scene.camera.target = {30, 60, -40};
         c.change(scene.camera);
         std::string said;
@@ -640,8 +658,9 @@ TEST_CASE("a camera that cannot be is refused in one line that names field, valu
 
 TEST_CASE("cameras that look straight up or down, and other odd but right ones, have finite rays",
           "[raytracer][camera]") {
-    const std::string projection =
-        GENERATE("perspective", "orthographic", "isometric", "panorama", "fisheye");
+    const auto projection = GENERATE(CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
+                                     CameraProjection::kPanorama, CameraProjection::kFisheye);
     const auto target = GENERATE(values<std::array<double, 3>>({{10, 600, 20},
                                                                 {10, -600, 20},
                                                                 {10 + 1e-7, -600, 20},
@@ -650,7 +669,7 @@ TEST_CASE("cameras that look straight up or down, and other odd but right ones, 
                                                                 {10, 100 + 1e-6, 20}}));
     const auto size = GENERATE(values<std::array<int, 2>>({{1, 1}, {65536, 1}, {1, 65536}}));
     Scene scene = scene_of(projection, size[0], size[1]);
-    scene.camera.space = "voxel", scene.camera.position = {10, 100, 20},
+    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {10, 100, 20},
     scene.camera.target = target;
     const Camera camera = make_camera(scene, slovenia(), kBounds);
     for (const double x : {0.0, 0.5, size[0] / 2.0, size[0] - 0.25})

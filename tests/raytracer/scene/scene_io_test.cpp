@@ -25,6 +25,8 @@ std::map<std::string, std::string> values_of(const Scene& scene) {
             return v;
         else if constexpr (std::is_same_v<T, TileSize>)
             return v.text();
+        else if constexpr (std::is_enum_v<T>)
+            return std::to_string(static_cast<int>(v));
         else if constexpr (std::is_arithmetic_v<T>)
             return std::to_string(v) + "/" + std::to_string(static_cast<double>(v) * 1e6);
         else {
@@ -53,6 +55,9 @@ std::string other_value(std::string_view path, const FieldRule& rule, const auto
             if (word != field && !word.empty())
                 return std::string(word);
         return path == "sun.date" ? "1999-12-31" : "some \"text\" č \\ '1'";
+    } else if constexpr (WordEnum<T>) {
+        return std::string(word_of(field == words_of(T{})[0].value ? words_of(T{})[1].value
+                                                                   : words_of(T{})[0].value));
     } else if constexpr (std::is_same_v<T, TileSize>)
         return "12.5%";
     else if constexpr (std::is_same_v<T, std::array<int, 2>>)
@@ -121,6 +126,31 @@ TEST_CASE("every field can be set by its flag, and survives writing and reading"
     });
     CHECK(flags.size() == fields);
     CHECK(values_of(SceneFile(to_toml(all)).read()) == values_of(all));
+}
+
+TEST_CASE("words and values of scenes lead to each other", "[raytracer][scene]") {
+    const auto check = [](auto value) {
+        using Enum = decltype(value);
+        const auto words = words_of(value);
+        CHECK(words.size() >= 2);
+        for (std::size_t i = 0; i < words.size(); ++i) {
+            INFO(words[i].text);
+            CHECK(static_cast<std::size_t>(words[i].value) == i);
+            CHECK(from_word<Enum>(word_of(words[i].value)) == words[i].value);
+        }
+        CHECK_FALSE(from_word<Enum>("zigzag"));
+        CHECK_FALSE(from_word<Enum>(""));
+        CHECK(word_of(static_cast<Enum>(99)).empty());
+    };
+    check(CameraProjection{});
+    check(CoordinateSpace{});
+    check(SkyModel{});
+    check(ToneCurve{});
+    check(PictureLayers{});
+    check(TiffSamples{});
+    check(Integrator{});
+    check(TileOrder{});
+    check(VoxelColour{});
 }
 
 TEST_CASE("no two fields share a flag", "[raytracer][scene]") {

@@ -179,8 +179,8 @@ TEST_CASE("the views that ship can be told apart, have areas, and cameras that c
             compose_scene({fields_layer({{"camera.look", view.name}})}, kConfig / "views");
         REQUIRE((scene.camera.position && scene.camera.target));
         voxel::WorldInfo world;
-        const auto crs =
-            geo::Crs::from_text(scene.camera.space == "crs" ? "EPSG:3794" : "EPSG:3857");
+        const auto crs = geo::Crs::from_text(
+            scene.camera.space == CoordinateSpace::kCrs ? "EPSG:3794" : "EPSG:3857");
         world.crs = crs.name(), world.crs_wkt = crs.wkt();
         const Camera camera = make_camera(scene, world, {{0, 0, 0}, {100, 100, 100}});
         CHECK(std::isfinite(length(camera.position())));

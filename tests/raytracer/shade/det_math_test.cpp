@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "raytracer/shade/colour.hpp"
+#include "common/voxel/colour.hpp"
 #include "tests/catch.hpp"
 
 using namespace terravox;

@@ -81,16 +81,20 @@ material::Looks strange_looks(Chooser& choose) {
 
 void choose_camera(Chooser& choose, Scene& scene) {
     auto& camera = scene.camera;
-    camera.projection = choose.of<const char*>(
-        {"perspective", "perspective", "orthographic", "isometric", "panorama", "fisheye"});
-    camera.fov_deg = camera.projection == "fisheye" ? choose.of({1.0, 180.0, 360.0})
-                                                    : choose.of({1.0, 40.0, 90.0, 170.0});
-    camera.space = "voxel", camera.inside_rock = true;
-    const bool flat = camera.projection != "panorama" && camera.projection != "fisheye";
+    camera.projection =
+        choose.of<CameraProjection>({CameraProjection::kPerspective, CameraProjection::kPerspective,
+                                     CameraProjection::kOrthographic, CameraProjection::kIsometric,
+                                     CameraProjection::kPanorama, CameraProjection::kFisheye});
+    camera.fov_deg = camera.projection == CameraProjection::kFisheye
+                         ? choose.of({1.0, 180.0, 360.0})
+                         : choose.of({1.0, 40.0, 90.0, 170.0});
+    camera.space = CoordinateSpace::kVoxel, camera.inside_rock = true;
+    const bool flat = camera.projection != CameraProjection::kPanorama &&
+                      camera.projection != CameraProjection::kFisheye;
     if (flat && choose.one_in(3))
         camera.aperture_m = choose.of({0.01, 1.0, 8.0}),
         camera.focus_m = choose.of({0.001, 5.0, 1e6});
-    if (camera.projection != "panorama" && choose.one_in(4))
+    if (camera.projection != CameraProjection::kPanorama && choose.one_in(4))
         camera.roll_deg = choose.between(-180, 180);
     camera.azimuth_deg = choose.of({0.0, 90.0, 225.0, 359.0}),
     camera.down_deg = choose.of({-30.0, 0.0, 35.0, 90.0});
@@ -118,7 +122,8 @@ void choose_light(Chooser& choose, Scene& scene) {
     scene.sun.strength = choose.of({0.0, 1.0, 1.0, 100.0});
     if (choose.one_in(4))
         scene.sun.light = std::array<double, 3>{choose.of({0.0, 1e6}), 1, choose.between(0, 3)};
-    scene.sky.model = choose.of<const char*>({"atmosphere", "atmosphere", "uniform"});
+    scene.sky.model =
+        choose.of<SkyModel>({SkyModel::kAtmosphere, SkyModel::kAtmosphere, SkyModel::kUniform});
     if (choose.one_in(2))
         scene.sky.colour = std::array<double, 3>{choose.of({0.0, 1e6}), 0, choose.between(0, 2)};
     scene.sky.turbidity = choose.of({1.5, 2.5, 10.0}),
@@ -131,15 +136,15 @@ void choose_light(Chooser& choose, Scene& scene) {
 
 void choose_quality(Chooser& choose, Scene& scene) {
     auto& q = scene.quality;
-    q.integrator = choose.of<const char*>({"direct", "path"}), q.samples = choose.whole(1, 3),
-    q.seed = choose.whole(0, 1000);
+    q.integrator = choose.of({Integrator::kDirect, Integrator::kPath}),
+    q.samples = choose.whole(1, 3), q.seed = choose.whole(0, 1000);
     q.bounces = choose.of({0, 1, 3, 8, 64}), q.clamp = choose.of({0.0, 1e-3, 16.0});
     q.ao_rays = choose.of({0, 1, 3}), q.ao_range_m = choose.of({0.01, 4.0, 1e6}),
     q.ao_strength = choose.of({0.0, 0.5, 1.0});
     for (bool* flag : {&q.shadows, &q.ambient_occlusion, &q.reflections, &q.refraction, &q.textures,
                        &q.cut_outs})
         *flag = !choose.one_in(4);
-    q.colour = choose.of<const char*>({"material", "true", "mix"});
+    q.colour = choose.of({VoxelColour::kMaterial, VoxelColour::kTrue, VoxelColour::kMix});
     q.coarse_step = choose.of({1, 4});
     scene.output.exposure_ev = choose.of({-20.0, 0.0, 20.0}),
     scene.output.adaptation = choose.of({0.0, 0.75, 1.0});
@@ -148,7 +153,7 @@ void choose_quality(Chooser& choose, Scene& scene) {
 Scene random_scene(Chooser& choose) {
     Scene scene;
     scene.output.size_px = {choose.whole(1, 24), choose.whole(1, 16)};
-    scene.output.layers = "all";
+    scene.output.layers = PictureLayers::kAll;
     choose_camera(choose, scene), choose_light(choose, scene), choose_quality(choose, scene);
     return scene;
 }

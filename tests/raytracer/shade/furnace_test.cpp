@@ -5,6 +5,7 @@
 
 #include "tests/catch.hpp"
 #include "tests/raytracer/landscape.hpp"
+#include "tests/raytracer/scene_words_text.hpp"
 
 // Light against what can be worked out by hand: a furnace, a closed box, a plane, a corner.
 
@@ -32,12 +33,13 @@ Look clear(Kind kind, float index) {
     return look;
 }
 
-Scene scene_of(const char* integrator, int samples, std::array<double, 3> eye,
+Scene scene_of(Integrator integrator, int samples, std::array<double, 3> eye,
                std::array<double, 3> target) {
     Scene scene;
     scene.output.size_px = {48, 32};
-    scene.camera.space = "voxel", scene.camera.position = eye, scene.camera.target = target;
-    scene.sky.model = "uniform", scene.sun.strength = 0, scene.sun.altitude_deg = 40,
+    scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = eye,
+    scene.camera.target = target;
+    scene.sky.model = SkyModel::kUniform, scene.sun.strength = 0, scene.sun.altitude_deg = 40,
     scene.sun.azimuth_deg = 130;
     scene.quality.integrator = integrator, scene.quality.samples = samples,
     scene.quality.bounces = kManyBounces;
@@ -97,7 +99,7 @@ std::unique_ptr<ArrayWorld> plane() {
 }
 
 /// Looks at a spot on the plane, steeply.
-Scene spot_scene(const char* integrator, int samples, double x, double z) {
+Scene spot_scene(Integrator integrator, int samples, double x, double z) {
     Scene scene = scene_of(integrator, samples, {x + 0.3, 11, z + 0.2}, {x, 0, z});
     scene.output.size_px = {4, 4};
     scene.camera.fov_deg = 1;
@@ -151,7 +153,7 @@ TEST_CASE("in a furnace of white things everything is as bright as the sky",
     };
     for (const Case& c : cases) {
         Looks looks = matt(1);
-        Scene scene = scene_of("path", 16, {-38, 22, 39}, {0, -2, 0});
+        Scene scene = scene_of(Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
         scene.camera.fov_deg = 60;
         c.set(looks, scene);
         const Mean found = light_of(scene, furnace_world(), looks);
@@ -166,7 +168,7 @@ TEST_CASE("a furnace is darker where paths end early, and never brighter",
           "[raytracer][shade][light][furnace]") {
     double last = 0;
     for (const int bounces : {0, 1, 3, 8}) {
-        Scene scene = scene_of("path", 16, {-38, 22, 39}, {0, -2, 0});
+        Scene scene = scene_of(Integrator::kPath, 16, {-38, 22, 39}, {0, -2, 0});
         scene.quality.bounces = bounces, scene.camera.fov_deg = 60;
         const Mean found = light_of(scene, furnace_world(), matt(1));
         INFO(bounces << " bounces: " << found.light << ", before " << last);
@@ -190,8 +192,8 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
         world->fill({-12, -8, -10}, {12, 8, 10}, Material::kConcrete);
         world->fill({-10, -6, -8}, {10, 6, 8}, Material::kAir);
         world->fill({-2, -6, -2}, {3, 1, 2}, Material::kConcrete);
-        const Mean found =
-            light_of(scene_of("path", 64, {-8, 4, 6}, {0, -2, 0}), std::move(world), looks);
+        const Mean found = light_of(scene_of(Integrator::kPath, 64, {-8, 4, 6}, {0, -2, 0}),
+                                    std::move(world), looks);
         const double expected =
             static_cast<double>(c.emission) / (1 - static_cast<double>(c.albedo));
         INFO("albedo " << c.albedo << ", emission " << c.emission << ": " << found.least << " to "
@@ -204,14 +206,14 @@ TEST_CASE("in a closed box that glows, light is its own over what is lost at eac
 TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][light][furnace]") {
     struct Case {
         const char* name;
-        const char* integrator;
+        Integrator integrator;
         int ao_rays, bounces;
     };
-    for (const Case& c : {Case{"direct", "direct", 0, 6},
-                          {"ambient rays", "direct", 3, 6},
-                          {"paths", "path", 0, 6},
-                          {"paths of one bounce", "path", 0, 1},
-                          {"paths without a bounce", "path", 0, 0}}) {
+    for (const Case& c : {Case{"direct", Integrator::kDirect, 0, 6},
+                          {"ambient rays", Integrator::kDirect, 3, 6},
+                          {"paths", Integrator::kPath, 0, 6},
+                          {"paths of one bounce", Integrator::kPath, 0, 1},
+                          {"paths without a bounce", Integrator::kPath, 0, 0}}) {
         Scene scene = spot_scene(c.integrator, 4, 0, 0);
         scene.quality.ao_rays = c.ao_rays, scene.quality.bounces = c.bounces;
         INFO(c.name);
@@ -223,7 +225,7 @@ TEST_CASE("a plane under an even sky sends its albedo", "[raytracer][shade][ligh
 
 TEST_CASE("a plane in the sun alone sends its albedo times the sun's sine of altitude",
           "[raytracer][shade][light][furnace]") {
-    for (const char* integrator : {"direct", "path"})
+    for (const Integrator integrator : {Integrator::kDirect, Integrator::kPath})
         for (const double size : {0.0, 1.0})
             for (const double altitude_deg : {4.0, 30.0, 90.0}) {
                 Scene scene = spot_scene(integrator, 256, 0, 0);
@@ -242,11 +244,11 @@ TEST_CASE(
     "under the sky of the atmosphere paths bring a plane what its table of ambient light says",
     "[raytracer][shade][light][furnace]") {
     for (const double altitude_deg : {60.0, 8.0}) {
-        Scene scene = spot_scene("path", 1024, 0, 0);
-        scene.sky.model = "atmosphere", scene.sky.visibility_km = 0,
+        Scene scene = spot_scene(Integrator::kPath, 1024, 0, 0);
+        scene.sky.model = SkyModel::kAtmosphere, scene.sky.visibility_km = 0,
         scene.sun.altitude_deg = altitude_deg;
         const Mean path = light_of(scene, plane(), matt(0.5f));
-        scene.quality.integrator = "direct", scene.quality.ambient_occlusion = false,
+        scene.quality.integrator = Integrator::kDirect, scene.quality.ambient_occlusion = false,
         scene.quality.samples = 4;
         const Mean table = light_of(scene, plane(), matt(0.5f));
         INFO("altitude " << altitude_deg);
@@ -267,7 +269,7 @@ TEST_CASE("on a floor in a corner of two walls the sky's light is the share that
                    kept_by_wall(distance, kLong - along, kHigh);
         };
         const double kept = kept_by(c.x, c.z) + kept_by(c.z, c.x);
-        for (const char* integrator : {"direct", "path"}) {
+        for (const Integrator integrator : {Integrator::kDirect, Integrator::kPath}) {
             auto world = std::make_unique<ArrayWorld>(ArrayWorld::Coord{-4, -4, -4},
                                                       ArrayWorld::Coord{40, 16, 40});
             world->fill({-4, -4, -4}, {40, 0, 40}, Material::kGround);
@@ -295,15 +297,15 @@ TEST_CASE(
                             ((kIndex - 1) / (kIndex + 1));  // of light that comes straight
     const double up = (1 - mirrored) * left(kDepth_m);
     struct Case {
-        const char* integrator;
+        Integrator integrator;
         double altitude_deg;  ///< of the sun; 0: there is none, and the bed glows
     };
-    for (const Case& c : {Case{"direct", 0},
-                          {"path", 0},
-                          {"direct", 60},
-                          {"path", 60},
-                          {"direct", 12},
-                          {"path", 12}}) {
+    for (const Case& c : {Case{Integrator::kDirect, 0},
+                          {Integrator::kPath, 0},
+                          {Integrator::kDirect, 60},
+                          {Integrator::kPath, 60},
+                          {Integrator::kDirect, 12},
+                          {Integrator::kPath, 12}}) {
         Looks looks = matt(static_cast<float>(kAlbedo));
         Look water = clear(Kind::kWater, static_cast<float>(kIndex));
         water.absorption_per_m = Colour{1, 1, 1} * static_cast<float>(kAbsorption_per_m);

@@ -12,7 +12,7 @@ using terravox::test::small_scene;
 
 namespace {
 
-Scene tiny(const char* integrator, int samples) {
+Scene tiny(Integrator integrator, int samples) {
     Scene scene = small_scene();
     scene.output.size_px = {40, 24};
     scene.quality.integrator = integrator, scene.quality.samples = samples;
@@ -48,10 +48,10 @@ TEST_CASE(
     const Kind kinds[] = {
         {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 1; }},
         {"a large sun", [](Scene& s) { s.sun.size = 20; }},
-        {"paths", [](Scene& s) { s.quality.integrator = "path"; }},
+        {"paths", [](Scene& s) { s.quality.integrator = Integrator::kPath; }},
     };
     for (const Kind& kind : kinds) {
-        Scene scene = tiny("direct", 1024);
+        Scene scene = tiny(Integrator::kDirect, 1024);
         kind.set(scene);
         const Film reference = picture(scene);
         double last = 0;
@@ -78,7 +78,8 @@ TEST_CASE(
 }
 
 TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shade][light]") {
-    const Film reference = picture(tiny("path", 1024)), film = picture(tiny("path", 16));
+    const Film reference = picture(tiny(Integrator::kPath, 1024)),
+               film = picture(tiny(Integrator::kPath, 16));
     double said = 0, found = 0;
     for (int y = 0; y < film.height_px(); ++y)
         for (int x = 0; x < film.width_px(); ++x) {
@@ -93,9 +94,9 @@ TEST_CASE("what a pixel says of its error is about its error", "[raytracer][shad
 }
 
 TEST_CASE("with a noise to reach, samples go where they are needed", "[raytracer][shade][light]") {
-    Scene scene = tiny("path", 512);
+    Scene scene = tiny(Integrator::kPath, 512);
     scene.quality.noise = 0.05, scene.quality.min_samples = 8;
-    const Film film = picture(scene), reference = picture(tiny("path", 1024));
+    const Film film = picture(scene), reference = picture(tiny(Integrator::kPath, 1024));
     std::uint64_t samples = 0;
     std::uint32_t least = 1 << 20, most = 0;
     for (int y = 0; y < film.height_px(); ++y)
@@ -113,7 +114,7 @@ TEST_CASE("with a noise to reach, samples go where they are needed", "[raytracer
 }
 
 TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][light]") {
-    const Scene scene = tiny("path", 8);
+    const Scene scene = tiny(Integrator::kPath, 8);
     Job job(scene);
     const Film whole = render(job, 1);
     Film film(40, 24);
@@ -141,7 +142,7 @@ TEST_CASE("more samples added later make the mean of all", "[raytracer][shade][l
 
 TEST_CASE("a picture with a time to keep has at least its first samples",
           "[raytracer][shade][light]") {
-    Scene scene = tiny("direct", 64);
+    Scene scene = tiny(Integrator::kDirect, 64);
     scene.quality.time_s = 0.001;
     const Film film = picture(scene);
     CHECK(film.at(3, 3).samples >= 2);
@@ -151,7 +152,7 @@ TEST_CASE("a picture with a time to keep has at least its first samples",
 
 TEST_CASE("with a time to keep, too, no pixel is known by fewer samples than were asked for",
           "[raytracer][shade][light]") {
-    Scene scene = tiny("direct", 64);
+    Scene scene = tiny(Integrator::kDirect, 64);
     scene.quality.time_s = 1000, scene.quality.noise = 1, scene.quality.min_samples = 16;
     CHECK(picture(scene).at(3, 3).samples >= 16);
 }

@@ -64,18 +64,22 @@ TEST_CASE("a mixed colour is not that of what stands beside the voxel", "[raytra
         const char* name;
         Material material;
         voxel::Rgb8 photo;
-        const char* colour;
+        VoxelColour colour;
         float least, most;  ///< share of the photo in what is shown
     };
     for (const Case& c :
-         {Case{"a meadow", Material::kGrass, meadow, "mix", 0.84f, 0.86f},
-          Case{"a shore that shows the lake", Material::kGrass, lake, "mix", 0, 0.001f},
-          Case{"leaves over the lake", Material::kHighVegetation, lake, "mix", 0, 0.001f},
-          Case{"leaves in the shade", Material::kHighVegetation, shade, "mix", 0.5f, 0.86f},
-          Case{"the lake itself", Material::kConcrete, lake, "mix", 0.84f, 0.86f},
-          Case{"a wall that shows the roof", Material::kWall, roof, "mix", 0, 0.001f},
-          Case{"a wall, as the photo has it", Material::kWall, roof, "true", 0.999f, 1.001f},
-          Case{"a shore, as the photo has it", Material::kGrass, lake, "true", 0.999f, 1.001f}}) {
+         {Case{"a meadow", Material::kGrass, meadow, VoxelColour::kMix, 0.84f, 0.86f},
+          Case{"a shore that shows the lake", Material::kGrass, lake, VoxelColour::kMix, 0, 0.001f},
+          Case{"leaves over the lake", Material::kHighVegetation, lake, VoxelColour::kMix, 0,
+               0.001f},
+          Case{"leaves in the shade", Material::kHighVegetation, shade, VoxelColour::kMix, 0.5f,
+               0.86f},
+          Case{"the lake itself", Material::kConcrete, lake, VoxelColour::kMix, 0.84f, 0.86f},
+          Case{"a wall that shows the roof", Material::kWall, roof, VoxelColour::kMix, 0, 0.001f},
+          Case{"a wall, as the photo has it", Material::kWall, roof, VoxelColour::kTrue, 0.999f,
+               1.001f},
+          Case{"a shore, as the photo has it", Material::kGrass, lake, VoxelColour::kTrue, 0.999f,
+               1.001f}}) {
         INFO(c.name);
         Scene scene = small_scene();
         scene.quality.colour = c.colour, scene.quality.textures = false;
@@ -85,7 +89,7 @@ TEST_CASE("a mixed colour is not that of what stands beside the voxel", "[raytra
         const Colour plain = surface_at(job.view, ray).albedo;
         ray.hit.attr.colour = c.photo, ray.hit.attr.flags = voxel::VoxelAttr::kHasColour;
         const Colour shown = surface_at(job.view, ray).albedo;
-        scene.quality.colour = "true";
+        scene.quality.colour = VoxelColour::kTrue;
         const Job photo_job(scene);
         const Colour photo = surface_at(photo_job.view, ray).albedo;
         const float share = (shown.g - plain.g) / (photo.g - plain.g);
@@ -102,14 +106,14 @@ TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][sh
     const Kind kinds[] = {
         {"sun", [](Scene& s) { s.sky.strength = 0; }},
         {"ambient occlusion", [](Scene& s) { s.quality.ao_rays = 4, s.sun.strength = 0; }},
-        {"paths", [](Scene& s) { s.quality.integrator = "path", s.sun.strength = 0; }},
+        {"paths", [](Scene& s) { s.quality.integrator = Integrator::kPath, s.sun.strength = 0; }},
     };
     for (const Kind& kind : kinds) {
         Scene scene = small_scene();
         scene.output.size_px = {64, 64};
         scene.quality.samples = 1, scene.quality.bounces = 0;
         scene.sun.altitude_deg = 70;
-        scene.camera.space = "voxel", scene.camera.position = {{0.5, 5, 0.5}},
+        scene.camera.space = CoordinateSpace::kVoxel, scene.camera.position = {{0.5, 5, 0.5}},
         scene.camera.target = {{0.6, 0, 0.6}};
         kind.set(scene);
         auto world = std::make_unique<test::ArrayWorld>(test::ArrayWorld::Coord{-20, -4, -20},
@@ -118,7 +122,7 @@ TEST_CASE("faces between leaves get light, whoever asks for it", "[raytracer][sh
         world->fill({-20, 0, -20}, {20, 1, 20}, Material::kLowVegetation);
         world->editable_info().bounds = world->level_bounds();
         Job job(scene, std::size_t{64} << 20, std::move(world));
-        job.view.scene.output.layers = "all";
+        job.view.scene.output.layers = PictureLayers::kAll;
         const Film film = test::render(job, 1);
         // Of pixels that see the sand, which lies under the leaves.
         double sum = 0;
@@ -156,7 +160,7 @@ TEST_CASE("water's own light is counted once, however many leaves a ray passes i
 }
 
 TEST_CASE("without reflections all light goes into the water", "[raytracer][shade]") {
-    for (const char* integrator : {"direct", "path"}) {
+    for (const Integrator integrator : {Integrator::kDirect, Integrator::kPath}) {
         Scene scene = small_scene();
         scene.quality.reflections = false, scene.quality.integrator = integrator;
         const Job job(scene);
@@ -176,7 +180,7 @@ TEST_CASE("without reflections all light goes into the water", "[raytracer][shad
 TEST_CASE("a path out of the water does not count the sun that its bed has asked for",
           "[raytracer][shade]") {
     Scene scene = small_scene();
-    scene.quality.integrator = "path", scene.quality.clamp = 0;
+    scene.quality.integrator = Integrator::kPath, scene.quality.clamp = 0;
     const Job job(scene);
     const auto shading = make_shading(job.view);
     TracedRay ray = met(*shading, Material::kSand, Face::kTop);

@@ -199,7 +199,7 @@ TEST_CASE("strengths multiply; without them there is no light", "[raytracer][sky
 TEST_CASE("a uniform sky is one colour all around, without air unless asked for",
           "[raytracer][sky]") {
     Scene scene;
-    scene.sky.model = "uniform", scene.sky.clouds = 1, scene.sky.strength = 2;
+    scene.sky.model = SkyModel::kUniform, scene.sky.clouds = 1, scene.sky.strength = 2;
     const auto is = [](Colour c, Colour wanted) {
         return c.r == wanted.r && c.g == wanted.g && c.b == wanted.b;
     };

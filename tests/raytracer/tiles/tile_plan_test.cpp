@@ -6,13 +6,15 @@
 
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
+#include "tests/raytracer/scene_words_text.hpp"
 
 using namespace terravox;
 using terravox::test::contains;
 
 namespace {
 
-const std::string kOrders[] = {"spiral", "vertical", "vertical-split", "hilbert", "rows"};
+constexpr TileOrder kOrders[] = {TileOrder::kSpiral, TileOrder::kVertical,
+                                 TileOrder::kVerticalSplit, TileOrder::kHilbert, TileOrder::kRows};
 
 }  // namespace
 
@@ -35,7 +37,7 @@ TEST_CASE("all passes together trace every pixel exactly once", "[raytracer][til
         {"one row", 300, 1, 16, 8},
         {"odd tile, odd size", 99, 101, 7, 32},
     }));
-    const std::string order = GENERATE(from_range(std::begin(kOrders), std::end(kOrders)));
+    const TileOrder order = GENERATE(from_range(std::begin(kOrders), std::end(kOrders)));
     DYNAMIC_SECTION(c.name << ", " << order) {
         std::vector<int> traced(static_cast<std::size_t>(c.width * c.height));
         const auto passes = plan_tiles(c.width, c.height, c.coarse, c.tile, order);
@@ -82,7 +84,7 @@ TEST_CASE("pictures, tiles and passes of any size trace every pixel exactly once
     for (int run = 0; run < 300; ++run) {
         const int width = up_to(150), height = up_to(150), tile = up_to(run % 2 == 0 ? 12 : 200),
                   coarse = 1 << random() % 7;
-        const std::string order = kOrders[random() % std::size(kOrders)];
+        const TileOrder order = kOrders[random() % std::size(kOrders)];
         INFO(width << "x" << height << ", tile " << tile << ", first step " << coarse << ", "
                    << order);
         std::vector<int> traced(static_cast<std::size_t>(width * height));
@@ -98,14 +100,14 @@ TEST_CASE(
     "more tiles than memory is meant for are refused, and the largest picture in tiles of 64 is "
     "not",
     "[raytracer][tiles]") {
-    CHECK(plan_tiles(65'536, 65'536, 1, 64, "hilbert").front().size() == 1 << 20);
-    CHECK_THROWS_AS(plan_tiles(65'536, 65'536, 1, 1, "rows"), UsageError);
-    CHECK_THROWS_WITH(plan_tiles(65'536, 65'536, 1, 63, "rows"),
+    CHECK(plan_tiles(65'536, 65'536, 1, 64, TileOrder::kHilbert).front().size() == 1 << 20);
+    CHECK_THROWS_AS(plan_tiles(65'536, 65'536, 1, 1, TileOrder::kRows), UsageError);
+    CHECK_THROWS_WITH(plan_tiles(65'536, 65'536, 1, 63, TileOrder::kRows),
                       contains("65536x65536") && contains("quality.tile larger"));
 }
 
 TEST_CASE("the spiral starts in the middle and moves outwards", "[raytracer][tiles]") {
-    const auto tiles = plan_tiles(7 * 32, 5 * 32, 1, 32, "spiral").front();
+    const auto tiles = plan_tiles(7 * 32, 5 * 32, 1, 32, TileOrder::kSpiral).front();
     CHECK(tiles.front().x0 == 3 * 32);
     CHECK(tiles.front().y0 == 2 * 32);
     double ring = 0;
@@ -119,8 +121,8 @@ TEST_CASE("the spiral starts in the middle and moves outwards", "[raytracer][til
 TEST_CASE("a first step that is no power of two is refused", "[raytracer][tiles]") {
     for (const int bad : {0, -1, -8, 3, 6, 7, 12, 63}) {
         INFO(bad);
-        CHECK_THROWS_AS(plan_tiles(64, 64, bad, 16, "rows"), UsageError);
-        CHECK_THROWS_WITH(plan_tiles(64, 64, bad, 16, "rows"),
+        CHECK_THROWS_AS(plan_tiles(64, 64, bad, 16, TileOrder::kRows), UsageError);
+        CHECK_THROWS_WITH(plan_tiles(64, 64, bad, 16, TileOrder::kRows),
                           contains("quality.coarse_step = " + std::to_string(bad)) &&
                               contains("allowed: 1, 2, 4"));
     }

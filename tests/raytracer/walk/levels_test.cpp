@@ -1,8 +1,8 @@
 // Walks through boxes of several levels, and what beams and shafts may say of them.
 #include <random>
 
+#include "raytracer/core/random.hpp"
 #include "raytracer/scene/camera.hpp"
-#include "raytracer/shade/random.hpp"
 #include "raytracer/walk/beam.hpp"
 #include "raytracer/walk/shaft.hpp"
 #include "raytracer/walk/surroundings.hpp"

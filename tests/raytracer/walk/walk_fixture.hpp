@@ -4,7 +4,7 @@
 #include <optional>
 #include <random>
 
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 #include "raytracer/walk/walker.hpp"
 #include "tests/raytracer/pyramid_world.hpp"
 

@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "raytracer/shade/random.hpp"
+#include "raytracer/core/random.hpp"
 #include "tests/catch.hpp"
 #include "tests/raytracer/walk/reference_walker.hpp"
 

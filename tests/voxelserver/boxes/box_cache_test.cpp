@@ -56,6 +56,41 @@ TEST_CASE("a box above level 0 is the world's own, made of children that are kep
     CHECK(asked > 0);
 }
 
+TEST_CASE("a world that makes all levels is requested for a coarse box itself",
+          "[voxelserver][boxes]") {
+    /// Its coarse boxes are not its fine ones, downsampled.
+    class OwnLevels final : public voxel::TracedWorld {
+    public:
+        [[nodiscard]] const voxel::WorldInfo& info() const noexcept override {
+            return m_fake.info();
+        }
+        [[nodiscard]] std::shared_ptr<const voxel::Box> box(const BoxKey& key) override {
+            requested.push_back(key);
+            return m_fake.box({key.level, key.bx, key.by, key.bz});
+        }
+        [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx,
+                                                 std::int32_t bz) override {
+            return m_fake.column(level, bx, bz);
+        }
+        [[nodiscard]] voxel::TracedBox traced_box(const BoxKey& key) override {
+            return {box(key), {}};
+        }
+        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach&) const override {
+            return {1, 2};
+        }
+        std::vector<BoxKey> requested;
+
+    private:
+        test::FakeWorld m_fake;
+    } world;
+    util::StageTimes times;
+    BoxCache cache(world, times, {.downsample = false, .ahead = false});
+    const BoxKey key{2, 0, -1, 0};
+    (void)cache.get(key);
+    REQUIRE(cache.get_ahead({1, 0, -1, 0}) != nullptr);
+    CHECK(world.requested == std::vector<BoxKey>{key, {1, 0, -1, 0}});
+}
+
 TEST_CASE("asking for all of space neither asks the world nor fills the cache",
           "[voxelserver][boxes]") {
     Fixture f;

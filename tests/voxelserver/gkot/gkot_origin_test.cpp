@@ -74,9 +74,8 @@ TEST_CASE("numbers of the origin are written so that they read back", "[gkot][or
     gkot::Origin origin;
     origin.tmx = 462000.25, origin.tmy = -0.0, origin.tmz = 0.30000000000000004, origin.zmin = -12,
     origin.zmax = 1e9, origin.zrange = 3;
-    CHECK(
-        gkot::to_json(origin) ==
-        R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,"zmin":-12,"zmax":1000000000,"zrange":3})");
+    CHECK(gkot::to_json(origin) == R"({"tmx":462000.25,"tmy":0,"tmz":0.30000000000000004,)"
+                                   R"("zmin":-12,"zmax":1000000000,"zrange":3})");
     origin.tmx = -1.7976931348623157e308;  // longer than any origin that can be asked for
     CHECK(gkot::to_json(origin).size() > 300);
 }

@@ -18,7 +18,7 @@ struct Record {
     std::string payload;
 };
 
-// Written from docs/formats.md alone.
+// Written from docs/formats/http.md alone.
 std::vector<Record> records_of(std::string_view bytes) {
     std::vector<Record> out;
     while (!bytes.empty()) {

@@ -1,4 +1,4 @@
-#include "raytracer/world/remote_world.hpp"
+#include "voxelserver/worlds/remote/remote_world.hpp"
 
 #include <algorithm>
 

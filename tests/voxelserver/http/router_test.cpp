@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "common/voxel/box_codec.hpp"
+#include "common/voxel/unreachable_error.hpp"
 #include "common/voxel/world_json.hpp"
 #include "tests/catch.hpp"
 #include "tests/voxelserver/http/fake_world.hpp"
@@ -36,6 +37,69 @@ nlohmann::json json_of(const Response& r) {
 }
 
 }  // namespace
+
+TEST_CASE("a request that names another edition is refused", "[voxelserver][http][router]") {
+    test::FakeWorld world;
+    util::StageTimes times;
+    boxes::BoxCache boxes(world, times, {.ahead = false});
+    http::Service service{world, times, boxes};
+    service.edition = "00112233445566778899aabbccddeeff";
+    http::Router router(service);
+    CHECK(router.handle(Request{"GET", "/v2/world", {}}).header("Terravox-Edition") ==
+          service.edition);
+    struct Case {
+        const char* name;
+        std::string edition;
+        int status;
+    };
+    const auto c = GENERATE_COPY(values<Case>({
+        {"none", "", 200},
+        {"the same", service.edition, 200},
+        {"another", "ffeeddccbbaa99887766554433221100", 412},
+        {"no edition at all", "x", 412},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        for (const char* path : {"/v2/boxes/0/0/0/0", "/v2/columns/0/0/0"}) {
+            std::vector<Header> headers;
+            if (!c.edition.empty())
+                headers.push_back({"terravox-edition", c.edition});
+            CHECK(router.handle(Request{"GET", path, headers}).status == c.status);
+        }
+    }
+}
+
+TEST_CASE("a far server that does not answer is a bad gateway, and stays unnamed",
+          "[voxelserver][http][router]") {
+    class Unreachable final : public voxel::TracedWorld {
+    public:
+        [[nodiscard]] const voxel::WorldInfo& info() const noexcept override {
+            return m_fake.info();
+        }
+        [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey&) override {
+            throw voxel::UnreachableError("fetch http://10.0.0.7/v2/boxes: connection refused");
+        }
+        [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx,
+                                                 std::int32_t bz) override {
+            return m_fake.column(level, bx, bz);
+        }
+        [[nodiscard]] voxel::TracedBox traced_box(const voxel::BoxKey& key) override {
+            return {box(key), {}};
+        }
+        [[nodiscard]] voxel::Fingerprint fingerprint(const voxel::Reach&) const override {
+            return {1, 2};
+        }
+
+    private:
+        test::FakeWorld m_fake;
+    } world;
+    util::StageTimes times;
+    boxes::BoxCache boxes(world, times, {.ahead = false});
+    http::Router router{http::Service{world, times, boxes}};
+    const Response reply = router.handle(Request{"GET", "/v2/boxes/0/0/0/0", {}});
+    CHECK(reply.status == 502);
+    CHECK(reply.header("Retry-After") == "5");
+    CHECK(reply.body->find("10.0.0.7") == std::string::npos);
+}
 
 TEST_CASE("every path has its status", "[voxelserver][http][router]") {
     struct Case {

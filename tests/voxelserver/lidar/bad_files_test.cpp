@@ -22,7 +22,7 @@ Outcome read_in_child(const fs::path& file) {
     return in_child([&] {
         const auto info = lidar::read_las_info(file);
         for (const auto& range : lidar::split_by_chunk(info, 100'000))
-            lidar::read_las_points(info, range, [](const lidar::LasPoint&) {});
+            lidar::read_las_points(info, range, [](const pointcloud::Point&) {});
     });
 }
 

@@ -199,7 +199,7 @@ TEST_CASE("chunks without points are passed over wherever LASzip can seek past t
         }
         // From the last to the first, so that nothing goes by what was read before.
         for (std::uint64_t i = points.size(); i-- > 0;)
-            lidar::read_las_points(info, {i, i + 1}, [&](const lidar::LasPoint& p) {
+            lidar::read_las_points(info, {i, i + 1}, [&](const pointcloud::Point& p) {
                 CHECK(same_point(p, once[i % kPoints]));
             });
         for (const auto& range : lidar::split_by_chunk(info, 1))

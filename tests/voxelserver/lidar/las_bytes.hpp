@@ -23,7 +23,7 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
 
 /// The points of an uncompressed LAS file straight from its bytes: what the reader is tested
 /// against.
-inline std::vector<lidar::LasPoint> plain_points(const std::filesystem::path& path) {
+inline std::vector<pointcloud::Point> plain_points(const std::filesystem::path& path) {
     const std::string bytes = file_bytes(path);
     const auto at = [&]<class T>(std::size_t offset, T value) {
         std::memcpy(&value, bytes.data() + offset, sizeof value);
@@ -35,7 +35,7 @@ inline std::vector<lidar::LasPoint> plain_points(const std::filesystem::path& pa
     if (at(25, std::uint8_t{}) == 4 && at(247, std::uint64_t{}) != 0)
         count = at(247, std::uint64_t{});
     const std::size_t rgb_at[] = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
-    std::vector<lidar::LasPoint> out(count);
+    std::vector<pointcloud::Point> out(count);
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t p = begin + i * record;
         double* const axes[] = {&out[i].x, &out[i].y, &out[i].z};
@@ -58,15 +58,15 @@ inline std::vector<lidar::LasPoint> plain_points(const std::filesystem::path& pa
     return out;
 }
 
-inline std::vector<lidar::LasPoint> all_points(const std::filesystem::path& path) {
+inline std::vector<pointcloud::Point> all_points(const std::filesystem::path& path) {
     const auto info = lidar::read_las_info(path);
-    std::vector<lidar::LasPoint> out;
+    std::vector<pointcloud::Point> out;
     lidar::read_las_points(info, {0, info.point_count},
-                           [&](const lidar::LasPoint& p) { out.push_back(p); });
+                           [&](const pointcloud::Point& p) { out.push_back(p); });
     return out;
 }
 
-inline bool same_point(const lidar::LasPoint& a, const lidar::LasPoint& b) {
+inline bool same_point(const pointcloud::Point& a, const pointcloud::Point& b) {
     return a.x == b.x && a.y == b.y && a.z == b.z && a.classification == b.classification &&
            a.return_number == b.return_number && a.return_count == b.return_count &&
            a.withheld == b.withheld && a.rgb == b.rgb;

@@ -36,7 +36,8 @@ std::vector<fs::path> clouds_in(const fs::path& folder) {
     return out;
 }
 
-std::size_t differences(const std::vector<LasPoint>& a, const std::vector<LasPoint>& b) {
+std::size_t differences(const std::vector<pointcloud::Point>& a,
+                        const std::vector<pointcloud::Point>& b) {
     std::size_t n = a.size() > b.size() ? a.size() - b.size() : b.size() - a.size();
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
         n += same_point(a[i], b[i]) ? 0 : 1;
@@ -81,11 +82,12 @@ TEST_CASE("ranges that start at chunk borders, read at the same time, give the p
             next = r.end;
         }
         CHECK(next == info.point_count);
-        std::vector<std::vector<LasPoint>> parts(ranges.size());
+        std::vector<std::vector<pointcloud::Point>> parts(ranges.size());
         thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
-            read_las_points(info, ranges[i], [&](const LasPoint& p) { parts[i].push_back(p); });
+            read_las_points(info, ranges[i],
+                            [&](const pointcloud::Point& p) { parts[i].push_back(p); });
         });
-        std::vector<LasPoint> joined;
+        std::vector<pointcloud::Point> joined;
         for (const auto& part : parts)
             joined.insert(joined.end(), part.begin(), part.end());
         CHECK(differences(joined, whole) == 0);
@@ -98,7 +100,7 @@ TEST_CASE("an empty range or file has no points", "[voxelserver][lidar]") {
     write_sample(folder.path() / "few.laz", 6, 10);
     const auto info = read_las_info(folder.path() / "few.laz");
     int called = 0;
-    read_las_points(info, {3, 3}, [&](const LasPoint&) { ++called; });
+    read_las_points(info, {3, 3}, [&](const pointcloud::Point&) { ++called; });
     CHECK(called == 0);
     write_sample(folder.path() / "none.las", 6, 0);
     const auto none = read_las_info(folder.path() / "none.las");
@@ -206,7 +208,7 @@ TEST_CASE("the compressed twin of a file holds the same points: all item version
         // do.
         std::size_t different = 0;
         for (std::size_t i = 0; i < compressed.size(); ++i) {
-            LasPoint twin_point = uncompressed[i];
+            pointcloud::Point twin_point = uncompressed[i];
             twin_point.withheld = compressed[i].withheld;
             if (compressed[i].classification > 31)
                 twin_point.classification = compressed[i].classification;
@@ -232,16 +234,17 @@ TEST_CASE(
     const auto whole = all_points(kShared / name);
     CHECK(whole.size() == info.point_count);
     const auto ranges = split_by_chunk(info, 1);
-    std::vector<std::vector<LasPoint>> parts(ranges.size());
+    std::vector<std::vector<pointcloud::Point>> parts(ranges.size());
     thread::parallel_for(ranges.size(), 4, [&](std::size_t i) {
-        read_las_points(info, ranges[i], [&](const LasPoint& p) { parts[i].push_back(p); });
+        read_las_points(info, ranges[i],
+                        [&](const pointcloud::Point& p) { parts[i].push_back(p); });
     });
-    std::vector<LasPoint> joined;
+    std::vector<pointcloud::Point> joined;
     for (const auto& part : parts)
         joined.insert(joined.end(), part.begin(), part.end());
     CHECK(differences(joined, whole) == 0);
     std::size_t outside = 0;
-    for (const LasPoint& p : whole)
+    for (const pointcloud::Point& p : whole)
         for (const auto& [v, a] : {std::pair{p.x, 0}, {p.y, 1}, {p.z, 2}}) {
             const auto i = static_cast<std::size_t>(a);
             outside +=

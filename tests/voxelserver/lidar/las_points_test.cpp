@@ -50,15 +50,15 @@ TEST_CASE("batches hold what the points of one read hold", "[voxelserver][lidar]
     std::size_t different = 0;
     for (std::size_t i = 0; i < raw.size(); ++i) {
         const RawPoint& r = raw[i];
-        const LasPoint scaled{r.x * info.scale[0] + info.offset[0],
-                              r.y * info.scale[1] + info.offset[1],
-                              r.z * info.scale[2] + info.offset[2],
-                              r.classification,
-                              r.return_number,
-                              r.return_count,
-                              r.withheld,
-                              r.overlap,
-                              r.rgb};
+        const pointcloud::Point scaled{r.x * info.scale[0] + info.offset[0],
+                                       r.y * info.scale[1] + info.offset[1],
+                                       r.z * info.scale[2] + info.offset[2],
+                                       r.classification,
+                                       r.return_number,
+                                       r.return_count,
+                                       r.withheld,
+                                       r.overlap,
+                                       r.rgb};
         different += same_point(scaled, points[i]) && r.overlap == points[i].overlap ? 0 : 1;
     }
     CHECK(different == 0);

@@ -11,7 +11,7 @@
 #include "voxelserver/map/map_tiles.hpp"
 #include "voxelserver/map/png.hpp"
 #include "voxelserver/map/top_cache.hpp"
-#include "voxelserver/voxelize/lidar_world.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
 
 namespace {
 

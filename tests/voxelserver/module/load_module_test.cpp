@@ -9,7 +9,7 @@
 #include "common/util/error.hpp"
 #include "tests/catch.hpp"
 #include "tests/common/temporary_folder.hpp"
-#include "voxelserver/module/lidar_module.hpp"
+#include "voxelserver/module/worlds_module.hpp"
 
 using namespace terravox;
 using namespace terravox::test;
@@ -73,7 +73,7 @@ TEST_CASE("errors come out of the module with their types", "[voxelserver][modul
 
 TEST_CASE("a module of another version is refused", "[voxelserver][module]") {
     auto* open = reinterpret_cast<module::OpenLidarWorld*>(dlsym(
-        util::open_beside_program("terravox-lidar.so", "LiDAR module"), module::kOpenLidarWorld));
+        util::open_beside_program("terravox-worlds.so", "worlds module"), module::kOpenLidarWorld));
     REQUIRE(open != nullptr);
     util::StageTimes times;
     const Outcome out = outcome([&] { delete open("0.0.0-other", {}, times, 0); });
@@ -82,7 +82,7 @@ TEST_CASE("a module of another version is refused", "[voxelserver][module]") {
 }
 
 TEST_CASE("the module gives away one name only", "[voxelserver][module]") {
-    void* library = util::open_beside_program("terravox-lidar.so", "LiDAR module");
+    void* library = util::open_beside_program("terravox-worlds.so", "worlds module");
     CHECK(dlsym(library, module::kOpenLidarWorld) != nullptr);
     // The program has this function, too: each keeps to its own.
     CHECK(dlsym(library, "_ZN8terravox4util10config_dirEv") == nullptr);
@@ -90,13 +90,13 @@ TEST_CASE("the module gives away one name only", "[voxelserver][module]") {
 }
 
 TEST_CASE("a library beside the program is found once", "[common][util]") {
-    CHECK(util::beside_program("terravox-lidar.so") == module::lidar_module());
-    CHECK(fs::is_regular_file(module::lidar_module()));
-    CHECK(util::open_beside_program("terravox-lidar.so", "LiDAR module") ==
-          util::open_beside_program("terravox-lidar.so", "LiDAR module"));
+    CHECK(util::beside_program("terravox-worlds.so") == module::worlds_module());
+    CHECK(fs::is_regular_file(module::worlds_module()));
+    CHECK(util::open_beside_program("terravox-worlds.so", "worlds module") ==
+          util::open_beside_program("terravox-worlds.so", "worlds module"));
     const Outcome out =
-        outcome([] { (void)util::open_beside_program("terravox-none.so", "LiDAR module"); });
+        outcome([] { (void)util::open_beside_program("terravox-none.so", "worlds module"); });
     CHECK(out.code == 1);
-    CHECK(out.message.find("load the LiDAR module") == 0);
+    CHECK(out.message.find("load the worlds module") == 0);
     CHECK(out.message.find("terravox-none.so") != std::string::npos);
 }

@@ -27,9 +27,9 @@ void leave_index(const fs::path& file, const fs::path& cache) {
 
 /// Copies the points of a file in a random order.
 void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
-    std::vector<lidar::LasPoint> points;
+    std::vector<pointcloud::Point> points;
     lidar::read_las_points(info, {0, info.point_count},
-                           [&](const lidar::LasPoint& p) { points.push_back(p); });
+                           [&](const pointcloud::Point& p) { points.push_back(p); });
     std::shuffle(points.begin(), points.end(), std::mt19937(8));
     lidar::LasWriterOptions options;
     options.point_format = info.point_format, options.scale = info.scale,
@@ -37,7 +37,7 @@ void write_shuffled(const lidar::LasInfo& info, const fs::path& to) {
     if (info.crs)
         options.wkt = info.crs->wkt();
     lidar::LasWriter writer(to, options);
-    for (const lidar::LasPoint& p : points) {
+    for (const pointcloud::Point& p : points) {
         REQUIRE_FALSE((p.withheld || p.overlap));
         lidar::LasWritePoint out;
         out.x = p.x, out.y = p.y, out.z = p.z, out.classification = p.classification,

@@ -128,7 +128,7 @@ TEST_CASE("what shapes the points makes squares of another name, what does not u
          }},
         {"other steps", 0,
          [](const Place& p, auto& o) {
-             o.settings = p.text("s.toml", "[steps]\nvegetation_fill = false\n");
+             o.settings = p.text("s.toml", "[steps]\nvegetation = false\n");
          }},
         {"other threads and memory", 0,
          [](const Place&, auto& o) { o.threads = 1, o.memory_bytes = std::size_t{1} << 30; }},

@@ -10,17 +10,6 @@ using namespace terravox;
 using namespace terravox::test;
 namespace fs = std::filesystem;
 
-namespace {
-
-lidar::LasInfo info_of(const fs::path& file) {
-    lidar::LasInfo info;
-    info.path = file;
-    info.file_bytes = fs::file_size(file);
-    return info;
-}
-
-}  // namespace
-
 TEST_CASE("the name of a prepared square changes with its file and its recipe",
           "[voxelserver][store]") {
     const TemporaryFolder folder;
@@ -28,10 +17,10 @@ TEST_CASE("the name of a prepared square changes with its file and its recipe",
     std::string bytes(200'000, 'p');
     write_bytes(file, bytes);
     const auto time = fs::last_write_time(file);
-    const std::string name = store::square_name(info_of(file), "recipe");
-    CHECK(store::square_name(info_of(file), "recipe") == name);
+    const std::string name = store::square_name(file, "recipe");
+    CHECK(store::square_name(file, "recipe") == name);
     CHECK(name.starts_with("a-"));
-    CHECK(store::square_name(info_of(file), "recipe ") != name);
+    CHECK(store::square_name(file, "recipe ") != name);
     struct Case {
         const char* name;
         std::size_t at;
@@ -48,12 +37,10 @@ TEST_CASE("the name of a prepared square changes with its file and its recipe",
             bytes += 'p';
         write_bytes(file, bytes);
         fs::last_write_time(file, c.later ? time + std::chrono::seconds(1) : time);
-        CHECK(store::square_name(info_of(file), "recipe") != name);
+        CHECK(store::square_name(file, "recipe") != name);
     }
     fs::remove(file);
-    lidar::LasInfo gone;
-    gone.path = file, gone.file_bytes = 1;
-    CHECK_THROWS_WITH(store::square_name(gone, ""), contains("a.laz"));
+    CHECK_THROWS_WITH(store::square_name(file, ""), contains("a.laz"));
 }
 
 TEST_CASE("squares of files with odd names are kept", "[voxelserver][store]") {
@@ -63,7 +50,7 @@ TEST_CASE("squares of files with odd names are kept", "[voxelserver][store]") {
     const fs::path file = folder.path() / (stem + ".laz");
     write_bytes(file, "abc");
     store::SquareFolder squares(folder.path() / "cache", 1 << 20);
-    const std::string name = store::square_name(info_of(file), "");
+    const std::string name = store::square_name(file, "");
     const SquarePtr square = made_square(1, 500, 3);
     const Warnings warnings;
     CHECK(same_square(*squares.put(name, square), *square));

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "voxelserver/voxelize/chunk_index.hpp"
-#include "voxelserver/voxelize/square.hpp"
+#include "voxelserver/store/chunk_index.hpp"
+#include "voxelserver/store/square.hpp"
 
 namespace terravox::test {
 

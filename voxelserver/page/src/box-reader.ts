@@ -1,4 +1,4 @@
-/** Reads boxes of version 1 (docs/formats.md): what is on top of a column, and of what. */
+/** Reads boxes of version 1 (docs/formats/box.md): what is on top of a column, and of what. */
 
 export type Look = { readonly material: number; readonly colour: string | undefined };
 /** `y` is that of the highest solid voxel within the box, 0 to 255; `look` is unknown for rock that no one can see. */

@@ -31,6 +31,7 @@ export class MapView {
   readonly #view: View;
   readonly #marker = new Feature<Point>();
   readonly #worldExtent: number[];
+  readonly #framedExtent: number[];
 
   constructor(target: HTMLElement, projection: WorldProjection, events: MapEvents) {
     const { unitsPerVoxel, crs } = projection.world;
@@ -42,6 +43,7 @@ export class MapView {
       getPointResolution: (resolution) => resolution * projection.metresPerUnit,
     });
     this.#worldExtent = [...projection.extent];
+    this.#framedExtent = [...projection.framedExtent];
     const side = Math.max(getWidth(this.#worldExtent), getHeight(this.#worldExtent), unitsPerVoxel);
     this.#view = new View({
       projection: this.mapProjection,
@@ -67,8 +69,8 @@ export class MapView {
     this.map.addLayer(layer);
   }
 
-  /** Shows all of an extent; by default the world. */
-  fit(extent: readonly number[] = this.#worldExtent): void {
+  /** Shows all of an extent; by default what is to be seen first of the world. */
+  fit(extent: readonly number[] = this.#framedExtent): void {
     this.map.updateSize();
     if (!isEmpty([...extent])) this.#view.fit([...extent], { padding: [24, 24, 40, 24] });
   }

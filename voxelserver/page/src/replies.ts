@@ -8,6 +8,8 @@ export type World = {
   /** Half-open, voxels of level 0; x east, y up, z south. */
   readonly min: Vec3;
   readonly max: Vec3;
+  /** What to show first, as min and max; of worlds without end less than all. */
+  readonly framed: { readonly min: Vec3; readonly max: Vec3 };
   readonly voxelM: number;
   readonly levels: number;
   readonly crs: string;
@@ -82,6 +84,7 @@ function vec3(value: unknown, what: string): Vec3 {
 export function readWorld(json: unknown): World {
   const all = fields(json, 'the world');
   const bounds = fields(all['bounds'], 'the bounds of the world');
+  const framed = isFields(all['framed']) ? all['framed'] : bounds;
   const map = isFields(all['map']) ? all['map'] : undefined;
   const zooms = map && Array.isArray(map['zooms']) ? (map['zooms'] as unknown[]) : [];
   const centre = isFields(all['centre']) ? all['centre'] : undefined;
@@ -90,6 +93,7 @@ export function readWorld(json: unknown): World {
     software: textOf(all['software']),
     min: vec3(bounds['min'], 'bounds.min'),
     max: vec3(bounds['max'], 'bounds.max'),
+    framed: { min: vec3(framed['min'], 'framed.min'), max: vec3(framed['max'], 'framed.max') },
     voxelM: number(all['voxel_m'], 'voxel_m', 1e-6, 1e6),
     levels: number(all['levels'], 'levels', 1, 32),
     crs: textOf(all['crs']),

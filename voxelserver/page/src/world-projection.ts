@@ -13,6 +13,8 @@ export class WorldProjection {
   readonly metresPerUnit: number;
   /** west, south, east, north in CRS units */
   readonly extent: [number, number, number, number];
+  /** The same of what to show first. */
+  readonly framedExtent: [number, number, number, number];
   readonly #geographic: proj4.Converter | undefined;
 
   constructor(world: World) {
@@ -20,6 +22,8 @@ export class WorldProjection {
     const u = world.unitsPerVoxel;
     this.metresPerUnit = world.voxelM / u;
     this.extent = [world.min[0] * u, -world.max[2] * u, world.max[0] * u, -world.min[2] * u];
+    const { min, max } = world.framed;
+    this.framedExtent = [min[0] * u, -max[2] * u, max[0] * u, -min[2] * u];
     this.#geographic = geographicOf(world, this.centre());
   }
 

@@ -158,7 +158,7 @@ function showWorld(world: World): void {
   setText(byId('attribution', HTMLElement), world.attribution);
   const size = (axis: 0 | 1 | 2): string => String(world.max[axis] - world.min[axis]);
   setFacts(byId('world', HTMLDListElement), [
-    ['CRS', world.crs],
+    ['CRS', world.crs === '' && world.crsWkt === '' ? 'none: coordinates of its own' : world.crs],
     ['Voxel', `${world.voxelM} m`],
     ['Size', `${size(0)} × ${size(2)} voxels, ${size(1)} high`],
     ['Levels', `0 to ${world.levels - 1}`],

@@ -1,6 +1,8 @@
-"""Takes the place of the build backend scikit-build-core while pip downloads a source archive (fetch_from_pypi in say.sh).
+"""Stands in for the build backend scikit-build-core while pip downloads a source archive.
 
-Before pip saves an archive it asks the backend for name and version. This one reads them from the archive's PKG-INFO; it builds nothing.
+fetch_from_pypi in say.sh puts this folder into PYTHONPATH. Before pip saves an archive it asks the
+backend for name and version. This backend reads them from the PKG-INFO of the archive and builds
+nothing.
 """
 
 import email.parser
@@ -13,7 +15,7 @@ def get_requires_for_build_wheel(config_settings=None):
 
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
-    with open("PKG-INFO", encoding="utf-8") as file:
+    with pathlib.Path("PKG-INFO").open(encoding="utf-8") as file:
         about = email.parser.Parser().parse(file, headersonly=True)
     folder = pathlib.Path(metadata_directory, f"{about['Name']}-{about['Version']}.dist-info")
     folder.mkdir()

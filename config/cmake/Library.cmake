@@ -1,0 +1,34 @@
+# One folder, one library: what a folder needs stands in its own CMakeLists.txt, and a program that
+# links it gets no more than that.
+include_guard(GLOBAL)
+
+# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS]
+#                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
+#   name                of the static library terravox_<name>, known as terravox::<name>
+#   IN_MODULE           a part of the module terravox-worlds.so, too (voxelserver/module): compiled
+#                       for shared objects
+#   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
+#   SOURCES             none: a folder of headers
+#   PUBLIC              what its headers include; PRIVATE: what only its sources include
+function(terravox_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "IN_MODULE;WITHOUT_ASSERTIONS" "" "SOURCES;PUBLIC;PRIVATE")
+  if(arg_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "terravox_library(${name} ...): not understood: ${arg_UNPARSED_ARGUMENTS}")
+  endif()
+  set(target terravox_${name})
+  if(NOT arg_SOURCES)
+    add_library(${target} INTERFACE)
+    target_link_libraries(${target} INTERFACE terravox::settings ${arg_PUBLIC} ${arg_PRIVATE})
+  else()
+    add_library(${target} STATIC ${arg_SOURCES})
+    target_link_libraries(${target} PUBLIC terravox::settings ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+    if(arg_IN_MODULE)
+      set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+      target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+    endif()
+    if(arg_WITHOUT_ASSERTIONS)
+      terravox_without_assertions(${target} ${arg_SOURCES})
+    endif()
+  endif()
+  add_library(terravox::${name} ALIAS ${target})
+endfunction()

@@ -1,0 +1,119 @@
+#include "raytracer/commands/animate_command.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "common/util/error.hpp"
+#include "common/util/files.hpp"
+#include "common/util/log.hpp"
+#include "raytracer/animate/frame_names.hpp"
+#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "raytracer/scene/views.hpp"
+
+namespace terravox {
+namespace {
+
+struct Arguments {
+    WorldArguments world;
+    CrewArguments crew;
+    FrameOptions frames;
+    std::string animation;
+};
+
+/// What is shown, for the frames that are done: names and sizes of the files that a world is made
+/// of, not their times, which change when a survey is copied to another machine. The frames
+/// themselves may lie among them.
+std::string contents_of(const std::vector<std::string>& inputs,
+                        std::initializer_list<std::string_view> endings,
+                        const std::set<std::filesystem::path>& frames) {
+    std::string out;
+    for (const std::string& input : inputs) {
+        out += input + "\n";
+        std::error_code failed;
+        if (!std::filesystem::exists(input, failed))
+            continue;  // a server's address; what is wrong is said when the world is opened
+        try {
+            for (const auto& file : util::expand_folders({input}, endings, "inputs"))
+                if (!frames.contains(file))
+                    out += file.string() + " " +
+                           std::to_string(std::filesystem::file_size(file, failed)) + "\n";
+        } catch (const Error&) {
+            continue;
+        }
+    }
+    return out;
+}
+
+std::set<std::filesystem::path> frames_of(const Animation& animation, const std::string& pattern) {
+    const FrameNames names(pattern);
+    std::set<std::filesystem::path> out;
+    for (int frame = 0; frame < animation.frames(); ++frame)
+        out.insert(names.of(frame));
+    return out;
+}
+
+ExitCode run(const Arguments& args, const OpenRenderer& open) {
+    util::set_up_log(args.frames.quiet ? "error" : args.world.log_level);
+    const Animation animation = Animation::read(args.animation);
+    const Scene base = compose_scene({file_layer(args.world.scene_file),
+                                      [&](Scene& scene) { animation.apply_base(scene); },
+                                      fields_layer(args.world.fields)});
+    // Refuse what cannot be written, or does not fit together, before any work is done.
+    check_image_target(FrameNames(args.frames.pattern).of(args.frames.first));
+    (void)animation.at(0, base);
+    FrameOptions frames = args.frames;
+    const auto own = frames_of(animation, frames.pattern);
+    frames.inputs += contents_of(args.world.inputs, {".las", ".laz"}, own);
+    frames.inputs +=
+        "ortho " + contents_of(args.world.orthophotos,
+                               {".tif", ".tiff", ".vrt", ".jp2", ".jpg", ".jpeg", ".png"}, own);
+    // The world is opened when the first frame has to be made: a film that is done costs nothing.
+    RenderPicture render;
+    return render_frames(animation, base, frames,
+                         [&](const Scene& scene, const std::filesystem::path& picture) {
+                             if (!render)
+                                 render = open(args.world, args.crew, base, frames.quiet);
+                             return render(scene, picture);
+                         });
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_animate_command(CLI::App& app, OpenRenderer open) {
+    auto args = std::make_shared<Arguments>();
+    CLI::App* command =
+        app.add_subcommand("animate", "Render the frames of an animation, and a video of them");
+    command
+        ->add_option(
+            "animation", args->animation,
+            "what moves: a TOML file with keys, a turntable or a day (docs/formats/animation.md)")
+        ->required();
+    add_world_arguments(*command, args->world);
+    add_crew_arguments(*command, args->crew);
+    command
+        ->add_option("-o,--output", args->frames.pattern,
+                     "the frames' names, such as frames/%04d.png")
+        ->required();
+    command->add_option(
+        "--video", args->frames.video,
+        "make a video of the frames: .mp4, .mkv or .mov; through ffmpeg, which must be installed");
+    command->add_option("--first", args->frames.first, "frame to begin with, from 0 on")
+        ->capture_default_str();
+    command->add_option("--last", args->frames.last, "last frame; default: the animation's");
+    command->add_option("--every", args->frames.every, "only each n-th frame, for a look at it")
+        ->capture_default_str();
+    command->add_flag("--again", args->frames.again, "make frames once more that are done");
+    command->add_flag("--list", args->frames.list,
+                      "say which frames are still to be made, one number a line, and make none");
+    command->add_flag("-q,--quiet", args->frames.quiet, "say nothing but errors");
+    return [args, open = std::move(open)] { return run(*args, open); };
+}
+
+}  // namespace terravox

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "raytracer/commands/cluster/submission.hpp"
+
+namespace terravox::cluster {
+
+/// What batches of frames and of parts do alike. Not thread-safe.
+class Batch {
+protected:
+    /// Looks at what is rendered; nothing is submitted yet. @throws Error, UsageError
+    Batch(const SlurmOptions& options, PassedOn passed);
+    ~Batch() = default;
+
+    [[nodiscard]] const Slurm* slurm() const {
+        return m_slurm ? &*m_slurm : nullptr;
+    }  ///< nullptr in a dry run
+    [[nodiscard]] int array_limit() const;
+    [[nodiscard]] Command command(const std::string& name)
+        const;  ///< the program's command with the arguments that are passed on
+    [[nodiscard]] std::string logs() const { return (m_folder.path() / "logs").string(); }
+
+    /// Submits an array that prepares LiDAR squares, and then `name`.sbatch for these tasks, as
+    /// arrays one after the other.
+    /// @return their numbers, ":1:2", for --dependency
+    std::string submit_tasks(Submission& submission, const std::string& name,
+                             const std::vector<int>& tasks) const;
+
+    const SlurmOptions& m_options;
+    PassedOn m_passed;
+    JobFolder m_folder;
+
+private:
+    void find_squares();
+    std::vector<std::string> submit_bake(Submission& submission) const;
+
+    std::optional<Slurm> m_slurm;
+    int m_bake_tasks = 0;
+};
+
+[[nodiscard]] ExitCode run_frames(const SlurmOptions& options, PassedOn passed);
+[[nodiscard]] ExitCode run_parts(const SlurmOptions& options, PassedOn passed);
+
+}  // namespace terravox::cluster

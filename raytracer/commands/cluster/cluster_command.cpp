@@ -1,0 +1,298 @@
+#include "raytracer/commands/cluster/cluster_command.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "raytracer/animate/animation.hpp"
+#include "raytracer/animate/frame_names.hpp"
+#include "raytracer/cluster/manifests.hpp"
+#include "raytracer/commands/cluster/bake.hpp"
+#include "raytracer/commands/cluster/job.hpp"
+
+namespace terravox {
+namespace {
+
+using namespace cluster;
+
+struct Arguments {
+    SlurmOptions slurm;
+    PodPlace pods;
+    std::string name = "terravox", bake_for = "render", bake_part = "1/1";
+};
+
+/// What stands after the options of the cluster: they end where the first word does that is none.
+std::vector<std::string> words_of(const CLI::App& command) {
+    std::vector<std::string> out = command.remaining();
+    if (!out.empty() && out.front() == "--")
+        out.erase(out.begin());
+    return out;
+}
+
+void add_needs(CLI::App& command, Arguments& args) {
+    command.add_option("--nodes", args.slurm.nodes, "machines at work at once")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    command
+        .add_option("--cpus-per-node", args.slurm.needs.cpus,
+                    "processors of each; default: all of the machine")
+        ->check(CLI::Range(1, 1024));
+    command
+        .add_option("--memory-mib", args.slurm.needs.memory_mib,
+                    "memory of each, MiB; default: all of the machine, or what the cluster gives")
+        ->check(CLI::Range(256, 1 << 24));
+    command.add_option("--program", args.slurm.program,
+                       "terravox-raytracer, where the machines find it; default: this one");
+}
+
+void add_frames(CLI::App& command, Arguments& args) {
+    command.add_option("--frames", args.slurm.frames,
+                       "A-B, both count; as in animate the first frame is 0; default: all");
+    command
+        .add_option("--frames-per-task", args.slurm.frames_per_task,
+                    "should take half a minute or more; default: about 8 tasks for each machine")
+        ->check(CLI::Range(1, 1'000'000));
+}
+
+/// @throws UsageError
+FrameJob frame_job(const Arguments& args, const std::string& program,
+                   const std::vector<std::string>& words) {
+    PassedOn passed = PassedOn::read("animate", words);
+    for (const char* own : {"--first", "--last", "--every", "--again", "--list"})
+        if (passed.has(own))
+            throw UsageError(std::string("cluster: ") + own +
+                             " among the arguments of animate; allowed: --frames of cluster, "
+                             "before the animation");
+    FrameJob job;
+    job.name = args.name, job.pattern = passed.outputs.front(), job.video = passed.video;
+    (void)FrameNames(job.pattern);
+    const Range all{0, Animation::kMostFrames - 1};
+    // With --frames the animation need not lie on this machine.
+    job.plan.frames = args.slurm.frames.empty()
+                          ? Range{0, Animation::read(passed.animation).frames() - 1}
+                          : parse_range("cluster: --frames", args.slurm.frames, all);
+    if (!job.video.empty() && !args.slurm.frames.empty())
+        throw UsageError(
+            "cluster: --frames with --video; allowed: all frames, which a video is made of");
+    job.plan.per_task = args.slurm.frames_per_task > 0
+                            ? args.slurm.frames_per_task
+                            : usual_per_task(job.plan.frames.count(), args.slurm.nodes);
+    passed.take({"--video"});
+    if (args.slurm.needs.cpus > 0 && !passed.has("--threads"))
+        passed.words.insert(passed.words.end(),
+                            {"--threads", std::to_string(args.slurm.needs.cpus)});
+    job.animate = {program, "animate"};
+    job.animate.insert(job.animate.end(), passed.words.begin(), passed.words.end());
+    job.cpus = args.slurm.needs.cpus, job.memory_mib = args.slurm.needs.memory_mib;
+    return job;
+}
+
+CLI::App* add_slurm(CLI::App& cluster, Arguments& args) {
+    CLI::App* command =
+        cluster.add_subcommand("slurm",
+                               "Render on a Slurm cluster: one picture by workers, or many frames "
+                               "(--batch), or parts of a picture (--batch --parts)");
+    command->prefix_command();
+    command->footer(
+        "Then the arguments of `terravox render`, which begin with the world; with --batch those "
+        "of `terravox animate`, which begin with the animation.\n"
+        "The job's folder, the program and all paths must be the same on all nodes.");
+    add_needs(*command, args);
+    command->add_option("--partition", args.slurm.needs.partition,
+                        "of the cluster; default: its own");
+    command->add_option("--time", args.slurm.needs.time,
+                        "limit of each job, as sbatch takes it: 4:00:00");
+    command
+        ->add_option(
+            "--sbatch", args.slurm.needs.extra,
+            "further options for sbatch: \"--account=film --qos=low\"; may be given several times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command->add_option("--folder", args.slurm.folder,
+                        "for scripts and logs; default: jobs/NAME of the picture or animation");
+    command->add_option("--poll", args.slurm.poll_s, "seconds between looks at the queue")
+        ->check(CLI::Range(1, 3600))
+        ->capture_default_str();
+    command->add_flag("--dry-run", args.slurm.dry_run,
+                      "write the scripts and say what would be submitted");
+    command->add_flag("--cluster-quiet", args.slurm.quiet,
+                      "say nothing of jobs and queue but errors");
+    const char* pool = "One picture by workers";
+    command
+        ->add_option_function<std::string>(
+            "--coordinator",
+            [&args](const std::string& where) { args.slurm.coordinator_in_job = where == "job"; },
+            "here: a process of this machine; job: of a node")
+        ->check(CLI::IsMember({"here", "job"}))
+        ->type_name("here|job")
+        ->group(pool);
+    command
+        ->add_option("--address", args.slurm.address,
+                     "what nodes call the coordinator's machine; default: its host name")
+        ->group(pool);
+    command->add_option("--port", args.slurm.port, "of the coordinator; default: a free one")
+        ->check(CLI::Range(1, 65535))
+        ->group(pool);
+    const char* batch = "Tasks that know nothing of each other";
+    command
+        ->add_flag("--batch", args.slurm.batch,
+                   "frames of an animation: only those that are not done")
+        ->group(batch);
+    command
+        ->add_option("--parts", args.slurm.parts,
+                     "with --batch: one picture in so many parts, joined at the end")
+        ->check(CLI::Range(2, 65536))
+        ->group(batch);
+    command
+        ->add_flag_callback(
+            "--no-bake", [&args] { args.slurm.bake = false; }, "do not prepare LiDAR squares first")
+        ->group(batch);
+    command
+        ->add_flag_callback(
+            "--no-wait", [&args] { args.slurm.wait = false; }, "submit and return")
+        ->group(batch);
+    add_frames(*command, args);
+    for (const char* flag : {"--frames", "--frames-per-task"})
+        command->get_option(flag)->group(batch);
+    return command;
+}
+
+ExitCode run_slurm(const Arguments& args, const std::vector<std::string>& words) {
+    const SlurmOptions& o = args.slurm;
+    if (!o.batch &&
+        (o.parts > 0 || !o.frames.empty() || o.frames_per_task > 0 || !o.bake || !o.wait))
+        throw UsageError(
+            "cluster slurm: --parts, --frames, --frames-per-task, --no-bake or --no-wait without "
+            "--batch; allowed: with it");
+    if (o.batch && (o.coordinator_in_job || o.port > 0 || !o.address.empty()))
+        throw UsageError(
+            "cluster slurm: --coordinator, --port or --address with --batch; allowed: without it");
+    if (o.parts > 0 && (!o.frames.empty() || o.frames_per_task > 0))
+        throw UsageError(
+            "cluster slurm: --parts with --frames or --frames-per-task; allowed: one of them");
+    return o.batch ? run_batch(o, words) : run_pool(o, words);
+}
+
+CLI::App* add_openjd(CLI::App& cluster, Arguments& args) {
+    CLI::App* command = cluster.add_subcommand("openjd",
+                                               "Write a job template of Open Job Description for "
+                                               "the frames of an animation to standard output");
+    command->prefix_command();
+    command->footer(
+        "Then the arguments of `terravox animate`, which begin with the animation. `openjd run "
+        "job.json` runs it on this machine.\n"
+        "Relative paths begin in the folder that this is called in, which all machines share.");
+    add_needs(*command, args);
+    add_frames(*command, args);
+    command->add_option("--name", args.name, "of the job")->capture_default_str();
+    return command;
+}
+
+ExitCode run_openjd(const Arguments& args, const std::vector<std::string>& words) {
+    const std::string program =
+        args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
+    FrameJob job = frame_job(args, program, words);
+    // Tasks start in a folder of their session.
+    job.work = std::filesystem::current_path().string();
+    std::fputs(openjd_job(job).c_str(), stdout);
+    return ExitCode::kDone;
+}
+
+CLI::App* add_kubernetes(CLI::App& cluster, Arguments& args) {
+    CLI::App* command = cluster.add_subcommand("kubernetes",
+                                               "Write manifests for Kubernetes to standard output: "
+                                               "one picture by workers, or many frames (--batch)");
+    command->prefix_command();
+    command->footer(
+        "Then the arguments of `terravox render`, or with --batch those of `terravox animate`; "
+        "their paths are those in the pods.\n"
+        "Workers know each other by the Secret NAME-token, key `token`: config/cluster/README.md.");
+    add_needs(*command, args);
+    add_frames(*command, args);
+    command->add_option("--name", args.name, "of what is made")->capture_default_str();
+    command->add_option("--image", args.pods.image, "that holds terravox-raytracer")->required();
+    command
+        ->add_option("--claim", args.pods.claim,
+                     "persistent volume claim with worlds and pictures (ReadWriteMany)")
+        ->required();
+    command
+        ->add_option("--mount", args.pods.mount,
+                     "where it is in the pods; relative paths begin there")
+        ->capture_default_str();
+    command->add_flag("--batch", args.slurm.batch, "frames of an animation");
+    return command;
+}
+
+ExitCode run_kubernetes(Arguments args, const std::vector<std::string>& words) {
+    // A pod says what it needs, or it is the first to go.
+    if (args.slurm.needs.cpus == 0)
+        args.slurm.needs.cpus = 4;
+    if (args.slurm.needs.memory_mib == 0)
+        args.slurm.needs.memory_mib = 8192;
+    args.pods.nodes = args.slurm.nodes;
+    const std::string program =
+        args.slurm.program.empty() ? "terravox-raytracer" : args.slurm.program.string();
+    if (args.slurm.batch) {
+        std::fputs(kubernetes_frames(frame_job(args, program, words), args.pods).c_str(), stdout);
+        return ExitCode::kDone;
+    }
+    if (!args.slurm.frames.empty() || args.slurm.frames_per_task > 0)
+        throw UsageError(
+            "cluster kubernetes: --frames or --frames-per-task without --batch; allowed: with it");
+    Command render{program, "render"};
+    const PassedOn passed = PassedOn::read("render", words);
+    if (passed.has("--listen"))
+        throw UsageError(
+            "cluster kubernetes: --listen among the arguments of render; allowed: without it, the "
+            "service has a port of its own");
+    render.insert(render.end(), passed.words.begin(), passed.words.end());
+    if (!passed.has("--threads"))
+        render.insert(render.end(), {"--threads", std::to_string(args.slurm.needs.cpus)});
+    std::fputs(kubernetes_pool(args.name, render, args.slurm.needs.cpus,
+                               args.slurm.needs.memory_mib, args.pods)
+                   .c_str(),
+               stdout);
+    return ExitCode::kDone;
+}
+
+CLI::App* add_bake(CLI::App& cluster, Arguments& args) {
+    CLI::App* command = cluster.add_subcommand("bake",
+                                               "Prepare LiDAR squares into a cache folder that "
+                                               "machines share (--cache among the arguments)");
+    command->prefix_command();
+    command->footer(
+        "Then the arguments of `terravox render` or `terravox animate`. `cluster slurm --batch` "
+        "calls this by itself.");
+    command->add_option("--for", args.bake_for, "whose arguments follow")
+        ->check(CLI::IsMember({"render", "animate"}))
+        ->capture_default_str();
+    command->add_option("--part", args.bake_part, "I/N: every N-th square from the I-th on")
+        ->capture_default_str();
+    return command;
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_cluster_command(CLI::App& app) {
+    auto args = std::make_shared<Arguments>();
+    CLI::App* group = app.add_subcommand(
+        "cluster",
+        "Render on many machines through a scheduler: Slurm, Open Job Description, Kubernetes");
+    group->require_subcommand(1);
+    const CLI::App *slurm = add_slurm(*group, *args), *openjd = add_openjd(*group, *args),
+                   *kubernetes = add_kubernetes(*group, *args), *bake = add_bake(*group, *args);
+    return [=] {
+        if (slurm->parsed())
+            return run_slurm(*args, words_of(*slurm));
+        if (openjd->parsed())
+            return run_openjd(*args, words_of(*openjd));
+        if (kubernetes->parsed())
+            return run_kubernetes(*args, words_of(*kubernetes));
+        return run_bake(args->bake_for, args->bake_part, words_of(*bake));
+    };
+}
+
+}  // namespace terravox

@@ -1,0 +1,83 @@
+#include "raytracer/commands/cluster/submission.hpp"
+
+#include <cstdio>
+#include <fstream>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/shell_words.hpp"
+#include "raytracer/cluster/stop_signals.hpp"
+
+namespace terravox::cluster {
+namespace {
+
+constexpr const char* kAttempt = "run the batch: ";
+
+}  // namespace
+
+Submission::Submission(const SlurmOptions& options, const JobFolder& folder, const Slurm* slurm)
+    : m_options(options), m_folder(folder), m_slurm(slurm) {
+    std::ifstream in(file());
+    for (std::string name, job; in >> name >> job;)
+        m_before.push_back(job);
+}
+
+void Submission::wait_for_earlier() {
+    if (m_slurm == nullptr || m_before.empty())
+        return;
+    const auto counts = m_slurm->counts(m_before);
+    if (!counts)
+        throw Error(std::string(kAttempt) +
+                    "squeue has no answer; without it nobody knows whether the jobs of " +
+                    file().string() + " are at work");
+    if (counts->all() == 0)
+        return;
+    if (!m_options.wait)
+        throw Error(std::string(kAttempt) + std::to_string(counts->all()) + " tasks of " +
+                    file().string() + " are at work; wait for them, or scancel them");
+    if (!m_options.quiet)
+        std::fprintf(stderr, "slurm: %d tasks of an earlier call are at work\n", counts->all());
+    follow(m_before, counts->all());
+}
+
+Slurm::JobId Submission::submit(const std::string& name, const std::vector<std::string>& options,
+                                int tasks, const std::vector<std::string>& arguments) {
+    m_tasks += tasks;
+    if (m_slurm == nullptr) {
+        if (m_tasks == tasks)
+            std::printf("cd %s\n", shell_word(m_folder.path().string()).c_str());
+        std::printf("sbatch");
+        for (const std::string& option : options)
+            std::printf(" %s", option.c_str());
+        std::printf(" %s.sbatch", name.c_str());
+        for (const std::string& argument : arguments)
+            std::printf(" %s", argument.c_str());
+        std::printf("\n");
+        return name;
+    }
+    const Slurm::JobId job = m_slurm->submit(m_folder.path(), name + ".sbatch", options, arguments);
+    m_jobs.push_back(job);
+    m_text += name + " " + job + "\n";
+    util::write_file_atomically(file(), m_text);
+    if (!m_options.quiet)
+        std::fprintf(stderr, "slurm: job %s: %s, %d tasks\n", job.c_str(), name.c_str(), tasks);
+    return job;
+}
+
+void Submission::follow(const std::vector<Slurm::JobId>& jobs, int tasks) {
+    const StopSignals signals;
+    QueueTeller teller(tasks, m_options.quiet);
+    for (int empty_looks = 0; empty_looks < 2;) {
+        const auto counts = m_slurm->counts(jobs);
+        if (counts)
+            teller.tell(*counts);
+        empty_looks = counts && counts->all() == 0 ? empty_looks + 1 : 0;
+        if (empty_looks < 2 && StopSignals::wait_ms(m_options.poll_s * 1000)) {
+            const std::string wrong = m_slurm->cancel(jobs);
+            throw Error(std::string(kAttempt) + "a signal came; " +
+                        (wrong.empty() ? "all tasks are cancelled; the same command goes on"
+                                       : "cancel the tasks: " + wrong));
+        }
+    }
+}
+
+}  // namespace terravox::cluster

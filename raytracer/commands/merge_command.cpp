@@ -1,0 +1,144 @@
+#include "raytracer/commands/merge_command.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <memory>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/tell_damage.hpp"
+#include "common/voxel/world_json.hpp"
+#include "raytracer/render/joined_pictures.hpp"
+#include "raytracer/scene/scene_io.hpp"
+
+namespace terravox {
+namespace {
+
+struct Arguments {
+    std::vector<std::filesystem::path> journals;
+    std::vector<std::string> outputs;
+    std::string tiles;
+    PictureOptions picture;
+    std::string log_level = "info";
+    bool info = false, quiet = false;
+};
+
+/// What one file is of, and how much of it is done. A coordinator may be writing to it meanwhile.
+void print_info(const std::filesystem::path& path) {
+    const TileJournal journal(OpenFile(path, O_RDONLY, "read the checkpoint"));
+    const PictureKey& key = journal.key();
+    Scene scene;
+    parse_scene(key.scene, "of " + path.string(), scene);
+    std::uint32_t holes = 0;
+    for (std::uint32_t cell = 0; cell < key.grid.cells(); ++cell)
+        holes += journal.at(cell).holes > 0 ? 1 : 0;
+    std::printf("%s: %llu bytes\n", path.c_str(), static_cast<unsigned long long>(journal.end()));
+    std::printf("  of       %s, %dx%d pixels, %d samples%s\n",
+                voxel::world_from_json(key.world, path.string()).title.c_str(), key.grid.width_px,
+                key.grid.height_px, scene.quality.samples, key.with_layers ? ", layers" : "");
+    std::printf("  made by  %s, build %s\n", key.software.c_str(), key.build.c_str());
+    for (const std::string& input : key.inputs)
+        std::printf("  from     %s\n", input.c_str());
+    std::printf("  done     %u of %u tiles of %d pixels (%.1f %%)", journal.count(),
+                key.grid.cells(), key.grid.tile_px, 100.0 * journal.count() / key.grid.cells());
+    if (holes > 0)
+        std::printf(", %u of them with holes", holes);
+    std::printf("\n");
+    if (journal.count() < key.grid.cells())
+        std::printf(
+            "  missing  in rows %s of %u\n",
+            rows_missing(key.grid, [&](std::uint32_t cell) { return journal.at(cell).is_there(); })
+                .c_str(),
+            key.grid.rows());
+    for (const std::string& line : journal.damage())
+        std::printf("  damage   %s\n", line.c_str());
+    if (const std::string damaged = journal.what_is_damaged(); !damaged.empty())
+        std::printf("  %s\n", damaged.c_str());
+}
+
+void check(const Arguments& args) {
+    if (args.info && (!args.outputs.empty() || !args.tiles.empty()))
+        throw UsageError("merge: --info with -o or --tiles; allowed: --info alone");
+    if (!args.info && args.outputs.empty() && args.tiles.empty())
+        throw UsageError(
+            "merge: nothing to write named; give -o FILE.exr, --tiles FILE.tiles, or --info");
+}
+
+ExitCode run(Arguments& args) {
+    util::set_up_log(args.quiet ? "error" : args.log_level);
+    check(args);
+    if (args.info) {
+        for (const auto& journal : args.journals)
+            print_info(journal);
+        return ExitCode::kDone;
+    }
+    args.picture.threads = thread::thread_count(args.picture.threads);
+    const JoinedTiles tiles(args.journals);
+    if (!args.outputs.empty())
+        check_joined_pictures(tiles.key(), args.outputs, args.picture);
+    if (!args.tiles.empty()) {
+        tiles.write(args.tiles);
+        if (!args.quiet)
+            std::printf("wrote %s: %u of %u tiles\n", args.tiles.c_str(), tiles.count(),
+                        tiles.key().grid.cells());
+    }
+    if (args.outputs.empty())
+        return ExitCode::kDone;
+    if (tiles.missing() > 0)
+        throw Error("merge into " + args.outputs.front() + ": " + std::to_string(tiles.missing()) +
+                    " of " + std::to_string(tiles.key().grid.cells()) +
+                    " tiles are missing, in rows " + tiles.rows_missing() + " of " +
+                    std::to_string(tiles.key().grid.rows()));
+    const RenderStatistics s = write_joined_pictures(tiles, args.outputs, args.picture);
+    if (!args.quiet)
+        for (const std::string& output : args.outputs)
+            std::printf("wrote %s\n", output.c_str());
+    if (!s.counts.holes.empty())
+        spdlog::error("the picture has holes: {} boxes could not be had", s.counts.holes.size());
+    if (!s.damage.empty())
+        tell_damage(s.damage);
+    return s.has_holes() ? ExitCode::kHoles : ExitCode::kDone;
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_merge_command(CLI::App& app) {
+    auto args = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand(
+        "merge", "Join the checkpoints of several coordinators of one picture, and write it");
+    command
+        ->add_option("checkpoints", args->journals,
+                     "files that render --resume or --part has written: PICTURE.tiles")
+        ->required();
+    command
+        ->add_option(
+            "-o,--output", args->outputs,
+            "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command->add_option("--tiles", args->tiles,
+                        "write all tiles that are there to this file, a checkpoint of its own");
+    command->add_flag("--info", args->info,
+                      "say of each file which picture it is of and how much of it is done");
+    command
+        ->add_option("--memory-mib", args->picture.memory_mib,
+                     "a picture that would take more than half of it goes tile by tile into its "
+                     "files (1 to 1048576)")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    command
+        ->add_option("--threads", args->picture.threads,
+                     "for noise and for files; 0: one for each core (0 to 1024)")
+        ->check(CLI::Range(0, 1024))
+        ->default_val(0);
+    command->add_option("--log", args->log_level, "trace, debug, info, warn, error or off")
+        ->capture_default_str();
+    command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
+    return [args] { return run(*args); };
+}
+
+}  // namespace terravox

@@ -1,0 +1,171 @@
+#include "raytracer/commands/preview_command.hpp"
+
+#include <imgui.h>
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/atomic_file.hpp"
+#include "common/util/log.hpp"
+#include "common/util/resident_memory.hpp"
+#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/preview/app/app.hpp"
+#include "raytracer/preview/opening.hpp"
+#include "raytracer/preview/panels/widgets.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "voxelserver/worlds/open/world_kinds.hpp"
+
+namespace terravox {
+namespace {
+
+struct Arguments {
+    WorldArguments world;
+    CrewArguments crew;
+    std::string save_scene = "preview-scene.toml", report;
+    std::string size = "1280x720";
+    bool light = false;
+    double ui_scale = 0;
+};
+
+std::atomic<bool> g_quit{false};
+
+/// Who renders the preview: the window's thread, and those that are named; else as many as there
+/// are cores beside it.
+CrewOptions preview_crew(const Arguments& args, const Scene& scene) {
+    CrewArguments asked = args.crew;
+    asked.green = true;
+    CrewOptions out = asked.options(scene);
+    out.green = out.changes = true;
+    if (!scene.processing.threads)
+        out.threads = std::max(thread::thread_count(0) - 1, 0);
+    // None are needed before a worker is added; then it is told.
+    if (!out.farm.any())
+        out.farm.credentials = args.crew.credentials.find().value_or(net::Credentials());
+    return out;
+}
+
+/// What is seen until a world is open. @return false: the person has had enough
+bool draw_opening(const Window& window, const std::string& failure, bool& again) {
+    const auto [width, height] = window.size_px();
+    const float font = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2},
+                            ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({std::min(font * 40, static_cast<float>(std::max(width, 1))), 0});
+    ImGui::Begin("##opening", nullptr, ImGuiWindowFlags_NoDecoration);
+    bool stay = true;
+    if (failure.empty()) {
+        ImGui::Text("Opening the world %c", "|/-\\"[static_cast<int>(ImGui::GetTime() * 8) & 3]);
+    } else {
+        ImGui::TextWrapped("%s", failure.c_str());
+        again = widgets::button("Try again");
+        ImGui::SameLine();
+        stay = !widgets::button("Close");
+    }
+    ImGui::End();
+    return stay;
+}
+
+nlohmann::json report_of(const App& app) {
+    nlohmann::json out = app.times().report();
+    out["pictures"] = app.pictures(), out["holes"] = app.holes(),
+    out["memory_bytes"] = util::resident_bytes();
+    return out;
+}
+
+ExitCode run(const Arguments& args) {
+    util::set_up_log(args.world.log_level);
+    const Scene scene = args.world.scene();
+    const AppOptions options{
+        preview_crew(args, scene),
+        CrewOptions{
+            thread::thread_count(scene.processing.threads.value_or(0)), false, {}, {}, false},
+        args.save_scene, args.light, std::make_shared<LogTail>()};
+    spdlog::default_logger()->sinks().push_back(options.log);
+    for (const std::string& input : args.world.inputs)
+        (void)worlds::kind_of(input);  // before a window opens for nothing
+    if (!args.report.empty())
+        util::check_writable(args.report);
+    Scene window_size;
+    set_field(window_size, "output.size", args.size);
+    Window window(window_size.output.size_px[0], window_size.output.size_px[1], "Terravox",
+                  args.ui_scale);
+    window.set_light(args.light);
+    std::signal(SIGINT, [](int) { g_quit = true; });
+    std::signal(SIGTERM, [](int) { g_quit = true; });
+    auto opening = std::make_unique<Opening>(args.world.options(scene), scene);
+    std::unique_ptr<App> app;
+    std::string failure;
+    while (window.open() && !g_quit) {
+        if (app) {
+            app->frame();
+            continue;
+        }
+        window.begin_frame(0.05);
+        bool again = false;
+        if (!draw_opening(window, failure, again))
+            window.close();
+        window.end_frame({});
+        if (again)
+            failure.clear(), opening = std::make_unique<Opening>(args.world.options(scene), scene);
+        if (auto world = opening->take()) {
+            try {
+                window.set_title("Terravox: " + world->world->info().title);
+                app = std::make_unique<App>(window, scene, std::move(world), options);
+            } catch (const Error& e) {
+                failure = e.what();
+            }
+        } else if (failure.empty() && !(failure = opening->failure()).empty()) {
+            spdlog::error("{}", failure);
+        }
+    }
+    if (!args.report.empty() && app)
+        util::write_file_atomically(args.report, report_of(*app).dump(2) + "\n");
+    const std::size_t holes = app ? app->holes() : 0;
+    window.hide();  // what is under way may take a while to end
+    app.reset();
+    // A world of files cannot be told to stop opening; nothing of it is of use to anybody.
+    if (opening->runs()) {
+        spdlog::info("left before the world was open");
+        spdlog::shutdown();
+        std::_Exit(static_cast<int>(ExitCode::kDone));
+    }
+    if (!failure.empty())
+        return ExitCode::kFailed;
+    return holes > 0 ? ExitCode::kHoles : ExitCode::kDone;
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_preview_command(CLI::App& app) {
+    auto args = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand(
+        "preview", "Fly around a world in a window while it is rendered, coarse to fine");
+    add_world_arguments(*command, args->world);
+    add_crew_arguments(*command, args->crew);
+    command
+        ->add_option("--save-scene", args->save_scene, "where the scene is saved at first (Ctrl+S)")
+        ->capture_default_str();
+    command
+        ->add_option("--window", args->size,
+                     "size of the window, WIDTHxHEIGHT; output.size is that of the final picture")
+        ->capture_default_str();
+    command->add_option("--report", args->report,
+                        "write frame times and counts to this file at the end (JSON)");
+    command->add_flag("--light", args->light, "light panels instead of dark ones");
+    command
+        ->add_option("--ui-scale", args->ui_scale,
+                     "size of text and handles, 0.5 to 4; default: as the monitor says")
+        ->check(CLI::Range(0.5, 4.0));
+    return [args] { return run(*args); };
+}
+
+}  // namespace terravox

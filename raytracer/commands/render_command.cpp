@@ -1,0 +1,99 @@
+#include "raytracer/commands/render_command.hpp"
+
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/log.hpp"
+#include "common/voxel/tell_damage.hpp"
+#include "raytracer/commands/crew_arguments.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "raytracer/output/image_writer.hpp"
+#include "raytracer/render/picture_renderer.hpp"
+#include "raytracer/scene/scene_io.hpp"
+
+namespace terravox {
+namespace {
+
+struct Arguments {
+    WorldArguments world;
+    CrewArguments crew;
+    std::vector<std::string> outputs;
+    std::string save_scene, report, part;
+    bool quiet = false, resume = false;
+};
+
+ExitCode run(const Arguments& args) {
+    util::set_up_log(args.quiet ? "error" : args.world.log_level);
+    const auto start = std::chrono::steady_clock::now();
+    const Scene scene = args.world.scene();
+    // Refuse what cannot be written before any work is done.
+    if (args.outputs.empty())
+        throw UsageError("render: no picture named; give -o FILE.png or FILE.exr");
+    PictureRenderer::check(scene, args.outputs);
+    KeepOptions keep{args.resume, true, {}};
+    if (!args.part.empty() && !(keep.part = Part::parse(args.part)))
+        throw UsageError("render: --part " + args.part + "; allowed: " + Part::kAllowed);
+    const CrewOptions crew = args.crew.options(scene);
+    if (!args.report.empty())
+        util::check_writable(args.report);
+    if (!args.save_scene.empty())
+        util::write_file_atomically(args.save_scene, to_toml(scene));
+
+    PictureRenderer renderer(args.world.options(scene), crew, scene, args.quiet);
+    const RenderStatistics statistics = renderer.render(scene, args.outputs, keep, start);
+    if (!args.report.empty())
+        util::write_file_atomically(
+            args.report, report_of(statistics, renderer.times(), renderer.view()).dump(2) + "\n");
+    if (!args.quiet) {
+        print_statistics(statistics, renderer.times());
+        if (keep.part)
+            std::printf("wrote %s: terravox merge makes a picture of all parts\n",
+                        checkpoint_path(args.outputs.front(), keep.part).c_str());
+        else
+            for (const std::string& output : args.outputs)
+                std::printf("wrote %s\n", output.c_str());
+    }
+    if (!statistics.counts.holes.empty())
+        spdlog::error("the picture has holes: {} boxes could not be had",
+                      statistics.counts.holes.size());
+    if (statistics.counts.missing > 0)
+        spdlog::error("the picture lacks {} tiles: nobody was left to render them",
+                      statistics.counts.missing);
+    if (!statistics.damage.empty())
+        tell_damage(statistics.damage);
+    return statistics.has_holes() ? ExitCode::kHoles : ExitCode::kDone;
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_render_command(CLI::App& app) {
+    auto args = std::make_shared<Arguments>();
+    CLI::App* command =
+        app.add_subcommand("render", "Render a world to PNG, JPEG, EXR or TIFF files");
+    add_world_arguments(*command, args->world);
+    add_crew_arguments(*command, args->crew);
+    command
+        ->add_option(
+            "-o,--output", args->outputs,
+            "picture to write: .png .jpg (8-bit), .exr .tif (float); may be given several times")
+        ->required()
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command->add_option("--save-scene", args->save_scene,
+                        "write the scene with all flags applied to this file");
+    command->add_option("--report", args->report, "write times and counts to this file (JSON)");
+    command->add_flag("--resume", args->resume,
+                      "keep finished tiles in PICTURE.tiles until the picture stands, and go on "
+                      "with those that are there");
+    command->add_option("--part", args->part,
+                        "I/N: only part I of N of the tiles, kept for terravox merge; no picture");
+    command->add_flag("-q,--quiet", args->quiet, "say nothing but errors");
+    return [args] { return run(*args); };
+}
+
+}  // namespace terravox

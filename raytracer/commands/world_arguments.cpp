@@ -1,0 +1,65 @@
+#include "raytracer/commands/world_arguments.hpp"
+
+#include <algorithm>
+#include <CLI/CLI.hpp>
+
+#include "common/util/cache_dir.hpp"
+#include "raytracer/scene/scene_io.hpp"
+#include "raytracer/scene/views.hpp"
+#include "raytracer/scene/world_options_of.hpp"
+#include "voxelserver/voxelize/points/step_switches.hpp"
+#include "voxelserver/worlds/open/world_kinds.hpp"
+
+namespace terravox {
+
+Scene WorldArguments::scene() const {
+    return compose_scene({file_layer(scene_file), fields_layer(fields)});
+}
+
+WorldOptions WorldArguments::options(const Scene& scene) const {
+    WorldOptions out = world_options_of(scene);
+    out.inputs = inputs;
+    out.orthophotos = orthophoto_paths();
+    out.cache_dir = util::cache_dir(cache);
+    return out;
+}
+
+void add_world_arguments(CLI::App& command, WorldArguments& args) {
+    command.add_option("inputs", args.inputs, worlds::allowed_inputs())->required();
+    add_opening_arguments(command, args, {});
+}
+
+void add_opening_arguments(CLI::App& command, WorldArguments& args,
+                           const std::vector<std::string>& sections) {
+    command
+        .add_option("--ortho", args.orthophotos,
+                    "orthophoto, or a folder of them; may be given several times")
+        ->expected(1)
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--cache", args.cache,
+                       "folder that keeps prepared LiDAR squares for the next run; none: nothing "
+                       "on disk (default: ~/.cache/terravox)");
+    command.footer(
+        "A voxel server or web server that wants a token gets TERRAVOX_SERVER_TOKEN of the "
+        "environment if TERRAVOX_SERVER_ORIGIN names it:\n"
+        "http(s)://host[:port], over http this machine alone. No other server is sent it.\n\n" +
+        voxelize::steps_help());
+    command.add_option("--scene", args.scene_file, "scene file (TOML); flags override it");
+    command.add_option("--log", args.log_level, "trace, debug, info, warn, error or off")
+        ->capture_default_str();
+    for (const SceneFlag& flag : scene_flags()) {
+        const std::string section = flag.path.substr(0, flag.path.find('.'));
+        if (!sections.empty() &&
+            std::find(sections.begin(), sections.end(), section) == sections.end())
+            continue;
+        const auto keep = [&args, path = flag.path](const std::string& text) {
+            args.fields.emplace_back(path, text);
+        };
+        command.add_option_function<std::string>(flag.names, keep, flag.help)
+            ->type_name(flag.is_switch ? "yes|no" : "VALUE")
+            ->group("Scene: " + section);
+    }
+}
+
+}  // namespace terravox

@@ -1,0 +1,99 @@
+#include "raytracer/commands/world_command.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/util/log.hpp"
+#include "common/voxel/tell_damage.hpp"
+#include "common/voxel/world_json.hpp"
+#include "raytracer/commands/world_arguments.hpp"
+#include "voxelserver/worlds/open/open_world.hpp"
+#include "voxelserver/worlds/open/world_kinds.hpp"
+
+namespace terravox {
+namespace {
+
+struct Arguments {
+    WorldArguments world;
+    bool json = false, blocks = false;
+};
+
+ExitCode describe(const Arguments& args, const Scene& scene, const worlds::WorldKind& kind) {
+    std::string dimension;
+    for (const auto& [field, text] : args.world.fields) {
+        if (field == "world.dimension")
+            dimension = text;
+    }
+    const worlds::Description description =
+        kind.describe({args.world.inputs.front(), dimension, args.blocks, args.json,
+                       scene.processing.threads.value_or(0)});
+    std::printf("%s\n", description.text.c_str());
+    return description.is_damaged ? ExitCode::kHoles : ExitCode::kDone;
+}
+
+void print(const char* name, const std::string& text) {
+    if (!text.empty())
+        std::printf("%-14s %s\n", name, text.c_str());
+}
+
+ExitCode info_of(const Arguments& args, const Scene& scene, const worlds::WorldKind& kind) {
+    util::StageTimes times;
+    const auto world = open_world(args.world.options(scene), times);
+    const voxel::WorldInfo& info = world->info();
+    if (args.json)
+        std::printf("%s\n", nlohmann::json::parse(voxel::world_to_json(info)).dump(2).c_str());
+    else {
+        const auto& b = info.bounds;
+        print("what", std::string(kind.noun));
+        print("title", info.title);
+        std::printf("%-14s x %d to %d, y %d to %d, z %d to %d\n", "voxels", b.min[0], b.max[0],
+                    b.min[1], b.max[1], b.min[2], b.max[2]);
+        std::printf("%-14s %g m\n%-14s %d\n", "voxel", info.voxel_m, "levels", info.levels);
+        print("CRS", info.crs);
+        if (!info.crs.empty())
+            std::printf("%-14s %.2f to %.2f E, %.2f to %.2f N\n", "extent",
+                        b.min[0] * info.crs_units_per_voxel, b.max[0] * info.crs_units_per_voxel,
+                        -b.max[2] * info.crs_units_per_voxel, -b.min[2] * info.crs_units_per_voxel);
+        if (info.centre)
+            std::printf("%-14s %.6f, %.6f\n", "centre", info.centre->lat_deg, info.centre->lon_deg);
+        print("licence", info.licence);
+        print("attribution", info.attribution);
+    }
+    const auto damage = world->damage();
+    if (!damage.empty())
+        tell_damage(damage);
+    return damage.empty() ? ExitCode::kDone : ExitCode::kHoles;
+}
+
+ExitCode run(const Arguments& args) {
+    util::set_up_log(args.world.log_level);
+    const Scene scene = args.world.scene();
+    const worlds::WorldKind& kind = worlds::kind_of(args.world.inputs.front());
+    if (kind.describe != nullptr && args.world.inputs.size() == 1)
+        return describe(args, scene, kind);
+    if (args.blocks)
+        throw UsageError("world info --blocks: " + args.world.inputs.front() + " is " +
+                         std::string(kind.noun) + "; allowed: a Minecraft world");
+    return info_of(args, scene, kind);
+}
+
+}  // namespace
+
+std::function<ExitCode()> add_world_command(CLI::App& app) {
+    auto args = std::make_shared<Arguments>();
+    args->world.log_level = "warn";
+    CLI::App* world = app.add_subcommand("world", "Tell about a world");
+    world->require_subcommand(1);
+    CLI::App* info =
+        world->add_subcommand("info", "What a world is: format, version, extent, counts, damage");
+    info->add_option("inputs", args->world.inputs, worlds::allowed_inputs())->required();
+    info->add_flag("--json", args->json, "as JSON");
+    info->add_flag("--blocks", args->blocks, "of a Minecraft world: count its blocks");
+    add_opening_arguments(*info, args->world, {"world", "generated", "processing"});
+    return [args] { return run(*args); };
+}
+
+}  // namespace terravox

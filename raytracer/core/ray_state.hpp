@@ -1,0 +1,217 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "common/util/det_math.hpp"
+#include "common/voxel/world.hpp"
+#include "raytracer/core/ray.hpp"
+
+namespace terravox {
+
+/// An integer voxel of some level.
+struct VoxelCoord {
+    std::int32_t x = 0, y = 0, z = 0;
+    [[nodiscard]] std::int32_t operator[](int axis) const noexcept {
+        return axis == 0 ? x : axis == 1 ? y : z;
+    }
+    friend bool operator==(const VoxelCoord&, const VoxelCoord&) = default;
+};
+
+inline constexpr double kFar = std::numeric_limits<double>::infinity();
+
+/// A ray on its way: the voxel it is in and where it came from. A plain value, so that a ray may be
+/// laid aside and taken up again.
+///
+/// Every crossing is (plane - origin) / direction, never a sum, and ties go to x before y before z:
+/// a leap over a large cell ends in exactly the voxel that single steps would have reached.
+/// `origin`, `direction` and `voxel` count voxels of `level`; changing the level multiplies by
+/// powers of two, so that t does not change in the last bit. See docs/adr/0005 and 0015. Ref:
+/// Amanatides & Woo, "A Fast Voxel Traversal Algorithm", Eurographics 1987.
+struct RayState {
+    RayState() = default;
+    /// Of level 0, placed nowhere yet: enter() or start_in() comes next.
+    explicit RayState(const Ray& ray) noexcept {
+        for (int a = 0; a < 3; ++a) {
+            const double d = ray.direction[a];
+            // A component of zero counts as positive with an infinite inverse: its next plane lies
+            // ahead, at t = infinity. From the middle of its voxel, for on a plane that would be 0
+            // * infinity.
+            origin[a] = d == 0 ? std::floor(ray.origin[a]) + 0.5 : ray.origin[a];
+            forward[a] = !(d < 0);
+            inverse[a] = d == 0 ? kFar : 1 / d;
+            direction[a] = d;
+        }
+    }
+
+    /// Places the ray, of level 0, in its first voxel inside the bounds. @return false when it
+    /// never gets there
+    [[nodiscard]] bool enter(const voxel::VoxelBounds& bounds) noexcept {
+        int axis = -1;
+        double at = 0;
+        for (int a = 0; a < 3; ++a) {
+            const auto i = static_cast<std::size_t>(a);
+            if (bounds.min[i] >= bounds.max[i])
+                return false;
+            const bool before = forward[a] ? origin[a] < bounds.min[i] : origin[a] >= bounds.max[i];
+            const bool beyond =
+                forward[a] ? origin[a] >= bounds.max[i] : origin[a] <= bounds.min[i];
+            if (beyond)
+                return false;
+            if (!before)
+                continue;
+            const double c = crossing(a, forward[a] ? bounds.min[i] : bounds.max[i]);
+            if (!(c < kFar))
+                return false;
+            if (axis < 0 || c >= at)
+                at = c, axis = a;  // the last to be crossed; of equals the later axis
+        }
+        for (int a = 0; a < 3; ++a) {
+            const auto i = static_cast<std::size_t>(a);
+            if (axis < 0) {
+                voxel[a] = floor_to_int(origin[a]);
+            } else if (a == axis) {
+                voxel[a] = forward[a] ? bounds.min[i] : bounds.max[i] - 1;
+            } else {
+                constexpr std::int32_t kRoom =
+                    1;  // a ray may pass the bounds before it crosses the axis: found below
+                const std::int32_t low = bounds.min[i] - kRoom,
+                                   own = floor_to_int(
+                                       origin[a]);  // its own voxel's near plane is behind it
+                voxel[a] = position_after(a, at, axis, forward[a] ? std::max(low, own) : low,
+                                          bounds.max[i] - 1 + kRoom);
+                if (voxel[a] < bounds.min[i] || voxel[a] >= bounds.max[i])
+                    return false;
+            }
+        }
+        t = at;
+        if (axis >= 0)
+            face = face_of(axis, !forward[axis]);
+        return true;
+    }
+
+    /// Places a ray that starts on a face: in voxel `start` of `its_level`, whatever rounding says
+    /// of its origin.
+    void start_in(VoxelCoord start, int its_level) noexcept {
+        rescale(its_level);
+        // A component of zero keeps the middle of a level-0 voxel, so that it lies on no plane of
+        // any level.
+        const double half = 0.5 * det::exp2_int(-its_level);
+        for (int a = 0; a < 3; ++a) {
+            voxel[a] = start[a];
+            if (direction[a] == 0)
+                origin[a] = std::clamp(origin[a], start[a] + half, start[a] + 1 - half);
+        }
+    }
+
+    /// Counts in voxels of another level from now on, but for the voxel: that is set next.
+    void change_scale(int to) noexcept {
+        if (to != level)
+            rescale(to);
+    }
+
+    /// Counts in voxels of another level from now on; the voxel becomes the one of that level that
+    /// the ray is in.
+    void change_level(int to) noexcept {
+        if (to == level)
+            return;
+        const int finer = level - to;
+        rescale(to);
+        for (int a = 0; a < 3; ++a) {
+            if (finer < 0) {
+                voxel[a] >>= -finer;
+                continue;
+            }
+            const std::int32_t low = voxel[a] << finer, high = low + (std::int32_t{1} << finer) - 1;
+            if (face == Face::kNone)
+                voxel[a] = std::clamp(floor_to_int(origin[a] + direction[a] * t), low, high);
+            else if (a == axis_of(face))
+                voxel[a] = forward[a] ? low : high;  // it has just come through
+            else
+                voxel[a] = position_after(a, t, axis_of(face), low, high);
+        }
+    }
+
+    /// t of the plane `coordinate = plane` on an axis.
+    [[nodiscard]] double crossing(int axis, double plane) const noexcept {
+        return (plane - origin[axis]) * inverse[axis];
+    }
+
+    /// The voxel the ray is in on `axis` once it has crossed, on `by_axis`, a plane at time `at`;
+    /// known to lie in [low, high]. A crossing (t, axis) comes before (at, by_axis) in the order of
+    /// t, then axis.
+    [[nodiscard]] std::int32_t position_after(int axis, double at, int by_axis, std::int32_t low,
+                                              std::int32_t high) const noexcept {
+        const auto crossed = [&](double plane) {
+            const double c = crossing(axis, plane);
+            return c < at || (c == at && axis < by_axis);
+        };
+        std::int32_t p = std::clamp(floor_to_int(origin[axis] + direction[axis] * at), low, high);
+        if (forward[axis]) {
+            while (p < high && crossed(static_cast<double>(p) + 1))
+                ++p;
+            while (p > low && !crossed(p))
+                --p;
+        } else {
+            while (p > low && crossed(p))
+                --p;
+            while (p < high && !crossed(static_cast<double>(p) + 1))
+                ++p;
+        }
+        return p;
+    }
+
+    /// Leaves the aligned empty cell of 2^shift voxels on each axis that the ray is in.
+    void leap(int shift) noexcept { leap(shift, shift, shift); }
+    void leap(int sx, int sy, int sz) noexcept {
+        const int shift[3] = {sx, sy, sz};
+        std::int32_t low[3], high[3];
+        double out[3];
+        for (int a = 0; a < 3; ++a) {
+            low[a] = voxel[a] >> shift[a] << shift[a];
+            high[a] = low[a] + (std::int32_t{1} << shift[a]) - 1;
+            out[a] = crossing(
+                a, forward[a] ? static_cast<double>(high[a]) + 1 : static_cast<double>(low[a]));
+        }
+        const int axis = first_of(out);
+        const double at = out[axis];
+        for (int a = 0; a < 3; ++a) {
+            if (a == axis || shift[a] == 0)
+                continue;
+            // A ray never turns back: what it has passed stays behind.
+            voxel[a] = position_after(a, at, axis, forward[a] ? voxel[a] : low[a],
+                                      forward[a] ? high[a] : voxel[a]);
+        }
+        voxel[axis] = forward[axis] ? high[axis] + 1 : low[axis] - 1;
+        t = at;
+        face = face_of(axis, !forward[axis]);
+    }
+
+    /// The axis of the earliest of three crossings; of equals the first.
+    [[nodiscard]] static int first_of(const double (&at)[3]) noexcept {
+        return at[0] <= at[1] ? (at[0] <= at[2] ? 0 : 2) : (at[1] <= at[2] ? 1 : 2);
+    }
+
+    [[nodiscard]] static std::int32_t floor_to_int(double v) noexcept {
+        return static_cast<std::int32_t>(std::floor(std::clamp(v, -2.0e9, 2.0e9)));
+    }
+
+    double origin[3] = {}, direction[3] = {}, inverse[3] = {};
+    double t = 0;  ///< multiples of the ray's direction
+    std::int32_t voxel[3] = {};
+    bool forward[3] = {};
+    Face face = Face::kNone;  ///< that it came through into its voxel; kNone: it started there
+    std::int8_t level = 0;
+
+private:
+    void rescale(int to) noexcept {
+        const double up = det::exp2_int(to - level), down = det::exp2_int(level - to);
+        for (int a = 0; a < 3; ++a)
+            origin[a] *= down, direction[a] *= down, inverse[a] *= up;
+        level = static_cast<std::int8_t>(to);
+    }
+};
+
+}  // namespace terravox

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace terravox {
+
+// The words that fields of a scene may hold: text in files, on the command line and in the window,
+// enumerators everywhere else. A new word is an enumerator and a row of its table.
+
+/// A value and how a scene names it.
+template <class Enum>
+struct Word {
+    Enum value;
+    std::string_view text;
+};
+
+/// How space comes into the picture.
+enum class CameraProjection : std::uint8_t {
+    kPerspective,
+    kOrthographic,
+    kIsometric,  ///< orthographic, from a direction that shows three sides alike
+    kPanorama,
+    kFisheye,
+};
+inline constexpr Word<CameraProjection> kCameraProjections[] = {
+    {CameraProjection::kPerspective, "perspective"},
+    {CameraProjection::kOrthographic, "orthographic"},
+    {CameraProjection::kIsometric, "isometric"},
+    {CameraProjection::kPanorama, "panorama"},
+    {CameraProjection::kFisheye, "fisheye"},
+};
+constexpr std::span<const Word<CameraProjection>> words_of(CameraProjection) noexcept {
+    return kCameraProjections;
+}
+
+/// Whether all rays of a picture have one direction.
+[[nodiscard]] constexpr bool is_parallel(CameraProjection projection) noexcept {
+    return projection == CameraProjection::kOrthographic ||
+           projection == CameraProjection::kIsometric;
+}
+
+/// Of points that a scene names.
+enum class CoordinateSpace : std::uint8_t {
+    kCrs,     ///< easting, northing, height in metres
+    kLatLon,  ///< latitude and longitude in degrees, height in metres
+    kVoxel,   ///< x, y, z in voxels of level 0
+};
+inline constexpr Word<CoordinateSpace> kCoordinateSpaces[] = {
+    {CoordinateSpace::kCrs, "crs"},
+    {CoordinateSpace::kLatLon, "latlon"},
+    {CoordinateSpace::kVoxel, "voxel"},
+};
+constexpr std::span<const Word<CoordinateSpace>> words_of(CoordinateSpace) noexcept {
+    return kCoordinateSpaces;
+}
+
+/// Where the light of the sky comes from.
+enum class SkyModel : std::uint8_t { kAtmosphere, kUniform };
+inline constexpr Word<SkyModel> kSkyModels[] = {
+    {SkyModel::kAtmosphere, "atmosphere"},
+    {SkyModel::kUniform, "uniform"},
+};
+constexpr std::span<const Word<SkyModel>> words_of(SkyModel) noexcept {
+    return kSkyModels;
+}
+
+/// From linear light to what an 8-bit picture holds (raytracer/output/develop.hpp).
+enum class ToneCurve : std::uint8_t { kPhotographic, kFilmic, kAgx, kLinear };
+inline constexpr Word<ToneCurve> kToneCurves[] = {
+    {ToneCurve::kPhotographic, "photographic"},
+    {ToneCurve::kFilmic, "filmic"},
+    {ToneCurve::kAgx, "agx"},
+    {ToneCurve::kLinear, "linear"},
+};
+constexpr std::span<const Word<ToneCurve>> words_of(ToneCurve) noexcept {
+    return kToneCurves;
+}
+
+/// Which layers an EXR file holds.
+enum class PictureLayers : std::uint8_t { kBeauty, kAll };
+inline constexpr Word<PictureLayers> kPictureLayers[] = {
+    {PictureLayers::kBeauty, "beauty"},
+    {PictureLayers::kAll, "all"},
+};
+constexpr std::span<const Word<PictureLayers>> words_of(PictureLayers) noexcept {
+    return kPictureLayers;
+}
+
+/// Samples of TIFF files.
+enum class TiffSamples : std::uint8_t {
+    kAuto,  ///< bytes of maps (straight down, orthographic), else floats
+    kByte,
+    kFloat,
+};
+inline constexpr Word<TiffSamples> kTiffSamples[] = {
+    {TiffSamples::kAuto, "auto"},
+    {TiffSamples::kByte, "byte"},
+    {TiffSamples::kFloat, "float"},
+};
+constexpr std::span<const Word<TiffSamples>> words_of(TiffSamples) noexcept {
+    return kTiffSamples;
+}
+
+/// Which light is computed.
+enum class Integrator : std::uint8_t {
+    kDirect,  ///< sun, sky, mirrors, water
+    kPath,    ///< all light, with bounces
+};
+inline constexpr Word<Integrator> kIntegrators[] = {
+    {Integrator::kDirect, "direct"},
+    {Integrator::kPath, "path"},
+};
+constexpr std::span<const Word<Integrator>> words_of(Integrator) noexcept {
+    return kIntegrators;
+}
+
+/// In which order tiles are traced (raytracer/tiles/tile_order.hpp).
+enum class TileOrder : std::uint8_t { kSpiral, kVertical, kVerticalSplit, kHilbert, kRows };
+inline constexpr Word<TileOrder> kTileOrders[] = {
+    {TileOrder::kSpiral, "spiral"},
+    {TileOrder::kVertical, "vertical"},
+    {TileOrder::kVerticalSplit, "vertical-split"},
+    {TileOrder::kHilbert, "hilbert"},
+    {TileOrder::kRows, "rows"},
+};
+constexpr std::span<const Word<TileOrder>> words_of(TileOrder) noexcept {
+    return kTileOrders;
+}
+
+/// The colour of voxels that have a true one, from orthophotos or the points.
+enum class VoxelColour : std::uint8_t { kMaterial, kTrue, kMix };
+inline constexpr Word<VoxelColour> kVoxelColours[] = {
+    {VoxelColour::kMaterial, "material"},
+    {VoxelColour::kTrue, "true"},
+    {VoxelColour::kMix, "mix"},
+};
+constexpr std::span<const Word<VoxelColour>> words_of(VoxelColour) noexcept {
+    return kVoxelColours;
+}
+
+/// An enumeration with a table of words.
+template <class Enum>
+concept WordEnum = requires(Enum value) { words_of(value); };
+
+/// @return the word of a value; empty for a number without a row
+template <WordEnum Enum>
+[[nodiscard]] constexpr std::string_view word_of(Enum value) noexcept {
+    for (const Word<Enum>& word : words_of(value))
+        if (word.value == value)
+            return word.text;
+    return {};
+}
+
+/// @return nullopt for a word that the table does not hold
+template <WordEnum Enum>
+[[nodiscard]] constexpr std::optional<Enum> from_word(std::string_view text) noexcept {
+    for (const Word<Enum>& word : words_of(Enum{}))
+        if (word.text == text)
+            return word.value;
+    return std::nullopt;
+}
+
+}  // namespace terravox

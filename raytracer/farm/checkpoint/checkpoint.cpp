@@ -1,0 +1,260 @@
+#include "raytracer/farm/checkpoint/checkpoint.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "common/util/atomic_file.hpp"
+#include "common/util/error.hpp"
+#include "raytracer/tiles/tile_codec.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr std::chrono::seconds kFlushPeriod{1};
+
+const std::string kAttempt = "write the checkpoint";
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& why) {
+    throw Error(kAttempt + " " + path.string() + ": " + why);
+}
+
+/// Whether the name still stands for the open file: another coordinator may have finished, and
+/// removed it, in between.
+bool is_named(const OpenFile& file) {
+    struct stat open{}, named{};
+    return ::fstat(file.fd(), &open) == 0 && ::stat(file.path().c_str(), &named) == 0 &&
+           open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+/// Opens and locks.
+OpenFile locked(const std::filesystem::path& path) {
+    while (true) {
+        OpenFile file(path, O_RDWR | O_CREAT | O_APPEND, kAttempt);
+        if (::flock(file.fd(), LOCK_EX | LOCK_NB) != 0) {
+            if (errno == EWOULDBLOCK)
+                fail(path, "another coordinator is writing to it");
+            spdlog::warn(
+                "{} {}: it cannot be locked ({}), so see to it that no other coordinator writes to "
+                "it",
+                kAttempt, path.string(), std::strerror(errno));
+        }
+        if (is_named(file))
+            return file;
+    }
+}
+
+/// Some file systems (network, FUSE) do not know how: that is no failure to write.
+void flush_to_disk(const OpenFile& file) {
+    if (::fdatasync(file.fd()) != 0 && errno != EINVAL && errno != ENOTSUP)
+        fail(file.path(), std::strerror(errno));
+}
+
+/// All of it or, where there is no room, nothing: what is half written is cut off again.
+void write_all(const OpenFile& file, std::uint64_t end, std::span<const std::byte> head,
+               std::span<const std::byte> payload) {
+    const std::size_t all = head.size() + payload.size();
+    for (std::size_t done = 0; done < all;) {
+        const auto rest = [done](std::span<const std::byte> part, std::size_t before) {
+            const std::size_t skip = std::min(part.size(), done > before ? done - before : 0);
+            return iovec{const_cast<std::byte*>(part.data()) + skip, part.size() - skip};
+        };
+        const std::array<iovec, 2> parts = {rest(head, 0), rest(payload, head.size())};
+        const ssize_t count = ::writev(file.fd(), parts.data(), static_cast<int>(parts.size()));
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count <= 0) {
+            const std::string why = count < 0 ? std::strerror(errno) : "nothing was written";
+            // Where that fails as well, the next run cuts it off.
+            if (::ftruncate(file.fd(), static_cast<off_t>(end)) != 0)
+                spdlog::debug("{} {}: a torn record stays", kAttempt, file.path().string());
+            fail(file.path(), why + "; the tiles in it are good, and --resume goes on with them");
+        }
+        done += static_cast<std::size_t>(count);
+    }
+}
+
+/// Writes the head of a new file, and sees it to the disk: without it no tile behind it could be
+/// read.
+void begin(const OpenFile& file, const std::string& text) {
+    try {
+        write_all(file, 0, file_head(text), {});
+        flush_to_disk(file);
+    } catch (const Error&) {
+        ::unlink(file.path().c_str());
+        throw;
+    }
+}
+
+}  // namespace
+
+std::filesystem::path checkpoint_path(const std::filesystem::path& picture,
+                                      const std::optional<Part>& part) {
+    std::filesystem::path out = picture;
+    if (part)
+        out += ".part-" + std::to_string(part->index) + "-of-" + std::to_string(part->count);
+    return out += ".tiles";
+}
+
+void check_can_checkpoint(const Scene& scene) {
+    if (scene.quality.time_s > 0)
+        throw UsageError(
+            "keep the tiles of an unfinished picture: quality.time_s is set, so that samples "
+            "depend on the time; allowed: 0");
+    if (scene.quality.coarse_step != 1)
+        throw UsageError("keep the tiles of an unfinished picture: quality.coarse_step = " +
+                         std::to_string(scene.quality.coarse_step) + "; allowed: 1, a single pass");
+}
+
+Checkpoint::Checkpoint(std::filesystem::path path, const PictureKey& key, Existing existing)
+    : m_path(std::move(path)) {
+    util::check_writable(m_path);
+    OpenFile file = locked(m_path);
+    m_end = file.size();
+    const bool is_new = m_end == 0;
+    if (!is_new && existing == Existing::kRefuse)
+        throw UsageError(
+            kAttempt + " " + m_path.string() +
+            ": it is there already; allowed: --resume, which goes on with it, or another name");
+    const std::string text = key.to_json();
+    if (is_new)
+        begin(file, text);
+    m_journal.emplace(std::move(file));
+    // As it comes back from a file: names that are no UTF-8 do not come back as they were.
+    if (const std::string differs =
+            difference(m_journal->key(), PictureKey::from_json(text, m_path.string()));
+        !differs.empty())
+        throw Error("go on with the checkpoint " + m_path.string() +
+                    ": it is of another picture: " + differs + "; remove it to begin anew");
+    m_empty = is_new;
+    m_again.resize(key.grid.cells());
+    for (std::uint32_t cell = 0; cell < m_again.size(); ++cell)
+        if (m_journal->at(cell).holes > 0)
+            m_again[cell] = true, ++m_with_holes;
+    if (const std::string damaged = m_journal->what_is_damaged(); !damaged.empty())
+        spdlog::warn("{}; what is lost is rendered again", damaged);
+    m_end = m_journal->end();
+    if (::ftruncate(m_journal->file().fd(), static_cast<off_t>(m_end)) != 0)
+        fail(m_path, std::strerror(errno));
+}
+
+Checkpoint::~Checkpoint() {
+    if (!m_open || !m_journal)
+        return;
+    if (m_empty)
+        ::unlink(m_path.c_str());
+    else if (m_dirty)
+        ::fdatasync(
+            m_journal->file()
+                .fd());  // there is nobody to tell any more; what the system has it will write
+}
+
+void Checkpoint::each(const std::function<void(TileResult&&)>& take) {
+    for (std::uint32_t cell = 0; cell < m_again.size(); ++cell) {
+        if (!m_journal->at(cell).is_there() || m_again[cell])
+            continue;
+        std::optional<TileResult> tile;
+        try {
+            tile = m_journal->tile(cell);
+        } catch (const Error& e) {
+            spdlog::warn("{}; it is rendered again", e.what());
+            m_journal->note({RecordKind::kForgotten, cell}, 0);
+            continue;
+        }
+        take(std::move(*tile));
+    }
+}
+
+bool Checkpoint::has(const RenderTile& tile) const {
+    const std::uint32_t cell = cell_of(tile);
+    return m_journal->at(cell).is_there() && !m_again[cell];
+}
+
+std::uint32_t Checkpoint::cell_of(const RenderTile& tile) const {
+    const auto cell = m_journal->key().grid.cell_of(tile);
+    if (!cell)
+        throw Error(kAttempt + " " + m_path.string() + ": the tile at (" + std::to_string(tile.x0) +
+                    ", " + std::to_string(tile.y0) +
+                    ") is no whole tile of a single pass in tiles of " +
+                    std::to_string(m_journal->key().grid.tile_px) + " pixels");
+    return *cell;
+}
+
+void Checkpoint::add(const TileResult& result) {
+    add_encoded(encode_tile(result));
+}
+
+void Checkpoint::add_encoded(std::span<const std::byte> bytes) {
+    const TileHead head = read_tile_head(bytes, "for " + m_path.string());
+    const std::uint32_t cell = cell_of(head.tile);
+    if (head.with_layers != m_journal->key().with_layers)
+        fail(m_path, std::string("the tile ") + std::to_string(cell) +
+                         (head.with_layers ? " has layers; the picture has none"
+                                           : " lacks the picture's layers"));
+    m_journal->note(append(RecordKind::kTile, cell, bytes), head.holes);
+    // With holes or without, by now it is what this run could do.
+    if (m_again[cell])
+        m_again[cell] = false, --m_with_holes;
+}
+
+void Checkpoint::forget(const RenderTile& tile) {
+    const std::uint32_t cell = cell_of(tile);
+    if (!m_journal->at(cell).is_there())
+        return;
+    m_journal->note(append(RecordKind::kForgotten, cell, {}), 0);
+    if (m_again[cell])
+        m_again[cell] = false, --m_with_holes;
+}
+
+void Checkpoint::note_damage(const std::vector<std::string>& lines) {
+    std::string fresh;
+    for (std::string line : lines) {
+        std::replace(line.begin(), line.end(), '\n', ' ');
+        if (!line.empty() && !m_journal->damage().contains(line))
+            fresh += line + "\n";
+    }
+    if (fresh.empty())
+        return;
+    (void)append(RecordKind::kDamage, 0, std::as_bytes(std::span(fresh)));
+    m_journal->note_damage(fresh);
+}
+
+Record Checkpoint::append(RecordKind kind, std::uint32_t cell, std::span<const std::byte> payload) {
+    if (!m_open)
+        fail(m_path, "a tile came after the end");
+    const auto head = record_head(kind, cell, payload);
+    write_all(m_journal->file(), m_end, head, payload);
+    const Record record{kind, cell, m_end + head.size(),
+                        static_cast<std::uint32_t>(payload.size())};
+    m_end += head.size() + payload.size();
+    m_dirty = true, m_empty = false;
+    if (std::chrono::steady_clock::now() - m_flushed >= kFlushPeriod)
+        flush();
+    return record;
+}
+
+void Checkpoint::flush() {
+    if (m_dirty)
+        flush_to_disk(m_journal->file());
+    m_dirty = false, m_flushed = std::chrono::steady_clock::now();
+}
+
+void Checkpoint::finish() {
+    m_open = false;
+    if (::unlink(m_path.c_str()) != 0 && errno != ENOENT)
+        throw Error("remove the checkpoint " + m_path.string() + ": " + std::strerror(errno));
+}
+
+void Checkpoint::close() {
+    flush();
+    m_open = false;
+}
+
+}  // namespace terravox

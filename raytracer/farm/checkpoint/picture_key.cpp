@@ -1,0 +1,168 @@
+#include "raytracer/farm/checkpoint/picture_key.hpp"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/util/build_id.hpp"
+#include "common/util/error.hpp"
+#include "common/util/version.hpp"
+#include "common/voxel/world_json.hpp"
+#include "raytracer/scene/scene_io.hpp"
+
+namespace terravox {
+namespace {
+
+using nlohmann::json;
+using Fields = std::map<std::string, std::string>;
+
+constexpr std::int64_t kLargest_px = 65'536, kMostTiles = std::int64_t{1} << 20;
+
+/// "camera.fov_deg" -> "40.0", without the comments.
+Fields fields_of_scene(const std::string& toml) {
+    Fields out;
+    std::istringstream in(toml);
+    std::string section;
+    for (std::string line; std::getline(in, line);) {
+        if (line.starts_with('[') && line.ends_with(']'))
+            section = line.substr(1, line.size() - 2) + ".";
+        const auto equals = line.find(" = ");
+        if (equals == std::string::npos || line.starts_with('['))
+            continue;
+        std::string value = line.substr(equals + 3);
+        if (const auto comment = value.rfind("  # "); comment != std::string::npos)
+            value.resize(comment);
+        out[section + line.substr(0, equals)] = value;
+    }
+    return out;
+}
+
+Fields fields_of_world(const std::string& text) {
+    Fields out;
+    const json world = json::parse(text, nullptr, false);
+    if (!world.is_object())
+        return {{"world", text}};
+    for (const auto& [name, value] : world.items())
+        out["world." + name] = value.dump();
+    return out;
+}
+
+/// Of long texts (a CRS) only that they differ can be said on one line.
+std::string shown(const Fields& fields, const std::string& name) {
+    constexpr std::size_t kMostLetters = 60;
+    const auto found = fields.find(name);
+    if (found == fields.end())
+        return "not set";
+    return found->second.size() > kMostLetters ? found->second.substr(0, kMostLetters) + "..."
+                                               : found->second;
+}
+
+std::string differing(const Fields& there, const Fields& here) {
+    constexpr int kMostNamed = 3;
+    Fields all = there;
+    all.insert(here.begin(), here.end());
+    std::string out;
+    int differ = 0;
+    for (const auto& [name, unused] : all) {
+        const auto a = there.find(name), b = here.find(name);
+        if (a != there.end() && b != here.end() && a->second == b->second)
+            continue;
+        if (++differ <= kMostNamed)
+            out += (out.empty() ? "" : ", ") + name + " = " + shown(there, name) + " there, " +
+                   shown(here, name) + " here";
+    }
+    return out +
+           (differ > kMostNamed ? ", and " + std::to_string(differ - kMostNamed) + " more" : "");
+}
+
+Fields fields_of_inputs(const std::vector<std::string>& inputs) {
+    Fields out;
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+        out["input " + std::to_string(i + 1)] = inputs[i];
+    return out;
+}
+
+}  // namespace
+
+std::string PictureKey::to_json() const {
+    const json out = {{"software", software},    {"build", build},
+                      {"scene", scene},          {"world", world},
+                      {"inputs", inputs},        {"size_px", {grid.width_px, grid.height_px}},
+                      {"tile_px", grid.tile_px}, {"layers", with_layers}};
+    return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+PictureKey PictureKey::from_json(const std::string& text, const std::string& origin) {
+    PictureKey out;
+    try {
+        const json in = json::parse(text);
+        out.software = in.at("software").get<std::string>(),
+        out.build = in.at("build").get<std::string>();
+        out.scene = in.at("scene").get<std::string>(),
+        out.world = in.at("world").get<std::string>();
+        out.inputs = in.at("inputs").get<std::vector<std::string>>();
+        const auto size = in.at("size_px").get<std::vector<std::int64_t>>();
+        const auto tile = in.at("tile_px").get<std::int64_t>();
+        out.with_layers = in.at("layers").get<bool>();
+        if (size.size() != 2)
+            throw Error("read the checkpoint " + origin + ": a picture of " +
+                        std::to_string(size.size()) + " sizes; allowed: 2, width and height");
+        for (const std::int64_t edge : size)
+            if (edge < 1 || edge > kLargest_px)
+                throw Error("read the checkpoint " + origin + ": a picture of " +
+                            std::to_string(edge) + " pixels; allowed: 1 to 65536");
+        if (tile < 1 || tile > TileSize::kMost_px)
+            throw Error("read the checkpoint " + origin + ": tiles of " + std::to_string(tile) +
+                        " pixels; allowed: 1 to 4096");
+        out.grid = {static_cast<int>(size[0]), static_cast<int>(size[1]), static_cast<int>(tile)};
+    } catch (const json::exception& e) {
+        throw Error("read the checkpoint " + origin +
+                    ": what it is of cannot be understood: " + e.what());
+    }
+    if (const std::int64_t tiles = std::int64_t{out.grid.columns()} * out.grid.rows();
+        tiles > kMostTiles)
+        throw Error("read the checkpoint " + origin + ": " + std::to_string(tiles) +
+                    " tiles; allowed: up to " + std::to_string(kMostTiles));
+    return out;
+}
+
+PictureKey key_of(const Scene& scene, const voxel::WorldInfo& world,
+                  std::vector<std::string> inputs) {
+    PictureKey out;
+    out.software = std::string("terravox ") + kVersion, out.build = kBuild;
+    out.scene = to_toml(what_shows(scene));
+    out.world = voxel::world_to_json(world);
+    out.inputs = std::move(inputs);
+    const auto [width, height] = scene.output.size_px;
+    out.grid = {width, height, scene.quality.tile.in_picture(width)};
+    out.with_layers = scene.output.layers != PictureLayers::kBeauty || scene.output.denoise;
+    return out;
+}
+
+std::string difference(const PictureKey& there, const PictureKey& here) {
+    if (there == here)
+        return {};
+    if (there.software != here.software || there.build != here.build)
+        return "made by " + there.software + ", build " + there.build + "; this is " +
+               here.software + ", build " + here.build;
+    if (const std::string scene =
+            differing(fields_of_scene(there.scene), fields_of_scene(here.scene));
+        !scene.empty())
+        return scene;
+    if (const std::string world =
+            differing(fields_of_world(there.world), fields_of_world(here.world));
+        !world.empty())
+        return world;
+    if (const std::string inputs =
+            differing(fields_of_inputs(there.inputs), fields_of_inputs(here.inputs));
+        !inputs.empty())
+        return inputs;
+    if (there.grid != here.grid)
+        return "tiles of " + std::to_string(there.grid.tile_px) + " pixels there, " +
+               std::to_string(here.grid.tile_px) + " here";
+    if (there.with_layers != here.with_layers)
+        return there.with_layers ? "layers there, none here" : "no layers there, layers here";
+    return "scene or world written in another way";
+}
+
+}  // namespace terravox

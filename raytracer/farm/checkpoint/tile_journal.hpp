@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "raytracer/farm/checkpoint/picture_key.hpp"
+#include "raytracer/farm/checkpoint/records.hpp"
+
+namespace terravox {
+
+/// The finished tiles of one picture in a file, as they were when it was opened. Opening reads all
+/// of it once and checks every tile; memory is for where tiles are, not for tiles. Of a tile that
+/// is there several times the last counts. Not thread-safe.
+class TileJournal {
+public:
+    /// @throws Error where it cannot be read, is no checkpoint, or its head is damaged
+    explicit TileJournal(OpenFile file);
+
+    struct Entry {
+        std::uint64_t offset = 0;  ///< 0: the tile is not there
+        std::uint32_t bytes = 0, holes = 0;
+        [[nodiscard]] bool is_there() const noexcept { return offset != 0; }
+    };
+    [[nodiscard]] const PictureKey& key() const noexcept { return m_key; }
+    [[nodiscard]] const OpenFile& file() const noexcept { return m_file; }
+    [[nodiscard]] const Entry& at(std::uint32_t cell) const { return m_entries.at(cell); }
+    [[nodiscard]] std::uint32_t count() const noexcept {
+        return m_count;
+    }  ///< tiles that are there
+    /// What the picture's coordinators could not read of the world's data, one line each.
+    [[nodiscard]] const std::set<std::string>& damage() const noexcept { return m_damage; }
+
+    /// The bytes of encode_tile. @param cell of a tile that is there @throws Error where they
+    /// cannot be read
+    [[nodiscard]] std::vector<std::byte> encoded(std::uint32_t cell) const;
+    /// @throws Error for damage since it was opened, and for pixels that cannot be
+    [[nodiscard]] TileResult tile(std::uint32_t cell) const;
+
+    /// For a person: what was found damaged, one line; empty: nothing. A tile that is there all the
+    /// same is not counted.
+    [[nodiscard]] std::string what_is_damaged() const;
+    /// Bytes that make sense; behind them lies what a coordinator that was killed had begun to
+    /// write.
+    [[nodiscard]] std::uint64_t end() const noexcept { return m_end; }
+
+    /// For who writes to the file: what it has appended.
+    void note(const Record& record, std::uint32_t holes);
+    void note_damage(const std::string& lines);
+
+private:
+    bool take(const Record& record, std::span<const std::byte> payload);
+    OpenFile m_file;
+    PictureKey m_key;
+    std::vector<Entry> m_entries;  ///< by cell
+    std::uint32_t m_count = 0;
+    std::set<std::string> m_damage;
+    std::set<std::uint32_t> m_spoiled;  ///< cells
+    std::uint64_t m_lost_bytes = 0, m_end = 0;
+};
+
+}  // namespace terravox

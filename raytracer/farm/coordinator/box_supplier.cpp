@@ -1,0 +1,151 @@
+#include "raytracer/farm/coordinator/box_supplier.hpp"
+
+#include <algorithm>
+
+#include "common/thread/start_threads.hpp"
+#include "common/voxel/box_codec.hpp"
+#include "raytracer/farm/wire/tile_frames.hpp"
+
+namespace terravox {
+namespace {
+
+constexpr int kMostServing =
+    2;  // threads for one asker: one that takes nothing must not have them all
+constexpr std::uint64_t kMostQueued_bytes = std::uint64_t{8}
+                                            << 20;   // far below what makes a sender wait
+constexpr std::chrono::milliseconds kLookAgain{50};  // at links that are slow
+
+/// Ends the making of a packed box, so that the cache does not keep what it is not.
+struct IsHole {};
+
+}  // namespace
+
+BoxSupplier::BoxSupplier(BlockManager& blocks, std::uint64_t world_id, std::size_t memory_bytes,
+                         int threads)
+    : m_blocks(blocks), m_world_id(world_id), m_packed(memory_bytes) {
+    thread::start_threads(
+        m_threads, static_cast<std::size_t>(threads), [this] { serve(); }, [this] { stop(); });
+}
+
+void BoxSupplier::stop() {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_stop = true;
+    }
+    m_work.notify_all();
+}
+
+BoxSupplier::~BoxSupplier() {
+    stop();
+    for (std::thread& t : m_threads)
+        t.join();
+}
+
+bool BoxSupplier::ask(std::uint64_t asker, const farm::BoxRequest& request, const Way& way) {
+    if (request.world_id() != m_world_id)
+        return false;
+    {
+        const std::lock_guard lock(m_mutex);
+        auto found = std::find_if(m_askers.begin(), m_askers.end(),
+                                  [&](const auto& a) { return a->id == asker; });
+        if (found == m_askers.end()) {
+            m_askers.push_back(std::make_shared<Asker>(Asker{asker, way, {}, 0}));
+            found = m_askers.end() - 1;
+        }
+        if ((*found)->keys.size() + static_cast<std::size_t>(request.keys_size()) > kMostWaiting)
+            return false;
+        for (const farm::BoxKey& key : request.keys())
+            (*found)->keys.push_back(from_frame(key));
+    }
+    m_work.notify_all();
+    return true;
+}
+
+void BoxSupplier::forget(std::uint64_t asker) {
+    std::unique_lock lock(m_mutex);
+    const auto found = std::find_if(m_askers.begin(), m_askers.end(),
+                                    [&](const auto& a) { return a->id == asker; });
+    if (found == m_askers.end())
+        return;
+    const auto gone = *found;
+    m_askers.erase(found);
+    gone->keys.clear();
+    m_idle.wait(lock, [&] { return gone->serving == 0; });
+}
+
+std::shared_ptr<const BoxSupplier::Packed> BoxSupplier::packed(const voxel::BoxKey& key) {
+    const auto make = [&] {
+        auto out = std::make_shared<Packed>();
+        const BlockPin block = m_blocks.get(key);
+        if (block->hole)
+            throw IsHole();
+        out->air = !block->box;
+        if (block->box)
+            out->frame = voxel::compress(*block->box);
+        return std::shared_ptr<const Packed>(std::move(out));
+    };
+    try {
+        return m_packed.get(key, make,
+                            [](const std::shared_ptr<const Packed>& p) { return p->frame.size(); });
+    } catch (const IsHole&) {
+        return nullptr;  // for this picture: the block manager knows for how long
+    }
+}
+
+// Who is to be served, once there is one; none when it stops.
+BoxSupplier::Askers::iterator BoxSupplier::next(std::unique_lock<std::mutex>& lock) {
+    while (!m_stop) {
+        bool slow = false;
+        for (auto at = m_askers.begin(); at != m_askers.end(); ++at) {
+            if ((*at)->keys.empty() || (*at)->serving >= kMostServing)
+                continue;
+            if ((*at)->way.queued_bytes() < kMostQueued_bytes)
+                return at;
+            slow = true;
+        }
+        if (slow)
+            m_work.wait_for(lock, kLookAgain);
+        else
+            m_work.wait(lock);
+    }
+    return m_askers.end();
+}
+
+void BoxSupplier::serve() {
+    std::unique_lock lock(m_mutex);
+    while (true) {
+        const auto at = next(lock);
+        if (m_stop)
+            return;
+        const auto asker = *at;
+        std::rotate(at, at + 1, m_askers.end());  // the others come first next time
+        const voxel::BoxKey key = asker->keys.front();
+        asker->keys.pop_front();
+        ++asker->serving;
+        lock.unlock();
+        farm::Frame frame;
+        farm::BoxReply& reply = *frame.mutable_box();
+        reply.set_world_id(m_world_id);
+        to_frame(key, *reply.mutable_key());
+        const voxel::WorldInfo& world = m_blocks.world_info();
+        if (key.level < 0 || key.level >= world.levels ||
+            !voxel::boxes_over(world.bounds, key.level).contains(key)) {
+            reply.set_air(true);  // beyond the world
+        } else {
+            const auto box = packed(key);
+            if (!box)
+                reply.set_hole("the coordinator cannot have it");
+            else if (box->air)
+                reply.set_air(true);
+            else
+                reply.set_frame(box->frame.data(), box->frame.size());
+        }
+        (void)asker->way.send(std::move(frame));
+        lock.lock();
+        if (--asker->serving == 0)
+            m_idle.notify_all();
+        m_work.notify_one();
+    }
+}
+
+}  // namespace terravox

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "raytracer/farm/coordinator/worker_link.hpp"
+#include "raytracer/farm/net/discovery.hpp"
+#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/processors/processor_pool.hpp"
+
+namespace terravox {
+
+struct FarmOptions {
+    std::vector<net::Address> dial;      ///< workers that listen
+    std::optional<net::Address> listen;  ///< for workers that dial in
+    bool discover = false;               ///< workers that announce themselves on this network
+    net::Credentials credentials;
+    [[nodiscard]] bool any() const noexcept { return !dial.empty() || listen || discover; }
+};
+
+/// The workers of a coordinator: dialled, or dialling in; met, watched, and given to whatever pool
+/// renders. Outlives many pictures.
+///
+/// One mutex guards the workers and the picture under way. Each link has a thread that reads it;
+/// one thread pings and gives up who is silent; one for each address dials again and again. The
+/// mutex may be held while the pool's is taken and while a picture is announced to a worker, never
+/// the other way round: gone() is called without the pool's.
+class Farm {
+public:
+    /// @param source where workers may have boxes from @throws Error when it cannot listen
+    Farm(FarmOptions options, BlockManager& blocks, BoxSource source);
+    ~Farm();  ///< says goodbye
+    Farm(const Farm&) = delete;
+    Farm& operator=(const Farm&) = delete;
+
+    /// Every worker, there or coming, works for this pool until end(). @param scene, view of the
+    /// picture @throws Error
+    void begin(ProcessorPool& pool, const Scene& scene, const View& view);
+    void end();
+    /// For PoolSettings::gone.
+    void gone(ProcessorPool::MemberId member, const std::string& why, bool expelled);
+
+    /// A worker that listens there, from now on. @throws Error when there is no thread for it
+    void dial(const net::Address& worker);
+    /// It is sent away, and not dialled any more. @param worker as Address::text
+    void hang_up(const std::string& worker);
+    [[nodiscard]] std::vector<std::string> dialled() const;
+
+    /// Where it listens; 0: nowhere.
+    [[nodiscard]] std::uint16_t port() const noexcept {
+        return m_listener ? m_listener->port() : 0;
+    }
+    [[nodiscard]] std::size_t workers() const;
+
+    struct Worker {
+        ProcessorPool::MemberId member = 0;  ///< 0: of no pool now
+        std::string name, peer;
+        int threads = 0;
+        double latency_s = 0;
+        std::uint64_t memory_bytes = 0, received_bytes = 0;
+        bool draining = false;
+    };
+    [[nodiscard]] std::vector<Worker> status() const;
+    /// For observers that ask through the listener. Called on any thread.
+    void set_status_source(std::function<farm::Status()> source);
+
+    /// Has a worker, or an observer, at the other end of a link for as long as that lasts.
+    /// @param dialled where; empty: it dialled in @return whether it is worth dialling again
+    bool serve(std::unique_ptr<net::Link> link, const std::string& dialled);
+
+private:
+    struct Place {
+        std::shared_ptr<WorkerLink> link;
+        std::string dialled;  ///< address; empty: it dialled in
+        ProcessorPool::MemberId member = 0;
+        bool paused = false;  ///< by an observer of ours; the worker may be so for itself
+        [[nodiscard]] bool takes_nothing() const { return paused || link->heartbeat().paused(); }
+    };
+    void finish() noexcept;
+    void observe(net::Link& link);
+    /// @return whether there is such a worker
+    bool pause(const std::string& worker, bool on);
+    void dial_again_and_again(const net::Address& address, std::uint64_t turn);
+    void watch();
+    void attach(Place& place);
+    [[nodiscard]] bool is_banned(const std::string& name, const std::string& peer,
+                                 const std::string& dialled) const;
+    void ban(const WorkerLink& worker, const std::string& dialled);
+
+    const FarmOptions m_options;
+    BlockManager& m_blocks;
+    const BoxSource m_source;
+    BoxSupplier m_supplier;
+    mutable std::mutex m_mutex;
+    std::condition_variable m_wake;
+    std::map<std::uint64_t, Place> m_places;
+    std::uint64_t m_next_place = 1, m_next_picture = 1;
+    ProcessorPool* m_pool = nullptr;
+    std::optional<PictureCall> m_call;
+    std::set<std::string>
+        m_banned;  ///< addresses that were dialled; of who dialled in, names with their hosts
+    std::map<std::string, int> m_banned_of_host;  ///< how many of who dialled in
+    std::function<farm::Status()> m_status_source;
+    bool m_stop = false;
+    std::unique_ptr<net::Listener> m_listener;
+    std::map<std::string, std::uint64_t>
+        m_dialled;  ///< addresses that have a thread, and which of those it had
+    std::uint64_t m_next_turn = 1;
+    std::vector<std::thread> m_threads;
+    std::unique_ptr<net::ServiceBrowser> m_browser;
+};
+
+}  // namespace terravox

@@ -1,0 +1,198 @@
+#include "raytracer/farm/coordinator/socket_processor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/processors/processor_pool.hpp"
+#include "raytracer/tiles/tile_codec.hpp"
+
+namespace terravox {
+namespace {
+
+// Answers to leases that were withdrawn or given to others may come late; more than that is no
+// accident.
+constexpr std::size_t kMostStrays = 10'000;
+
+}  // namespace
+
+SocketProcessor::SocketProcessor(std::shared_ptr<net::Link> link, std::string name,
+                                 std::uint64_t picture, bool layers, int capacity,
+                                 const BlockManager& blocks)
+    : m_link(std::move(link)),
+      m_name(std::move(name)),
+      m_picture(picture),
+      m_layers(layers),
+      m_capacity(std::max(capacity, 1)),
+      m_blocks(blocks) {}
+
+void SocketProcessor::submit(RenderTile tile) {
+    farm::Frame frame;
+    farm::Task& task = *frame.mutable_task();
+    task.set_picture(m_picture);
+    {
+        const std::lock_guard lock(m_mutex);
+        if (m_closed)
+            return;
+        const std::uint64_t id = m_next_id++;
+        m_leases.emplace(id, tile);
+        *task.add_tiles() = to_frame(tile, id);
+    }
+    (void)m_link->send(std::move(frame));  // a link that has ended says so to its reader
+}
+
+bool SocketProcessor::wait(std::chrono::milliseconds most) {
+    std::unique_lock lock(m_mutex);
+    return m_done.wait_for(lock, most, [&] { return has_answer(); });
+}
+
+std::optional<TileResult> SocketProcessor::take() {
+    std::unique_lock lock(m_mutex);
+    m_done.wait(lock, [&] { return has_answer(); });
+    // What came before the link ended counts; of who sends what it should not, nothing does.
+    if (m_failure && (m_false || m_results.empty()))
+        std::rethrow_exception(m_failure);
+    if (m_cancelled || m_results.empty())
+        return std::nullopt;
+    TileResult result = std::move(m_results.front());
+    m_results.pop_front();
+    return result;
+}
+
+void SocketProcessor::withdraw(const RenderTile& tile) noexcept {
+    try {
+        farm::Frame frame;
+        farm::Stop& stop = *frame.mutable_stop();
+        stop.set_picture(m_picture);
+        {
+            const std::lock_guard lock(m_mutex);
+            for (const auto& [id, leased] : m_leases)
+                if (leased == tile)
+                    stop.add_ids(id);
+        }
+        if (stop.ids_size() > 0)
+            (void)m_link->send(std::move(frame));
+    } catch (...) {
+        m_link->abort();  // out of memory: the reader tells
+    }
+}
+
+void SocketProcessor::close() noexcept {
+    const std::lock_guard lock(m_mutex);
+    m_closed = true;
+    m_done.notify_all();
+}
+
+void SocketProcessor::cancel() noexcept {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_closed = true;
+        if (std::exchange(m_cancelled, true))
+            return;
+        m_leases.clear();
+        m_done.notify_all();
+    }
+    try {
+        farm::Frame frame;
+        frame.mutable_stop()->set_picture(m_picture);
+        (void)m_link->send(std::move(frame));
+    } catch (...) {
+        m_link->abort();
+    }
+}
+
+void SocketProcessor::fail(std::exception_ptr failure) {
+    const std::lock_guard lock(m_mutex);
+    if (!m_failure)
+        m_failure = std::move(failure);
+    m_closed = true;
+    m_done.notify_all();
+}
+
+void SocketProcessor::lost(const std::string& why) {
+    fail(std::make_exception_ptr(LostProcessor(m_name + ": " + why)));
+}
+void SocketProcessor::misbehaved(const std::string& what) {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_false = true;
+    }
+    fail(std::make_exception_ptr(FalseProcessor(m_name + ": " + what)));
+}
+
+TileResult SocketProcessor::decoded(const std::string& bytes, const RenderTile& tile) const {
+    const std::string name = "tile " + std::to_string(tile.index);
+    const auto data = std::as_bytes(std::span(bytes));
+    // Before any memory is taken for pixels or holes.
+    const TileHead head = read_tile_head(data, name);
+    if (!(head.tile == tile))
+        throw Error("it sent another tile than " + std::to_string(tile.index));
+    if (head.with_layers != m_layers)
+        throw Error("it sent " + name + (m_layers ? " without layers" : " with layers"));
+    if (const std::size_t known = m_blocks.hole_count(); head.holes > known)
+        throw Error(name + " has " + std::to_string(head.holes) + " holes; allowed: the " +
+                    std::to_string(known) + " boxes that the coordinator could not have either");
+    TileResult result = decode_tile(data, name);
+    for (const voxel::BoxKey& key : result.holes)
+        if (!m_blocks.is_hole(key))
+            throw Error(name + " has a hole at box " + voxel::to_string(key) +
+                        "; allowed: boxes that the coordinator could not have either");
+    return result;
+}
+
+void SocketProcessor::done(const farm::Done& done) {
+    RenderTile tile;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (m_cancelled)
+            return;
+        const auto lease = m_leases.find(done.id());
+        if (lease == m_leases.end()) {
+            if (++m_strays <= kMostStrays)
+                return;
+            m_false = true;
+            m_failure = std::make_exception_ptr(
+                FalseProcessor(m_name + ": it sends tiles that nobody asked for"));
+            m_done.notify_all();
+            return;
+        }
+        tile = lease->second;
+        m_leases.erase(lease);
+    }
+    TileResult result;
+    try {
+        result = decoded(done.result(), tile);
+    } catch (const Error& e) {
+        misbehaved(e.what());
+        return;
+    }
+    const std::lock_guard lock(m_mutex);
+    m_results.push_back(std::move(result));
+    m_done.notify_all();
+}
+
+void SocketProcessor::failed(const farm::Failed& failed) {
+    std::optional<RenderTile> tile;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (const auto lease = m_leases.find(failed.id()); lease != m_leases.end())
+            tile = lease->second;
+    }
+    const std::string why = m_name + " cannot render: " + failed.reason().substr(0, 400);
+    RenderTile none;
+    none.step = 0;  // the picture as a whole
+    fail(std::make_exception_ptr(FailingProcessor(why, tile.value_or(none))));
+}
+
+std::vector<RenderTile> SocketProcessor::tiles_of(const std::vector<std::uint64_t>& ids) {
+    std::vector<RenderTile> out;
+    const std::lock_guard lock(m_mutex);
+    for (const std::uint64_t id : ids)
+        if (const auto lease = m_leases.find(id); lease != m_leases.end()) {
+            out.push_back(lease->second);
+            m_leases.erase(lease);
+        }
+    return out;
+}
+
+}  // namespace terravox

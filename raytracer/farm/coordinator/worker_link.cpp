@@ -1,0 +1,228 @@
+#include "raytracer/farm/coordinator/worker_link.hpp"
+
+#include <utility>
+
+#include "raytracer/farm/wire/hello.hpp"
+
+namespace terravox {
+namespace {
+
+std::int64_t now_ns() noexcept {
+    return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+std::uint64_t next_asker() {
+    static std::atomic<std::uint64_t> next{1};
+    return next++;
+}
+
+}  // namespace
+
+WorkerLink::WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes,
+                       Told told)
+    : m_link(std::move(link)),
+      m_hello(std::move(worker)),
+      m_certified_name(m_link->certified_name()),
+      m_boxes(boxes),
+      m_asker(next_asker()),
+      m_told(std::move(told)),
+      m_heard_ns(now_ns()) {}
+
+WorkerLink::~WorkerLink() {
+    m_link->abort();
+    m_boxes.forget(m_asker);
+}
+
+std::shared_ptr<SocketProcessor> WorkerLink::begin(const PictureCall& call) {
+    auto processor =
+        std::make_shared<SocketProcessor>(m_link, m_hello.name(), call.id, call.layers,
+                                          static_cast<int>(m_hello.capacity()), m_boxes.blocks());
+    farm::Frame frame;
+    farm::Picture& picture = *frame.mutable_picture();
+    bool over = false;
+    picture.set_id(call.id);
+    picture.set_world_id(call.world_id);
+    {
+        const std::lock_guard lock(m_mutex);
+        m_states.clear();
+        const auto name = [&](const std::string& text) {
+            std::string hash = state_hash(text);
+            m_states[hash] = text;
+            return hash;
+        };
+        picture.set_scene(name(call.parcel.scene));
+        picture.set_materials(name(call.parcel.materials));
+        picture.set_world(name(call.parcel.world));
+        m_processor = processor;
+        over = m_over;
+    }
+    if (over) {
+        processor->lost("the link has ended");
+        return processor;
+    }
+    if (!call.source.server.empty())
+        picture.set_server(call.source.server);
+    else if (!call.source.generated.empty())
+        picture.set_generated(call.source.generated);
+    else
+        picture.set_asked(true);
+    (void)m_link->send(std::move(frame));
+    return processor;
+}
+
+std::string WorkerLink::send_state(const std::string& hash) {
+    farm::Frame frame;
+    {
+        const std::lock_guard lock(m_mutex);
+        const auto found = m_states.find(hash);
+        if (found == m_states.end())
+            return {};  // of a picture that has ended meanwhile
+        frame.mutable_state()->set_hash(hash);
+        frame.mutable_state()->set_content(found->second);
+    }
+    (void)m_link->send(std::move(frame));
+    return {};
+}
+
+std::string WorkerLink::take(const farm::Frame& frame) {
+    const auto current = [&](std::uint64_t picture) {
+        const std::lock_guard lock(m_mutex);
+        return m_processor && m_processor->picture() == picture
+                   ? m_processor
+                   : nullptr;  // else of a picture that has ended
+    };
+    switch (frame.what_case()) {
+        case farm::Frame::kPong: {
+            const std::uint64_t passed_ns =
+                static_cast<std::uint64_t>(now_ns()) - frame.pong().stamp();
+            const double passed = static_cast<double>(passed_ns) / 1e9;
+            if (!(passed < 3600))
+                return "its answer to a ping is none";
+            m_latency_s = m_latency_s == 0 ? passed : 0.8 * m_latency_s + 0.2 * passed;
+            return {};
+        }
+        case farm::Frame::kPing: {
+            farm::Frame pong;
+            pong.mutable_pong()->set_stamp(frame.ping().stamp());
+            (void)m_link->send(std::move(pong));
+            return {};
+        }
+        case farm::Frame::kNeedState: return send_state(frame.need_state().hash());
+        case farm::Frame::kDone:
+            if (const auto processor = current(frame.done().picture()))
+                processor->done(frame.done());
+            return {};
+        case farm::Frame::kFailed:
+            if (const auto processor = current(frame.failed().picture()))
+                processor->failed(frame.failed());
+            return {};
+        case farm::Frame::kNeedBox: {
+            BoxSupplier::Way way;
+            way.send = [link = std::weak_ptr(m_link)](farm::Frame reply) {
+                const auto to = link.lock();
+                return to && to->send(std::move(reply));
+            };
+            way.queued_bytes = [link = std::weak_ptr(m_link)] {
+                const auto to = link.lock();
+                return to ? to->traffic().queued_bytes : 0;
+            };
+            const bool taken = m_boxes.ask(m_asker, frame.need_box(), way);
+            return taken ? "" : "it asks for more boxes than it may, or of another world";
+        }
+        case farm::Frame::kHeartbeat: {
+            bool changed = false;
+            {
+                const std::lock_guard lock(m_mutex);
+                changed = m_heartbeat.paused() != frame.heartbeat().paused();
+                m_heartbeat = frame.heartbeat();
+            }
+            if (changed)
+                m_told.pauses(frame.heartbeat().paused());
+            return {};
+        }
+        case farm::Frame::kDrain: {
+            m_draining = true;
+            std::shared_ptr<SocketProcessor> processor;
+            {
+                const std::lock_guard lock(m_mutex);
+                processor = m_processor;
+            }
+            m_told.drains(processor ? processor->tiles_of({frame.drain().given_back().begin(),
+                                                           frame.drain().given_back().end()})
+                                    : std::vector<RenderTile>{});
+            return {};
+        }
+        case farm::Frame::kBye: m_bye = true; return {};
+        case farm::Frame::kRefusal:
+            m_bye = true;
+            return "it refuses: " + frame.refusal().reason().substr(0, 400);
+        default:
+            return "it sends a frame that no worker sends (" +
+                   std::to_string(static_cast<int>(frame.what_case())) + ")";
+    }
+}
+
+std::string WorkerLink::run() {
+    std::string why, wrong;
+    while (auto frame = m_link->receive()) {
+        m_heard_ns = now_ns();
+        wrong = take(*frame);
+        if (!wrong.empty() || m_bye)
+            break;
+    }
+    m_misbehaved = !wrong.empty() && !m_bye;
+    if (m_misbehaved)
+        refuse_it(wrong);
+    why = !wrong.empty()                ? wrong
+          : m_bye                       ? "it left"
+          : m_link->why_ended().empty() ? "the link ended"
+                                        : m_link->why_ended();
+    m_link->abort();
+    std::shared_ptr<SocketProcessor> processor;
+    {
+        const std::lock_guard lock(m_mutex);
+        processor = m_processor;
+        m_over = true;
+    }
+    if (processor)
+        wrong.empty() || m_bye ? processor->lost(why) : processor->misbehaved(why);
+    return why;
+}
+
+void WorkerLink::ping() {
+    if (m_link->traffic().queued_bytes > net::kMostBeforePing_bytes)
+        return;
+    farm::Frame frame;
+    frame.mutable_ping()->set_stamp(static_cast<std::uint64_t>(now_ns()));
+    (void)m_link->send(std::move(frame));
+}
+
+void WorkerLink::bye(const std::string& reason) noexcept {
+    try {
+        farm::Frame frame;
+        frame.mutable_bye()->set_reason(reason);
+        (void)m_link->send(std::move(frame));
+        m_link->close();
+    } catch (...) {
+        m_link->abort();
+    }
+}
+
+void WorkerLink::refuse_it(const std::string& why) noexcept {
+    refuse(*m_link, why);
+}
+
+std::chrono::steady_clock::duration WorkerLink::silent_for() noexcept {
+    // A large frame comes piece by piece.
+    if (const auto received = m_link->traffic().received_bytes;
+        m_received_bytes.exchange(received) != received)
+        m_heard_ns = now_ns();
+    return std::chrono::steady_clock::duration(now_ns() - m_heard_ns.load());
+}
+
+farm::Heartbeat WorkerLink::heartbeat() const {
+    const std::lock_guard lock(m_mutex);
+    return m_heartbeat;
+}
+
+}  // namespace terravox

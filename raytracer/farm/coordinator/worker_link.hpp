@@ -1,0 +1,91 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "raytracer/farm/coordinator/box_supplier.hpp"
+#include "raytracer/farm/coordinator/socket_processor.hpp"
+#include "raytracer/farm/net/link.hpp"
+#include "raytracer/farm/wire/parcel.hpp"
+
+namespace terravox {
+
+/// Where a worker has a picture's boxes from.
+struct BoxSource {
+    std::string
+        server;  ///< address of a voxel server or box archive that workers can reach; or empty
+    std::string generated;  ///< "generated:SEED"; or empty. Neither: from the coordinator, which
+                            ///< helps out in any case
+};
+
+/// What is said to workers of the picture under way.
+struct PictureCall {
+    std::uint64_t id = 0, world_id = 0;
+    Parcel parcel;
+    BoxSource source;
+    bool layers = false;
+};
+
+/// The coordinator's end of a link to a worker, from the hellos on. Thread-safe.
+class WorkerLink {
+public:
+    /// What a worker tells of itself. Called on the thread of run().
+    struct Told {
+        std::function<void(const std::vector<RenderTile>& given_back)> drains;  ///< it leaves
+        std::function<void(bool on)> pauses;  ///< somebody there has paused it, or let it go on
+    };
+    WorkerLink(std::unique_ptr<net::Link> link, farm::Hello worker, BoxSupplier& boxes, Told told);
+    ~WorkerLink();
+
+    /// Tells the worker of a picture. @return what renders its tiles there
+    [[nodiscard]] std::shared_ptr<SocketProcessor> begin(const PictureCall& call);
+    /// Reads until the link ends. @return why it did
+    [[nodiscard]] std::string run();
+
+    void ping();  ///< unless so much is to be sent before it that it would say nothing
+    void bye(const std::string& reason) noexcept;
+    void refuse_it(const std::string& why) noexcept;
+    void abort() noexcept { m_link->abort(); }
+    [[nodiscard]] bool is_revoked() { return m_link->is_revoked(); }
+    [[nodiscard]] std::chrono::steady_clock::duration silent_for() noexcept;
+
+    [[nodiscard]] const farm::Hello& hello() const noexcept { return m_hello; }
+    [[nodiscard]] const std::string& peer() const noexcept { return m_link->peer(); }
+    /// The name in its certificate; empty with a token.
+    [[nodiscard]] const std::string& certified_name() const noexcept { return m_certified_name; }
+    [[nodiscard]] double latency_s() const noexcept { return m_latency_s; }
+    [[nodiscard]] farm::Heartbeat heartbeat() const;
+    [[nodiscard]] net::Link::Traffic traffic() const noexcept { return m_link->traffic(); }
+    [[nodiscard]] bool draining() const noexcept { return m_draining; }
+    /// Whether run() ended because the worker sent what none sends.
+    [[nodiscard]] bool misbehaved() const noexcept { return m_misbehaved; }
+
+private:
+    /// @return what is wrong with the frame; empty: nothing
+    [[nodiscard]] std::string take(const farm::Frame& frame);
+    [[nodiscard]] std::string send_state(const std::string& hash);
+
+    const std::shared_ptr<net::Link> m_link;
+    const farm::Hello m_hello;
+    const std::string m_certified_name;
+    BoxSupplier& m_boxes;
+    const std::uint64_t m_asker;
+    const Told m_told;
+    mutable std::mutex m_mutex;
+    std::shared_ptr<SocketProcessor> m_processor;
+    std::map<std::string, std::string> m_states;  ///< texts of the picture under way, by hash
+    farm::Heartbeat m_heartbeat;
+    std::atomic<std::int64_t> m_heard_ns;
+    std::atomic<std::uint64_t> m_received_bytes{0};
+    std::atomic<double> m_latency_s{0};
+    std::atomic<bool> m_draining{false};
+    std::atomic<bool> m_misbehaved{false};
+    bool m_bye = false, m_over = false;
+};
+
+}  // namespace terravox

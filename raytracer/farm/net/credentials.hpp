@@ -1,0 +1,40 @@
+#pragma once
+
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/security/server_credentials.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "raytracer/farm/net/farm_port.hpp"
+
+namespace terravox::net {
+
+inline constexpr std::size_t kLeastToken = 16;  ///< characters
+inline constexpr std::string_view kFarmName =
+    "terravox-farm";  ///< DNS name in each certificate: who has one of this CA belongs to the farm
+
+/// What is in the three files.
+struct Pem {
+    std::string ca, certificate, key;
+};
+
+/// @throws UsageError for both kinds, or neither, or only some of the three files; Error for a
+/// short token
+void check(const Credentials& credentials);
+
+/// A file of PEM. @param what it is, for messages @throws Error for one that cannot be read, or is
+/// larger than 1 MiB
+[[nodiscard]] std::string text_of_pem(const std::filesystem::path& path, const char* what);
+
+/// Reads the files and sees whether a peer with the same CA would take them.
+/// @throws Error for a file that cannot be read or is no PEM, a key of another certificate;
+/// RefusedError for a certificate that has expired,
+///         is of another CA, does not carry kFarmName or names no role
+[[nodiscard]] Pem read_pem(const Credentials& credentials);
+
+[[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> to_dial(const Pem& pem);
+[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> to_listen(const Pem& pem);
+
+}  // namespace terravox::net

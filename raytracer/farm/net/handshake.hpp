@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace terravox::net {
+
+/// Both ends show that they know the token, and neither says it. Before anything else on a
+/// connection (docs/formats/farm-protocol.md):
+///
+///     dialler -> listener   hello:  8 bytes "TVX-FARM", 1 byte version, 32 random bytes
+///     listener -> dialler   hello:  the same, of its own
+///     dialler -> listener   proof:  HMAC-SHA-256(token, label of diallers | dialler's random bytes
+///     | listener's) listener -> dialler   answer: 1 byte verdict; proof: HMAC-SHA-256(token, label
+///     of listeners | verdict | both random bytes)
+///
+/// A proof of one connection or direction is worth nothing in another. The dialler proves first:
+/// who can reach a listener learns nothing that it could try tokens on. The answer's proof is zeros
+/// where the verdict is a refusal. Nothing is encrypted, neither here nor later: who can change
+/// packets on the way can take the connection over. That is what certificates are for.
+inline constexpr std::uint8_t kHandshakeVersion = 1;
+inline constexpr std::string_view kHandshakeMagic = "TVX-FARM";
+inline constexpr std::size_t kNonce_bytes = 32, kProof_bytes = 32;
+inline constexpr std::size_t kHello_bytes = kHandshakeMagic.size() + 1 + kNonce_bytes;
+inline constexpr std::size_t kAnswer_bytes = 1 + kProof_bytes;
+
+enum class Verdict : std::uint8_t {
+    kWelcome = 0,
+    kWrongToken = 1,
+    kBusy = 2,          ///< no room now
+    kCertificates = 3,  ///< this listener takes certificates, no token
+};
+
+using Bytes = std::vector<std::byte>;
+using Nonce = std::array<std::byte, kNonce_bytes>;
+using Proof = std::array<std::byte, kProof_bytes>;
+
+/// @throws Error when the system has no random bytes
+[[nodiscard]] Nonce new_nonce();
+
+/// The listener's side, without a socket. Not thread-safe.
+class ListenerHandshake {
+public:
+    enum class Outcome {
+        kMore,            ///< read wanted() bytes more
+        kProven,          ///< the peer knows the token; answer() it
+        kWrongToken,      ///< answer() it
+        kNotTerravox,     ///< nothing to answer
+        kAnotherVersion,  ///< the reply tells ours
+    };
+    struct Step {
+        Outcome outcome = Outcome::kMore;
+        Bytes reply;  ///< to be sent
+    };
+    /// @param token empty: nobody can know it
+    explicit ListenerHandshake(std::string token);
+    /// Bytes that may be read now: what comes after the handshake is for others.
+    [[nodiscard]] std::size_t wanted() const noexcept;
+    /// @param bytes at most wanted()
+    [[nodiscard]] Step take(std::span<const std::byte> bytes);
+    [[nodiscard]] Bytes answer(Verdict verdict) const;
+    [[nodiscard]] int version_of_peer() const noexcept { return m_version_of_peer; }
+
+private:
+    std::string m_token;
+    Bytes m_in;
+    Nonce m_theirs{}, m_ours{};
+    bool m_greeted = false;
+    int m_version_of_peer = 0;
+};
+
+/// The dialler's side, without a socket. Not thread-safe.
+class DiallerHandshake {
+public:
+    explicit DiallerHandshake(std::string token);
+    [[nodiscard]] Bytes hello() const;
+    /// @param hello of the listener @return the proof to send @throws RefusedError for one that is
+    /// not of Terravox, or of another version
+    [[nodiscard]] Bytes prove(std::span<const std::byte, kHello_bytes> hello);
+    /// @throws RefusedError for a wrong token on either side, or where certificates are wanted;
+    /// Error for a busy listener
+    void check(std::span<const std::byte, kAnswer_bytes> answer) const;
+
+private:
+    std::string m_token;
+    Nonce m_ours{}, m_theirs{};
+};
+
+}  // namespace terravox::net

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <grpcpp/support/byte_buffer.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "raytracer/farm/net/link.hpp"
+#include "raytracer/farm/net/peer_certificate.hpp"
+
+namespace terravox::net {
+
+/// One end of a call of Farm.Join as gRPC's callbacks see it. It lives until done() has returned,
+/// and until the Link lets it go.
+///
+/// One mutex guards all of it; it is never held while anything waits but in condition variables,
+/// and gRPC never calls back from within the start_ functions, so they are called under it. Frames
+/// go through two queues of messages: a frame is one, a large one several (Piece). Outward: send()
+/// fills it, waits while it is full (kMostQueued_bytes), and one write is under way at a time. gRPC
+/// tells when a message has gone out, not how much of it has: pieces are how a slow peer is told
+/// from one that takes nothing. Inward: reads go on ahead of receive() up to kMostAhead_bytes, then
+/// the peer is slowed down by HTTP/2's flow control. Neither direction waits for the other. The end
+/// of the inward direction is the end of the call: a write that fails only ends the writing, since
+/// the frame that says why (Refusal, Bye) may still be on its way in.
+class Stream {
+public:
+    static constexpr std::size_t kMostQueued_bytes = std::size_t{32} << 20;
+    static constexpr std::size_t kMostPiece_bytes = std::size_t{64} << 10;
+    static constexpr std::size_t kMostAhead_bytes = std::size_t{4} << 20, kMostAhead = 256;
+
+    explicit Stream(std::string peer);
+    Stream(const Stream&) = delete;
+    Stream& operator=(const Stream&) = delete;
+    virtual ~Stream() = default;
+
+    bool send(const farm::Frame& frame);
+    [[nodiscard]] std::optional<farm::Frame> receive();
+    void close(std::chrono::milliseconds patience) noexcept;
+    void abort() noexcept;
+    void wait_until_done() noexcept;  ///< gRPC is out of it; comes after the end of the call
+    [[nodiscard]] const std::string& peer() const noexcept { return m_peer; }
+    [[nodiscard]] const Certified& certified() const noexcept { return m_certified; }
+    [[nodiscard]] bool is_revoked() { return m_revocations && m_revocations->is_revoked(); }
+    [[nodiscard]] std::string why_ended() const;
+    [[nodiscard]] Link::Traffic traffic() const noexcept;
+
+protected:
+    // What gRPC is told; called with the mutex held, never after done().
+    virtual void start_read(grpc::ByteBuffer* into) = 0;
+    virtual void start_write(const grpc::ByteBuffer* frame) = 0;
+    virtual void end_writes() = 0;  ///< all is written: the peer may know that this end has closed
+                                    ///< the link; once
+    virtual void cancel() = 0;
+    virtual void let_go() = 0;  ///< nothing more will be started; once
+
+    /// The peer has shown this certificate. @param ca file of the CA's
+    void set_certified(Certified certified, const std::filesystem::path& ca) {
+        m_certified = std::move(certified);
+        m_revocations = std::make_unique<RevocationWatch>(m_certified.pem, ca);
+    }
+
+    /// With the mutex held: no read is begun any more; gRPC may be done before it would take one.
+    void end_reads() noexcept { m_reads_ended = true; }
+
+    // What gRPC tells.
+    void begin();
+    void read_done(bool ok, const char* why_not);
+    void write_done(bool ok);
+    void ended(const std::string& why);  ///< done() comes
+    void done() noexcept;                ///< the last
+
+    // Not changed once a Link exists.
+    std::string m_peer;
+    Certified m_certified;  ///< what the peer's certificate says; nothing with a token
+    std::unique_ptr<RevocationWatch> m_revocations;  ///< nullptr with a token
+
+private:
+    [[nodiscard]] std::optional<grpc::ByteBuffer> next_message();
+    [[nodiscard]] bool wait_for_room(std::unique_lock<std::mutex>& lock);
+    void end_unreadable(const std::string& why);
+    void read_more();
+    void write_more();
+    void stop_writing();
+    void finish(const std::string& why);
+    void abort_locked() noexcept;
+
+    const std::chrono::milliseconds m_most_stalled;
+
+    mutable std::mutex m_mutex;
+    std::condition_variable m_changed;
+    std::deque<grpc::ByteBuffer> m_in, m_out;
+    std::size_t m_in_bytes = 0, m_out_bytes = 0;
+    std::chrono::steady_clock::time_point m_last_write;  ///< when a message had gone out
+    grpc::ByteBuffer m_being_read, m_being_written;
+    bool m_reading = false, m_writing = false, m_reads_ended = false;
+    bool m_closing = false;       ///< by us
+    bool m_writes_ended = false;  ///< end_writes() was called, or a write failed
+    bool m_aborted = false;       ///< by us
+    bool m_over = false;          ///< nothing comes any more
+    bool m_let_go = false, m_ended = false, m_done = false;
+    std::string m_why;
+    std::uint64_t m_sent_bytes = 0, m_received_bytes = 0;
+};
+
+/// A Stream as a Link. Its destructor waits until gRPC is out of the call, which an abort makes
+/// soon.
+class StreamLink final : public Link {
+public:
+    explicit StreamLink(std::shared_ptr<Stream> stream) : m_stream(std::move(stream)) {}
+    ~StreamLink() override {
+        m_stream->abort();
+        m_stream->wait_until_done();
+    }
+    bool send(farm::Frame frame) override { return m_stream->send(frame); }
+    std::optional<farm::Frame> receive() override { return m_stream->receive(); }
+    void close(std::chrono::milliseconds patience) noexcept override { m_stream->close(patience); }
+    void abort() noexcept override { m_stream->abort(); }
+    const std::string& peer() const noexcept override { return m_stream->peer(); }
+    std::string certified_role() const override { return m_stream->certified().role; }
+    std::string certified_name() const override { return m_stream->certified().name; }
+    bool is_revoked() override { return m_stream->is_revoked(); }
+    std::string why_ended() const override { return m_stream->why_ended(); }
+    Traffic traffic() const noexcept override { return m_stream->traffic(); }
+
+private:
+    std::shared_ptr<Stream> m_stream;
+};
+
+}  // namespace terravox::net

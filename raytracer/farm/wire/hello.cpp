@@ -1,0 +1,181 @@
+#include "raytracer/farm/wire/hello.hpp"
+
+#include <gnu/libc-version.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "common/thread/start_threads.hpp"
+#include "common/util/build_id.hpp"
+#include "common/util/printable.hpp"
+#include "common/util/version.hpp"
+
+namespace terravox {
+namespace {
+
+std::string features() {
+    std::string out;
+#if defined(__x86_64__)
+    const auto add = [&](const char* name, int has) {
+        if (has != 0)
+            out += (out.empty() ? "" : " ") + std::string(name);
+    };
+    add("sse4.2", __builtin_cpu_supports("sse4.2"));
+    add("avx2", __builtin_cpu_supports("avx2"));
+    add("fma", __builtin_cpu_supports("fma"));
+    add("avx512f", __builtin_cpu_supports("avx512f"));
+#endif
+    return out;
+}
+
+/// Ends a link that nothing comes from in time. receive() itself has no limit.
+class Alarm {
+public:
+    Alarm(net::Link& link, std::chrono::milliseconds patience)
+        : m_thread(thread::start_thread("the limit of a hello", [this, &link, patience] {
+              std::unique_lock lock(m_mutex);
+              if (m_came.wait_for(lock, patience, [&] { return m_off; }))
+                  return;
+              m_rang = true;
+              link.abort();
+          })) {}
+    ~Alarm() { (void)off(); }
+    /// @return whether it rang
+    bool off() {
+        {
+            const std::lock_guard lock(m_mutex);
+            m_off = true;
+        }
+        m_came.notify_all();
+        if (m_thread.joinable())
+            m_thread.join();
+        return m_rang;
+    }
+
+private:
+    std::mutex m_mutex;
+    std::condition_variable m_came;
+    bool m_off = false, m_rang = false;
+    std::thread m_thread;
+};
+
+std::string name_of(farm::Role role) {
+    switch (role) {
+        case farm::COORDINATOR: return "a coordinator";
+        case farm::WORKER: return "a worker";
+        case farm::OBSERVER: return "an observer";
+        default: return "neither coordinator nor worker";
+    }
+}
+
+/// A peer's text in one line of ours.
+std::string shown(const std::string& text) {
+    return util::printable(text.substr(0, 200));
+}
+
+/// Whether the role of a certificate allows for that of a hello. Who asks for states and pauses may
+/// do what a coordinator may.
+bool is_certified_as(const std::string& certified, farm::Role role) {
+    if (certified.empty())
+        return true;  // with a token, which all have
+    return (certified == "worker") == (role == farm::WORKER);
+}
+
+std::string misfit(const farm::Hello& own, const farm::Hello& other,
+                   std::initializer_list<farm::Role> wanted) {
+    const auto differ = [](const char* what, const std::string& theirs, const std::string& ours) {
+        return std::string(what) + " " + shown(theirs) + "; here: " + ours;
+    };
+    if (other.protocol() != own.protocol())
+        return differ("protocol", std::to_string(other.protocol()), std::to_string(own.protocol()));
+    if (std::find(wanted.begin(), wanted.end(), other.role()) == wanted.end())
+        return name_of(other.role()) + ", as is this end, or nothing that is of use here";
+    if (other.role() == farm::OBSERVER || own.role() == farm::OBSERVER)
+        return {};
+    if (other.software() != own.software())
+        return differ("version", other.software(), own.software());
+    if (other.architecture() != own.architecture())
+        return differ("processor", other.architecture(), own.architecture());
+    if (other.build() != own.build())
+        return differ("build", other.build(),
+                      own.build() + "; pictures of different builds may differ");
+    constexpr std::uint32_t kMost = 1 << 20;
+    if (other.role() == farm::WORKER && (other.threads() == 0 || other.threads() > kMost ||
+                                         other.capacity() == 0 || other.capacity() > kMost))
+        return "a worker of " + std::to_string(other.threads()) + " threads with room for " +
+               std::to_string(other.capacity()) + " tiles; allowed: 1 to " + std::to_string(kMost);
+    return {};
+}
+
+}  // namespace
+
+farm::Hello make_hello(const OwnHello& own) {
+    farm::Hello out;
+    utsname machine{};
+    (void)::uname(&machine);
+    out.set_protocol(net::kProtocol);
+    out.set_role(own.role);
+    out.set_software(std::string("terravox ") + kVersion);
+    // The C library has a say, too: pictures depend on its tangent.
+    out.set_build(std::string(kBuild) + " glibc " + gnu_get_libc_version());
+    out.set_architecture(machine.machine);
+    out.set_cpu_features(features());
+    out.set_name(own.name.empty() ? std::string(machine.nodename) + ":" + std::to_string(::getpid())
+                                  : own.name);
+    out.set_threads(static_cast<std::uint32_t>(own.threads));
+    out.set_memory_bytes(own.memory_bytes);
+    out.set_capacity(static_cast<std::uint32_t>(own.capacity));
+    return out;
+}
+
+farm::Hello meet(net::Link& link, const farm::Hello& own, std::initializer_list<farm::Role> wanted,
+                 std::chrono::milliseconds patience) {
+    const std::string attempt = "meet " + link.peer() + ": ";
+    Alarm alarm(link, patience);
+    farm::Frame first;
+    *first.mutable_hello() = own;
+    link.send(std::move(first));
+    auto frame = link.receive();
+    if (alarm.off())
+        throw HelloError(attempt + "no answer within " + std::to_string(patience.count()) + " ms",
+                         true);
+    if (!frame)
+        throw HelloError(attempt + "it hung up" +
+                             (link.why_ended().empty() ? "" : " (" + link.why_ended() + ")"),
+                         true);
+    if (frame->has_refusal())
+        throw HelloError(attempt + shown(frame->refusal().reason()), frame->refusal().busy());
+    if (!frame->has_hello()) {
+        refuse(link, "the first frame was no hello");
+        throw HelloError(attempt + "its first frame was no hello", false);
+    }
+    farm::Hello other = std::move(*frame->mutable_hello());
+    std::string why = misfit(own, other, wanted);
+    if (why.empty() && !is_certified_as(link.certified_role(), other.role()))
+        why = name_of(other.role()) + " with the certificate of a " + link.certified_role();
+    if (!why.empty()) {
+        refuse(link, "refused by " + own.name() + ": " + why);
+        throw HelloError(attempt + why, false);
+    }
+    other.set_name(shown(other.name()));
+    other.set_cpu_features(shown(other.cpu_features()));
+    return other;
+}
+
+void refuse(net::Link& link, const std::string& reason, bool busy) noexcept {
+    try {
+        farm::Frame frame;
+        frame.mutable_refusal()->set_reason(reason);
+        frame.mutable_refusal()->set_busy(busy);
+        link.send(std::move(frame));
+        link.close();
+    } catch (...) {
+        link.abort();
+    }
+}
+
+}  // namespace terravox

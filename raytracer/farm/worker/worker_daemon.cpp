@@ -1,0 +1,327 @@
+#include "raytracer/farm/worker/worker_daemon.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "common/thread/start_threads.hpp"
+#include "common/util/resident_memory.hpp"
+#include "common/util/version.hpp"
+#include "raytracer/farm/wire/hello.hpp"
+#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/processors/thread_processor.hpp"
+
+namespace terravox {
+
+using std::chrono::milliseconds;
+
+namespace {
+
+constexpr int kTilesOfThread =
+    256;  // small ones on a long way: the coordinator sees to it that they are no more than hide it
+
+}  // namespace
+
+WorkerDaemon::WorkerDaemon(WorkerDaemonOptions options)
+    : m_options(std::move(options)), m_shared(m_options.memory_bytes / 4, m_options.sessions) {
+    if (m_options.listen)
+        m_listener = std::make_unique<net::Listener>(
+            *m_options.listen, m_options.credentials,
+            [this](std::unique_ptr<net::Link> link) { (void)serve(std::move(link), false); });
+    // The destructor does not run when this throws.
+    try {
+        begin_joining();
+    } catch (...) {
+        finish();
+        throw;
+    }
+}
+
+void WorkerDaemon::begin_joining() {
+    const std::lock_guard lock(m_mutex);
+    for (const net::Address& address : m_options.join) {
+        if (!m_joining.insert(address.text()).second)
+            continue;
+        try {
+            thread::add_thread(m_threads, "a coordinator to join",
+                               [this, address] { join_again_and_again(address); });
+        } catch (...) {
+            m_joining.erase(address.text());
+            throw;
+        }
+    }
+}
+
+bool WorkerDaemon::is_wanted(const net::Address& address) const {
+    const std::lock_guard lock(m_mutex);
+    return !m_ending &&
+           std::any_of(m_options.join.begin(), m_options.join.end(),
+                       [&](const net::Address& a) { return a.text() == address.text(); });
+}
+
+WorkerDaemon::~WorkerDaemon() {
+    finish();
+}
+
+void WorkerDaemon::finish() noexcept {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_ending = true;
+        for (const auto& session : m_sessions)
+            session->abort();
+    }
+    m_wake.notify_all();
+    if (m_listener)
+        m_listener->stop();
+    for (std::thread& t : m_threads)
+        t.join();
+}
+
+void WorkerDaemon::run() {
+    constexpr milliseconds kLook{50};
+    while (!m_stop) {
+        std::unique_lock lock(m_mutex);
+        m_wake.wait_for(lock, kLook);
+        if (m_finished)
+            break;
+        if (!m_listener && m_joining.empty() && m_taken == 0)
+            throw Error("work: no coordinator is left to join");
+        if (m_options.idle && m_taken == 0 &&
+            std::chrono::steady_clock::now() - m_idle_since > *m_options.idle) {
+            spdlog::info("no coordinator for {} s: the worker ends",
+                         std::chrono::duration_cast<std::chrono::seconds>(*m_options.idle).count());
+            break;
+        }
+    }
+    std::vector<std::shared_ptr<WorkerSession>> sessions;
+    {
+        const std::lock_guard lock(m_mutex);
+        m_ending = true;
+        sessions = m_sessions;
+    }
+    m_wake.notify_all();
+    if (!sessions.empty())
+        spdlog::info("finishing what is begun");
+    drain(sessions);
+    // Links are flushed: the coordinator closes them once it has read the goodbye.
+    std::unique_lock lock(m_mutex);
+    m_wake.wait_for(lock, milliseconds(2000), [&] { return m_sessions.empty(); });
+}
+
+// All at once, as they share the time for it; those without a thread for that are ended.
+void WorkerDaemon::drain(const std::vector<std::shared_ptr<WorkerSession>>& sessions) {
+    std::vector<std::thread> threads;
+    for (const auto& session : sessions) {
+        try {
+            thread::add_thread(threads, "the end of a session",
+                               [&, session] { session->drain(m_options.patience); });
+        } catch (const std::exception& e) {
+            spdlog::warn("{}; its tiles under way are given up", e.what());
+            session->abort();
+        }
+    }
+    for (std::thread& t : threads)
+        t.join();
+}
+
+bool WorkerDaemon::stopped_after(milliseconds time) {
+    std::unique_lock lock(m_mutex);
+    return m_wake.wait_for(lock, time, [&] { return m_ending; });
+}
+
+void WorkerDaemon::reload(const WorkerDaemonOptions& options) {
+    {
+        const std::lock_guard lock(m_mutex);
+        m_options.threads = options.threads, m_options.memory_bytes = options.memory_bytes,
+        m_options.sessions = options.sessions;
+        m_options.patience = options.patience, m_options.idle = options.idle,
+        m_options.join = options.join;
+    }
+    begin_joining();
+    m_wake.notify_all();
+}
+
+WorkerSession::End WorkerDaemon::serve(std::unique_ptr<net::Link> link, bool dialled) {
+    using End = WorkerSession::End;
+    SessionOptions options;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (m_ending)
+            return End::kDrained;
+        options.threads = m_options.threads;
+        options.memory_bytes =
+            m_options.memory_bytes / static_cast<std::size_t>(std::max(m_options.sessions, 1));
+        options.http = m_options.http;
+    }
+    OwnHello own;
+    own.role = farm::WORKER, own.threads = options.threads, own.memory_bytes = options.memory_bytes,
+    own.name = m_options.name;
+    own.capacity =
+        std::min(options.threads * kTilesOfThread, static_cast<int>(Stage::kMostWaiting) / 4);
+    const std::string peer = link->peer();
+    std::shared_ptr<WorkerSession> session;
+    bool has_place = false, paused = false;
+    try {
+        const farm::Hello hello = meet(*link, make_hello(own), {farm::COORDINATOR, farm::OBSERVER});
+        if (hello.role() == farm::OBSERVER) {
+            observed(*link);
+            return End::kBye;
+        }
+        {
+            const std::lock_guard lock(m_mutex);
+            has_place = m_taken < m_options.sessions;
+            if (has_place)
+                ++m_taken, ++m_all_sessions;
+            else
+                ++m_busy;
+        }
+        if (!has_place) {
+            refuse(*link,
+                   own.name + (own.name.empty() ? "the worker" : "") +
+                       " works for another coordinator",
+                   true);
+            return End::kLost;
+        }
+        spdlog::info("works for {} at {}", hello.name(), peer);
+        session = std::make_shared<WorkerSession>(std::move(link), hello.name(), options, m_shared);
+    } catch (const Error& e) {
+        const auto* met = dynamic_cast<const HelloError*>(&e);
+        spdlog::warn("{}", e.what());
+        const std::lock_guard lock(m_mutex);
+        ++m_unfit;
+        return met != nullptr && !met->busy && dialled ? End::kRefused : End::kLost;
+    }
+    {
+        const std::lock_guard lock(m_mutex);
+        m_sessions.push_back(session);
+        if (m_ending)
+            session->abort();
+        paused = m_paused;
+    }
+    if (paused)
+        session->pause(true);
+    std::string why;
+    End end = End::kLost;
+    try {
+        end = session->run(why);
+    } catch (const std::exception& e) {  // out of memory, or of threads: the place is free again
+        why = e.what();
+    }
+    if (end == End::kBye)
+        spdlog::info("{} has finished", peer);
+    else if (end == End::kLost)
+        spdlog::warn("{} is lost: {}", peer, why);
+    {
+        const std::lock_guard lock(m_mutex);
+        std::erase(m_sessions, session);
+        --m_taken;
+        m_idle_since = std::chrono::steady_clock::now();
+        if (m_options.once && end == End::kBye)
+            m_finished = true;
+    }
+    m_wake.notify_all();
+    return end;
+}
+
+void WorkerDaemon::observed(net::Link& link) {
+    while (auto frame = link.receive()) {
+        if (link.is_revoked())
+            return refuse(link, "its certificate is revoked");
+        if (frame->has_pause())
+            pause(frame->pause().on());
+        else if (!frame->has_status_request())
+            return;
+        farm::Frame reply;
+        *reply.mutable_status() = status();
+        if (!link.send(std::move(reply)))
+            return;
+    }
+}
+
+void WorkerDaemon::pause(bool on) {
+    std::vector<std::shared_ptr<WorkerSession>> sessions;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (std::exchange(m_paused, on) != on)
+            spdlog::info("{}", on ? "paused: no new tiles are taken" : "tiles are taken again");
+        sessions = m_sessions;
+    }
+    for (const auto& session : sessions)
+        session->pause(on);
+}
+
+void WorkerDaemon::join_again_and_again(const net::Address& address) {
+    auto pause = farm_times().redial;
+    bool told = false;
+    const auto leave = [&] {
+        const std::lock_guard lock(m_mutex);
+        m_joining.erase(address.text());
+        m_wake.notify_all();
+    };
+    while (is_wanted(address)) {
+        try {
+            auto link = net::dial(address, m_options.credentials, std::chrono::seconds(5));
+            const auto end = serve(std::move(link), true);
+            if (end == WorkerSession::End::kRefused)
+                return leave();
+            if (end == WorkerSession::End::kBye)
+                pause = farm_times().redial;
+            told = false;
+        } catch (const net::RefusedError& e) {
+            spdlog::error("{}", e.what());
+            return leave();
+        } catch (const std::exception& e) {
+            if (!std::exchange(told, true))
+                spdlog::info("{}; trying again", e.what());
+        }
+        if (stopped_after(pause))
+            break;
+        pause = std::min(pause * 2, farm_times().most_redial);
+    }
+    leave();
+}
+
+WorkerDaemon::Totals WorkerDaemon::totals() const {
+    Totals out;
+    out.tiles = m_shared.tiles, out.pixels = m_shared.pixels, out.rays = m_shared.rays,
+    out.result_bytes = m_shared.result_bytes;
+    out.box_requests = m_shared.box_requests, out.failed = m_shared.failed;
+    out.busy_s = static_cast<double>(m_shared.busy_us) / 1e6;
+    out.uptime_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    std::vector<std::shared_ptr<WorkerSession>> sessions;
+    {
+        const std::lock_guard lock(m_mutex);
+        sessions = m_sessions;
+        out.sessions = m_all_sessions, out.busy = m_busy, out.unfit = m_unfit,
+        out.threads = m_options.threads, out.memory_bytes = m_options.memory_bytes,
+        out.ending = m_ending;
+    }
+    for (const auto& session : sessions)
+        out.now.push_back(session->status());
+    return out;
+}
+
+farm::Status WorkerDaemon::status() const {
+    const Totals totals = this->totals();
+    farm::Status out;
+    out.set_role(farm::WORKER);
+    out.set_name(make_hello({farm::WORKER, 0, 0, 0, m_options.name}).name());
+    out.set_software(std::string("terravox ") + kVersion);
+    out.set_uptime_s(totals.uptime_s);
+    out.set_tiles_done(totals.tiles);
+    out.set_memory_bytes(util::resident_bytes());
+    for (const WorkerSession::Status& s : totals.now) {
+        farm::Status::Member& m = *out.add_members();
+        m.set_name(s.coordinator), m.set_kind("coordinator"), m.set_peer(s.peer),
+            m.set_state(s.state);
+        m.set_threads(static_cast<std::uint32_t>(totals.threads)), m.set_tiles(s.tiles),
+            m.set_pixels(s.pixels);
+        m.set_memory_bytes(s.box_bytes),
+            m.set_leases(static_cast<std::uint32_t>(s.waiting + s.begun));
+    }
+    return out;
+}
+
+}  // namespace terravox

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "raytracer/farm/net/farm_port.hpp"
+#include "raytracer/farm/worker/worker_session.hpp"
+
+namespace terravox {
+
+struct WorkerDaemonOptions {
+    std::optional<net::Address> listen;
+    std::vector<net::Address> join;
+    net::Credentials credentials;
+    std::string name;                                    ///< for people; empty: host and process
+    int threads = 1;                                     ///< of each session
+    std::size_t memory_bytes = std::size_t{2048} << 20;  ///< for boxes, of all sessions
+    int sessions = 1;                      ///< coordinators at once; others are told to come again
+    HttpAccess http = access_to_nobody();  ///< servers that it may ask itself; it has all other
+                                           ///< boxes from coordinators
+    std::chrono::milliseconds patience{10'000};  ///< for tiles under way when it ends
+    bool once = false;  ///< it ends when the first coordinator has finished
+    std::optional<std::chrono::milliseconds>
+        idle;  ///< it ends when no coordinator has come for so long
+};
+
+/// Lends this machine to coordinators: sessions over links that it listens for or dials.
+///
+/// One mutex guards the list of sessions. Each link has its own thread (the listener's, or that of
+/// the address it joins).
+class WorkerDaemon {
+public:
+    /// @throws Error when it cannot listen, or there is no thread for an address to join
+    explicit WorkerDaemon(WorkerDaemonOptions options);
+    ~WorkerDaemon();
+
+    /// Works until stop(), `once` or `idle`. @throws Error when nothing is left to do: all
+    /// addresses to join refuse us
+    void run();
+    /// Gives back what is not begun, finishes the rest and ends run(). Safe in a signal handler.
+    void stop() noexcept { m_stop = true; }
+    /// What may change while it works: all but listen, name, credentials, http and once; sessions
+    /// under way keep what they have.
+    void reload(const WorkerDaemonOptions& options);
+    [[nodiscard]] std::uint16_t port() const noexcept {
+        return m_listener ? m_listener->port() : 0;
+    }
+
+    struct Totals {
+        std::uint64_t tiles = 0, pixels = 0, rays = 0, result_bytes = 0, box_requests = 0,
+                      sessions = 0, busy = 0, unfit = 0, failed = 0;  ///< busy, unfit: refused
+        double busy_s = 0, uptime_s = 0;
+        std::vector<WorkerSession::Status> now;
+        int threads = 0;
+        std::size_t memory_bytes = 0;  ///< limit for boxes
+        bool ending = false;
+    };
+    [[nodiscard]] Totals totals() const;
+
+    /// Works over a link until it ends. @param dialled by us: a refusal is final then
+    WorkerSession::End serve(std::unique_ptr<net::Link> link, bool dialled);
+
+private:
+    void begin_joining();
+    void finish() noexcept;
+    void drain(const std::vector<std::shared_ptr<WorkerSession>>& sessions);
+    void join_again_and_again(const net::Address& address);
+    [[nodiscard]] bool is_wanted(const net::Address& address) const;
+    [[nodiscard]] farm::Status status() const;
+    void observed(net::Link& link);
+    void pause(bool on);
+    [[nodiscard]] bool stopped_after(std::chrono::milliseconds time);
+
+    WorkerDaemonOptions m_options;
+    WorkerShared m_shared;
+    mutable std::mutex m_mutex;
+    std::condition_variable m_wake;
+    std::vector<std::shared_ptr<WorkerSession>> m_sessions;
+    std::uint64_t m_all_sessions = 0, m_busy = 0, m_unfit = 0;
+    int m_taken = 0;                  ///< places for sessions
+    std::set<std::string> m_joining;  ///< addresses that a thread joins, or tries to
+    bool m_ending = false, m_finished = false, m_paused = false;
+    std::atomic<bool> m_stop{false};
+    const std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point m_idle_since = m_start;
+    std::unique_ptr<net::Listener> m_listener;
+    std::vector<std::thread> m_threads;
+};
+
+}  // namespace terravox

@@ -1,0 +1,429 @@
+#include "raytracer/farm/worker/worker_session.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "common/thread/start_threads.hpp"
+#include "common/util/error.hpp"
+#include "common/util/resident_memory.hpp"
+#include "raytracer/farm/wire/tile_frames.hpp"
+#include "raytracer/tiles/tile_codec.hpp"
+
+namespace terravox {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::size_t kMostStates_bytes = std::size_t{16} << 20;
+constexpr std::size_t kMostText_bytes =
+    std::size_t{1} << 20;  // of a scene, its materials or its world: some kilobytes in fact
+constexpr std::size_t kMostOld = 16;  // pictures that have ended, and whose threads have not
+constexpr int kMostOldWorlds = 1;     // of those, which each keep boxes in memory
+constexpr int kMostEdge_px = 65'536;
+
+std::int64_t now_ns() noexcept {
+    return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+/// What is wrong with a tile that a coordinator wants; empty: nothing. What the scene's size has to
+/// say is seen to by the tracer, which traces any point of the picture's plane.
+std::string fault_of(const RenderTile& t) {
+    const auto within = [](int a, int b) { return a >= 0 && a < b && b <= kMostEdge_px; };
+    if (!within(t.x0, t.x1) || !within(t.y0, t.y1))
+        return "a tile beyond any picture";
+    if (t.step < 1 || t.step > 64 || !std::has_single_bit(static_cast<unsigned>(t.step)))
+        return "a tile with step " + std::to_string(t.step);
+    if (t.samples > 65'536 || t.first_sample > (1U << 24))
+        return "a tile of " + std::to_string(t.samples) + " samples from " +
+               std::to_string(t.first_sample);
+    return {};
+}
+
+}  // namespace
+
+WorkerSession::WorkerSession(std::unique_ptr<net::Link> link, std::string coordinator,
+                             SessionOptions options, WorkerShared& shared)
+    : m_link(std::move(link)),
+      m_coordinator(std::move(coordinator)),
+      m_options(std::move(options)),
+      m_shared(shared),
+      m_heard_ns(now_ns()) {}
+
+WorkerSession::~WorkerSession() {
+    m_link->abort();
+}
+
+WorkerSession::End WorkerSession::run(std::string& why) {
+    std::exception_ptr beat_failure;
+    std::thread heart = thread::start_thread("heartbeats", [this, &beat_failure] {
+        try {
+            beat();
+        } catch (...) {
+            // Without heartbeats the coordinator takes this worker for lost: the session ends here,
+            // too, instead of the program.
+            beat_failure = std::current_exception();
+            m_link->abort();
+        }
+    });
+    std::string wrong;
+    std::exception_ptr failure;
+    try {
+        while (auto frame = m_link->receive()) {
+            m_heard_ns = now_ns();
+            wrong = take(*frame);
+            if (!wrong.empty() || m_end)
+                break;
+        }
+    } catch (...) {
+        failure = std::current_exception();
+    }
+    const std::string ended = m_link->why_ended();
+    if (!wrong.empty())
+        why = "it sent " + wrong;
+    else if (!m_end)
+        why = ended.empty() ? "the link ended" : ended;
+    m_link->abort();
+    {
+        const std::lock_guard lock(m_mutex);
+        m_over = true;
+    }
+    m_wake.notify_all();
+    heart.join();
+    if (!failure)
+        failure = beat_failure;
+    if (m_ground)
+        m_ground->stop();
+    end_stage();
+    for (const auto& old : m_old)
+        old->end();
+    m_old.clear();
+    if (failure)
+        std::rethrow_exception(failure);
+    if (m_draining && wrong.empty())
+        return End::kDrained;
+    return m_end.value_or(End::kLost);
+}
+
+std::string WorkerSession::take(const farm::Frame& frame) {
+    std::shared_ptr<Stage> stage;
+    {
+        const std::lock_guard lock(m_mutex);
+        stage = m_stage;
+    }
+    switch (frame.what_case()) {
+        case farm::Frame::kPing: {
+            farm::Frame pong;
+            pong.mutable_pong()->set_stamp(frame.ping().stamp());
+            (void)m_link->send(std::move(pong));
+            return {};
+        }
+        case farm::Frame::kPong: return {};
+        case farm::Frame::kBye: m_end = End::kBye; return {};
+        case farm::Frame::kRefusal:
+            spdlog::error("{} refuses this worker: {}", m_coordinator,
+                          frame.refusal().reason().substr(0, 400));
+            m_end = End::kRefused;
+            return {};
+        case farm::Frame::kPicture: return begin_picture(frame.picture());
+        case farm::Frame::kState: {
+            const std::string &text = frame.state().content(), &hash = frame.state().hash();
+            if (text.size() > kMostText_bytes)
+                return "a text of " + std::to_string(text.size()) + " bytes; allowed: up to " +
+                       std::to_string(kMostText_bytes);
+            if (state_hash(text) != hash)
+                return "a text that is not what its hash says";
+            // Of a picture that has ended meanwhile.
+            if (!m_awaited || (hash != m_awaited->scene() && hash != m_awaited->materials() &&
+                               hash != m_awaited->world()))
+                return {};
+            {
+                const std::lock_guard lock(m_shared.mutex);
+                std::size_t bytes = text.size();
+                for (const auto& [known, content] : m_shared.states)
+                    bytes += content.size();
+                if (bytes > kMostStates_bytes)
+                    m_shared.states.clear();
+                m_shared.states[hash] = text;
+            }
+            m_texts[hash] = text;
+            return begin_stage_if_complete();
+        }
+        case farm::Frame::kTask: return add_task(frame.task());
+        case farm::Frame::kStop:
+            if (m_awaited && m_awaited->id() == frame.stop().picture() &&
+                frame.stop().ids_size() == 0)
+                m_awaited.reset(), m_early.clear();
+            if (!stage || stage->picture() != frame.stop().picture())
+                return {};
+            if (frame.stop().ids_size() == 0)
+                end_stage();
+            else
+                stage->drop({frame.stop().ids().begin(), frame.stop().ids().end()});
+            return {};
+        case farm::Frame::kBox:
+            return !m_ground || m_ground->far->came(frame.box()) ? ""
+                                                                 : "a box that nobody asked for";
+        default:
+            return "a frame that no coordinator sends (" +
+                   std::to_string(static_cast<int>(frame.what_case())) + ")";
+    }
+}
+
+std::string WorkerSession::begin_picture(const farm::Picture& picture) {
+    end_stage();
+    m_early.clear(), m_texts.clear();
+    m_early_tiles = 0;
+    if (m_old.size() > kMostOld)
+        return "pictures faster than any can end";
+    m_awaited = picture;
+    for (const std::string* hash : {&picture.scene(), &picture.materials(), &picture.world()}) {
+        if (hash->size() != 16)
+            return "a picture without the hashes of its texts";
+        {
+            const std::lock_guard lock(m_shared.mutex);
+            if (const auto found = m_shared.states.find(*hash); found != m_shared.states.end()) {
+                m_texts[*hash] = found->second;
+                continue;
+            }
+        }
+        farm::Frame frame;
+        frame.mutable_need_state()->set_hash(*hash);
+        (void)m_link->send(std::move(frame));
+    }
+    return begin_stage_if_complete();
+}
+
+std::string WorkerSession::begin_stage_if_complete() {
+    if (!m_awaited)
+        return {};
+    Parcel parcel;
+    {
+        const auto get = [&](const std::string& hash, std::string& into) {
+            const auto found = m_texts.find(hash);
+            if (found != m_texts.end())
+                into = found->second;
+            return found != m_texts.end();
+        };
+        if (!get(m_awaited->scene(), parcel.scene) ||
+            !get(m_awaited->materials(), parcel.materials) ||
+            !get(m_awaited->world(), parcel.world))
+            return {};
+    }
+    const farm::Picture picture = *std::exchange(m_awaited, std::nullopt);
+    if (!m_ground || m_ground->world_id != picture.world_id() || m_ground->world != parcel.world ||
+        m_ground->server != picture.server() || m_ground->generated != picture.generated()) {
+        voxel::WorldInfo info;
+        try {
+            info = unpack_world(parcel.world);
+        } catch (const Error& e) {
+            return std::string("a world that is none: ") + e.what();
+        }
+        if (m_ground)
+            m_ground->stop();
+        const auto is_elsewhere = [&](const auto& old) {
+            return &old->ground() != m_ground.get() && !old->is_over();
+        };
+        if (std::count_if(m_old.begin(), m_old.end(), is_elsewhere) > kMostOldWorlds)
+            return "worlds faster than any can end";
+        m_ground = std::make_shared<WorkerGround>();
+        m_ground->world_id = picture.world_id(), m_ground->world = parcel.world,
+        m_ground->server = picture.server(), m_ground->generated = picture.generated();
+        m_ground->http = m_options.http;
+        m_ground->far = std::make_unique<FarWorld>(
+            std::move(info), picture.world_id(),
+            [this](farm::Frame frame) {
+                ++m_shared.box_requests;
+                return m_link->send(std::move(frame));
+            },
+            m_shared.shelf);
+    }
+    Stage::Answers answers;
+    answers.done = [this, id = picture.id()](std::uint64_t lease, TileResult result) {
+        const std::vector<std::byte> bytes = encode_tile(result);
+        m_shared.pixels += result.samples.size(), m_shared.rays += result.counts.all_rays(),
+            m_shared.result_bytes += bytes.size();
+        double seconds = 0;
+        for (const double s : result.counts.seconds)
+            seconds += s;
+        m_shared.busy_us += static_cast<std::uint64_t>(seconds * 1e6);
+        ++m_shared.tiles, ++m_tiles;
+        m_pixels += result.samples.size();
+        farm::Frame frame;
+        frame.mutable_done()->set_picture(id);
+        frame.mutable_done()->set_id(lease);
+        frame.mutable_done()->set_result(bytes.data(), bytes.size());
+        (void)m_link->send(std::move(frame));
+    };
+    answers.failed = [this, id = picture.id()](std::uint64_t lease, const std::string& reason) {
+        ++m_shared.failed;
+        spdlog::error("a {} of {} cannot be rendered here: {}", lease == 0 ? "picture" : "tile",
+                      m_coordinator, reason);
+        farm::Frame frame;
+        frame.mutable_failed()->set_picture(id);
+        frame.mutable_failed()->set_id(lease);
+        frame.mutable_failed()->set_reason(reason);
+        (void)m_link->send(std::move(frame));
+    };
+    std::shared_ptr<Stage> stage;
+    const auto failed = answers.failed;
+    try {
+        stage =
+            std::make_shared<Stage>(picture.id(), std::move(parcel), m_ground, m_options.threads,
+                                    m_options.memory_bytes, std::move(answers));
+    } catch (const Error& e) {
+        m_early.clear();
+        failed(0, e.what());
+        return {};
+    }
+    {
+        const std::lock_guard lock(m_mutex);
+        m_stage = std::move(stage);
+    }
+    for (const farm::Task& task : std::exchange(m_early, {}))
+        if (std::string wrong = add_task(task); !wrong.empty())
+            return wrong;
+    return {};
+}
+
+std::string WorkerSession::add_task(const farm::Task& task) {
+    std::vector<std::uint64_t> refused;
+    if (m_awaited && m_awaited->id() == task.picture()) {
+        m_early_tiles += static_cast<std::size_t>(task.tiles_size());
+        if (m_early_tiles > Stage::kMostWaiting || m_early.size() >= Stage::kMostWaiting)
+            return "more tiles than it may";
+        m_early.push_back(task);
+        return {};
+    }
+    std::shared_ptr<Stage> stage;
+    {
+        const std::lock_guard lock(m_mutex);
+        stage = m_stage;
+    }
+    if (!stage || stage->picture() != task.picture())
+        return {};  // of a picture that has ended
+    if (stage->load().waiting + static_cast<std::size_t>(task.tiles_size()) > Stage::kMostWaiting)
+        return "more tiles than it may";
+    for (const farm::Tile& t : task.tiles()) {
+        const RenderTile tile = from_frame(t);
+        if (std::string fault = fault_of(tile); !fault.empty())
+            return fault;
+        if (m_draining)
+            refused.push_back(t.id());
+        else
+            stage->add(t.id(), tile);
+    }
+    give_back(refused);
+    return {};
+}
+
+void WorkerSession::end_stage() {
+    std::shared_ptr<Stage> stage;
+    {
+        const std::lock_guard lock(m_mutex);
+        stage = std::exchange(m_stage, nullptr);
+    }
+    std::erase_if(m_old, [](const auto& old) { return old->is_over(); });
+    if (!stage)
+        return;
+    stage->cancel();
+    m_old.push_back(std::move(stage));  // whatever it waits for, the reader does not
+}
+
+void WorkerSession::give_back(const std::vector<std::uint64_t>& ids) {
+    if (ids.empty())
+        return;
+    farm::Frame frame;
+    for (const std::uint64_t id : ids)
+        frame.mutable_drain()->add_given_back(id);
+    (void)m_link->send(std::move(frame));
+}
+
+void WorkerSession::drain(milliseconds patience) {
+    const auto until = std::chrono::steady_clock::now() + patience;
+    if (m_draining.exchange(true))
+        return;
+    std::shared_ptr<Stage> stage;
+    {
+        const std::lock_guard lock(m_mutex);
+        stage = m_stage;
+    }
+    farm::Frame frame;
+    farm::Drain& drain = *frame.mutable_drain();
+    if (stage)
+        for (const std::uint64_t id : stage->drop_all())
+            drain.add_given_back(id);
+    (void)m_link->send(std::move(frame));
+    if (stage && !stage->wait_idle(until))
+        spdlog::warn("tiles under way are given up: they take longer than {} ms", patience.count());
+    farm::Frame bye;
+    bye.mutable_bye()->set_reason("drained");
+    (void)m_link->send(std::move(bye));
+    m_link->close();
+}
+
+void WorkerSession::pause(bool on) {
+    m_paused = on;
+    farm::Frame frame;
+    *frame.mutable_heartbeat() = heartbeat();
+    (void)m_link->send(std::move(frame));
+}
+
+farm::Heartbeat WorkerSession::heartbeat() const {
+    farm::Heartbeat out;
+    const Status now = status();
+    out.set_memory_bytes(util::resident_bytes());
+    out.set_box_bytes(now.box_bytes);
+    out.set_waiting(static_cast<std::uint32_t>(now.waiting));
+    out.set_begun(static_cast<std::uint32_t>(now.begun));
+    out.set_done(now.tiles);
+    out.set_paused(m_paused);
+    return out;
+}
+
+void WorkerSession::beat() {
+    std::uint64_t received_bytes = 0;
+    std::unique_lock lock(m_mutex);
+    while (!m_wake.wait_for(lock, farm_times().heartbeat, [&] { return m_over; })) {
+        lock.unlock();
+        const net::Link::Traffic traffic = m_link->traffic();
+        if (std::exchange(received_bytes, traffic.received_bytes) != traffic.received_bytes)
+            m_heard_ns = now_ns();  // a large frame comes piece by piece
+        if (std::chrono::nanoseconds(now_ns() - m_heard_ns) > farm_times().silence) {
+            spdlog::warn("{} has been silent for too long", m_coordinator);
+            m_link->abort();
+        }
+        if (m_link->is_revoked()) {
+            spdlog::error("{} at {} is left: its certificate is revoked", m_coordinator,
+                          m_link->peer());
+            m_link->abort();
+        }
+        if (traffic.queued_bytes <= net::kMostBeforePing_bytes) {
+            farm::Frame frame;
+            *frame.mutable_heartbeat() = heartbeat();
+            (void)m_link->send(std::move(frame));
+        }
+        lock.lock();
+    }
+}
+
+WorkerSession::Status WorkerSession::status() const {
+    Status out;
+    std::shared_ptr<Stage> stage;
+    {
+        const std::lock_guard lock(m_mutex);
+        stage = m_stage;
+        out.state = m_draining ? "draining" : m_paused ? "paused" : stage ? "working" : "waiting";
+    }
+    out.coordinator = m_coordinator, out.peer = m_link->peer();
+    out.tiles = m_tiles, out.pixels = m_pixels;
+    if (stage) {
+        const Stage::Load load = stage->load();
+        out.waiting = load.waiting, out.begun = load.begun, out.box_bytes = load.box_bytes;
+    }
+    return out;
+}
+
+}  // namespace terravox

@@ -1,0 +1,137 @@
+#include "raytracer/processors/green_processor.hpp"
+
+namespace terravox {
+namespace {
+
+// A wave of the usual size takes up to 8 ms, one of these up to 3 ms, and the picture no longer.
+constexpr std::size_t kWaveRays = TileJob::kWaveRays / 4;
+
+}  // namespace
+
+GreenProcessor::GreenProcessor(const View& view, BlockManager& blocks)
+    : m_blocks(blocks), m_tools(view, blocks, blocks.limit_bytes() / 8) {}
+
+GreenProcessor::~GreenProcessor() {
+    cancel();
+    m_blocks.forget(*this);
+}
+
+void GreenProcessor::submit(RenderTile tile) {
+    const std::lock_guard lock(m_mutex);
+    if (m_closed)
+        return;
+    m_jobs.submit(tile);
+    m_change.notify_all();
+}
+
+bool GreenProcessor::wait(std::chrono::milliseconds most) {
+    return work_until(Halt::Clock::now() + most);
+}
+
+std::optional<TileResult> GreenProcessor::take() {
+    (void)work_until(Halt::Clock::time_point::max());
+    const std::lock_guard lock(m_mutex);
+    if (m_failure)
+        std::rethrow_exception(m_failure);
+    return m_jobs.take();
+}
+
+std::vector<RenderTile> GreenProcessor::take_back() {
+    const std::lock_guard lock(m_mutex);
+    m_change.notify_all();
+    return m_jobs.take_back();
+}
+
+void GreenProcessor::withdraw(const RenderTile& tile) noexcept {
+    std::optional<std::uint64_t> ended;
+    {
+        const std::lock_guard lock(m_mutex);
+        ended = m_jobs.drop(tile);
+        m_change.notify_all();
+    }
+    if (ended)
+        m_blocks.forget(*this, *ended);
+}
+
+void GreenProcessor::close() noexcept {
+    const std::lock_guard lock(m_mutex);
+    m_closed = true;
+    m_change.notify_all();
+}
+
+void GreenProcessor::cancel() noexcept {
+    const std::lock_guard lock(m_mutex);
+    m_closed = true;
+    m_cancelled = true;
+    m_jobs.drop_waiting();
+    m_change.notify_all();
+}
+
+bool GreenProcessor::block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept {
+    const std::lock_guard lock(m_mutex);
+    const auto goes_on = m_jobs.box_came(key, ticket);
+    if (goes_on.value_or(false))
+        m_change.notify_all();
+    return goes_on.has_value();
+}
+
+bool GreenProcessor::work_until(Halt::Clock::time_point end) {
+    std::unique_lock lock(m_mutex);
+    bool first = true;
+    while (!has_answer()) {
+        if (m_jobs.can_go_on()) {
+            if (!first && Halt::Clock::now() >= end)
+                return false;
+            trace(lock, end);
+            first = false;
+            continue;
+        }
+        const auto something = [&] { return has_answer() || m_jobs.can_go_on(); };
+        if (end == Halt::Clock::time_point::max())
+            m_change.wait(lock, something);
+        else if (!m_change.wait_until(lock, end, something))
+            return false;
+    }
+    return true;
+}
+
+void GreenProcessor::trace(std::unique_lock<std::mutex>& lock, Halt::Clock::time_point end) {
+    try {
+        go_on(lock, m_jobs.next(kWaveRays), end);
+    } catch (...) {
+        if (!lock.owns_lock())
+            lock.lock();
+        m_failure = std::current_exception();
+        m_closed = true;
+        m_cancelled = true;
+        m_jobs.drop_waiting();
+    }
+}
+
+void GreenProcessor::go_on(std::unique_lock<std::mutex>& lock, const TileJobs::Turn& turn,
+                           Halt::Clock::time_point end) {
+    lock.unlock();
+    const bool finished = turn.job.job.run(m_tools, Halt(m_cancelled, turn.job.dropped, end));
+    std::optional<TileResult> result;
+    if (finished)
+        result = turn.job.job.take_result();
+    const std::vector<voxel::BoxKey> missing = turn.job.job.take_missing();
+    lock.lock();
+    if (m_cancelled)
+        return;
+    if (finished) {
+        m_jobs.finish(turn, std::move(*result));
+        return;
+    }
+    const bool stays = m_jobs.rest(turn, turn.job.job.waits());
+    lock.unlock();
+    if (stays) {
+        for (const voxel::BoxKey& key : missing)
+            m_blocks.wait_for(key, *this, turn.ticket);
+    } else {
+        m_blocks.forget(*this, turn.ticket);
+    }
+    lock.lock();
+}
+
+}  // namespace terravox

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "raytracer/farm/checkpoint/joined_tiles.hpp"
+#include "raytracer/render/statistics.hpp"
+
+namespace terravox {
+
+struct PictureOptions {
+    std::size_t memory_mib = 2048;  ///< pictures whose film would take more than half of it go tile
+                                    ///< by tile into their files
+    int threads = 1;                ///< for noise and for files, at least 1
+};
+
+/// Refuses what cannot be written before anything is. @throws UsageError, Error
+void check_joined_pictures(const PictureKey& key, const std::vector<std::string>& files,
+                           const PictureOptions& options);
+
+/// Writes the pictures that a coordinator with all the tiles would have written: EXR files of the
+/// same pixels, PNG, JPEG and TIFF files of the same pixels and metadata. What a run took (times,
+/// boxes) is not known, and not stored.
+/// @param tiles with none missing @return counts, holes and damage of the picture @throws Error,
+/// UsageError
+RenderStatistics write_joined_pictures(const JoinedTiles& tiles,
+                                       const std::vector<std::string>& files,
+                                       const PictureOptions& options);
+
+}  // namespace terravox

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "raytracer/scene/scene.hpp"
+#include "voxelserver/worlds/kind/world_options.hpp"
+
+namespace terravox {
+
+/// The options of a world that a scene file holds: its sections `world`, `generated` and
+/// `processing`. Inputs, orthophotos and the cache folder are no part of a scene and stay empty.
+[[nodiscard]] WorldOptions world_options_of(const Scene& scene);
+
+}  // namespace terravox

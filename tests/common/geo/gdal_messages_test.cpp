@@ -1,0 +1,83 @@
+#include "common/geo/gdal_messages.hpp"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "common/geo/gdal.hpp"
+#include "common/geo/quiet_gdal.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/child_process.hpp"
+
+using namespace terravox;
+
+namespace {
+
+constexpr rlim_t kFewBytes = 1 << 20;  // less than the process has already
+
+}  // namespace
+
+TEST_CASE("where GDAL would abort, the program ends with one line and exit code 1",
+          "[common][geo]") {
+    struct Case {
+        const char* name;
+        std::function<void()> work;
+    };
+    const auto out_of_memory = [] {
+        CPLError(CE_Fatal, CPLE_OutOfMemory, "Out of memory allocating %d bytes.", 24);
+    };
+    const auto c = GENERATE_COPY(values<Case>({
+        {"while its messages are dropped",
+         [=] {
+             const geo::QuietGdal quiet;
+             out_of_memory();
+         }},
+        {"while its messages are printed",
+         [=] {
+             geo::start_gdal();
+             out_of_memory();
+         }},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const test::ChildEnd end = test::run_in_child(c.work);
+        CHECK(WIFEXITED(end.status));
+        CHECK(WEXITSTATUS(end.status) == 1);
+        CHECK(end.error_output ==
+              "terravox: GDAL cannot go on: Out of memory allocating 24 bytes.\n");
+    }
+}
+
+#ifndef __SANITIZE_ADDRESS__  // whose own memory would be refused, too
+TEST_CASE("what GDAL needs to write a file is missing before it begins, not on the way",
+          "[common][geo]") {
+    geo::check_memory_for_gdal();
+    // On a thread of its own, as the test framework would catch the exception.
+    const test::ChildEnd end = test::run_in_child([] {
+        std::thread([] {
+            const rlimit none_left{kFewBytes, kFewBytes};
+            ::setrlimit(RLIMIT_AS, &none_left);
+            geo::check_memory_for_gdal();
+        }).join();
+    });
+    CHECK(WIFEXITED(end.status));
+    CHECK(WEXITSTATUS(end.status) == 1);
+    CHECK(end.error_output ==
+          "terravox: out of memory; lower memory limits or a smaller task may help\n");
+}
+#endif
+
+TEST_CASE("errors of GDAL that do not end the program are dropped or printed", "[common][geo]") {
+    const auto fail = [] { CPLError(CE_Failure, CPLE_AppDefined, "a file is damaged"); };
+    CHECK(test::run_in_child([=] {
+              const geo::QuietGdal quiet;
+              fail();
+          }).error_output.empty());
+    const std::string printed = test::run_in_child([=] {
+                                    geo::start_gdal();
+                                    fail();
+                                }).error_output;
+    CHECK(printed.find("a file is damaged") != std::string::npos);
+}

@@ -1,0 +1,80 @@
+#include "common/util/shell_words.hpp"
+
+#include <random>
+
+#include "common/util/error.hpp"
+#include "raytracer/cluster/child.hpp"
+#include "tests/catch.hpp"
+
+using namespace terravox;
+using namespace terravox::cluster;
+using terravox::test::contains;
+
+namespace {
+
+/// What bash makes of an array of a script: its words, each with a zero byte behind.
+std::string read_back(const std::vector<std::string>& words) {
+    const Finished done = run_to_end(
+        {"bash", "--norc", "-c",
+         "set -euo pipefail\n" + shell_array("words", words) + "printf '%s\\0' \"${words[@]}\""});
+    INFO(done.err);
+    REQUIRE(done.status == 0);
+    return done.out;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string out;
+    for (const std::string& word : words)
+        out += word + '\0';
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a word that no shell changes stays as it is, others are quoted", "[cluster][shell]") {
+    CHECK(shell_word("frames/%04d.exr") == "frames/%04d.exr");
+    CHECK(shell_word("") == "''");
+    CHECK(shell_word("a b") == "'a b'");
+    CHECK(shell_word("it's") == "'it'\\''s'");
+    CHECK(shell_word("~") == "'~'");
+    CHECK(shell_word("a\r\nb") == "$'a\\015\\012b'");
+    CHECK_THROWS_AS(shell_word(std::string_view("a\0b", 3)), UsageError);
+}
+
+TEST_CASE("bash reads back what was written, whatever it is", "[cluster][shell]") {
+    const std::vector<std::string> hostile{
+        "",         " ",        "a b",   "'",         "''",
+        "\"",       "\\",       "\\'",   "$HOME",     "$(touch /tmp/never)",
+        "`id`",     "!!",       "*",     "?",         "[a-z]",
+        "{a,b}",    "~",        "~root", "#",         "-n",
+        "--",       "-e",       "a\nb",  "\n",        "\r\n",
+        "\t",       "\x01",     "\x7f",  "\x1b[31m",  "Škofja Loka",
+        "日本",     "\xff\xfe", "\xc3",  "a'b\nc\\d", "$'x'",
+        "%s %d %%", "&& rm",    "; ls",  "> x",       "| y",
+        "a=b",      "((1))",    "\\n\n", "'\x01'",    std::string(20000, '\''),
+    };
+    CHECK(read_back(hostile) == joined(hostile));
+}
+
+TEST_CASE("bash reads back random bytes", "[cluster][shell]") {
+    const auto seed = GENERATE(1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U);
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    std::vector<std::string> words;
+    for (int i = 0; i < 200; ++i) {
+        std::string word;
+        for (auto length = random() % 40; length > 0; --length)
+            word += random() % 3 == 0 ? "'\"\\$`\n\r\t !*"[random() % 11]
+                                      : static_cast<char>(1 + random() % 255);
+        words.push_back(word);
+    }
+    CHECK(read_back(words) == joined(words));
+    // What Slurm would refuse, or take for another line.
+    for (const std::string& word : words)
+        CHECK(shell_word(word).find_first_of("\r\n") == std::string::npos);
+}
+
+TEST_CASE("text in a comment cannot leave it", "[cluster][shell]") {
+    CHECK(comment_text("a\nrm -rf /\r\x7f") == "a?rm -rf /??");
+    CHECK(comment_text(std::string(101, 'x')) == std::string(100, 'x') + " ...");
+}

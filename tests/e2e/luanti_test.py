@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""A Luanti world, as a person uses it: described, rendered, converted, and refused."""
+
+import contextlib
+import json
+import shutil
+import sqlite3
+import unittest
+
+from luanti_world import map_block, write_world
+from support import Case, Run, binary, render, temporary_folder
+
+SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
+
+
+def spoil(world, position, blob):
+    with contextlib.closing(sqlite3.connect(world / "map.sqlite")) as database:
+        database.execute("UPDATE blocks SET data = ? WHERE pos = ?", (blob, position))
+        database.commit()
+
+
+def info(*arguments):
+    return Run([binary("RAYTRACER"), "world", "info", *arguments])
+
+
+def convert(*arguments):
+    return Run([binary("RAYTRACER"), "convert", *arguments, "--quiet"])
+
+
+class Luanti(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.made = write_world(temporary_folder() / "isle")
+
+    def setUp(self):
+        self.out = temporary_folder()
+        self.world = shutil.copytree(self.made, self.out / "isle")
+
+    def test_a_world_is_described(self):
+        run = info(self.world)
+        self.assertEqual(run.code, 0, str(run))
+        for said in (
+            "format: Luanti map in SQLite, key pos",
+            "name: Isle",
+            "game: minetest",
+            "map blocks: 320: 0 damaged, 125 of nothing but air",
+            "serialization: 320 version 28",
+            "extent: x -64 to 63, y -32 to 21, z -64 to 63 (128 x 54 x 128 nodes)",
+        ):
+            self.assertIn(said, run.out)
+        facts = json.loads(info(self.world / "map.sqlite", "--json").out)
+        self.assertEqual(facts["name"], "Isle")
+        self.assertEqual(facts["extent"], {"min": [-64, -32, -64], "max": [64, 22, 64]})
+        self.assertRefused(info(self.world, "--blocks"), 2, "is a Luanti world")
+
+    def test_a_world_becomes_a_picture_and_an_archive_that_gives_the_same(self):
+        picture = self.out / "isle.png"
+        flags = [*SMALL, "--detail", "0"]
+        run = render(self.world, *flags, "-o", picture)
+        self.assertEqual(run.code, 0, str(run))
+        archive = self.out / "isle.tvx"
+        self.assertEqual(convert(self.world, archive).code, 0)
+        copy = self.out / "copy.png"
+        self.assertEqual(render(archive, *flags, "-o", copy).code, 0)
+        self.assertAlike(picture, copy, exact=True)
+
+    def test_a_damaged_block_is_reported_and_the_rest_is_shown(self):
+        spoil(self.world, 0, b"\x1d\x00\x01")
+        reason = "map block (0, 0, 0): broken zstd data"
+        run = info(self.world)
+        self.assertEqual(run.code, 3, str(run))
+        self.assertIn(f"damaged: {reason}", run.out)
+        run = render(self.world, *SMALL, "-o", self.out / "hole.png")
+        self.assertEqual(run.code, 3, str(run))
+        self.assertIn(reason, run.err)
+
+    def test_what_cannot_be_read_is_refused_in_one_line(self):
+        elsewhere = shutil.copytree(self.made, self.out / "elsewhere")
+        (elsewhere / "world.mt").write_text("backend = leveldb\n")
+        self.assertRefused(info(elsewhere), 2, "backend = leveldb", "allowed: sqlite3")
+        empty = self.out / "empty"
+        empty.mkdir()
+        (empty / "world.mt").write_text("")
+        self.assertRefused(info(empty), 2, "no map.sqlite")
+        (empty / "map.sqlite").write_bytes(b"no database" * 1000)
+        self.assertRefused(info(empty), 1, "read the map", "file is not a database")
+        self.assertRefused(
+            render(self.world, "--ortho", "a.tif", *SMALL, "-o", self.out / "a.png"),
+            2,
+            "--ortho with a Luanti world",
+        )
+
+    def test_a_node_of_no_table_is_named(self):
+        block = map_block(0, 0, 0).replace(b"default:sand", b"qqqqqqq:qqqq")
+        spoil(self.world, 0, block)
+        run = info(self.world)
+        self.assertEqual(run.code, 0, str(run))
+        self.assertIn("qqqqqqq:qqqq", run.err)
+        self.assertIn("unknown nodes: 1 in no table", run.out)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,79 @@
+"""Which options the programs have, by their --help."""
+
+import functools
+import re
+
+import markdown
+from support import ROOT, Run, binary
+
+# Those that the pages name most come first: a program is started only when it is needed.
+RAYTRACER = (
+    "render",
+    "convert",
+    "worker",
+    "animate",
+    "preview",
+    "world info",
+    "farm certs",
+    "farm status",
+    "farm pause",
+    "farm resume",
+    "merge",
+    "cluster slurm",
+    "cluster openjd",
+    "cluster kubernetes",
+    "cluster bake",
+)
+PROGRAMS = {name: ("RAYTRACER", *name.split()) for name in RAYTRACER}
+PROGRAMS |= {"serve": ("VOXELSERVER",), "survey": ("SURVEY",)}
+PROGRAMS |= {f"laz {name}": ("LAZ", name) for name in ("info", "check", "index", "compress")}
+# Not started: these read no arguments of their own, or Node.js may be missing.
+TEXTS = {
+    "terravox": [ROOT / "terravox", *sorted(ROOT.glob("config/setup/*.sh"))],
+    "grab": sorted(ROOT.glob("grabber/src/**/*.ts")),
+}
+COMMANDS = (*TEXTS, *PROGRAMS)
+
+
+@functools.cache
+def options_of(command):
+    """@return a text that names each option of a command"""
+    if command in TEXTS:
+        return "".join(file.read_text(encoding="utf-8") for file in TEXTS[command])
+    variable, *words = PROGRAMS[command]
+    run = Run([binary(variable), *words, "--help"])
+    if run.code != 0:
+        raise AssertionError(run)
+    # Further arguments of the cluster's commands are those of these two.
+    if command.startswith("cluster "):
+        return run.out + options_of("render") + options_of("animate")
+    return run.out
+
+
+def has(text, flag):
+    """@param flag one that ends in a hyphen stands for all that begin so"""
+    end = "" if flag.endswith("-") else r"(?![\w-])"
+    return re.search(rf"(?<![\w-]){re.escape(flag)}{end}", text) is not None
+
+
+def command_of(words):
+    """@param words a command line after ./terravox @return its name in COMMANDS"""
+    for name in (" ".join(words[:2]), words[0]):
+        if name in COMMANDS:
+            return name
+    return "terravox"
+
+
+def unknown_in_command(line):
+    """@return the options in this line that the program does not have"""
+    found = re.search(r"\./terravox ([^|;&#]+)", line)
+    flags = [flag for flag in markdown.flags(found[1]) if flag != "--help"] if found else []
+    if not flags:
+        return []
+    text = options_of(command_of(found[1].split()))
+    return [flag for flag in flags if not has(text, flag)]
+
+
+def unknown(flags):
+    """@return those that no program has"""
+    return [flag for flag in flags if not any(has(options_of(name), flag) for name in COMMANDS)]

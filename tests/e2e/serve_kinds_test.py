@@ -1,0 +1,566 @@
+#!/usr/bin/env python3
+"""Worlds of every kind behind the voxel server: the same boxes as without it, kept and named."""
+
+import contextlib
+import json
+import os
+import shutil
+import struct
+import subprocess
+import threading
+import unittest
+import zipfile
+import zlib
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from support import (
+    HANGS_S,
+    Case,
+    Run,
+    Server,
+    binary,
+    hold_port,
+    render,
+    square,
+    survey,
+    temporary_folder,
+)
+
+SMALL = ["--size", "160x90", "--samples", "1", "--quiet"]
+AREA = ["--area", "-128,-128,128,128"]
+SEED = "generated:3"
+TOKEN_OF_FAR = "the-token-of-the-far-server"
+TOKEN_OF_NEAR = "the-token-of-the-near-server"
+
+
+def convert(*arguments):
+    return Run([binary("RAYTRACER"), "convert", *arguments, "--quiet"])
+
+
+def serve(*arguments, environment=None):
+    """A server that is expected to refuse. @return the Run"""
+    return Run(
+        [binary("VOXELSERVER"), *arguments, "--cache", "none", "--port", "0"],
+        environment=environment,
+    )
+
+
+@contextlib.contextmanager
+def variables(**values):
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name in values:
+            del os.environ[name]
+
+
+class WebServer:
+    """A static web server for ranges of one file, which may be exchanged."""
+
+    def __init__(self, data, etag='"one"'):
+        outer = self
+        self.data = data
+        self.etag = etag
+
+        class Handler(BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+            disable_nagle_algorithm = True
+
+            def do_GET(self):
+                first, last = map(int, self.headers["Range"].removeprefix("bytes=").split("-"))
+                body = outer.data[first : last + 1]
+                self.send_response(206)
+                if outer.etag:
+                    self.send_header("ETag", outer.etag)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+
+            def log_message(self, *_):
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        self.url = f"http://127.0.0.1:{self.server.server_port}/place.tvx"
+
+    def close(self):
+        self.server.shutdown()
+        self.server.server_close()
+
+
+def heights(file, lift=0):
+    """An ASCII grid of 200 m x 200 m hills near the origin of EPSG:3794."""
+    rows = [
+        " ".join(str(300 + lift + (x * 7 + y * 3) % 40 / 2) for x in range(40)) for y in range(40)
+    ]
+    file.write_text(
+        "ncols 40\nnrows 40\nxllcorner 462000\nyllcorner 101000\ncellsize 5\n"
+        "NODATA_value -9999\n" + "\n".join(rows) + "\n"
+    )
+    return file
+
+
+def opaque_pixels(png):
+    """How many pixels of an 8-bit RGBA PNG are not transparent."""
+    at = 8
+    packed = b""
+    width = height = 0
+    while at < len(png):
+        (size,) = struct.unpack(">I", png[at : at + 4])
+        kind = png[at + 4 : at + 8]
+        body = png[at + 8 : at + 8 + size]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
+            assert (depth, colour) == (8, 6), (depth, colour)
+        if kind == b"IDAT":
+            packed += body
+        at += 12 + size
+    rows = zlib.decompress(packed)
+    stride = 1 + 4 * width
+    before = bytearray(4 * width)
+    count = 0
+    for row in range(height):
+        line = bytearray(rows[row * stride + 1 : (row + 1) * stride])
+        unfilter(rows[row * stride], line, before)
+        count += sum(1 for alpha in line[3::4] if alpha)
+        before = line
+    return count
+
+
+def unfilter(kind, line, before):
+    """Undoes a filter of PNG in place. Ref: PNG specification, 9.2."""
+    for i in range(len(line)):
+        left = line[i - 4] if i >= 4 else 0
+        up = before[i]
+        corner = before[i - 4] if i >= 4 else 0
+        if kind == 1:
+            line[i] = (line[i] + left) & 255
+        elif kind == 2:
+            line[i] = (line[i] + up) & 255
+        elif kind == 3:
+            line[i] = (line[i] + (left + up) // 2) & 255
+        elif kind == 4:
+            guess = left + up - corner
+            nearest = min((left, up, corner), key=lambda v: abs(guess - v))
+            line[i] = (line[i] + nearest) & 255
+
+
+class Kinds(Case):
+    """One input of each kind, made once."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = temporary_folder()
+        cls.archive = cls.folder / "noise.tvx"
+        cls.game = cls.folder / "game"
+        for target in (cls.archive, cls.game):
+            run = convert(SEED, target, *AREA)
+            assert run.code == 0, run
+        cls.zipped = cls.folder / "game.zip"
+        with zipfile.ZipFile(cls.zipped, "w") as out:
+            for file in sorted(cls.game.rglob("*")):
+                if file.is_file():
+                    out.write(file, file.relative_to(cls.folder))
+        cls.raster = heights(cls.folder / "hills.asc")
+        cls.web = WebServer(cls.archive.read_bytes())
+        cls.far = Server(cls.archive, "--cache", "none", "--no-ahead")
+        cls.kinds = {
+            "a Minecraft folder": [cls.game],
+            "a Minecraft ZIP": [cls.zipped],
+            "a raster of heights": [cls.raster, "--crs", "EPSG:3794"],
+            "noise": [SEED],
+            "an archive": [cls.archive],
+            "an archive on a web server": [cls.web.url],
+            "a voxel server": [cls.far.url],
+        }
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.web.close()
+        cls.far.stop()
+
+    def each_kind(self):
+        for name, inputs in self.kinds.items():
+            with self.subTest(name):
+                yield name, inputs
+
+    def stopped(self, server):
+        self.assertEqual(server.stop(), 0, server.err)
+
+    def some_box(self, server, level=0):
+        """The address of a box of a level that is not air, in the middle."""
+        world = server.json("/v2/world")
+        bounds = world.get("framed", world["bounds"])
+        side = 64 << level
+        place = [(bounds["min"][a] + bounds["max"][a]) // 2 // side for a in (0, 2)]
+        column = server.json(f"/v2/columns/{level}/{place[0]}/{place[1]}")
+        for by in range(column["by_begin"], column["by_end"]):
+            path = f"/v2/boxes/{level}/{place[0]}/{by}/{place[1]}"
+            if server.get(path)[0] == 200:
+                return path
+        raise AssertionError(f"only air in the middle of {world}")
+
+    def test_boxes_and_pictures_are_those_of_the_world_itself(self):
+        out = temporary_folder()
+        for name, inputs in self.each_kind():
+            part = AREA if name == "noise" else []
+            direct = out / "direct"
+            served = out / "served"
+            shutil.rmtree(out)
+            out.mkdir()
+            server = Server(*inputs, "--cache", "none")
+            try:
+                self.assertDone(convert(server.url, served.with_suffix(".tvx"), *part))
+                self.assertDone(render(server.url, *SMALL, "-o", served.with_suffix(".exr")))
+            finally:
+                self.stopped(server)
+            self.assertDone(convert(*inputs, direct.with_suffix(".tvx"), *part))
+            self.assertDone(render(*inputs, *SMALL, "-o", direct.with_suffix(".exr")))
+            self.assertEqual(
+                served.with_suffix(".tvx").read_bytes() == direct.with_suffix(".tvx").read_bytes(),
+                True,
+                "the same boxes",
+            )
+            self.assertAlike(served.with_suffix(".exr"), direct.with_suffix(".exr"), exact=True)
+
+    def test_the_world_is_described_as_it_is(self):
+        for name, inputs in self.each_kind():
+            server = Server(*inputs, "--cache", "none")
+            try:
+                world = server.json("/v2/world")
+                squares = server.json("/v2/squares")
+                health = server.get("/healthz")
+            finally:
+                self.stopped(server)
+            direct = Run([binary("RAYTRACER"), "world", "info", *inputs, "--json"])
+            self.assertDone(direct)
+            facts = json.loads(direct.out)
+            # Of a Minecraft world, `world info` tells what its own files say.
+            fields = ("title", "bounds", "levels", "crs", "voxel_m", "attribution")
+            for field in fields if "Minecraft" not in name else ():
+                self.assertEqual(world[field], facts[field], field)
+            self.assertEqual(world["map"]["zooms"], [0, world["levels"] - 1])
+            self.assertEqual(squares["features"], [])
+            self.assertEqual(health[0], 200)
+            noun = (
+                "heights" if "raster" in name else name.split()[1] if " " in name else "generated"
+            )
+            self.assertIn(noun, server.out)
+
+    def test_the_second_start_serves_what_the_first_has_kept(self):
+        for _, inputs in self.each_kind():
+            cache = temporary_folder()
+            server = Server(*inputs, "--cache", cache, "--no-ahead")
+            paths = [self.some_box(server), self.some_box(server, 1)]
+            before = [server.get(path) for path in paths]
+            edition = server.get("/v2/world")[1]["Terravox-Edition"]
+            made = server.json("/v2/stats")["making"]["made"]
+            again = [server.get(path)[2] for path in paths]
+            self.assertEqual(server.json("/v2/stats")["making"]["made"], made)
+            self.stopped(server)
+            server = Server(*inputs, "--cache", cache, "--no-ahead")
+            after = [server.get(path) for path in paths]
+            self.assertEqual(server.json("/v2/stats")["making"]["made"], 0)
+            self.assertEqual(server.get("/v2/world")[1]["Terravox-Edition"], edition)
+            tag = before[0][1]["ETag"]
+            self.assertEqual(server.get(paths[0], {"If-None-Match": tag})[0], 304)
+            self.stopped(server)
+            self.assertEqual([reply[2] for reply in before], again)
+            self.assertEqual([reply[2] for reply in after], again)
+
+    def test_a_map_tile_shows_the_ground(self):
+        for _, inputs in self.each_kind():
+            server = Server(*inputs, "--cache", "none")
+            try:
+                world = server.json("/v2/world")
+                bounds = world.get("framed", world["bounds"])
+                x, y = ((bounds["min"][a] + bounds["max"][a]) // 2 // 256 for a in (0, 2))
+                status, headers, png = server.get(f"/map/{world['levels'] - 1}/{x}/{y}.png")
+                coarse = server.get("/map/0/0/0.png")
+            finally:
+                self.stopped(server)
+            self.assertEqual((status, headers["Terravox-Complete"]), (200, "yes"))
+            self.assertGreater(opaque_pixels(png), 1000)
+            self.assertEqual(coarse[0], 200)
+
+    def changed_inputs(self):
+        """Inputs of which something changes: arguments, and what changes it."""
+        folder = temporary_folder()
+        game = folder / "game"
+        shutil.copytree(self.game, game)
+        region = next(game.rglob("*.mca"))
+        zipped = folder / "game.zip"
+        shutil.copy(self.zipped, zipped)
+        archive = folder / "noise.tvx"
+        shutil.copy(self.archive, archive)
+        raster = heights(folder / "hills.asc")
+        web = WebServer(self.archive.read_bytes())
+        self.addCleanup(web.close)
+        other = folder / "other.tvx"
+        self.assertDone(convert("generated:4", other, *AREA))
+
+        def later(path):
+            facts = path.stat()
+            os.utime(path, ns=(facts.st_atime_ns, facts.st_mtime_ns + 1_000_000_000))
+
+        def exchange():
+            web.data = other.read_bytes()
+            web.etag = '"two"'
+
+        return {
+            "a region": ([game], lambda: later(region)),
+            "a ZIP": ([zipped], lambda: later(zipped)),
+            "an archive": ([archive], lambda: shutil.copy(other, archive)),
+            "a raster": ([raster, "--crs", "EPSG:3794"], lambda: heights(raster, 5)),
+            "an archive on a web server": ([web.url], exchange),
+        }
+
+    def test_a_changed_input_has_another_edition_and_boxes_of_its_own(self):
+        for name, (inputs, change) in self.changed_inputs().items():
+            with self.subTest(name):
+                cache = temporary_folder()
+                server = Server(*inputs, "--cache", cache, "--no-ahead")
+                path = self.some_box(server)
+                edition = server.get("/v2/world")[1]["Terravox-Edition"]
+                self.stopped(server)
+                change()
+                server = Server(*inputs, "--cache", cache, "--no-ahead")
+                self.assertNotEqual(server.get("/v2/world")[1]["Terravox-Edition"], edition)
+                self.assertEqual(server.get(self.some_box(server))[0], 200)
+                self.assertEqual(server.json("/v2/stats")["disk"]["hits"], 0)
+                refused = server.get(path, {"Terravox-Edition": edition})
+                self.assertEqual(refused[0], 412)
+                self.stopped(server)
+
+    def test_an_input_that_changes_while_it_is_served_is_not_mixed_with_the_old(self):
+        for name, (inputs, change) in self.changed_inputs().items():
+            with self.subTest(name):
+                cache = temporary_folder()
+                server = Server(*inputs, "--cache", cache, "--no-ahead")
+                path = self.some_box(server)
+                new = self.all_boxes(server, 1)[0]
+                kept = server.get(path)[2]
+                change()
+                self.assertEqual(server.get(new)[0], 500)
+                self.assertEqual(server.get("/healthz")[0], 503)
+                self.assertEqual(server.get(path)[2], kept)
+                self.stopped(server)
+                self.assertIn("has changed since the server started", server.err)
+                server = Server(*inputs, "--cache", cache, "--no-ahead")
+                self.assertEqual(server.get(self.some_box(server))[0], 200)
+                self.assertEqual(server.json("/v2/stats")["disk"]["hits"], 0)
+                self.stopped(server)
+
+    def all_boxes(self, server, level):
+        world = server.json("/v2/world")
+        return server.box_paths(level, world.get("framed", world["bounds"]))
+
+    def test_an_input_without_a_known_state_is_not_kept_on_disk(self):
+        web = WebServer(self.archive.read_bytes(), etag=None)
+        self.addCleanup(web.close)
+        cache = temporary_folder()
+        editions = []
+        for _ in range(2):
+            server = Server(web.url, "--cache", cache)
+            self.assertEqual(server.get(self.some_box(server))[0], 200)
+            self.assertIsNone(server.json("/v2/stats")["disk"])
+            editions.append(server.get("/v2/world")[1]["Terravox-Edition"])
+            self.stopped(server)
+        self.assertNotEqual(*editions)
+        self.assertRefused(
+            Run([binary("VOXELSERVER"), web.url, "--cache", cache, "--prepare-only"]),
+            2,
+            "does not say in which state it is",
+        )
+
+    def test_all_boxes_can_be_made_ahead(self):
+        cache = temporary_folder()
+        run = Run([binary("VOXELSERVER"), self.archive, "--cache", cache, "--prepare-only"])
+        self.assertDone(run)
+        server = Server(self.archive, "--cache", cache, "--no-ahead")
+        for level in range(server.json("/v2/world")["levels"]):
+            for path in server.box_paths(level):
+                self.assertIn(server.get(path)[0], (200, 204))
+        self.assertEqual(server.json("/v2/stats")["making"]["made"], 0)
+        self.stopped(server)
+
+    def test_what_does_not_suit_or_is_broken_is_refused_by_one_line(self):
+        folder = temporary_folder()
+        (folder / "cut.tvx").write_bytes(self.archive.read_bytes()[:1000])
+        (folder / "bad.zip").write_bytes(b"PK\x03\x04" + b"x" * 500)
+        (folder / "bad.asc").write_text("ncols 4\nnrows x\n")
+        (folder / "empty").mkdir()
+        cases = {
+            "a class table for a game": (
+                [self.game, "--classes", "asprs"],
+                2,
+                ["--classes", "a Minecraft world", "--dimension"],
+            ),
+            "a dimension of points": ([square(), "--dimension", "nether"], 2, ["--dimension"]),
+            "voxels of an archive": ([self.archive, "--voxel", "2"], 2, ["--voxel", "none such"]),
+            "a base of noise": ([SEED, "--world-base-m", "3"], 2, ["--world-base-m"]),
+            "patience for a file": (
+                [self.archive, "--processing-box-patience-s", "3"],
+                2,
+                ["--processing-box-patience-s"],
+            ),
+            "images of a game": ([self.game, "--ortho", survey() / "ortho"], 2, ["--ortho"]),
+            "no such dimension": ([self.game, "--dimension", "moon"], 2, ["moon"]),
+            "noise out of range": ([SEED, "--generated-harmonics", "99"], 2, ["harmonics"]),
+            "a seed of letters": (["generated:abc"], 2, ["'abc'"]),
+            "two kinds": ([SEED, square()], 2, ["inputs of one kind"]),
+            "points first": ([square(), SEED], 2, ["inputs of one kind"]),
+            "nothing there": ([folder / "none"], 2, ["does not exist", "generated:SEED"]),
+            "an empty folder": ([folder / "empty"], 2, ["allowed"]),
+            "a cut archive": ([folder / "cut.tvx"], 1, ["cut.tvx"]),
+            "no ZIP": ([folder / "bad.zip"], 2, ["bad.zip"]),
+            "no raster": ([folder / "bad.asc"], 2, ["bad.asc"]),
+            "noise without end, prepared": ([SEED, "--prepare"], 2, ["columns of boxes"]),
+            "nobody listens": (
+                ["http://127.0.0.1:1", "--processing-box-patience-s", "1"],
+                1,
+                ["127.0.0.1:1"],
+            ),
+        }
+        for name, (arguments, code, said) in cases.items():
+            with self.subTest(name):
+                self.assertRefused(serve(*arguments), code, *said)
+
+
+class Far(Case):
+    """A server that serves another one's world."""
+
+    PATIENCE = ("--processing-box-patience-s", "1")
+
+    def setUp(self):
+        self.archive = temporary_folder() / "noise.tvx"
+        self.assertDone(convert(SEED, self.archive, *AREA))
+
+    def test_a_far_server_that_is_gone_makes_502_and_nothing_wrong_is_kept(self):
+        port = hold_port()
+        far = Server(self.archive, "--cache", "none", port=port)
+        cache = temporary_folder()
+        near = Server(far.url, "--cache", cache, *self.PATIENCE)
+        kept, missing = near.box_paths()[:2]
+        first = near.get(kept)
+        far.kill()
+        self.assertEqual(near.get(kept)[2], first[2])
+        status, headers, body = near.get(missing)
+        self.assertEqual((status, headers["Retry-After"]), (502, "5"))
+        self.assertNotIn(b"127.0.0.1", body)
+        key = [int(v) for v in missing.split("/")[3:]]
+        status, _, body = near.post(
+            "/v2/boxes", json.dumps({"boxes": [key]}), {"Content-Type": "application/json"}
+        )
+        self.assertEqual((status, struct.unpack("<4iII", body[:24])[4]), (200, 502))
+        self.assertEqual(near.get("/healthz")[0], 200)
+        far = Server(self.archive, "--cache", "none", port=port)
+        self.assertEqual(near.get(missing)[0], 200)
+        self.assertEqual(near.json("/v2/stats")["disk"]["damaged"], 0)
+        self.assertEqual((near.stop(), far.stop()), (0, 0), near.err)
+
+    def test_a_far_server_with_another_world_is_not_mixed_with_the_first(self):
+        port = hold_port()
+        far = Server(self.archive, "--cache", "none", port=port)
+        near = Server(far.url, "--cache", "none", *self.PATIENCE)
+        kept, missing = near.box_paths()[:2]
+        self.assertEqual(near.get(kept)[0], 200)
+        far.stop()
+        self.assertDone(convert("generated:4", self.archive, *AREA, "--overwrite"))
+        far = Server(self.archive, "--cache", "none", port=port)
+        self.assertEqual(near.get(missing)[0], 500)
+        self.assertEqual(near.get("/healthz")[0], 503)
+        self.assertEqual((near.stop(), far.stop()), (0, 0), near.err)
+        self.assertIn("has changed since the server started", near.err)
+
+    def test_two_servers_that_serve_each_other_end_in_an_error(self):
+        port = hold_port()
+        first = Server(self.archive, "--cache", "none", "--no-ahead", port=port)
+        second = Server(first.url, "--cache", "none", *self.PATIENCE)
+        paths = second.box_paths()
+        first.stop()
+        circle = Server(second.url, "--cache", "none", *self.PATIENCE, port=port)
+        status, _, _ = circle.get(paths[0])
+        self.assertIn(status, (500, 502))
+        self.assertEqual((circle.stop(), second.stop()), (0, 0))
+
+    def test_each_server_has_a_token_of_its_own(self):
+        folder = temporary_folder()
+        tokens = {}
+        for name, text in (("far", TOKEN_OF_FAR), ("near", TOKEN_OF_NEAR)):
+            tokens[name] = folder / name
+            tokens[name].touch(mode=0o600)
+            tokens[name].write_text(text)
+        far = Server(self.archive, "--cache", "none", "--token-file", tokens["far"])
+        bound = {
+            "TERRAVOX_SERVER_ORIGIN": far.url,
+            "TERRAVOX_SERVER_TOKEN": TOKEN_OF_FAR,
+        }
+        with variables(**bound):
+            near = Server(far.url, "--cache", "none", "--token-file", tokens["near"])
+            open_to_all = serve(far.url, "--bind", "0.0.0.0")
+        given = {
+            token: near.get("/v2/world", {"Authorization": f"Bearer {token}"})[0]
+            for token in (TOKEN_OF_NEAR, TOKEN_OF_FAR)
+        }
+        self.assertEqual(given, {TOKEN_OF_NEAR: 200, TOKEN_OF_FAR: 401})
+        self.assertRefused(open_to_all, 2, "--token-file")
+        self.assertEqual((near.stop(), far.stop()), (0, 0))
+
+    def test_the_own_token_is_shown_to_no_far_server(self):
+        shown = []
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self):
+                shown.append(self.headers["Authorization"])
+                self.send_error(404)
+
+            def log_message(self, *_):
+                pass
+
+        server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            run = serve(
+                f"http://127.0.0.1:{server.server_port}",
+                environment={"TERRAVOX_SERVER_TOKEN": TOKEN_OF_NEAR},
+            )
+        finally:
+            server.shutdown()
+            server.server_close()
+        self.assertRefused(run, 1, "404")
+        self.assertEqual(shown, [None])
+
+    def test_a_wish_to_stop_ends_opening(self):
+        class Silent(BaseHTTPRequestHandler):
+            def do_GET(self):
+                asked.set()
+                done.wait(HANGS_S)
+
+            def log_message(self, *_):
+                pass
+
+        asked = threading.Event()
+        done = threading.Event()
+        server = ThreadingHTTPServer(("127.0.0.1", 0), Silent)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        process = subprocess.Popen(
+            [binary("VOXELSERVER"), f"http://127.0.0.1:{server.server_port}", "--port", "0"],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            self.assertTrue(asked.wait(HANGS_S))
+            process.terminate()
+            _, err = process.communicate(timeout=HANGS_S)
+        finally:
+            done.set()
+            server.shutdown()
+            server.server_close()
+        self.assertEqual(process.returncode, 1, err)
+        self.assertIn("stopped", err)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,222 @@
+#!/usr/bin/env python3
+"""Which folder includes which: config/layers.toml says what is allowed.
+
+Each include that is not allowed is named.
+
+python3 tests/layers_test.py           # checks; exit code 1 and one line for each offence
+python3 tests/layers_test.py --lines   # prints the lines of each folder, and shares of houses
+"""
+
+import argparse
+import collections
+import pathlib
+import re
+import sys
+import tempfile
+import tomllib
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+LAYERS = pathlib.Path("config", "layers.toml")
+HOUSES = ("common", "voxelserver", "raytracer")  # a house includes itself and those before it
+INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+# Headers that open a connection to another machine, or name one.
+NETWORK = re.compile(r"(sys/socket|netinet/|arpa/|netdb|curl/|grpc|openssl/ssl|civetweb|avahi)")
+
+
+class Code:
+    """The sources of the three houses below a root: what each file includes of the others."""
+
+    def __init__(self, root):
+        self.root = root
+        self.files = {}
+        self.system = {}
+        for house in HOUSES:
+            for file in sorted((root / house).rglob("*")):
+                if file.suffix in (".hpp", ".cpp") and "node_modules" not in file.parts:
+                    self._take(file)
+
+    def _take(self, file):
+        name = file.relative_to(self.root).as_posix()
+        found = INCLUDE.findall(file.read_text(encoding="utf-8"))
+        self.files[name] = [own for own, _ in found if own.split("/")[0] in HOUSES]
+        self.system[name] = [system for _, system in found if system]
+
+    def folders(self):
+        return sorted({folder_of(name) for name in self.files})
+
+
+def folder_of(file):
+    return file.rpartition("/")[0]
+
+
+def wrong_includes(code, layers):
+    """One line for each include that is not allowed, and for each folder without a row."""
+    wrong = [
+        f"{folder}: {LAYERS} does not name it" for folder in code.folders() if folder not in layers
+    ]
+    for file, included in code.files.items():
+        own = folder_of(file)
+        allowed = layers.get(own, [])
+        names = ", ".join(allowed) or "nothing"
+        for name in included:
+            if folder_of(name) not in (own, *allowed):
+                wrong.append(f"{file}: includes {name}; {own} may include: {names}")
+    return wrong
+
+
+def wrong_rows(code, layers):
+    """What is wrong with the table: what nothing needs, arrows upwards, circles."""
+    needed = collections.defaultdict(set)
+    for file, included in code.files.items():
+        needed[folder_of(file)] |= {folder_of(name) for name in included} - {folder_of(file)}
+    wrong = [
+        f"{LAYERS}: {folder} is no folder with sources"
+        for folder in layers
+        if folder not in code.folders()
+    ]
+    for folder, allowed in layers.items():
+        for other in allowed:
+            if other not in needed[folder]:
+                wrong.append(f"{LAYERS}: {folder} includes nothing of {other}")
+            if HOUSES.index(other.split("/")[0]) > HOUSES.index(folder.split("/")[0]):
+                wrong.append(f"{LAYERS}: {folder} is below {other} and may not include it")
+    return wrong + [
+        f"{LAYERS}: a circle of folders: {' -> '.join(circle)}" for circle in circles(layers)
+    ]
+
+
+def circles(graph):
+    """The first circle on each way through a graph; a list that ends as it begins."""
+    found, done = [], set()
+
+    def walk(node, path):
+        if node in path:
+            found.append([*path[path.index(node) :], node])
+            return
+        if node in done:
+            return
+        for other in graph.get(node, []):
+            walk(other, [*path, node])
+        done.add(node)
+
+    for node in graph:
+        walk(node, [])
+    return found
+
+
+def circles_of_files(code):
+    return [f"a circle of includes: {' -> '.join(circle)}" for circle in circles(code.files)]
+
+
+def network_in_common(code):
+    return [
+        f"{file}: includes <{name}>; common/ knows no network"
+        for file, names in code.system.items()
+        if file.startswith("common/")
+        for name in names
+        if NETWORK.match(name)
+    ]
+
+
+def problems(root):
+    code = Code(root)
+    layers = tomllib.loads((root / LAYERS).read_text(encoding="utf-8"))
+    return [
+        *wrong_includes(code, layers),
+        *wrong_rows(code, layers),
+        *circles_of_files(code),
+        *network_in_common(code),
+    ]
+
+
+def print_lines(root):
+    lines = collections.Counter()
+    for name in Code(root).files:
+        lines[folder_of(name)] += len((root / name).read_text(encoding="utf-8").splitlines())
+    grabber = sum(
+        len(f.read_text(encoding="utf-8").splitlines())
+        for f in (root / "grabber" / "src").rglob("*.ts")
+    )
+    total = sum(lines.values()) + grabber
+    for house in HOUSES:
+        own = sum(count for folder, count in lines.items() if folder.split("/")[0] == house)
+        print(f"{house:42} {own:7} {own / total:6.1%}")
+        for folder in sorted(folder for folder in lines if folder.startswith(house + "/")):
+            print(f"  {folder:40} {lines[folder]:7}")
+    print(f"{'grabber':42} {grabber:7} {grabber / total:6.1%}")
+
+
+class Layers(unittest.TestCase):
+    def test_every_include_is_allowed(self):
+        self.assertEqual(problems(ROOT), [])
+
+
+class TheCheckItself(unittest.TestCase):
+    """Each rule, on a small tree that breaks it."""
+
+    def tree(self, files, layers):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        root = pathlib.Path(folder.name)
+        for name, text in {LAYERS.as_posix(): layers, **files}.items():
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            (root / name).write_text(text, encoding="utf-8")
+        return problems(root)
+
+    def test_offences_are_named(self):
+        a, b = "common/a/a.hpp", "voxelserver/b/b.hpp"
+        good = '"common/a" = []\n"voxelserver/b" = ["common/a"]\n'
+        cases = {
+            "nothing wrong": ({a: "", b: f'#include "{a}"\n'}, good, ""),
+            "an include that no row has": (
+                {a: "", b: f'#include "{a}"\n'},
+                '"common/a" = []\n"voxelserver/b" = []\n',
+                f"{b}: includes {a}",
+            ),
+            "a folder without a row": (
+                {a: "", b: ""},
+                '"common/a" = []\n',
+                "voxelserver/b: config/layers.toml does not name it",
+            ),
+            "a row without a folder": ({a: ""}, good, "voxelserver/b is no folder"),
+            "a word that nothing needs": ({a: "", b: ""}, good, "includes nothing of common/a"),
+            "upwards": (
+                {a: f'#include "{b}"\n', b: ""},
+                '"common/a" = ["voxelserver/b"]\n"voxelserver/b" = []\n',
+                "may not include it",
+            ),
+            "a circle of folders": (
+                {
+                    a: '#include "common/c/c.hpp"\n',
+                    "common/c/c.hpp": "",
+                    "common/c/d.hpp": f'#include "{a}"\n',
+                },
+                '"common/a" = ["common/c"]\n"common/c" = ["common/a"]\n',
+                "common/a -> common/c -> common/a",
+            ),
+            "a circle of files": (
+                {a: '#include "common/a/e.hpp"\n', "common/a/e.hpp": f'#include "{a}"\n'},
+                '"common/a" = []\n',
+                "a circle of includes",
+            ),
+            "network in common": (
+                {a: "#include <sys/socket.h>\n"},
+                '"common/a" = []\n',
+                "knows no network",
+            ),
+        }
+        for name, (files, layers, said) in cases.items():
+            with self.subTest(name):
+                found = "\n".join(self.tree(files, layers))
+                self.assertTrue(said in found if said else not found, found)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--lines", action="store_true")
+    wanted, rest = parser.parse_known_args()
+    if wanted.lines:
+        print_lines(ROOT)
+    else:
+        unittest.main(argv=[sys.argv[0], *rest])

@@ -1,0 +1,287 @@
+// The block manager before a world that likes to be asked for many boxes at once.
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "raytracer/blocks/block_manager.hpp"
+#include "raytracer/shade/view_maker.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/landscape.hpp"
+
+using namespace terravox;
+using terravox::test::ArrayWorld;
+using terravox::test::bytes_of;
+using terravox::test::landscape;
+using terravox::test::small_scene;
+
+namespace {
+
+constexpr std::size_t kPlenty = std::size_t{256} << 20;
+using Keys = std::vector<voxel::BoxKey>;
+
+/// The landscape, in batches. What is asked for is noted; each answer may be held back.
+class BatchWorld final : public voxel::World {
+public:
+    /// What a world does with a batch beside answering it well.
+    enum class Way { kGood, kBackwards, kForgets, kThrows, kTwice };
+    explicit BatchWorld(int batch, Way way = Way::kGood) : m_batch(batch), m_way(way) {}
+
+    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_inner->info(); }
+    [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
+        return m_inner->box(key);
+    }
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return m_inner->column(level, bx, bz);
+    }
+    [[nodiscard]] int preferred_batch() const noexcept override { return m_batch; }
+    void boxes(std::span<const voxel::BoxKey> keys, const voxel::TakeBox& take) override {
+        Keys order(keys.begin(), keys.end());
+        {
+            const std::lock_guard lock(m_mutex);
+            m_batches.push_back(order);
+        }
+        if (m_way == Way::kBackwards)
+            std::reverse(order.begin(), order.end());
+        if (m_way == Way::kForgets || m_way == Way::kThrows)
+            order.resize(order.size() / 2);
+        for (const voxel::BoxKey& key : order) {
+            wait_for_leave();
+            World::boxes(std::span(&key, 1), take);
+            if (m_way == Way::kTwice)
+                World::boxes(std::span(&key, 1), take);
+        }
+        if (m_way == Way::kThrows)
+            throw 42;
+    }
+
+    ArrayWorld& inner() noexcept { return *m_inner; }
+    [[nodiscard]] std::vector<Keys> batches() const {
+        const std::lock_guard lock(m_mutex);
+        return m_batches;
+    }
+    void hold() { allow(0); }
+    void release() { allow(-1); }
+    /// So many answers from now on; negative: any number.
+    void allow(int answers) {
+        const std::lock_guard lock(m_mutex);
+        m_leave = answers;
+        m_allowed.notify_all();
+    }
+
+private:
+    void wait_for_leave() {
+        std::unique_lock lock(m_mutex);
+        m_allowed.wait(lock, [&] { return m_leave != 0; });
+        if (m_leave > 0)
+            --m_leave;
+    }
+    std::unique_ptr<ArrayWorld> m_inner = landscape();
+    const int m_batch;
+    const Way m_way;
+    mutable std::mutex m_mutex;
+    std::condition_variable m_allowed;
+    std::vector<Keys> m_batches;
+    int m_leave = -1;
+};
+
+struct Ear final : BlockListener {
+    bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override { return ++count > 0; }
+    std::atomic<int> count{0};
+};
+
+template <class Condition>
+void until(const Condition& condition) {
+    while (!condition())
+        std::this_thread::yield();
+}
+
+Keys keys_of(const BatchWorld& world) {
+    Keys out;
+    const auto range = voxel::boxes_over(world.info().bounds, 0);
+    for (int bx = range.min.bx; bx < range.max.bx; ++bx)
+        for (int by = range.min.by; by < range.max.by; ++by)
+            for (int bz = range.min.bz; bz < range.max.bz; ++bz)
+                out.push_back({0, bx, by, bz});
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("what many wait for is asked for at once, in the order of the asking",
+          "[raytracer][world][batch]") {
+    BatchWorld world(8);
+    const Keys keys = keys_of(world);
+    REQUIRE(keys.size() > 20);
+    world.hold();
+    Ear ear;
+    BlockManager blocks(world, kPlenty, 1);
+    blocks.wait_for(keys[0], ear, 0);
+    until([&] { return world.batches().size() == 1; });
+    for (std::size_t i = 1; i < 20; ++i)
+        blocks.wait_for(keys[i], ear, i);
+    world.release();
+    until([&] { return ear.count == 20; });
+    CHECK(world.batches() == std::vector<Keys>{{keys[0]},
+                                               {keys.begin() + 1, keys.begin() + 9},
+                                               {keys.begin() + 9, keys.begin() + 17},
+                                               {keys.begin() + 17, keys.begin() + 20}});
+    blocks.forget(ear);
+}
+
+TEST_CASE("a box of a batch is there as soon as it has come", "[raytracer][world][batch]") {
+    BatchWorld world(8);
+    const Keys keys = keys_of(world);
+    world.hold();
+    Ear ear;
+    BlockManager blocks(world, kPlenty, 1);
+    blocks.prefetch(keys);
+    until([&] { return world.batches().size() == 1; });
+    CHECK(world.batches()[0] == Keys(keys.begin(), keys.begin() + 8));
+    blocks.wait_for(keys[1], ear, 1);  // it is on its way
+    world.allow(2);
+    until([&] { return ear.count == 1; });
+    CHECK(blocks.find(keys[0]) != nullptr);
+    CHECK(blocks.find(keys[2]) == nullptr);
+    CHECK(world.batches().size() == 1);
+    world.release();
+    until([&] { return blocks.stats().entries == keys.size(); });
+    blocks.forget(ear);
+}
+
+TEST_CASE("a world that asks for nothing better is asked box by box", "[raytracer][world][batch]") {
+    BatchWorld world(1);
+    const Keys keys = keys_of(world);
+    BlockManager blocks(world, kPlenty, 3);
+    blocks.prefetch(keys);
+    until([&] { return blocks.stats().entries == keys.size(); });
+    const auto batches = world.batches();
+    CHECK(batches.size() == keys.size());
+    CHECK(std::all_of(batches.begin(), batches.end(), [](const Keys& b) { return b.size() == 1; }));
+}
+
+TEST_CASE("boxes that are only foreseen leave loaders for those that somebody waits for",
+          "[raytracer][world][batch]") {
+    BatchWorld world(2);
+    const Keys keys = keys_of(world);
+    world.hold();
+    Ear ear;
+    BlockManager blocks(world, kPlenty, 4);
+    blocks.prefetch(keys);
+    until([&] { return world.batches().size() == 3; });
+    blocks.wait_for(keys.back(), ear, 0);
+    until([&] { return world.batches().size() == 4; });
+    CHECK(world.batches().back() == Keys{keys.back()});
+    world.release();
+    until([&] { return ear.count == 1 && blocks.stats().entries == keys.size(); });
+    blocks.forget(ear);
+}
+
+TEST_CASE("what is queued is shared among the loaders that have nothing to do",
+          "[raytracer][world][batch]") {
+    BatchWorld world(32);
+    const Keys keys = keys_of(world);
+    world.hold();
+    BlockManager blocks(world, kPlenty, 4);
+    blocks.prefetch({keys.begin(), keys.begin() + 12});
+    until([&] {
+        return world.batches().size() == 3;
+    });  // the fourth is kept for boxes that somebody waits for
+    for (const Keys& batch : world.batches())
+        CHECK(batch.size() == 3);
+    world.release();
+    until([&] { return blocks.stats().entries == 12; });
+    std::size_t asked = 0;
+    for (const Keys& batch : world.batches())
+        asked += batch.size();
+    CHECK(asked == 12);
+}
+
+TEST_CASE("a batch is no larger than the memory that is left", "[raytracer][world][batch]") {
+    const std::size_t limit_bytes =
+        GENERATE(std::size_t{1}, std::size_t{40'000}, std::size_t{400'000});
+    INFO(limit_bytes);
+    BatchWorld world(1000);
+    const Keys keys = keys_of(world);
+    BlockManager blocks(world, limit_bytes, 2);
+    blocks.prefetch(keys);
+    for (int round = 0; round < 2; ++round)
+        for (const auto& key : keys)
+            CHECK_FALSE(blocks.get(key)->hole);
+    std::size_t largest = 0;
+    for (const Keys& batch : world.batches())
+        largest = std::max(largest, batch.size());
+    CHECK(largest < keys.size());
+    constexpr std::size_t kFew = 150'000;  // what is looked at stays, even where nothing fits
+    CHECK(blocks.stats().peak_bytes <= limit_bytes + std::max(limit_bytes / 4, kFew));
+}
+
+TEST_CASE("boxes that a world fails over, forgets or gives twice hold up no others",
+          "[raytracer][world][batch]") {
+    struct Case {
+        const char* name;
+        BatchWorld::Way way;
+    };
+    const auto c = GENERATE(values<Case>({{"good", BatchWorld::Way::kGood},
+                                          {"backwards", BatchWorld::Way::kBackwards},
+                                          {"forgets half", BatchWorld::Way::kForgets},
+                                          {"ends with an error", BatchWorld::Way::kThrows},
+                                          {"twice", BatchWorld::Way::kTwice}}));
+    DYNAMIC_SECTION(c.name) {
+        BatchWorld world(8, c.way);
+        const Keys keys = keys_of(world);
+        world.inner().make_hole(keys[3]);
+        world.inner().make_hole(keys[4], [] { throw 42; });
+        Ear ear;
+        BlockManager blocks(world, kPlenty, 2);
+        for (const auto& key : keys)
+            blocks.wait_for(key, ear, 0);
+        until([&] { return ear.count == static_cast<int>(keys.size()); });
+        const bool lossy = c.way == BatchWorld::Way::kForgets || c.way == BatchWorld::Way::kThrows;
+        CHECK((lossy ? blocks.hole_count() > 2 : blocks.hole_count() == 2));
+        CHECK(blocks.get(keys[3])->hole);
+        CHECK(blocks.get(keys[4])->hole);
+        std::uint64_t loaded = 0;
+        for (const auto& level : blocks.stats().levels)
+            loaded += level.loaded;
+        CHECK(loaded == keys.size());
+        blocks.forget(ear);
+    }
+}
+
+TEST_CASE(
+    "a picture is the same whether boxes come alone or in batches, in any order, with any memory",
+    "[raytracer][world][batch][deterministic]") {
+    const auto picture = [](voxel::World& world, std::size_t memory_bytes, int loaders) {
+        Scene scene = small_scene();
+        // With a byte of memory nearly each ray loads its boxes again.
+        scene.output.size_px = {49, 27};
+        BlockManager blocks(world, memory_bytes, loaders);
+        const View view = make_view(scene, blocks);
+        foresee_boxes(view, blocks);
+        Film film(scene.output.size_px[0], scene.output.size_px[1]);
+        ThreadProcessor processor(view, blocks, 2);
+        (void)render_film({view, processor, true, nullptr}, film);
+        return bytes_of(film);
+    };
+    const auto plain = landscape();
+    const std::string reference = picture(*plain, kPlenty, 1);
+    struct Case {
+        const char* name;
+        int batch;
+        BatchWorld::Way way;
+        std::size_t memory_bytes;
+        int loaders;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"32, one loader", 32, BatchWorld::Way::kGood, kPlenty, 1},
+        {"5, backwards", 5, BatchWorld::Way::kBackwards, kPlenty, 8},
+        {"32, a byte of memory", 32, BatchWorld::Way::kGood, 1, 8},
+        {"7, little memory, backwards", 7, BatchWorld::Way::kBackwards, 100'000, 3},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        BatchWorld world(c.batch, c.way);
+        CHECK((picture(world, c.memory_bytes, c.loaders) == reference));
+    }
+}

@@ -1,0 +1,288 @@
+#include "raytracer/blocks/block_manager.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <thread>
+
+#include "raytracer/render/boxes_in_sight.hpp"
+#include "tests/catch.hpp"
+#include "tests/eventually.hpp"
+#include "tests/raytracer/landscape.hpp"
+
+using namespace terravox;
+using terravox::test::ArrayWorld;
+using terravox::test::landscape;
+
+namespace {
+
+constexpr std::size_t kPlenty = std::size_t{256} << 20;
+
+std::vector<voxel::BoxKey> all_keys(const ArrayWorld& world) {
+    const auto range = voxel::boxes_over(world.info().bounds, 0);
+    std::vector<voxel::BoxKey> out;
+    for (int bx = range.min.bx; bx < range.max.bx; ++bx)
+        for (int by = range.min.by; by < range.max.by; ++by)
+            for (int bz = range.min.bz; bz < range.max.bz; ++bz)
+                out.push_back({0, bx, by, bz});
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a box that cannot be had is a hole, counted once; the others are there",
+          "[raytracer][world]") {
+    const auto world = landscape();
+    world->make_hole({0, 0, 0, -1});
+    BlockManager blocks(*world, kPlenty);
+    const auto range = voxel::boxes_over(world->level_bounds(), 0);
+    int holes = 0, boxes = 0;
+    for (int round = 0; round < 3; ++round)
+        for (int bx = range.min.bx; bx < range.max.bx; ++bx)
+            for (int by = range.min.by; by < range.max.by; ++by)
+                for (int bz = range.min.bz; bz < range.max.bz; ++bz) {
+                    const BlockPin block = blocks.get({0, bx, by, bz});
+                    CHECK(block->hole == (bx == 0 && by == 0 && bz == -1));
+                    CHECK_FALSE((block->hole && block->box));
+                    holes += block->hole ? 1 : 0, boxes += block->box ? 1 : 0;
+                }
+    CHECK(blocks.hole_count() == 1);
+    CHECK(holes == 3);
+    CHECK(boxes > 30);
+}
+
+TEST_CASE("a world that has changed is told to whoever asks whether it has", "[raytracer][world]") {
+    const auto world = landscape();
+    world->make_hole({0, 0, 0, -1});
+    world->make_hole({0, 0, 0, 0}, [] { throw voxel::ChangedError("another one"); });
+    BlockManager blocks(*world, kPlenty);
+    CHECK_FALSE(blocks.get({0, 1, 0, 0})->hole);
+    CHECK(blocks.get({0, 0, 0, -1})->hole);
+    CHECK_NOTHROW(blocks.check_world());
+    CHECK(blocks.get({0, 0, 0, 0})->hole);
+    CHECK(blocks.is_hole({0, 0, 0, 0}));
+    CHECK_THROWS_WITH(blocks.check_world(), "another one");
+    blocks.forget_holes();
+    CHECK_THROWS_AS(blocks.check_world(), voxel::ChangedError);
+}
+
+TEST_CASE("holes that are forgotten are asked for again, and no sooner", "[raytracer][world]") {
+    const std::size_t memory_bytes = GENERATE(kPlenty, std::size_t{1});
+    const voxel::BoxKey broken{0, 0, 0, -1}, other{0, 0, 0, 0};
+    const auto world = landscape();
+    world->make_hole(broken);
+    BlockManager blocks(*world, memory_bytes);
+    CHECK(blocks.get(broken)->hole);
+    CHECK_FALSE(blocks.get(other)->hole);
+    world->mend_hole(broken);
+    CHECK(blocks.get(broken)->hole);
+    const BlockPin pinned = blocks.find(broken);
+    blocks.forget_holes();
+    CHECK(blocks.hole_count() == 0);
+    const BlockPin block = blocks.get(broken);
+    CHECK_FALSE(block->hole);
+    CHECK(block->box);
+    if (pinned)
+        CHECK(pinned->hole);  // who held it keeps what it had
+    CHECK(blocks.get(other)->box);
+    CHECK(blocks.stats().bytes <= std::max<std::size_t>(memory_bytes, 64 << 20));
+    blocks.forget_holes();
+    CHECK(blocks.get(broken)->box);
+}
+
+TEST_CASE(
+    "a box that was asked for before holes were forgotten, and is a hole by that, is asked for "
+    "again",
+    "[raytracer][world]") {
+    const voxel::BoxKey late{0, 0, 0, -1};
+    const auto world = landscape();
+    std::atomic<bool> is_asked{false}, may_answer{false};
+    world->make_hole(late, [&] {
+        if (is_asked.exchange(true))
+            return;  // by now it can be had
+        while (!may_answer)
+            std::this_thread::yield();
+        throw std::runtime_error("the disk was gone");
+    });
+    BlockManager blocks(*world, kPlenty);
+    BlockPin got;
+    std::thread waiting([&] { got = blocks.get(late); });
+    CHECK(test::eventually([&] { return is_asked.load(); }));
+    blocks.forget_holes();
+    may_answer = true;
+    waiting.join();
+    CHECK_FALSE(got->hole);
+    CHECK(got->box);
+    CHECK(blocks.hole_count() == 0);
+    CHECK(world->asked() == 2);
+}
+
+TEST_CASE("holes are counted once, however often and by however many threads they are met",
+          "[raytracer][world]") {
+    const auto world = landscape();
+    world->make_hole({0, 0, 0, 0});
+    world->make_hole({0, -1, 0, 0});
+    BlockManager blocks(*world, 1);  // nothing fits: every meeting asks the world again
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&] {
+            for (int i = 0; i < 50; ++i)
+                (void)blocks.get({0, -(i % 2), 0, 0});
+        });
+    for (auto& t : threads)
+        t.join();
+    CHECK(blocks.hole_count() == 2);
+    CHECK(world->asked() >= 2);
+}
+
+TEST_CASE("foreseen boxes are made once, so that a walk asks the world for nothing",
+          "[raytracer][world]") {
+    const auto world = landscape();
+    BlockManager blocks(*world, kPlenty);
+    const auto keys = all_keys(*world);
+    blocks.prefetch(keys);
+    while (blocks.stats().entries < keys.size())
+        std::this_thread::yield();
+    CHECK(world->asked() == static_cast<int>(keys.size()));
+    for (const auto& key : keys)
+        CHECK(blocks.find(key) != nullptr);
+    CHECK(world->asked() == static_cast<int>(keys.size()));
+}
+
+TEST_CASE("foreseen boxes leave a quarter of the memory free", "[raytracer][world]") {
+    const auto world = landscape();
+    constexpr std::size_t kLittle = 40'000;
+    BlockManager blocks(*world, kLittle, 1);
+    const auto keys = all_keys(*world);
+    blocks.prefetch(keys);
+    while (blocks.stats().bytes < kLittle / 4 * 3)
+        std::this_thread::yield();
+    // For boxes that should not come: there is no event for what does not happen. A loader that
+    // goes on has all of them in less, and one that does not passes however long this takes.
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    CHECK(world->asked() < static_cast<int>(keys.size()));
+    CHECK(blocks.stats().peak_bytes <= kLittle);
+}
+
+TEST_CASE("who waits for a box is told once, also when it is there already", "[raytracer][world]") {
+    struct Ear final : BlockListener {
+        bool block_came(const voxel::BoxKey& key, std::uint64_t ticket) noexcept override {
+            heard[key].push_back(ticket), ++count;
+            return true;
+        }
+        std::map<voxel::BoxKey, std::vector<std::uint64_t>> heard;  // the manager's lock guards it
+        std::atomic<int> count{0};
+    };
+    const auto world = landscape();
+    world->make_hole({0, -1, 0, 0});
+    Ear ear;
+    BlockManager blocks(*world, kPlenty);
+    for (std::uint64_t i = 0; i < 3; ++i)
+        blocks.wait_for({0, 0, 0, 0}, ear, i);
+    blocks.wait_for({0, -1, 0, 0}, ear, 7);  // a hole has come, too
+    while (ear.count < 4)
+        std::this_thread::yield();
+    CHECK(blocks.find({0, 0, 0, 0}) != nullptr);
+    CHECK(blocks.find({0, -1, 0, 0})->hole);
+    blocks.wait_for({0, 0, 0, 0}, ear, 9);
+    CHECK(ear.count == 5);
+    CHECK(ear.heard[{0, 0, 0, 0}] == std::vector<std::uint64_t>{0, 1, 2, 9});
+    CHECK(ear.heard[{0, -1, 0, 0}] == std::vector<std::uint64_t>{7});
+    CHECK(world->asked() == 2);
+    blocks.forget(ear);
+}
+
+TEST_CASE("boxes that came for somebody who will not look hold up nobody else",
+          "[raytracer][world]") {
+    struct Ear final : BlockListener {
+        explicit Ear(bool looks) : will_look(looks) {}
+        bool block_came(const voxel::BoxKey&, std::uint64_t) noexcept override {
+            ++count;
+            return will_look;
+        }
+        const bool will_look;
+        std::atomic<int> count{0};
+    };
+    const auto world = landscape();
+    const bool will_look = GENERATE(true, false);
+    Ear ear(will_look);
+    BlockManager blocks(*world, 1);  // a single box that nobody has looked at is too much
+    blocks.wait_for({0, 0, 0, 0}, ear, 3);
+    while (ear.count < 1)
+        std::this_thread::yield();
+    blocks.wait_for({0, -1, 0, 0}, ear, 4);
+    if (will_look) {
+        // For a second box that should not come: there is no event for what does not happen.
+        // Loaders that do not wait load it in less, and those that do wait until it is forgotten
+        // below, however long this takes.
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        CHECK(ear.count == 1);
+    } else {
+        CHECK(test::eventually([&] { return ear.count == 2; }));
+    }
+    blocks.forget(ear, 5);  // of nothing; but it may have been its box
+    CHECK(test::eventually([&] { return ear.count == 2; }));
+    blocks.wait_for({0, -1, 0, -1}, ear, 6);
+    blocks.wait_for({0, 0, 0, -1}, ear, 7);
+    blocks.forget(ear, 6);
+    CHECK(test::eventually([&] { return ear.count >= 3; }));
+    blocks.forget(ear);
+}
+
+TEST_CASE("a pinned box is not evicted, whatever comes", "[raytracer][world]") {
+    const auto world = landscape();
+    BlockManager blocks(*world, 1);
+    const BlockPin pinned = blocks.get({0, 0, 0, 0});
+    REQUIRE(pinned->box);
+    for (const auto& key : all_keys(*world))
+        (void)blocks.get(key);
+    const int asked = world->asked();
+    CHECK(blocks.find({0, 0, 0, 0}) == pinned);
+    CHECK(world->asked() == asked);
+    std::uint64_t evicted = blocks.stats().levels[0].evicted;
+    CHECK(evicted > 20);
+    CHECK(blocks.stats().levels[0].loaded == evicted + blocks.stats().entries);
+}
+
+TEST_CASE("what is in sight of a world of any size is found from coarse to fine",
+          "[raytracer][world]") {
+    const Camera camera({0, 50, 0}, {100, 40, -80}, 60, 320, 200);
+    for (const std::int32_t half : {300, 100'000'000}) {
+        const LevelCut cut({{-half, 0, -half}, {half, 200, half}}, 0);
+        const auto keys = boxes_in_sight(camera, 320, 200, cut, 500);
+        CHECK(keys.size() == (half == 300 ? keys.size() : std::size_t{500}));
+        REQUIRE(keys.size() > 10);
+        CHECK(keys.front().level == 0);
+        CHECK(std::abs(keys.front().bx) <= 1);
+        CHECK(std::abs(keys.front().bz) <= 1);
+        auto sorted = keys;
+        std::sort(sorted.begin(), sorted.end());
+        CHECK(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end());
+    }
+}
+
+TEST_CASE("the limit holds while boxes come and go", "[raytracer][world]") {
+    const auto world = landscape();
+    const auto keys = all_keys(*world);
+    constexpr std::size_t kLimit = 150'000;
+    BlockManager blocks(*world, kLimit);
+    for (int round = 0; round < 3; ++round)
+        for (const auto& key : keys)
+            (void)blocks.get(key);
+    CHECK(blocks.stats().levels[0].reloaded > 0);
+    CHECK(blocks.stats().peak_bytes <= kLimit + kLimit / 20);
+    CHECK(blocks.stats().bytes > kLimit / 2);
+}
+
+TEST_CASE("the hash of box keys tells levels and neighbours apart", "[raytracer][world]") {
+    std::vector<std::size_t> hashes;
+    const voxel::BoxKeyHash hash;
+    for (int level = 0; level < 8; ++level)
+        for (int bx = -6; bx < 6; ++bx)
+            for (int by = -2; by < 3; ++by)
+                for (int bz = -6; bz < 6; ++bz)
+                    hashes.push_back(hash({level, bx, by, bz}));
+    std::sort(hashes.begin(), hashes.end());
+    CHECK(std::adjacent_find(hashes.begin(), hashes.end()) == hashes.end());
+}

@@ -1,0 +1,96 @@
+#include "raytracer/farm/checkpoint/input_names.hpp"
+
+#include <fstream>
+#include <functional>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+void write(const fs::path& file, const std::string& text) {
+    fs::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << text;
+}
+
+/// A survey of two files in a folder, one of them larger than what is looked into.
+void make_survey(const fs::path& folder) {
+    write(folder / "a.laz", std::string(100'000, 'a'));
+    write(folder / "deeper" / "b.laz", "b");
+    write(folder / "empty.laz", "");
+}
+
+std::string name_of(const fs::path& input) {
+    return name_inputs({input.string()}, {}, {}).front();
+}
+
+}  // namespace
+
+TEST_CASE("inputs are named by what is in them, not by where they lie",
+          "[raytracer][checkpoint][inputs]") {
+    const TemporaryFolder here, there;
+    make_survey(here.path() / "survey"), make_survey(there.path() / "survey");
+    const std::string name = name_of(here.path() / "survey");
+    CHECK_THAT(name, contains("survey: 3 files, 100001 bytes, "));
+    CHECK(name_of(there.path() / "survey") == name);
+    CHECK(name_of((there.path() / "survey").string() + "/") == name);
+    fs::last_write_time(there.path() / "survey" / "a.laz",
+                        fs::file_time_type::clock::now() - std::chrono::hours(9));
+    write(there.path() / "survey" / ".hidden" / "x", "x"),
+        write(there.path() / "survey" / "session.lock", "x"),
+        write(there.path() / "survey" / "store.gpkg-wal", "x");
+    CHECK(name_of(there.path() / "survey") == name);
+}
+
+TEST_CASE("inputs that changed have another name", "[raytracer][checkpoint][inputs]") {
+    struct Case {
+        const char* name;
+        std::function<void(const fs::path&)> change;
+    };
+    const std::vector<Case> cases = {
+        {"first byte",
+         [](const fs::path& f) { write(f / "a.laz", "x" + std::string(99'999, 'a')); }},
+        {"last byte",
+         [](const fs::path& f) { write(f / "a.laz", std::string(99'999, 'a') + "x"); }},
+        {"longer", [](const fs::path& f) { write(f / "a.laz", std::string(100'001, 'a')); }},
+        {"another name", [](const fs::path& f) { fs::rename(f / "a.laz", f / "c.laz"); }},
+        {"elsewhere", [](const fs::path& f) { fs::rename(f / "deeper" / "b.laz", f / "b.laz"); }},
+        {"one more", [](const fs::path& f) { write(f / "c.laz", ""); }},
+        {"one less", [](const fs::path& f) { fs::remove(f / "empty.laz"); }},
+    };
+    for (const Case& c : cases) {
+        INFO(c.name);
+        const TemporaryFolder folder;
+        make_survey(folder.path() / "survey");
+        const std::string before = name_of(folder.path() / "survey");
+        c.change(folder.path() / "survey");
+        CHECK(name_of(folder.path() / "survey") != before);
+    }
+}
+
+TEST_CASE("all that shapes a picture is named, in order", "[raytracer][checkpoint][inputs]") {
+    const TemporaryFolder folder;
+    write(folder.path() / "photo.tif", "photo");
+    const auto names =
+        name_inputs({"generated:7", "http://127.0.0.1:8080"}, {folder.path() / "photo.tif"}, {});
+    REQUIRE(names.size() == 4);
+    CHECK(names[0] == "generated:7");
+    CHECK(names[1] == "http://127.0.0.1:8080");
+    CHECK_THAT(names[2], contains("orthophoto photo.tif: 1 file, 5 bytes, "));
+    CHECK_THAT(names[3], contains("configuration: "));
+    Scene clay;
+    clay.quality.materials = "clay";
+    CHECK(name_inputs({}, {}, clay) != name_inputs({}, {}, {}));
+    Scene own;
+    own.world.settings = (folder.path() / "own.toml").string();
+    write(own.world.settings, "# 1");
+    const auto before = name_inputs({}, {}, own);
+    CHECK(before == name_inputs({}, {}, own));
+    write(own.world.settings, "# 2");
+    CHECK(before != name_inputs({}, {}, own));
+}

@@ -1,0 +1,302 @@
+#include "raytracer/farm/coordinator/farm.hpp"
+
+#include <atomic>
+#include <random>
+#include <set>
+
+#include "raytracer/farm/wire/parcel.hpp"
+#include "raytracer/shade/view_maker.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+std::string local_picture(bool layers) {
+    Job job(farm_scene(layers));
+    return bytes_of(render(job, 2));
+}
+
+}  // namespace
+
+TEST_CASE(
+    "workers make the picture that threads make, with and without layers, alone and together with "
+    "threads",
+    "[raytracer][farm]") {
+    for (const bool layers : {false, true}) {
+        const std::string wanted = local_picture(layers);
+        for (const int workers : {1, 3})
+            for (const int threads : {0, 1}) {
+                INFO(workers << " workers, " << threads << " threads"
+                             << (layers ? ", layers" : ""));
+                Job job(farm_scene(layers));
+                FarmBench bench(job);
+                for (int i = 0; i < workers; ++i)
+                    bench.add_worker(1 + i % 2);
+                if (threads > 0)
+                    bench.add_threads(threads);
+                Film film = empty_film(job);
+                const RenderCounts counts = bench.render(film);
+                CHECK(bytes_of(film) == wanted);
+                CHECK(counts.missing == 0);
+                CHECK(bench.expelled().empty());
+                if (threads == 0)
+                    CHECK(bench.pool().counts().checked >=
+                          1);  // a worker's first tile always is; beside threads it may get none
+            }
+    }
+}
+
+TEST_CASE(
+    "several pictures through the same links are right: the worker keeps world and boxes, not the "
+    "view",
+    "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench first(job);
+    first.add_worker();
+    Film film = empty_film(job);
+    (void)first.render(film);
+    CHECK(bytes_of(film) == local_picture(false));
+    Scene other = farm_scene();
+    other.sun.altitude_deg = 55, other.camera.azimuth_deg = 20;
+    Job wanted(other);
+    const std::string right = bytes_of(render(wanted, 1));
+    const View view = make_view(other, job.blocks);
+    first.farm().end();
+    {
+        PoolSettings settings = pool_settings(job);
+        settings.make_checker = [&] {
+            return std::make_shared<ThreadProcessor>(view, job.blocks, 1);
+        };
+        ProcessorPool pool(std::move(settings));
+        first.farm().begin(pool, other, view);
+        Film again = empty_film(job);
+        (void)render_film({view, pool, true, nullptr}, again);
+        CHECK(bytes_of(again) == right);
+        first.farm().end();
+    }
+}
+
+TEST_CASE(
+    "workers meet the coordinator's holes, are checked there as elsewhere, and forget what has "
+    "come back",
+    "[raytracer][farm]") {
+    const voxel::BoxKey hole{0, 0, 0, 0};
+    const auto damaged = [&] {
+        auto world = landscape();
+        world->make_hole(hole);
+        return world;
+    };
+    constexpr std::size_t kMemory_bytes = std::size_t{256} << 20;
+    Job alone(farm_scene(), kMemory_bytes, damaged()), job(farm_scene(), kMemory_bytes, damaged());
+    FarmBench bench(job, std::nullopt, 1);  // each band is checked
+    bench.add_worker();
+    Film film = empty_film(job);
+    const RenderCounts counts = bench.render(film);
+    CHECK((bytes_of(film) == bytes_of(render(alone, 2))));
+    CHECK(counts.holes == std::set<voxel::BoxKey>{hole});
+    CHECK(bench.pool().counts().checked >= 28);
+    CHECK(bench.expelled().empty());
+    bench.farm().end();
+    job.world->mend_hole(hole);
+    job.blocks.forget_holes();
+    {
+        std::atomic<bool> expelled{false};
+        PoolSettings settings = pool_settings(job);
+        settings.check_every = 1;
+        settings.gone = [&](ProcessorPool::MemberId, const std::string&, bool is_expelled) {
+            expelled = expelled || is_expelled;
+        };
+        ProcessorPool pool(std::move(settings));
+        bench.farm().begin(pool, job.view.scene, job.view);
+        Film whole = empty_film(job);
+        CHECK(render_film({job.view, pool, true, nullptr}, whole).holes.empty());
+        CHECK((bytes_of(whole) == local_picture(false)));
+        CHECK_FALSE(expelled);
+        bench.farm().end();
+    }
+}
+
+TEST_CASE("workers that die, leave and come at any time change no pixel", "[raytracer][farm]") {
+    static const std::string wanted = local_picture(false);
+    const auto seed = GENERATE(range(1u, 9u));
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    Job job(farm_scene());
+    FarmBench bench(job);
+    for (int i = 0; i < 3; ++i)
+        bench.add_worker();
+    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
+    for (const RenderTile& t : tiles)
+        bench.pool().submit(t);
+    Film film = empty_film(job);
+    std::set<std::uint32_t> done;
+    while (done.size() < tiles.size()) {
+        // Those that were killed may all be gone only now.
+        while (!bench.pool().wait(std::chrono::milliseconds(100)))
+            if (bench.farm().workers() == 0)
+                bench.add_worker();
+        const auto result = bench.pool().take();
+        REQUIRE(result);
+        film.add(*result);
+        CHECK(done.insert(result->tile.index).second);
+        switch (any(6)) {
+            case 0: bench.kill(static_cast<std::size_t>(any(3))); break;
+            case 1: bench.add_worker(); break;
+            case 2: bench.daemon(static_cast<std::size_t>(any(3))).stop(); break;
+            default: break;
+        }
+    }
+    CHECK(bytes_of(film) == wanted);
+    CHECK(bench.expelled().empty());
+}
+
+TEST_CASE(
+    "when nobody is left the picture waits, and ends with what there is after the time to give up",
+    "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job, std::chrono::milliseconds(300));
+    Film film = empty_film(job);
+    const RenderCounts counts = bench.render(film);
+    CHECK(counts.missing == 28);
+    CHECK(counts.tiles == 0);
+}
+
+namespace {
+
+/// What `terravox farm` does: a question to a coordinator or a worker. @return what came of it
+farm::Frame asked(net::Link& link, const farm::Frame& question) {
+    OwnHello own;
+    own.role = farm::OBSERVER;
+    (void)meet(link, make_hello(own), {farm::WORKER, farm::COORDINATOR});
+    CHECK(link.send(question));
+    auto frame = link.receive();
+    REQUIRE(frame);
+    return std::move(*frame);
+}
+
+farm::Frame pause_frame(bool on, const std::string& worker = {}) {
+    farm::Frame out;
+    out.mutable_pause()->set_on(on);
+    out.mutable_pause()->set_worker(worker);
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("a worker that is paused gets nothing, and goes on when it may", "[raytracer][farm]") {
+    Job job(farm_scene());
+    FarmBench bench(job);
+    bench.add_worker();
+    while (bench.farm().status().empty() || bench.farm().status().front().member == 0)
+        std::this_thread::yield();
+    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
+    const auto state = [&] { return std::string(bench.pool().status().front().state); };
+    SECTION("by its coordinator") {
+        CHECK(asked(*bench.plug(), pause_frame(true, "nobody")).refusal().reason() ==
+              "no such worker: 'nobody'");
+        CHECK(asked(*bench.plug(), pause_frame(true, "worker 0")).has_status());
+        CHECK(state() == "paused");
+        for (const RenderTile& t : tiles)
+            bench.pool().submit(t);
+        CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
+        CHECK(asked(*bench.plug(), pause_frame(false)).has_status());
+    }
+    SECTION("by itself") {
+        const auto ask_worker = [&](bool on) {
+            auto [mine, theirs] = net::link_pair();
+            std::thread serving([&, end = std::move(theirs)]() mutable {
+                (void)bench.daemon(0).serve(std::move(end), false);
+            });
+            CHECK(asked(*mine, pause_frame(on)).has_status());
+            mine->abort();
+            serving.join();
+        };
+        ask_worker(true);
+        while (state() != "paused")
+            std::this_thread::yield();
+        for (const RenderTile& t : tiles)
+            bench.pool().submit(t);
+        CHECK_FALSE(bench.pool().wait(std::chrono::milliseconds(100)));
+        ask_worker(false);
+    }
+    for (std::size_t done = 0; done < tiles.size(); ++done)
+        REQUIRE(bench.pool().take());
+}
+
+TEST_CASE("tiles that are not needed any more are left in the middle", "[raytracer][farm]") {
+    // A worker whose boxes never come: what it has begun does not end by itself.
+    Job job(farm_scene());
+    auto [mine, theirs] = net::link_pair();
+    WorkerDaemon daemon({});
+    std::thread serving(
+        [&, end = std::move(theirs)]() mutable { (void)daemon.serve(std::move(end), false); });
+    OwnHello own;
+    own.role = farm::COORDINATOR;
+    (void)meet(*mine, make_hello(own), {farm::WORKER});
+    farm::Frame picture;
+    const Parcel parcel = pack(job.view.scene, job.blocks.world_info());
+    const std::vector<std::string> texts{parcel.scene, parcel.materials, parcel.world};
+    picture.mutable_picture()->set_id(1);
+    picture.mutable_picture()->set_scene(state_hash(texts[0]));
+    picture.mutable_picture()->set_materials(state_hash(texts[1]));
+    picture.mutable_picture()->set_world(state_hash(texts[2]));
+    picture.mutable_picture()->set_asked(true);
+    CHECK(mine->send(picture));
+    for (const std::string& text : texts) {
+        farm::Frame state;
+        state.mutable_state()->set_hash(state_hash(text));
+        state.mutable_state()->set_content(text);
+        CHECK(mine->send(state));
+    }
+    farm::Frame task;
+    task.mutable_task()->set_picture(1);
+    *task.mutable_task()->add_tiles() =
+        to_frame(plan_tiles(97, 53, 1, 16, TileOrder::kSpiral).front().front(), 77);
+    CHECK(mine->send(task));
+    const auto until = [&](const auto& condition) {
+        while (auto frame = mine->receive()) {
+            if (condition(*frame))
+                return true;
+            CHECK_FALSE(frame->has_done());
+        }
+        return false;
+    };
+    CHECK(until([](const farm::Frame& f) { return f.has_need_box(); }));
+    CHECK(until([](const farm::Frame& f) { return f.heartbeat().begun() == 1; }));
+    farm::Frame stop;
+    stop.mutable_stop()->set_picture(1);
+    stop.mutable_stop()->add_ids(77);
+    CHECK(mine->send(stop));
+    CHECK(until(
+        [](const farm::Frame& f) { return f.has_heartbeat() && f.heartbeat().begun() == 0; }));
+    mine->abort();
+    serving.join();
+}
+
+TEST_CASE("an asker for boxes whose link is slow holds nobody else up, and gets them when it can",
+          "[raytracer][farm]") {
+    Job job(farm_scene());
+    BoxSupplier supplier(job.blocks, 7, std::size_t{1} << 20, 1);
+    std::atomic<std::uint64_t> queued{std::uint64_t{20} << 20};
+    std::atomic<int> slow{0}, quick{0};
+    farm::BoxRequest request;
+    request.set_world_id(7);
+    for (int i = 0; i < 5; ++i)
+        to_frame(voxel::BoxKey{0, i - 2, 0, 0}, *request.add_keys());
+    CHECK(supplier.ask(1, request,
+                       {[&](farm::Frame) { return ++slow > 0; }, [&] { return queued.load(); }}));
+    CHECK(supplier.ask(2, request, {[&](farm::Frame) { return ++quick > 0; }}));
+    while (quick < 5)
+        std::this_thread::yield();
+    CHECK(slow == 0);
+    queued = 0;
+    while (slow < 5)
+        std::this_thread::yield();
+    supplier.forget(1);
+    supplier.forget(2);
+    CHECK(quick == 5);
+}

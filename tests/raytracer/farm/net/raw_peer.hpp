@@ -1,0 +1,53 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <chrono>
+#include <span>
+#include <string>
+
+#include "raytracer/farm/net/farm_port.hpp"
+#include "tests/raytracer/farm/net/farm.hpp"
+#include "voxelserver/sockets/socket.hpp"
+
+namespace terravox::test {
+
+/// A connection that says what it likes.
+class RawPeer {
+public:
+    explicit RawPeer(const net::Address& address)
+        : m_socket(net::connect_to(net::resolve(address, false).front(),
+                                   std::chrono::steady_clock::now() + kLong)) {}
+    explicit RawPeer(net::Socket socket) : m_socket(std::move(socket)) {}
+    /// @return false: the other end has closed
+    bool say(std::span<const std::byte> bytes) {
+        try {
+            net::write_all(m_socket.fd(), bytes.data(), bytes.size(),
+                           std::chrono::steady_clock::now() + kLong);
+            return true;
+        } catch (const Error&) {
+            return false;
+        }
+    }
+    bool say(const std::string& text) { return say(std::as_bytes(std::span(text))); }
+    /// All bytes until the other end closes.
+    std::string hear_all() {
+        std::string out;
+        const auto deadline = std::chrono::steady_clock::now() + kLong;
+        for (char c = 0;;) {
+            try {
+                net::read_exactly(m_socket.fd(), &c, 1, deadline);
+            } catch (const Error& e) {
+                return std::string(e.what()).find("in time") == std::string::npos ? out
+                                                                                  : "(still open)";
+            }
+            out += c;
+        }
+    }
+    [[nodiscard]] net::Socket& socket() noexcept { return m_socket; }
+
+private:
+    net::Socket m_socket;
+};
+
+}  // namespace terravox::test

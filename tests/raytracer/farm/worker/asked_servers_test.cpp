@@ -1,0 +1,96 @@
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+#include "tests/voxelserver/worlds/remote/served_boxes.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+/// A voxel server that knows what the job's world is, and holds no box.
+BadServer server_of(const Job& job) {
+    return BadServer(
+        [json = voxel::world_to_json(job.world->info())](const std::string& path, int) {
+            return path == "/v2/world" ? Deed{.body = json} : problem(404);
+        });
+}
+
+}  // namespace
+
+TEST_CASE("a worker asks no server that a coordinator names alone", "[raytracer][farm][worker]") {
+    struct Case {
+        const char *name, *user, *rest;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a voxel server on the worker's own machine", "", ""},
+        {"a path of another service", "", "/admin"},
+        {"a query takes the path that is appended", "", "/admin?x="},
+        {"a fragment takes it", "", "/admin#"},
+        {"a user", "root:secret@", ""},
+        {"a box archive", "", "/place.tvx"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Job job(farm_scene());
+        BadServer server = server_of(job);
+        const std::string url = "http://" + std::string(c.user) + server.url().substr(7) + c.rest;
+        FarmBench bench(job, std::nullopt, 200, {url, ""});
+        bench.add_worker();
+        Film film = empty_film(job);
+        CHECK(bench.render(film).missing == 0);
+        CHECK(server.heads().empty());
+    }
+}
+
+TEST_CASE(
+    "a worker asks the servers that its own configuration allows, with the token of that one, and "
+    "the coordinator for the rest",
+    "[raytracer][farm][worker]") {
+    Job wanted(farm_scene());
+    const std::string picture = bytes_of(render(wanted, 1));
+    struct Case {
+        const char* name;
+        bool allowed, in_private, with_token;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"no origin is allowed", false, false, false},
+        {"the origin is allowed, but not on this machine", true, false, false},
+        {"it is allowed on this machine, too", true, true, false},
+        {"it has a token", true, true, true},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Job job(farm_scene());
+        BadServer server = server_of(job);
+        const HttpOrigin origin = HttpOrigin::parse(server.url());
+        HttpAccess http = access_to_nobody();
+        if (c.allowed)
+            (c.in_private ? http.limits->private_origins : http.limits->origins).push_back(origin);
+        if (c.with_token)
+            http.token.emplace(origin, "a-token-of-a-server");
+        FarmBench bench(job, std::nullopt, 200, {server.url(), ""});
+        bench.add_worker(1, http);
+        Film film = empty_film(job);
+        CHECK(bench.render(film).missing == 0);
+        CHECK((bytes_of(film) == picture));
+        const auto heads = server.heads();
+        CHECK(heads.empty() == !c.in_private);
+        for (const std::string& head : heads)
+            CHECK((head.find("Authorization: Bearer a-token-of-a-server\r\n") !=
+                   std::string::npos) == c.with_token);
+    }
+}
+
+TEST_CASE("what would take the path that is appended is refused of an allowed origin, too",
+          "[raytracer][farm][worker]") {
+    const std::string rest =
+        GENERATE(as<std::string>(), "/admin?x=", "/admin#", "/place.tvx?x=.tvx");
+    INFO(rest);
+    Job job(farm_scene());
+    BadServer server = server_of(job);
+    HttpAccess http = access_to_nobody();
+    http.limits->private_origins.push_back(HttpOrigin::parse(server.url()));
+    FarmBench bench(job, std::nullopt, 200, {server.url() + rest, ""});
+    bench.add_worker(1, http);
+    Film film = empty_film(job);
+    CHECK(bench.render(film).missing == 0);
+    CHECK(server.heads().empty());
+}

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <semaphore>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "raytracer/farm/net/link.hpp"
+#include "raytracer/farm/worker/worker_daemon.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+namespace terravox::test {
+
+/// A coordinator that leases what it likes to a worker, and never sends a box: what the worker has
+/// begun does not end.
+class FakeCoordinator {
+public:
+    FakeCoordinator(int threads, std::size_t memory_bytes)
+        : m_daemon(options(threads, memory_bytes)) {
+        auto [mine, theirs] = net::link_pair();
+        m_link = std::move(mine);
+        m_serving = std::thread([this, end = std::move(theirs)]() mutable {
+            m_end = m_daemon.serve(std::move(end), false);
+        });
+        OwnHello own;
+        own.role = farm::COORDINATOR;
+        (void)meet(*m_link, make_hello(own), {farm::WORKER});
+        // A worker leaves a coordinator that is silent for too long, and a test may have to wait
+        // for a slow machine.
+        m_pinging = std::thread([this] {
+            do {
+                farm::Frame frame;
+                frame.mutable_ping()->set_stamp(0);
+                (void)m_link->send(std::move(frame));
+            } while (!m_over.try_acquire_for(farm_times().ping));
+        });
+    }
+    ~FakeCoordinator() { (void)hang_up(); }
+
+    /// @param id of the picture; later ones are of the same world
+    void begin(const Parcel& parcel, std::uint64_t id = 1) {
+        m_picture = id;
+        farm::Frame frame;
+        farm::Picture& picture = *frame.mutable_picture();
+        picture.set_id(id);
+        picture.set_scene(state_hash(parcel.scene));
+        picture.set_materials(state_hash(parcel.materials));
+        picture.set_world(state_hash(parcel.world));
+        picture.set_asked(true);
+        (void)m_link->send(std::move(frame));
+        for (const std::string* text : {&parcel.scene, &parcel.materials, &parcel.world})
+            tell(*text);
+    }
+    void tell(const std::string& text) {
+        farm::Frame frame;
+        frame.mutable_state()->set_hash(state_hash(text));
+        frame.mutable_state()->set_content(text);
+        (void)m_link->send(std::move(frame));
+    }
+    void lease(const RenderTile& tile, std::uint64_t id) {
+        farm::Frame frame;
+        frame.mutable_task()->set_picture(m_picture);
+        *frame.mutable_task()->add_tiles() = to_frame(tile, id);
+        (void)m_link->send(std::move(frame));
+    }
+    /// The picture that was begun last has ended.
+    void stop() {
+        farm::Frame frame;
+        frame.mutable_stop()->set_picture(m_picture);
+        (void)m_link->send(std::move(frame));
+    }
+    /// Returns when the worker has read all that was sent before.
+    void settle() {
+        farm::Frame frame;
+        frame.mutable_ping()->set_stamp(++m_stamp);
+        (void)m_link->send(std::move(frame));
+        (void)next(
+            [&](const farm::Frame& f) { return f.has_pong() && f.pong().stamp() == m_stamp; });
+    }
+    /// @param hole why; empty: it is air
+    void reply(const farm::BoxKey& key, const std::string& hole) {
+        farm::Frame frame;
+        *frame.mutable_box()->mutable_key() = key;
+        if (hole.empty())
+            frame.mutable_box()->set_air(true);
+        else
+            frame.mutable_box()->set_hole(hole);
+        (void)m_link->send(std::move(frame));
+    }
+    /// The first frame that fits; nullopt: the worker has ended the link.
+    template <class Fits>
+    std::optional<farm::Frame> next(const Fits& fits) {
+        while (auto frame = m_link->receive()) {
+            m_asked.insert(m_asked.end(), frame->need_box().keys().begin(),
+                           frame->need_box().keys().end());
+            if (fits(*frame))
+                return frame;
+        }
+        return std::nullopt;
+    }
+    /// Boxes that frames up to the last one asked for, each time that they did, but for those told
+    /// before.
+    [[nodiscard]] std::vector<farm::BoxKey> take_asked() { return std::exchange(m_asked, {}); }
+    WorkerSession::End hang_up() {
+        m_link->abort();
+        m_over.release();
+        if (m_pinging.joinable())
+            m_pinging.join();
+        if (m_serving.joinable())
+            m_serving.join();
+        return m_end;
+    }
+
+private:
+    static WorkerDaemonOptions options(int threads, std::size_t memory_bytes) {
+        WorkerDaemonOptions out;
+        out.threads = threads, out.memory_bytes = memory_bytes;
+        return out;
+    }
+    WorkerDaemon m_daemon;
+    std::unique_ptr<net::Link> m_link;
+    std::uint64_t m_picture = 0, m_stamp = 0;
+    std::vector<farm::BoxKey> m_asked;
+    std::counting_semaphore<> m_over{0};
+    WorkerSession::End m_end = WorkerSession::End::kBye;
+    std::thread m_serving, m_pinging;
+};
+
+inline Parcel parcel_of(bool layers) {
+    const Job job(farm_scene(layers));
+    return pack(job.view.scene, job.blocks.world_info());
+}
+
+}  // namespace terravox::test

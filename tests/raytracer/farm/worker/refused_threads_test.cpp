@@ -1,0 +1,163 @@
+// What becomes of a farm when the system refuses it a thread (ulimit -u, a container's pids.max).
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <cerrno>
+#include <functional>
+#include <string_view>
+
+#include "common/util/end_of_program.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm/worker/fake_coordinator.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+std::atomic<int> g_until_refused{
+    -1};  ///< threads that are given before one is refused; below 0: none is
+
+/// Has one thread refused, as the system does when there are too many.
+class RefusedThread {
+public:
+    /// @param given threads of the process that come before it
+    explicit RefusedThread(int given) { g_until_refused = given; }
+    ~RefusedThread() { g_until_refused = -1; }
+    RefusedThread(const RefusedThread&) = delete;
+    RefusedThread& operator=(const RefusedThread&) = delete;
+    /// Whether it has been asked for.
+    [[nodiscard]] bool came() const noexcept { return g_until_refused < 0; }
+};
+
+/// Whether the code at this address is of the library that has std::thread. Others, as gRPC, end
+/// the program without threads.
+bool is_of_std_thread(const void* code) noexcept {
+    Dl_info info{};
+    if (::dladdr(code, &info) == 0 || info.dli_fname == nullptr)
+        return false;
+    return std::string_view(info.dli_fname).find("libstdc++") != std::string_view::npos;
+}
+
+constexpr const char* kNoMore = "the system gives no more threads";
+
+}  // namespace
+
+/// Takes the place of the system's function for this program, which it calls.
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
+                              void* (*run)(void*), void* argument) noexcept {
+    using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+    static const auto create = reinterpret_cast<Create>(::dlsym(RTLD_NEXT, "pthread_create"));
+    if (g_until_refused >= 0 && is_of_std_thread(__builtin_return_address(0)) &&
+        g_until_refused-- == 0)
+        return EAGAIN;
+    return create(thread, attributes, run, argument);
+}
+
+TEST_CASE("whichever thread of a picture a worker is refused, it says so and stays",
+          "[raytracer][farm][worker]") {
+    const auto is_heartbeat = [](const farm::Frame& f) { return f.has_heartbeat(); };
+    constexpr int kThreads = 9;  // with two that collect
+    int given = 0;
+    for (bool refused = true; refused; ++given) {
+        INFO("after " << given << " threads");
+        FakeCoordinator coordinator(kThreads, std::size_t{64} << 20);
+        const Parcel parcel = parcel_of(false);
+        REQUIRE(coordinator.next(is_heartbeat));  // all that a link needs is there
+        const RefusedThread one(given);
+        coordinator.begin(parcel);
+        coordinator.lease({0, 0, 0, 0, 97, 53, 1, false, 0, 0}, 77);
+        // What is traced asks for boxes.
+        const auto answer = coordinator.next(
+            [](const farm::Frame& f) { return f.has_failed() || f.has_need_box(); });
+        REQUIRE(answer);
+        refused = one.came();
+        CHECK(answer->has_failed() == refused);
+        if (refused)
+            CHECK_THAT(answer->failed().reason(), contains(kNoMore));
+        CHECK(coordinator.next(is_heartbeat));
+    }
+    CHECK(
+        given >
+        kThreads +
+            3);  // the picture's own, those that trace, two that collect, and one that loads boxes
+}
+
+TEST_CASE("a worker without a thread for its heartbeats ends the link with an error",
+          "[raytracer][farm][worker]") {
+    auto [mine, theirs] = net::link_pair();
+    WorkerShared shared(std::size_t{1} << 20, 1);
+    {
+        WorkerSession session(std::move(theirs), "the test", {}, shared);
+        const RefusedThread one(0);
+        std::string why;
+        CHECK_THROWS_WITH(session.run(why),
+                          contains("start a thread for heartbeats") && contains(kNoMore));
+    }
+    CHECK_FALSE(mine->receive());
+}
+
+TEST_CASE("daemons and farms that are refused a thread at their start are errors",
+          "[raytracer][farm][worker]") {
+    const net::Credentials credentials{
+        .token = "a token of the tests", .ca = {}, .certificate = {}, .key = {}};
+    const std::vector<net::Address> nobody{{.host = "127.0.0.1", .port = 1},
+                                           {.host = "127.0.0.1", .port = 2}};
+    const auto begin_daemon = [&] {
+        WorkerDaemonOptions options;
+        options.join = nobody, options.credentials = credentials;
+        const WorkerDaemon daemon(options);
+    };
+    Job job(farm_scene());
+    const auto begin_farm = [&] {
+        FarmOptions options;
+        options.dial = nobody, options.credentials = credentials;
+        const terravox::Farm farm(options, job.blocks, {});
+    };
+    struct Case {
+        const char* name;
+        std::function<void()> begin;
+        int least;  ///< threads
+    };
+    for (const Case& c : {Case{"daemon", begin_daemon, 2}, Case{"farm", begin_farm, 3}}) {
+        int given = 0;
+        for (bool refused = true; refused; ++given) {
+            INFO(c.name << " after " << given << " threads");
+            const RefusedThread one(given);
+            std::string error;
+            try {
+                c.begin();
+            } catch (const std::exception&) {
+                error = util::message_of(std::current_exception());
+            }
+            refused = one.came();
+            CHECK((error.find(kNoMore) != std::string::npos) == refused);
+        }
+        CHECK(given > c.least);
+    }
+}
+
+TEST_CASE("a member that there is no thread for is none, and the others go on",
+          "[raytracer][sched]") {
+    Job alone(farm_scene()), job(farm_scene());
+    ProcessorPool pool(pool_settings(job));
+    const auto add_one = [&] {
+        pool.add({"here",
+                  "threads",
+                  1,
+                  true,
+                  false,
+                  std::make_shared<ThreadProcessor>(job.view, job.blocks, 1),
+                  {}});
+    };
+    {
+        const RefusedThread one(1);  // after that which traces
+        CHECK_THROWS_WITH(add_one(), contains(kNoMore));
+    }
+    CHECK(pool.status().empty());
+    add_one();
+    Film film = empty_film(job);
+    (void)render_film({job.view, pool, true, nullptr}, film);
+    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+}

@@ -1,0 +1,49 @@
+// What a worker makes of answers to questions of an earlier picture.
+#include "raytracer/tiles/tile_codec.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/farm/worker/fake_coordinator.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+// The coordinator forgets its holes between pictures, and expels workers that have holes which it
+// has not.
+TEST_CASE(
+    "a box that could not be had for an earlier picture is asked for again, and is no hole of the "
+    "next",
+    "[raytracer][farm][worker]") {
+    const RenderTile tile{0, 0, 0, 0, 97, 53, 1, false, 0, 0};
+    const Parcel parcel = parcel_of(false);
+    FakeCoordinator coordinator(1, std::size_t{64} << 20);
+    coordinator.begin(parcel, 1);
+    coordinator.lease(tile, 7);
+    const auto asks = [](const farm::Frame& f) { return f.has_need_box(); };
+    REQUIRE(coordinator.next(asks));
+    // Somebody else has made the tile, and the answer is still on its way when the next picture
+    // begins.
+    coordinator.stop();
+    coordinator.begin(parcel, 2);
+    coordinator.settle();
+    const auto asked_before = coordinator.take_asked();
+    coordinator.lease(tile, 8);
+    const auto has_begun = [](const farm::Frame& f) {
+        return f.has_heartbeat() && f.heartbeat().begun() == 1;
+    };
+    REQUIRE(coordinator.next(has_begun));
+    for (const farm::BoxKey& key : asked_before)
+        coordinator.reply(key, "the server is gone");
+    while (const auto frame = coordinator.next([](const farm::Frame& f) {
+        return f.has_need_box() || f.has_done() || f.has_failed();
+    })) {
+        for (const farm::BoxKey& key : coordinator.take_asked())
+            coordinator.reply(key, "");
+        if (!frame->has_need_box()) {
+            REQUIRE(frame->has_done());
+            CHECK(frame->done().picture() == 2);
+            const auto bytes = std::as_bytes(std::span(frame->done().result()));
+            CHECK(decode_tile(bytes, "the tile").holes.empty());
+            return;
+        }
+    }
+    FAIL("the worker has ended the link");
+}

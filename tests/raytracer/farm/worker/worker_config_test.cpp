@@ -1,0 +1,365 @@
+#include "raytracer/farm/worker/worker_config.hpp"
+
+#include <sys/stat.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+
+using namespace terravox;
+using terravox::test::contains;
+
+namespace {
+
+/// Arguments as the command line gives them.
+WorkerArguments parsed(std::vector<std::string> flags) {
+    CLI::App app;
+    WorkerArguments out;
+    add_worker_options(app, out);
+    std::reverse(flags.begin(), flags.end());
+    app.parse(flags);
+    return out;
+}
+
+struct Folder {
+    test::TemporaryFolder folder;
+    [[nodiscard]] std::filesystem::path file(const std::string& text) const {
+        std::ofstream(folder.path() / "worker.toml") << text;
+        return folder.path() / "worker.toml";
+    }
+    [[nodiscard]] WorkerConfig load(const std::string& text,
+                                    std::vector<std::string> flags = {}) const {
+        flags.insert(flags.begin(), {"--config", file(text).string()});
+        return load_worker_config(parsed(flags));
+    }
+};
+
+WorkerConfig listening() {
+    WorkerConfig c;
+    c.listen = net::Address{"", 7878};
+    return c;
+}
+
+}  // namespace
+
+TEST_CASE("the file that ships says the defaults", "[raytracer][worker][config]") {
+    const WorkerConfig shipped =
+        load_worker_config({std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml", {}});
+    CHECK(difference(listening(), shipped) == WorkerConfigChange{});
+    // It names every field: each that is taken out of it is one fewer.
+    std::ifstream in(std::string(TERRAVOX_SOURCE_DIR) + "/config/worker.toml");
+    std::size_t lines = 0;
+    for (std::string line; std::getline(in, line);)
+        lines += line.find(" = ") != std::string::npos && line.front() != '#';
+    CLI::App app;
+    WorkerArguments ignored;
+    add_worker_options(app, ignored);
+    // --help and --config are no fields, version is no flag.
+    CHECK(lines == app.get_options().size() - 2 + 1);
+}
+
+TEST_CASE("every field is read from a file", "[raytracer][worker][config]") {
+    const Folder f;
+    const WorkerConfig c = f.load(R"(version = 1
+listen = "192.0.2.7:1000"
+join = ["one", "[::1]:2000"]
+announce = true
+name = "the large one"
+threads = 3
+memory_mib = 64
+sessions = 64
+tls_ca = "ca.pem"
+tls_cert = "/etc/cert.pem"
+tls_key = "keys/key.pem"
+allow_origins = ["https://Voxels.example", "http://8.8.8.8:8080"]
+allow_private_origins = ["http://127.0.0.1:8888"]
+server_origin = "https://voxels.example:443"
+server_token_file = "server-token"
+metrics = "127.0.0.1:9187"
+metrics_names = "render1.lan render1.example.org"
+drain_s = 0.5
+idle_s = 60
+once = true
+log = "warn"
+log_json = true
+)");
+    REQUIRE(c.listen);
+    CHECK(c.listen->text() == "192.0.2.7:1000");
+    REQUIRE(c.join.size() == 2);
+    CHECK(c.join[0].text() == "one:7879");
+    CHECK(c.join[1].text() == "[::1]:2000");
+    CHECK(c.announce);
+    CHECK(c.name == "the large one");
+    CHECK(c.threads == 3);
+    CHECK(c.memory_mib == 64);
+    CHECK(c.sessions == 64);
+    CHECK(c.tls_ca == f.folder.path() / "ca.pem");
+    CHECK(c.tls_cert == "/etc/cert.pem");
+    CHECK(c.tls_key == f.folder.path() / "keys/key.pem");
+    REQUIRE(c.allow_origins.size() == 2);
+    CHECK(c.allow_origins[0].text() == "https://voxels.example:443");
+    CHECK(c.allow_origins[1].text() == "http://8.8.8.8:8080");
+    REQUIRE(c.allow_private_origins.size() == 1);
+    CHECK(c.allow_private_origins[0].text() == "http://127.0.0.1:8888");
+    CHECK(c.server_origin == c.allow_origins[0]);
+    CHECK(c.server_token_file == f.folder.path() / "server-token");
+    REQUIRE(c.metrics);
+    CHECK(c.metrics->text() == "127.0.0.1:9187");
+    CHECK(c.metrics_names == "render1.lan render1.example.org");
+    CHECK(c.drain_s == 0.5);
+    CHECK(c.idle_s == 60);
+    CHECK(c.once);
+    CHECK(c.log == "warn");
+    CHECK(c.log_json);
+    CHECK(f.load("version = 1\nlisten = \":1\"\ntoken_file = \"token\"\n").token_file ==
+          f.folder.path() / "token");
+}
+
+TEST_CASE("flags override the file", "[raytracer][worker][config]") {
+    const Folder f;
+    const std::string text =
+        "version = 1\nlisten = \":1000\"\njoin = [\"one:1\", \"two:2\"]\nthreads = 3\nlog = "
+        "\"warn\"\ntoken_file = \"token\"\n";
+    const WorkerConfig c = f.load(
+        text, {"--threads", "5", "--join", "three:3", "--join", "four", "--log-json",
+               "--token-file", "other", "--memory-mib", "4096", "--idle-s", "1.5",
+               "--allow-origins", "https://one.example", "--allow-origins", "https://two.example"});
+    REQUIRE(c.allow_origins.size() == 2);
+    CHECK(c.allow_origins[1].text() == "https://two.example:443");
+    CHECK(c.threads == 5);
+    CHECK(c.memory_mib == 4096);
+    CHECK(c.idle_s == 1.5);
+    REQUIRE(c.join.size() == 2);
+    CHECK(c.join[0].text() == "three:3");
+    CHECK(c.join[1].text() == "four:7879");
+    CHECK(c.log_json);
+    CHECK(c.log == "warn");
+    CHECK(c.token_file == "other");
+    CHECK(c.listen->port == 1000);
+    CHECK_FALSE(f.load(text, {"--listen", ""}).listen);
+    const WorkerConfig alone = load_worker_config(parsed({"--listen", ":0"}));
+    CHECK(alone.listen->port == 0);
+    CHECK(alone.memory_mib == WorkerConfig().memory_mib);
+}
+
+TEST_CASE("what a file must not say is refused with what it may", "[raytracer][worker][config]") {
+    struct Case {
+        const char *text, *message;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"listen = \":1\"", "version is missing; allowed: 1"},
+        {"version = 2\nlisten = \":1\"", "version = another one; allowed: 1"},
+        {"version = 1\nlisten = \":1\"\nthread = 4",
+         "unknown field 'thread'; allowed: version, listen, join, announce,"},
+        {"version = 1\nlisten = \":1\"\n[tls]\nca = \"x\"", "unknown field 'tls'"},
+        {"version = 1\nlisten = 7878", "listen = a value of another kind; allowed: a text"},
+        {"version = 1\nlisten = \":70000\"", "listen: read the address ':70000'"},
+        {"version = 1\njoin = \"one:1\"",
+         "join = a value of another kind; allowed: a list of texts"},
+        {"version = 1\njoin = [1]", "join = a value of another kind; allowed: a text"},
+        {"version = 1\njoin = [\":7879\"]", "join = ':7879'; allowed: HOST:PORT"},
+        {"version = 1\njoin = [\"one:0\"]", "join = 'one:0'; allowed: HOST:PORT, port 1 to 65535"},
+        {"version = 1\nlisten = \":1\"\nthreads = -1",
+         "threads = -1; allowed: whole numbers, 0 to 1024"},
+        {"version = 1\nlisten = \":1\"\nthreads = 1.5",
+         "threads = a value of another kind; allowed: whole numbers, 0 to 1024"},
+        {"version = 1\nlisten = \":1\"\nmemory_mib = 9223372036854775807",
+         "memory_mib = 9223372036854775807; allowed: whole numbers, 16 to 1048576"},
+        {"version = 1\nlisten = \":1\"\nsessions = 0",
+         "sessions = 0; allowed: whole numbers, 1 to 64"},
+        {"version = 1\nlisten = \":1\"\ndrain_s = nan", "drain_s = nan; allowed: 0 to 3600"},
+        {"version = 1\nlisten = \":1\"\nidle_s = \"long\"",
+         "idle_s = a value of another kind; allowed: 0 to 1000000"},
+        {"version = 1\nlisten = \":1\"\nonce = 1",
+         "once = a value of another kind; allowed: true, false"},
+        {"version = 1\nlisten = \":1\"\nlog = \"loud\"",
+         "log = 'loud'; allowed: trace, debug, info, warn, error, off"},
+        {"version = 1\nlisten = \":1\"\nname = \"a\\nb\"",
+         "name = a text with a control character; allowed: one line"},
+        {"version = 1\nlisten = \":1\"\nmetrics = \"127.0.0.1\"",
+         "metrics: read the address '127.0.0.1'"},
+        {"version = 1", "nobody to work for; allowed: listen"},
+        {"version = 1\njoin = [\"one\"]\nannounce = true", "announce without listen"},
+        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_key = \"b\"",
+         "only 2 of tls_ca, tls_cert, tls_key; allowed: all three, or none"},
+        {"version = 1\nlisten = \":1\"\ntls_ca = \"a\"\ntls_cert = \"b\"\ntls_key = "
+         "\"c\"\ntoken_file = \"d\"",
+         "token_file and tls_ca; allowed: one of them"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = \"https://a\"",
+         "allow_origins = a value of another kind; allowed: a list of texts"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"a.example\"]",
+         "allow_origins: read the origin 'a.example': not an address; allowed: "
+         "http(s)://host[:port]"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"https://a/b\"]",
+         "allow_origins: read the origin 'https://a/b': an address with a path in it"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://10.0.0.1:80\"]",
+         "allow_origins = 'http://10.0.0.1:80', no public address; allowed: there public ones"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://127.1\"]",
+         "allow_origins = 'http://127.0.0.1:80', no public address"},
+        {"version = 1\nlisten = \":1\"\nallow_origins = [\"http://[::ffff:127.0.0.1]\"]",
+         "no public address"},
+        {"version = 1\nlisten = \":1\"\nallow_private_origins = [\"http://0.0.0.0:80\"]",
+         "allow_private_origins = 'http://0.0.0.0:80'; allowed: addresses of single machines"},
+        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"",
+         "only one of server_origin and server_token_file; allowed: both, or neither"},
+        {"version = 1\nlisten = \":1\"\nserver_token_file = \"t\"",
+         "only one of server_origin and server_token_file"},
+        {"version = 1\nlisten = \":1\"\nserver_origin = \"https://a\"\nserver_token_file = \"t\"",
+         "server_origin = 'https://a:443'; allowed: one of allow_origins"},
+        {"version = 1\nlisten =", "(line 2)"},
+    }));
+    INFO(c.text);
+    const Folder f;
+    CHECK_THROWS_AS(f.load(c.text), UsageError);
+    CHECK_THROWS_WITH(f.load(c.text), contains(c.message));
+}
+
+TEST_CASE("what the command line must not say is refused with what it may",
+          "[raytracer][worker][config]") {
+    struct Case {
+        std::vector<std::string> flags;
+        const char* message;
+    };
+    const auto c = GENERATE(values<Case>({
+        {{}, "nobody to work for"},
+        {{"--listen", ":1", "--threads", "many"},
+         "threads = 'many'; allowed: whole numbers, 0 to 1024"},
+        {{"--listen", ":1", "--threads", "1.5"}, "threads = '1.5'; allowed: whole numbers"},
+        {{"--listen", ":1", "--threads", "5000"}, "threads = 5000; allowed"},
+        {{"--listen", ":1", "--drain-s", "nan"}, "drain_s = nan; allowed: 0 to 3600"},
+        {{"--listen", "a:b"}, "listen: read the address 'a:b'"},
+        {{"--listen", ":1", "--log", "loud"}, "log = 'loud'"},
+        {{"--config", "/nowhere/worker.toml"},
+         "read the worker's configuration /nowhere/worker.toml: no such file"},
+    }));
+    INFO(c.message);
+    CHECK_THROWS_AS(load_worker_config(parsed(c.flags)), UsageError);
+    CHECK_THROWS_WITH(load_worker_config(parsed(c.flags)), contains(c.message));
+}
+
+TEST_CASE("a reload changes what may change, and tells of the rest",
+          "[raytracer][worker][config]") {
+    struct Case {
+        const char* name;
+        std::function<void(WorkerConfig&)> change;
+        bool now;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"listen", [](WorkerConfig& w) { w.listen->port = 1; }, false},
+        {"listen", [](WorkerConfig& w) { w.listen.reset(); }, false},
+        {"join", [](WorkerConfig& w) { w.join.push_back({"one", 1}); }, true},
+        {"announce", [](WorkerConfig& w) { w.announce = true; }, false},
+        {"name", [](WorkerConfig& w) { w.name = "other"; }, false},
+        {"threads", [](WorkerConfig& w) { w.threads = 7; }, true},
+        {"memory_mib", [](WorkerConfig& w) { w.memory_mib = 64; }, true},
+        {"sessions", [](WorkerConfig& w) { w.sessions = 2; }, true},
+        {"token_file", [](WorkerConfig& w) { w.token_file = "t"; }, false},
+        {"tls_ca", [](WorkerConfig& w) { w.tls_ca = "t"; }, false},
+        {"tls_cert", [](WorkerConfig& w) { w.tls_cert = "t"; }, false},
+        {"tls_key", [](WorkerConfig& w) { w.tls_key = "t"; }, false},
+        {"allow_origins",
+         [](WorkerConfig& w) { w.allow_origins.push_back(HttpOrigin::parse("https://a")); }, false},
+        {"allow_private_origins",
+         [](WorkerConfig& w) { w.allow_private_origins.push_back(HttpOrigin::parse("https://a")); },
+         false},
+        {"server_origin", [](WorkerConfig& w) { w.server_origin = HttpOrigin::parse("https://a"); },
+         false},
+        {"server_token_file", [](WorkerConfig& w) { w.server_token_file = "t"; }, false},
+        {"metrics", [](WorkerConfig& w) { w.metrics = net::Address{"127.0.0.1", 1}; }, false},
+        {"metrics_names", [](WorkerConfig& w) { w.metrics_names = "render1.lan"; }, false},
+        {"drain_s", [](WorkerConfig& w) { w.drain_s = 1; }, true},
+        {"idle_s", [](WorkerConfig& w) { w.idle_s = 1; }, true},
+        {"once", [](WorkerConfig& w) { w.once = true; }, false},
+        {"log", [](WorkerConfig& w) { w.log = "off"; }, true},
+        {"log_json", [](WorkerConfig& w) { w.log_json = true; }, true},
+    }));
+    INFO(c.name);
+    const WorkerConfig running = listening();
+    WorkerConfig wanted = running;
+    c.change(wanted);
+    const std::vector<std::string> name{c.name};
+    CHECK(difference(running, wanted) ==
+          (c.now ? WorkerConfigChange{name, {}} : WorkerConfigChange{{}, name}));
+    const WorkerConfig after = reloaded(running, wanted);
+    CHECK(difference(running, after).now == (c.now ? name : std::vector<std::string>{}));
+    CHECK(difference(after, wanted).restart == (c.now ? std::vector<std::string>{} : name));
+    CHECK(difference(after, wanted).now.empty());
+    CHECK(difference(running, after).restart.empty());
+}
+
+TEST_CASE("a reload of everything keeps the order of the fields", "[raytracer][worker][config]") {
+    WorkerConfig wanted = listening();
+    wanted.log = "off", wanted.threads = 1, wanted.join = {{"one", 1}},
+    wanted.metrics = net::Address{"::1", 1}, wanted.name = "x";
+    CHECK(difference(listening(), wanted) ==
+          WorkerConfigChange{{"join", "threads", "log"}, {"name", "metrics"}});
+}
+
+TEST_CASE("credentials are a token, read anew each time, or certificates",
+          "[raytracer][worker][config]") {
+    const Folder f;
+    const auto token = f.folder.path() / "token";
+    std::ofstream(token) << "h3kx8tq5vz2mw9rj6ncp\n";
+    chmod(token.c_str(), 0600);
+    unsetenv("TERRAVOX_FARM_TOKEN");
+    WorkerConfig c = listening();
+    CHECK_THROWS_AS(credentials_of(c), UsageError);
+    CHECK_THROWS_WITH(credentials_of(c), contains("neither token nor certificates"));
+    c.token_file = token;
+    CHECK(credentials_of(c).token == "h3kx8tq5vz2mw9rj6ncp");
+    std::ofstream(token) << "b7gd4sy2pk9xq6tm3wzv\n";
+    CHECK(credentials_of(c).token == "b7gd4sy2pk9xq6tm3wzv");
+    CHECK_FALSE(credentials_of(c).tls());
+    c = listening();
+    c.tls_ca = "a", c.tls_cert = "b", c.tls_key = "c";
+    setenv("TERRAVOX_FARM_TOKEN", "y3bw6fj8nq2xs5gm9tzk", 1);
+    CHECK(credentials_of(c).token.empty());
+    CHECK(credentials_of(c).tls());
+    CHECK(credentials_of(c).key == "c");
+    CHECK(credentials_of(listening()).token == "y3bw6fj8nq2xs5gm9tzk");
+    unsetenv("TERRAVOX_FARM_TOKEN");
+}
+
+TEST_CASE(
+    "a worker may ask the servers of its configuration alone, and sends no token of the "
+    "environment",
+    "[raytracer][worker][config]") {
+    const Folder f;
+    const auto token = f.folder.path() / "server-token";
+    std::ofstream(token) << "a-token-of-a-server\n";
+    chmod(token.c_str(), 0600);
+    setenv("TERRAVOX_SERVER_TOKEN", "a-token-of-the-environment", 1);
+    setenv("TERRAVOX_SERVER_ORIGIN", "https://voxels.example", 1);
+    const HttpOrigin voxels = HttpOrigin::parse("https://voxels.example"),
+                     other = HttpOrigin::parse("http://10.0.0.1:8080");
+    const HttpAccess nobody = http_access_of(listening());
+    CHECK_FALSE(nobody.token);
+    CHECK(nobody.ranges(voxels).empty());
+    const HttpAccess some = http_access_of(f.load(
+        "version = 1\nlisten = \":1\"\nallow_origins = "
+        "[\"https://voxels.example\"]\nallow_private_origins = [\"http://10.0.0.1:8080\"]\n"
+        "server_origin = \"https://voxels.example\"\nserver_token_file = \"server-token\"\n"));
+    REQUIRE(some.token);
+    CHECK(some.token->text() == "a-token-of-a-server");
+    CHECK(some.token->origin() == voxels);
+    CHECK(some.ranges(voxels) == AddressRanges{AddressRange::kPublic});
+    CHECK(some.ranges(other) ==
+          AddressRanges{AddressRange::kPublic, AddressRange::kPrivate, AddressRange::kLoopback});
+    CHECK(some.ranges(HttpOrigin::parse("http://voxels.example")).empty());
+    const WorkerConfig clear = f.load(
+        "version = 1\nlisten = \":1\"\nallow_origins = [\"http://voxels.example\"]\nserver_origin "
+        "= \"http://voxels.example\"\nserver_token_file = \"server-token\"\n");
+    CHECK_THROWS_AS(http_access_of(clear), UsageError);
+    CHECK_THROWS_WITH(http_access_of(clear), contains("clear text"));
+    chmod(token.c_str(), 0644);
+    CHECK_THROWS_WITH(
+        http_access_of(
+            f.load("version = 1\nlisten = \":1\"\nallow_origins = [\"https://a\"]\nserver_origin = "
+                   "\"https://a\"\nserver_token_file = \"server-token\"\n")),
+        contains("chmod 600"));
+    unsetenv("TERRAVOX_SERVER_TOKEN");
+    unsetenv("TERRAVOX_SERVER_ORIGIN");
+}

@@ -1,0 +1,285 @@
+#include "raytracer/processors/lease_book.hpp"
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "raytracer/tiles/tile_codec.hpp"
+#include "raytracer/tiles/tile_plan.hpp"
+#include "tests/catch.hpp"
+
+using namespace terravox;
+using Answer = LeaseBook::Answer;
+using Time = LeaseBook::Time;
+
+namespace {
+
+/// The pixels that anybody honest makes of a band: a function of the place.
+TileResult made(const RenderTile& band, float lie = 0) {
+    TileResult out;
+    out.tile = band;
+    band.each_pixel([&](int x, int y) {
+        PixelSample s;
+        s.colour = {static_cast<float>(x), static_cast<float>(y),
+                    static_cast<float>(band.first_sample) + lie};
+        s.alpha = 1, s.depth_m = static_cast<float>(x + y);
+        out.samples.push_back(s);
+    });
+    return out;
+}
+
+bool is_right(const TileResult& whole) {
+    const TileResult wanted = made(whole.tile);
+    return whole.samples.size() == wanted.samples.size() &&
+           std::equal(whole.samples.begin(), whole.samples.end(), wanted.samples.begin(),
+                      [](const PixelSample& a, const PixelSample& b) {
+                          return a.colour.r == b.colour.r && a.colour.g == b.colour.g &&
+                                 a.colour.b == b.colour.b;
+                      });
+}
+
+std::vector<RenderTile> plan(int width, int height, int tile) {
+    return plan_tiles(width, height, 1, tile, TileOrder::kRows).front();
+}
+
+}  // namespace
+
+TEST_CASE("whatever happens to leases, every tile comes whole and right, and once",
+          "[raytracer][sched]") {
+    const auto seed = GENERATE(range(1u, 60u));
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    const auto tiles = plan(100 + any(200), 60 + any(200), 16 + any(100));
+    LeaseBook book;
+    for (const RenderTile& t : tiles)
+        book.add(t);
+    struct Held {
+        LeaseBook::Member member;
+        RenderTile band;
+    };
+    std::vector<Held> held;
+    std::set<std::uint32_t> whole;
+    Time now{};
+    for (int step = 0; book.unfinished() > 0; ++step) {
+        REQUIRE(step < 200'000);
+        now += std::chrono::milliseconds(1 + any(50));
+        const auto member = static_cast<LeaseBook::Member>(1 + any(4));
+        const int what = any(20);
+        if (what < 8) {
+            if (const auto band =
+                    book.lease(member, static_cast<std::size_t>(1 + any(5000)), now)) {
+                CHECK(book.has(member, *band));
+                book.set_deadline(member, *band, now + std::chrono::milliseconds(any(400)));
+                held.push_back({member, *band});
+            }
+        } else if (what < 10) {
+            const auto open = book.open_leases();
+            if (open.empty())
+                continue;
+            const auto& of = open[static_cast<std::size_t>(any(static_cast<int>(open.size())))];
+            if (!of.alone || of.member == member)
+                continue;
+            held.push_back({member, book.lease_again(member, of.band, now)});
+        } else if (what < 17) {
+            if (held.empty())
+                continue;
+            const auto at = held.begin() + any(static_cast<int>(held.size()));
+            const Held h = *at;
+            held.erase(at);
+            const auto taken = book.take(h.member, made(h.band));
+            CHECK((taken.answer == Answer::kFirst || taken.answer == Answer::kLate));
+            CHECK(book.take(h.member, made(h.band)).answer == Answer::kUnasked);
+            if (taken.whole) {
+                CHECK(is_right(*taken.whole));
+                CHECK(whole.insert(taken.whole->tile.index).second);
+            }
+        } else if (what == 17) {
+            (void)book.expire(now);
+        } else if (what == 18) {
+            (void)book.give_back(member);
+            std::erase_if(held, [&](const Held& h) { return h.member == member; });
+        } else if (!held.empty()) {
+            const Held h = held.back();
+            held.pop_back();
+            book.give_back(h.member, h.band);
+        }
+    }
+    CHECK(whole.size() == tiles.size());
+    CHECK(book.pending_pixels() == 0);
+    CHECK(book.leased_pixels() == 0);
+}
+
+TEST_CASE("a band is about as large as asked for, in whole blocks, and never more than a tile",
+          "[raytracer][sched]") {
+    LeaseBook book;
+    const RenderTile tile{0, 0, 64, 64, 128, 120, 1, false, 0, 0};
+    book.add(tile);
+    const auto first = book.lease(1, 1000, Time{});
+    REQUIRE(first);
+    CHECK((first->y0 == 64 && first->y1 == 80 && first->x0 == 64 && first->x1 == 128));
+    const auto rest = book.lease(1, 1'000'000, Time{});
+    REQUIRE(rest);
+    CHECK((rest->y0 == 80 && rest->y1 == 120));
+    CHECK_FALSE(book.lease(1, 1, Time{}));
+    CHECK(book.load_of(1).pixels == 64 * 56);
+}
+
+TEST_CASE("what a disowned member has made is made again, what others made is kept",
+          "[raytracer][sched]") {
+    LeaseBook book;
+    const auto tiles = plan(64, 32, 32);
+    for (const RenderTile& t : tiles)
+        book.add(t);
+    const auto by_liar = book.lease(1, 100'000, Time{}), honest = book.lease(2, 100'000, Time{});
+    REQUIRE((by_liar && honest));
+    CHECK(book.take(1, made(*by_liar, 5)).whole);
+    CHECK(book.take(2, made(*honest)).whole);
+    CHECK(book.unfinished() == 0);
+    CHECK(book.disown(1) == std::vector{by_liar->index});
+    CHECK(book.unfinished() == 1);
+    const auto again = book.lease(2, 100'000, Time{});
+    REQUIRE(again);
+    CHECK(*again == *by_liar);
+    const auto taken = book.take(2, made(*again));
+    REQUIRE(taken.whole);
+    CHECK(is_right(*taken.whole));
+    CHECK_FALSE(book.lease(2, 100'000, Time{}));
+}
+
+TEST_CASE("who was told to leave a band may be given it again, and its answer counts",
+          "[raytracer][sched]") {
+    LeaseBook book;
+    book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+    const auto band = book.lease(1, 100'000, Time{});
+    REQUIRE(band);
+    (void)book.lease_again(2, *band, Time{});
+    const auto first = book.take(2, made(*band));
+    CHECK(first.whole);
+    CHECK(first.withdraw == std::vector<LeaseBook::Member>{1});  // it never answers
+    (void)book.disown(2);
+    const auto again = book.lease(1, 100'000, Time{});
+    REQUIRE(again);
+    CHECK(book.take(1, made(*again)).answer == Answer::kFirst);
+    CHECK(book.unfinished() == 0);
+}
+
+TEST_CASE("a check finds the lie, and an equal answer passes it", "[raytracer][sched]") {
+    for (const float lie : {0.0f, 1.0f}) {
+        LeaseBook book;
+        book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+        const auto band = book.lease(1, 100'000, Time{});
+        REQUIRE(band);
+        TileResult result = made(*band, lie);
+        CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
+        book.check(1, *band, hash_of_pixels(made(*band, lie)), {});
+        CHECK(book.open_checks() == 1);
+        const auto check = book.lease_check(2, Time{});
+        REQUIRE(check);
+        const auto taken = book.take(2, made(*check));
+        CHECK(taken.answer == (lie == 0 ? Answer::kChecked : Answer::kFalse));
+        CHECK(taken.other == 1);
+        CHECK(book.open_checks() == 0);
+    }
+}
+
+TEST_CASE("holes excuse what a check of them could not see, and nothing else",
+          "[raytracer][sched]") {
+    const voxel::BoxKey a{0, 0, 0, 0}, b{0, 1, 0, 0};
+    struct Case {
+        const char* name;
+        LeaseBook::Holes reported, met;
+        float lie;
+        Answer answer;
+    };
+    for (const Case& c :
+         {Case{"no hole", {}, {}, 1, Answer::kFalse},
+          Case{"the same hole", {a}, {a}, 1, Answer::kFalse},
+          Case{"a hole that is beside the checked rows", {a, b}, {b}, 1, Answer::kFalse},
+          Case{"a reported hole, and none met", {a}, {}, 1, Answer::kFalse},
+          Case{"a hole that the member had the box of", {}, {a}, 1, Answer::kUndecided},
+          Case{"one of two", {a}, {a, b}, 1, Answer::kUndecided},
+          Case{"equal all the same", {}, {a}, 0, Answer::kChecked},
+          Case{"equal with the same hole", {a}, {a}, 0, Answer::kChecked}}) {
+        INFO(c.name);
+        LeaseBook book;
+        book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+        const auto band = book.lease(1, 100'000, Time{});
+        REQUIRE(band);
+        TileResult result = made(*band, c.lie);
+        result.holes = c.reported;
+        const std::uint64_t hash = hash_of_pixels(result);
+        CHECK(book.take(1, std::move(result)).answer == Answer::kFirst);
+        book.check(1, *band, hash, c.reported);
+        const auto check = book.lease_check(2, Time{});
+        REQUIRE(check);
+        TileResult again = made(*check);
+        again.holes = c.met;
+        CHECK(book.take(2, std::move(again)).answer == c.answer);
+        CHECK(book.open_checks() == 0);
+    }
+}
+
+TEST_CASE("two answers that differ are unequal whatever holes they report", "[raytracer][sched]") {
+    const voxel::BoxKey hole{0, 0, 0, 0};
+    LeaseBook book;
+    book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+    const auto band = book.lease(1, 100'000, Time{});
+    REQUIRE(band);
+    (void)book.lease_again(2, *band, Time{});
+    TileResult first = made(*band, 1), second = made(*band);
+    first.holes = {hole};
+    const std::uint64_t first_hash = hash_of_pixels(first), second_hash = hash_of_pixels(second);
+    CHECK(book.take(1, std::move(first)).answer == Answer::kFirst);
+    const auto taken = book.take(2, std::move(second));
+    CHECK(taken.answer == Answer::kUnequal);
+    CHECK((taken.other == 1 && taken.other_hash == first_hash && taken.hash == second_hash));
+    CHECK((taken.other_holes == LeaseBook::Holes{hole} && taken.holes.empty()));
+}
+
+TEST_CASE("a check of who is disowned meanwhile settles nothing any more", "[raytracer][sched]") {
+    LeaseBook book;
+    book.add({0, 0, 0, 0, 32, 32, 1, false, 0, 0});
+    const auto band = book.lease(1, 100'000, Time{});
+    REQUIRE(band);
+    (void)book.take(1, made(*band, 1));
+    book.check(1, *band, 77, {});
+    const auto check = book.lease_check(2, Time{});
+    REQUIRE(check);
+    (void)book.disown(1);
+    CHECK(book.open_checks() == 0);
+    CHECK(book.take(2, made(*check)).answer == Answer::kLate);
+    CHECK(book.open_checks() == 0);
+    CHECK(book.unfinished() == 1);
+}
+
+TEST_CASE("passes follow each other, and who did an earlier one is known", "[raytracer][sched]") {
+    LeaseBook book;
+    auto tiles = plan(64, 64, 32);
+    for (const unsigned first : {0u, 2u, 4u}) {
+        for (RenderTile t : tiles) {
+            t.first_sample = first, t.samples = 2;
+            book.add(t);
+        }
+        std::size_t whole = 0;
+        while (const auto band = book.lease(1 + first, 700, Time{}))
+            if (book.take(1 + first, made(*band)).whole)
+                ++whole;
+        CHECK(whole == tiles.size());
+    }
+    CHECK(book.spoiled_earlier(1));
+    CHECK(book.spoiled_earlier(3));
+    CHECK_FALSE(book.spoiled_earlier(5));
+}
+
+TEST_CASE("pixels of a band are those that it visits", "[raytracer][sched]") {
+    for (const int step : {1, 2, 4})
+        for (const bool refines : {false, true})
+            for (int y0 = 0; y0 < 16; y0 += 8) {
+                const RenderTile band{0, 0, 8, y0, 40, 32, step, refines, 0, 0};
+                std::size_t n = 0;
+                band.each_pixel([&](int, int) { ++n; });
+                INFO("step " << step << ", refines " << refines << ", from row " << y0);
+                CHECK(LeaseBook::pixels_of(band) == n);
+            }
+}

@@ -1,0 +1,331 @@
+#include "raytracer/processors/processor_pool.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <semaphore>
+
+#include "raytracer/processors/green_processor.hpp"
+#include "tests/catch.hpp"
+#include "tests/eventually.hpp"
+#include "tests/raytracer/farm_bench.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+
+namespace {
+
+ProcessorPool::Member threads_of(Job& job, int threads) {
+    return {"here", "threads", threads,
+            true,   false,     std::make_shared<ThreadProcessor>(job.view, job.blocks, threads),
+            {}};
+}
+/// Cannot trace anything: takes whatever it is given, and fails at the first of it.
+class Failing final : public TileProcessor {
+public:
+    int capacity() const noexcept override { return 1; }  // so that all get the same first
+    void submit(RenderTile tile) override {
+        const std::lock_guard lock(m_mutex);
+        if (!m_tile)
+            m_tile = tile;
+        m_changed.notify_all();
+    }
+    bool wait(std::chrono::milliseconds) override { return true; }
+    std::optional<TileResult> take() override {
+        std::unique_lock lock(m_mutex);
+        m_changed.wait(lock, [&] { return m_tile || m_over; });
+        if (m_over)
+            return std::nullopt;
+        throw FailingProcessor("it cannot render: out of memory", *m_tile);
+    }
+    void close() noexcept override {}
+    void cancel() noexcept override {
+        const std::lock_guard lock(m_mutex);
+        m_over = true;
+        m_changed.notify_all();
+    }
+
+private:
+    std::mutex m_mutex;
+    std::condition_variable m_changed;
+    std::optional<RenderTile> m_tile;
+    bool m_over = false;
+};
+
+/// Has one tile at a time, and nothing of it comes until it may go on.
+class Slow final : public TileProcessor {
+public:
+    explicit Slow(Job& job) : m_processor(job.view, job.blocks, 1) {}
+    void go_on() { m_may.release(); }
+    int capacity() const noexcept override { return 1; }
+    void submit(RenderTile tile) override { m_processor.submit(tile); }
+    bool wait(std::chrono::milliseconds) override { return true; }
+    std::optional<TileResult> take() override {
+        m_may.acquire();
+        m_may.release();
+        return m_processor.take();
+    }
+    void close() noexcept override { m_processor.close(); }
+    void cancel() noexcept override {
+        m_processor.cancel();
+        m_may.release();
+    }
+
+private:
+    ThreadProcessor m_processor;
+    std::counting_semaphore<> m_may{0};
+};
+
+ProcessorPool::Member failing(const std::string& who) {
+    ProcessorPool::Member out{"failing", "socket", 1, false, false, std::make_shared<Failing>(),
+                              {}};
+    out.who = who;
+    return out;
+}
+
+/// A pool where `left` counts the members that are no more.
+PoolSettings counting(Job& job, std::atomic<int>& left) {
+    PoolSettings out = pool_settings(job);
+    out.gone = [&left](ProcessorPool::MemberId, const std::string&, bool) { ++left; };
+    return out;
+}
+
+/// One that is there and takes nothing: as long as it may go on, the others are not the last.
+void add_resting(ProcessorPool& pool) {
+    ProcessorPool::Member resting = failing("host of one that rests");
+    resting.paused = true;
+    pool.add(std::move(resting));
+}
+
+void submit_all(ProcessorPool& pool) {
+    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
+    for (const RenderTile& t : tiles)
+        pool.submit(t);
+}
+
+/// Adds members that fail, each once the one before is gone.
+void add_in_turn(ProcessorPool& pool, const std::vector<std::string>& who,
+                 const std::atomic<int>& left) {
+    for (const std::string& name : who) {
+        const int before = left;
+        pool.add(failing(name));
+        REQUIRE(eventually([&] { return left > before; }));
+    }
+}
+
+ProcessorPool::Member green_of(Job& job) {
+    return {"here", "green", 1, true, true, std::make_shared<GreenProcessor>(job.view, job.blocks),
+            {}};
+}
+
+}  // namespace
+
+TEST_CASE("any mix of green and thread processors makes the same picture", "[raytracer][sched]") {
+    Job alone(farm_scene());
+    const std::string wanted = bytes_of(render(alone, 1));
+    for (const int green : {0, 1, 2})
+        for (const int thread_members : {0, 1, 3}) {
+            if (green + thread_members == 0)
+                continue;
+            INFO(green << " green, " << thread_members << " of threads");
+            Job job(farm_scene());
+            ProcessorPool pool(pool_settings(job));
+            for (int i = 0; i < green; ++i)
+                pool.add(green_of(job));
+            for (int i = 0; i < thread_members; ++i)
+                pool.add(threads_of(job, 1 + i));
+            Film film = empty_film(job);
+            CHECK(render_film({job.view, pool, true, nullptr}, film).tiles == 28);
+            CHECK(bytes_of(film) == wanted);
+        }
+}
+
+TEST_CASE("a pool takes coarse passes, too, and samples that come later", "[raytracer][sched]") {
+    Scene scene = small_scene();
+    scene.quality.coarse_step = 8;
+    Job alone(scene), job(scene);
+    const std::string wanted = bytes_of(render(alone, 1));
+    ProcessorPool pool(pool_settings(job));
+    pool.add(threads_of(job, 2));
+    Film film = empty_film(job);
+    (void)render_film({job.view, pool, true, nullptr}, film);
+    CHECK(bytes_of(film) == wanted);
+}
+
+TEST_CASE("members may be added and removed in the middle", "[raytracer][sched]") {
+    Job alone(farm_scene()), job(farm_scene());
+    const std::string wanted = bytes_of(render(alone, 1));
+    ProcessorPool pool(pool_settings(job));
+    auto first = pool.add(threads_of(job, 1));
+    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
+    for (const RenderTile& t : tiles)
+        pool.submit(t);
+    Film film = empty_film(job);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const auto result = pool.take();
+        REQUIRE(result);
+        film.add(*result);
+        if (i % 5 == 2) {
+            const auto next = pool.add(threads_of(job, 1));
+            pool.remove(first, "test");
+            first = next;
+        }
+    }
+    CHECK(bytes_of(film) == wanted);
+    CHECK(pool.status().size() == 1);
+    CHECK(pool.counts().lost == 6);
+}
+
+TEST_CASE("what a trusted member throws reaches the taker with its type, and a cancelled pool ends",
+          "[raytracer][sched]") {
+    struct Odd : std::runtime_error {
+        using std::runtime_error::runtime_error;
+    };
+    class Throwing final : public TileProcessor {
+    public:
+        int capacity() const noexcept override { return 1; }
+        void submit(RenderTile) override {}
+        bool wait(std::chrono::milliseconds) override { return true; }
+        std::optional<TileResult> take() override { throw Odd("odd"); }
+        void close() noexcept override {}
+        void cancel() noexcept override {}
+    };
+    Job job(farm_scene());
+    {
+        ProcessorPool pool(pool_settings(job));
+        pool.add({"odd", "threads", 1, true, false, std::make_shared<Throwing>(), {}});
+        pool.submit(plan_tiles(97, 53, 1, 16, TileOrder::kRows).front().front());
+        CHECK_THROWS_AS(pool.take(), Odd);
+    }
+    ProcessorPool pool(pool_settings(job));
+    pool.submit(plan_tiles(97, 53, 1, 16, TileOrder::kRows).front().front());
+    pool.cancel();
+    CHECK_FALSE(pool.take());
+}
+
+TEST_CASE("a closed pool is drained, then it is empty", "[raytracer][sched]") {
+    Job job(farm_scene());
+    ProcessorPool pool(pool_settings(job));
+    pool.add(threads_of(job, 1));
+    const auto tiles = plan_tiles(97, 53, 1, 16, TileOrder::kRows).front();
+    for (const RenderTile& t : tiles)
+        pool.submit(t);
+    pool.close();
+    pool.submit(tiles.front());  // too late
+    std::size_t n = 0;
+    while (pool.take())
+        ++n;
+    CHECK(n == tiles.size());
+}
+
+TEST_CASE("a member that joins and fails again and again counts once", "[raytracer][sched]") {
+    Job alone(farm_scene()), job(farm_scene());
+    std::atomic<int> left{0};
+    ProcessorPool pool(counting(job, left));
+    add_resting(pool);
+    submit_all(pool);
+    add_in_turn(pool, std::vector<std::string>(7, "host a"), left);
+    add_in_turn(pool, std::vector<std::string>(7, "host b"), left);
+    CHECK_FALSE(pool.wait(std::chrono::milliseconds(0)));  // an error would be an answer
+    pool.add(threads_of(job, 1));
+    Film film = empty_film(job);
+    for (int i = 0; i < 28; ++i) {
+        const auto result = pool.take();
+        REQUIRE(result);
+        film.add(*result);
+    }
+    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+}
+
+TEST_CASE("three different members that fail at the same rows end the picture",
+          "[raytracer][sched]") {
+    Job job(farm_scene());
+    std::atomic<int> left{0};
+    ProcessorPool pool(counting(job, left));
+    add_resting(pool);
+    submit_all(pool);
+    SECTION("by names") {
+        add_in_turn(pool, {"host a", "host b", "host a", "host b", "host c"}, left);
+    }
+    SECTION("by nothing that is known of them") {
+        add_in_turn(pool, {"", "", ""}, left);
+    }
+    CHECK_THROWS_WITH(pool.take(), contains("3 workers failed at rows 0 to 16 of tile 0") &&
+                                       contains("out of memory"));
+}
+
+TEST_CASE("three different members that fail end nothing where this process traces",
+          "[raytracer][sched]") {
+    Job alone(farm_scene()), job(farm_scene());
+    std::atomic<int> left{0};
+    ProcessorPool pool(counting(job, left));
+    submit_all(pool);
+    const auto slow = std::make_shared<Slow>(job);
+    pool.add({"here", "threads", 1, true, false, slow, {}});
+    add_in_turn(pool, {"host a", "host b", "host c", "host d"}, left);
+    slow->go_on();
+    Film film = empty_film(job);
+    for (int i = 0; i < 28; ++i) {
+        const auto result = pool.take();
+        REQUIRE(result);
+        film.add(*result);
+    }
+    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+}
+
+TEST_CASE("where the last member that was there has failed, this process goes on by itself",
+          "[raytracer][sched]") {
+    Job alone(farm_scene()), job(farm_scene());
+    std::atomic<int> left{0};
+    ProcessorPool pool(counting(job, left));
+    submit_all(pool);
+    add_in_turn(pool, {"host a"}, left);
+    Film film = empty_film(job);
+    for (int i = 0; i < 28; ++i) {
+        const auto result = pool.take();
+        REQUIRE(result);
+        film.add(*result);
+    }
+    CHECK(bytes_of(film) == bytes_of(render(alone, 1)));
+}
+
+TEST_CASE("what this process cannot trace either ends the picture with its error",
+          "[raytracer][sched]") {
+    Job job(farm_scene());
+    std::atomic<int> left{0};
+    PoolSettings settings = counting(job, left);
+    const char* says = "";
+    SECTION("it fails, too") {
+        class Broken final : public TileProcessor {
+        public:
+            int capacity() const noexcept override { return 1; }
+            void submit(RenderTile) override { m_given.release(); }
+            bool wait(std::chrono::milliseconds) override { return true; }
+            std::optional<TileResult> take() override {
+                m_given.acquire();
+                throw Error("trace: broken here, too");
+            }
+            void close() noexcept override {}
+            void cancel() noexcept override { m_given.release(); }
+
+        private:
+            std::counting_semaphore<> m_given{0};
+        };
+        settings.make_checker = [] { return std::make_shared<Broken>(); };
+        says = "broken here, too";
+    }
+    SECTION("it cannot even begin") {
+        settings.make_checker = []() -> std::shared_ptr<TileProcessor> {
+            throw Error("no thread for it");
+        };
+        says = "no thread for it";
+    }
+    SECTION("it is not meant to") {
+        settings.make_checker = nullptr;
+        says = "all workers failed; the last said: it cannot render: out of memory";
+    }
+    ProcessorPool pool(std::move(settings));
+    submit_all(pool);
+    add_in_turn(pool, {"host a"}, left);
+    CHECK_THROWS_WITH(pool.take(), contains(says));
+}

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <ostream>
+
+#include "raytracer/core/scene_words.hpp"
+
+namespace terravox {
+
+/// So that messages of failed checks show the word.
+template <WordEnum Enum>
+std::ostream& operator<<(std::ostream& out, Enum value) {
+    return out << word_of(value);
+}
+
+}  // namespace terravox

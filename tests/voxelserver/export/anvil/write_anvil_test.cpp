@@ -1,0 +1,345 @@
+#include "voxelserver/export/anvil/write_anvil.hpp"
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "common/util/error.hpp"
+#include "common/voxel/side_car.hpp"
+#include "tests/catch.hpp"
+#include "tests/raytracer/array_world.hpp"
+#include "tests/voxelserver/export/anvil/anvil_reading.hpp"
+
+using namespace terravox;
+namespace fs = std::filesystem;
+using namespace terravox::convert;
+using terravox::voxel::Material;
+
+namespace {
+
+const fs::path kBlocks = fs::path(TERRAVOX_SOURCE_DIR) / "config/blocks";
+using test::TemporaryFolder;
+
+/// An array of materials in which every second voxel that can be seen has a colour.
+class PaintedWorld : public voxel::World {
+public:
+    PaintedWorld(const std::array<std::int32_t, 3>& min, const std::array<std::int32_t, 3>& max)
+        : array(min, max) {}
+    test::ArrayWorld array;
+    std::function<void(const voxel::BoxKey&)> before = [](const voxel::BoxKey&) {};
+
+    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return array.info(); }
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return array.column(level, bx, bz);
+    }
+    [[nodiscard]] std::shared_ptr<const voxel::Box> box(const voxel::BoxKey& key) override {
+        before(key);
+        const auto box = array.box(key);
+        if (box == nullptr)
+            return box;
+        std::vector<voxel::VoxelAttr> attrs(box->attrs().begin(), box->attrs().end());
+        std::mt19937 random(static_cast<unsigned>(voxel::BoxKeyHash{}(key)));
+        for (voxel::VoxelAttr& attr : attrs) {
+            const auto bits = random();
+            if ((bits >> 24 & 1) == 0)
+                continue;
+            attr.flags = voxel::VoxelAttr::kHasColour;
+            attr.colour = {static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                           static_cast<std::uint8_t>(bits >> 16)};
+        }
+        return voxel::Box::from_arrays(key, box->cells(), attrs);
+    }
+    [[nodiscard]] std::optional<voxel::VoxelAttr> at(int x, int y, int z) {
+        const voxel::BoxKey key{0, voxel::floor_div(x, 64), voxel::floor_div(y, 256),
+                                voxel::floor_div(z, 64)};
+        if (!m_boxes.contains(key))
+            m_boxes[key] = box(key);
+        const auto& box = m_boxes[key];
+        return box == nullptr ? std::nullopt : box->voxel(x & 63, y & 255, z & 63);
+    }
+
+private:
+    std::map<voxel::BoxKey, std::shared_ptr<const voxel::Box>> m_boxes;
+};
+
+/// A number for a place, without pattern. Ref: Steele, Lea & Flood, SplitMix.
+std::uint64_t hash_of(unsigned seed, int x, int y, int z) {
+    std::uint64_t h = seed * 0x9e3779b97f4a7c15ull +
+                      static_cast<std::uint32_t>(x) * 0xbf58476d1ce4e5b9ull +
+                      static_cast<std::uint32_t>(y) * 0x94d049bb133111ebull +
+                      static_cast<std::uint32_t>(z) * 0xd6e8feb86659fd93ull;
+    h = (h ^ h >> 30) * 0xbf58476d1ce4e5b9ull;
+    h = (h ^ h >> 27) * 0x94d049bb133111ebull;
+    return h ^ h >> 31;
+}
+
+/// Clumps of all materials, thin air, solid rock, and stretches without anything.
+void fill(PaintedWorld& world, unsigned seed) {
+    world.array.fill_with([&](int x, int y, int z) {
+        const auto kind = hash_of(seed, x >> 4, y >> 4, z >> 4) % 5;
+        if (kind == 0)
+            return Material::kAir;
+        if (kind == 1)
+            return Material::kRock;
+        const auto pick = hash_of(seed + 1, x >> 1, y >> 1, z >> 1);
+        return kind == 2 || pick % 3 == 0 ? static_cast<Material>(pick / 7 % voxel::kMaterialCount)
+                                          : Material::kAir;
+    });
+}
+
+struct Converting {
+    voxel::Palette palette =
+        voxel::load_palette(fs::path(TERRAVOX_SOURCE_DIR) / "config/materials.toml");
+    Meter meter{"test", 1, true};
+    Job job;
+    Converting(voxel::World& world, const voxel::VoxelBounds& bounds, const fs::path& out,
+               int threads = 2, Colours colours = Colours::kTrue)
+        : job(world, Part{0, bounds}, out, palette, meter) {
+        job.threads = threads;
+        job.colours = colours;
+    }
+    void run() { write_anvil(job, {kBlocks, ""}); }
+};
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+    std::map<std::string, std::string> out;
+    for (const auto& file : fs::recursive_directory_iterator(folder))
+        if (file.is_regular_file())
+            out[fs::relative(file.path(), folder)] = test::bytes_of(file.path());
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a part that is written as an Anvil world reads back as the same materials, voxel by voxel",
+    "[convert][anvil]") {
+    const auto seed = GENERATE(range(1u, 5u));
+    const auto colours = seed % 2 == 0 ? Colours::kMaterial : Colours::kTrue;
+    INFO("seed " << seed);
+    // Parts that begin and end anywhere, across regions, far from the origin.
+    const int x0 = seed == 1   ? -40
+                   : seed == 2 ? 70'000'003
+                               : 500,
+              y0 = seed == 3   ? -77
+                   : seed == 4 ? 1000
+                               : 5,
+              z0 = seed == 1 ? -300'007 : 20;
+    const std::array<int, 3> min{x0, y0, z0}, max{x0 + 90, y0 + 300, z0 + 70};
+    PaintedWorld world(min, max);
+    fill(world, seed);
+    const voxel::VoxelBounds part{{x0 + 3, y0 + 2, z0}, {x0 + 89, y0 + 291, z0 + 66}};
+    const TemporaryFolder folder;
+    Converting converting(world, part, folder.path, 2, colours);
+    converting.run();
+
+    const auto read = test::read_world(folder.path);
+    const auto car =
+        voxel::side_car_from_json(test::bytes_of(folder.path / "terravox.json"), "car");
+    CHECK(car.offset[0] % 512 == 0);
+    CHECK(car.offset[1] % 16 == 0);
+    CHECK(car.offset[2] % 512 == 0);
+    std::size_t solid = 0;
+    int wrong = 0;
+    for (int y = min[1]; y < max[1]; ++y)
+        for (int z = min[2]; z < max[2]; ++z)
+            for (int x = min[0]; x < max[0]; ++x) {
+                const auto block =
+                    read.blocks.find({x - car.offset[0], y - car.offset[1], z - car.offset[2]});
+                const auto attr =
+                    converting.job.part.holds(x, y, z) ? world.at(x, y, z) : std::nullopt;
+                const Material meant =
+                    block == read.blocks.end() ? Material::kAir : car.blocks.at(block->second.name);
+                const Material expected = attr ? attr->material : Material::kAir;
+                solid += attr.has_value();
+                if (meant != expected && ++wrong < 5) {
+                    INFO(x << " " << y << " " << z);
+                    CHECK(voxel::material_name(meant) == voxel::material_name(expected));
+                }
+            }
+    CHECK(wrong == 0);
+    CHECK(solid > 100'000);
+    CHECK(read.blocks.size() == solid);
+    CHECK(converting.job.voxels() == solid);
+    CHECK(converting.job.holes().empty());
+    CHECK_FALSE(fs::exists(folder.path / "conversion.journal"));
+}
+
+TEST_CASE("chunks say what the game needs, and no more", "[convert][anvil]") {
+    PaintedWorld world({0, 0, 0}, {40, 60, 40});
+    world.array.fill({0, 0, 0}, {40, 30, 40}, Material::kRock);
+    world.array.fill({0, 30, 0}, {40, 31, 40}, Material::kGrass);
+    world.array.fill({5, 31, 5}, {6, 32, 6}, Material::kLowVegetation);   // rooted
+    world.array.fill({7, 31, 5}, {8, 33, 6}, Material::kLowVegetation);   // two high: a bush
+    world.array.fill({9, 30, 5}, {10, 32, 6}, Material::kLowVegetation);  // on rock
+    world.array.fill({7, 31, 9}, {8, 33, 10}, Material::kLowVegetation);
+    world.array.fill({16, 30, 0}, {32, 31, 16}, Material::kWater);
+    world.array.fill({0, 31, 16}, {16, 40, 32}, Material::kHighVegetation);
+    world.array.fill({16, 31, 16}, {32, 32, 32}, Material::kSnow);
+    world.array.fill({32, 31, 0}, {40, 32, 16}, Material::kSand);
+    const TemporaryFolder folder;
+    Converting converting(world, {{0, 0, 0}, {40, 41, 40}}, folder.path, 1, Colours::kMaterial);
+    converting.run();
+    const auto read = test::read_world(folder.path);
+    CHECK(read.chunks.size() == 9);
+    for (const auto& chunk : read.chunks) {
+        CHECK(chunk.at("DataVersion").number() == 3955);
+        CHECK(chunk.at("Status").text() == "minecraft:full");
+        CHECK(chunk.at("isLightOn").number() == 0);
+        CHECK(chunk.at("yPos").number() == -4);
+        CHECK(chunk.at("sections").list().size() == 24);
+        for (const auto& section : chunk.at("sections").list()) {
+            CHECK_FALSE(section.has("BlockLight"));
+            CHECK_FALSE(section.has("SkyLight"));
+        }
+    }
+    const auto name = [&](int x, int y, int z) {
+        const auto block = read.blocks.find({x, y, z});
+        return block == read.blocks.end() ? "air" : block->second.name.substr(10);
+    };
+    CHECK(name(5, 31, 5) == "short_grass");
+    CHECK(name(7, 31, 5) == "mangrove_leaves");
+    CHECK(name(7, 32, 5) == "mangrove_leaves");
+    CHECK(name(9, 30, 5) == "mangrove_leaves");
+    CHECK(name(9, 31, 5) == "mangrove_leaves");
+    CHECK(name(7, 31, 9) == "mangrove_leaves");
+    CHECK(name(3, 10, 3) == "stone");
+    CHECK(name(3, 31, 3) == "air");
+    const auto& leaves = read.blocks.at({3, 35, 20});
+    CHECK(leaves.name == "minecraft:oak_leaves");
+    CHECK(leaves.properties ==
+          std::map<std::string, std::string>{{"persistent", "true"}, {"distance", "7"}});
+    CHECK(read.biomes.at({0, 0, 0}) == "minecraft:plains");
+    CHECK(read.biomes.at({5, 7, 1}) == "minecraft:river");
+    CHECK(read.biomes.at({1, 70, 5}) == "minecraft:forest");
+    CHECK(read.biomes.at({5, -16, 5}) == "minecraft:snowy_plains");
+    CHECK(read.biomes.at({9, 3, 1}) == "minecraft:desert");
+    CHECK(read.biomes.at({10, 3, 1}) == "minecraft:the_void");
+
+    const auto data =
+        test::NbtParser(test::inflate(test::bytes_of(folder.path / "level.dat"), true))
+            .root()
+            .at("Data");
+    CHECK(data.at("LevelName").text() == "an array");
+    CHECK(data.at("DataVersion").number() == 3955);
+    CHECK(data.at("Version").at("Name").text() == "1.21.1");
+    CHECK(data.at("GameType").number() == 1);
+    CHECK(data.at("allowCommands").number() == 1);
+    CHECK(data.at("SpawnX").number() == 20);
+    CHECK(data.at("SpawnY").number() == 32);
+    CHECK(data.at("SpawnZ").number() == 20);
+    const auto& dimensions = data.at("WorldGenSettings").at("dimensions");
+    CHECK(dimensions.at("minecraft:overworld").at("generator").at("settings").at("biome").text() ==
+          "minecraft:the_void");
+    CHECK(dimensions.at("minecraft:overworld")
+              .at("generator")
+              .at("settings")
+              .at("layers")
+              .list()
+              .empty());
+    CHECK(data.at("DataPacks").at("Enabled").list().size() == 1);
+    CHECK_FALSE(fs::exists(folder.path / "datapacks"));
+    CHECK(files_of(folder.path).size() == 3);
+    CHECK(converting.job.files().size() == 3);
+}
+
+TEST_CASE("bytes are the same for any number of threads, and after being cut off",
+          "[convert][anvil]") {
+    PaintedWorld world({-600, 0, -100}, {600, 40, 100});
+    fill(world, 9);
+    const voxel::VoxelBounds part{{-600, 0, -100}, {600, 40, 100}};
+    const TemporaryFolder one, four, cut;
+    Converting(world, part, one.path, 1).run();
+    Converting(world, part, four.path, 4).run();
+    const auto expected = files_of(one.path);
+    CHECK(expected.size() > 5);
+    CHECK(files_of(four.path) == expected);
+
+    // One thread, so that regions are made in order; what cuts it off is no Error, which would be a
+    // hole.
+    int asked = 0;
+    world.before = [&](const voxel::BoxKey&) {
+        if (++asked == 60)
+            throw std::runtime_error("cut off");
+    };
+    CHECK_THROWS_WITH(Converting(world, part, cut.path, 1).run(), test::contains("cut off"));
+    CHECK_FALSE(fs::exists(cut.path / "level.dat"));
+    const auto done = files_of(cut.path).size();
+    CHECK(done > 1);
+    CHECK(done < expected.size());
+    asked = 1000;
+    Converting again(world, part, cut.path, 2);
+    again.run();
+    const int boxes_again = asked - 1000;
+    asked = 1000;
+    const TemporaryFolder whole;
+    Converting first(world, part, whole.path, 2);
+    first.run();
+    CHECK(boxes_again < asked - 1000);
+    CHECK(files_of(cut.path) == expected);
+    CHECK(again.job.voxels() == first.job.voxels());
+    CHECK(again.job.files().size() == first.job.files().size());
+    // Another part in the same folder would mix two worlds.
+    CHECK_THROWS_WITH(Converting(world, {{-600, 0, -100}, {600, 39, 100}}, cut.path).run(),
+                      test::contains("holds a world"));
+    fs::remove(cut.path / "level.dat");
+    CHECK_THROWS_WITH(Converting(world, {{-600, 0, -100}, {600, 39, 100}}, cut.path).run(),
+                      test::contains("regions of another world"));
+    CHECK_THROWS_WITH(Converting(world, part, cut.path / "terravox.json").run(),
+                      test::contains("is a file"));
+}
+
+TEST_CASE("a box that cannot be had is a hole that is counted, not the end", "[convert][anvil]") {
+    PaintedWorld world({0, 0, 0}, {128, 20, 64});
+    world.array.fill({0, 0, 0}, {128, 20, 64}, Material::kGrass);
+    world.before = [](const voxel::BoxKey& key) {
+        if (key.bx == 1)
+            throw Error("read the box: gone");
+    };
+    const TemporaryFolder folder;
+    Converting converting(world, {{0, 0, 0}, {128, 20, 64}}, folder.path);
+    converting.run();
+    CHECK(converting.job.holes().size() == 1);
+    CHECK(test::read_world(folder.path).blocks.size() == 64u * 64 * 20);
+}
+
+TEST_CASE("a part that nothing stands in is refused, and leaves nothing", "[convert][anvil]") {
+    PaintedWorld world({0, 0, 0}, {64, 20, 64});
+    const TemporaryFolder folder;
+    Converting converting(world, {{0, 0, 0}, {64, 20, 64}}, folder.path / "town");
+    CHECK_THROWS_WITH(converting.run(), test::contains("nothing solid"));
+    CHECK_FALSE(fs::exists(folder.path / "town"));
+}
+
+TEST_CASE("a world whose bounds are higher than what stands there needs no data pack",
+          "[convert][anvil]") {
+    PaintedWorld world({0, 400, 0}, {128, 900, 64});
+    world.array.fill({0, 400, 0}, {128, 520, 64}, Material::kRock);
+    world.array.fill({70, 520, 9}, {71, 740, 10}, Material::kWall);
+    const TemporaryFolder folder;
+    Converting(world, {{0, 400, 0}, {128, 900, 64}}, folder.path).run();
+    CHECK_FALSE(fs::exists(folder.path / "datapacks"));
+    CHECK(test::read_world(folder.path).blocks.size() == 128u * 64 * 120 + 220);
+}
+
+TEST_CASE("a high world has a data pack that is switched on", "[convert][anvil]") {
+    PaintedWorld world({0, 100, 0}, {20, 900, 20});
+    world.array.fill({0, 100, 0}, {20, 900, 20}, Material::kRock);
+    const TemporaryFolder folder;
+    Converting(world, {{0, 100, 0}, {20, 900, 20}}, folder.path).run();
+    const auto data =
+        test::NbtParser(test::inflate(test::bytes_of(folder.path / "level.dat"), true))
+            .root()
+            .at("Data");
+    CHECK(data.at("DataPacks").at("Enabled").list().at(1).text() == "file/terravox-height");
+    CHECK(data.at("SpawnY").number() == 900);
+    const fs::path pack = folder.path / "datapacks/terravox-height";
+    const auto type = nlohmann::json::parse(
+        test::bytes_of(pack / "data/minecraft/dimension_type/overworld.json"));
+    CHECK(type["min_y"] == 96);
+    CHECK(type["height"] == 880);
+    CHECK(nlohmann::json::parse(test::bytes_of(pack / "pack.mcmeta"))["pack"]["pack_format"] == 48);
+    const auto read = test::read_world(folder.path);
+    CHECK(read.blocks.size() == 20u * 20 * 800);
+    CHECK(read.chunks.at(0).at("yPos").number() == 6);
+    CHECK(read.chunks.at(0).at("sections").list().size() == 55);
+}

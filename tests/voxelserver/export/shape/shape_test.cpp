@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "common/util/error.hpp"
+#include "common/voxel/side_car.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/export/shape/painted_world.hpp"
+#include "voxelserver/export/core/columns.hpp"
+#include "voxelserver/export/shape/byte_file.hpp"
+#include "voxelserver/export/shape/placing.hpp"
+
+using namespace terravox;
+using namespace terravox::convert;
+
+TEST_CASE("columns come each once, square after square", "[convert][shape]") {
+    struct Case {
+        const char* name;
+        ColumnBlock of;
+        std::size_t edge;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"one", {3, -2, 4, -1}, 4},
+        {"less than a square", {-1, -1, 2, 1}, 8},
+        {"squares that do not fit", {-5, 7, 6, 14}, 4},
+        {"squares of one", {0, 0, 3, 2}, 1},
+        {"a strip", {0, 0, 17, 1}, 4},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const Columns columns(c.of, c.edge, [](const ColumnBlock&) { return true; });
+        REQUIRE(columns.count() == static_cast<std::size_t>((c.of.max_bx - c.of.min_bx) *
+                                                            (c.of.max_bz - c.of.min_bz)));
+        std::set<std::pair<int, int>> found;
+        std::size_t square = 0;
+        for (std::size_t i = 0; i < columns.count(); ++i) {
+            const auto at = columns.at(i);
+            found.emplace(at.bx, at.bz);
+            CHECK((at.bx >= c.of.min_bx && at.bx < c.of.max_bx && at.bz >= c.of.min_bz &&
+                   at.bz < c.of.max_bz));
+            const auto edge = static_cast<int>(c.edge),
+                       across = (c.of.max_bx - c.of.min_bx + edge - 1) / edge;
+            CHECK(at.square == static_cast<std::size_t>((at.bz - c.of.min_bz) / edge * across +
+                                                        (at.bx - c.of.min_bx) / edge));
+            CHECK(at.square >= square);
+            square = at.square;
+        }
+        CHECK(found.size() == columns.count());
+        CHECK(square + 1 == columns.squares().size());
+        CHECK(columns.left_out() == 0);
+    }
+}
+
+TEST_CASE("columns are those of squares in which something may stand, in the same order",
+          "[convert][shape]") {
+    const ColumnBlock of{-5, 7, 60, 50};
+    struct Case {
+        const char* name;
+        std::set<std::pair<int, int>> stand;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"nothing", {}},
+        {"one", {{20, 20}}},
+        {"the corners", {{-5, 7}, {59, 7}, {-5, 49}, {59, 49}}},
+        {"some", {{-5, 7}, {3, 8}, {11, 8}, {-4, 30}, {30, 30}, {31, 31}, {59, 49}}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const auto may_hold = [&](const ColumnBlock& b) {
+            return std::any_of(c.stand.begin(), c.stand.end(), [&](const auto& at) {
+                return at.first >= b.min_bx && at.first < b.max_bx && at.second >= b.min_bz &&
+                       at.second < b.max_bz;
+            });
+        };
+        constexpr std::size_t kEdge = 4;
+        const Columns all(of, kEdge, [](const ColumnBlock&) { return true; }),
+            some(of, kEdge, may_hold);
+        std::vector<std::tuple<int, int, std::size_t>> expected, found;
+        std::set<std::size_t> squares;
+        for (std::size_t i = 0; i < all.count(); ++i)
+            if (c.stand.contains({all.at(i).bx, all.at(i).bz}))
+                squares.insert(all.at(i).square);
+        for (std::size_t i = 0; i < all.count(); ++i)
+            if (const auto at = all.at(i); squares.contains(at.square))
+                expected.emplace_back(at.bx, at.bz, at.square);
+        for (std::size_t i = 0; i < some.count(); ++i)
+            found.emplace_back(some.at(i).bx, some.at(i).bz, some.at(i).square);
+        CHECK(found == expected);
+        CHECK(some.left_out() == all.count() - some.count());
+        CHECK(some.squares().size() == squares.size());
+    }
+}
+
+TEST_CASE(
+    "the widest part of which little is known to stand is walked, and one of too much is refused",
+    "[convert][shape]") {
+    constexpr std::int32_t kFar = 1 << 25;
+    const ColumnBlock all{-kFar, -kFar, kFar, kFar};
+    const auto near_by = [](const ColumnBlock& b) {
+        return b.min_bx < 10 && b.max_bx > -10 && b.min_bz < 3 && b.max_bz > 2;
+    };
+    const Columns columns(all, 8, near_by);
+    CHECK(columns.count() == 4 * 64);
+    CHECK(columns.at(0).bx == -16);
+    CHECK(columns.at(0).bz == 0);
+    CHECK_THROWS_AS(Columns(all, 8, [](const ColumnBlock&) { return true; }), UsageError);
+}
+
+TEST_CASE("each voxel of a box is visited once, with what the box says of it", "[convert][shape]") {
+    const auto world = test::lumps(GENERATE(1u, 2u), 7);
+    for (const voxel::BoxKey key :
+         {voxel::BoxKey{0, 0, 0, 0}, voxel::BoxKey{0, -1, -1, 0}, voxel::BoxKey{0, 1, 1, 1}}) {
+        const auto box = world->box(key);
+        if (!box)
+            continue;
+        INFO(voxel::to_string(key));
+        std::vector<int> visits(64 * 256 * 64);
+        std::size_t wrong = 0;
+        const auto visit = [&](int x, int y, int z, const voxel::VoxelAttr& attr) {
+            ++visits[static_cast<std::size_t>((y * 64 + z) * 64 + x)];
+            if (box->voxel(x, y, z) != attr)
+                ++wrong;
+        };
+        each_voxel(*box, visit, [&](int x0, int y0, int z0, int edge) {
+            for (int y = y0; y < y0 + edge; ++y)
+                for (int z = z0; z < z0 + edge; ++z)
+                    for (int x = x0; x < x0 + edge; ++x)
+                        visit(x, y, z, {});
+        });
+        for (int y = 0; y < 256; ++y)
+            for (int z = 0; z < 64; ++z)
+                for (int x = 0; x < 64; ++x)
+                    if (visits[static_cast<std::size_t>((y * 64 + z) * 64 + x)] !=
+                        (box->solid(x, y, z) ? 1 : 0))
+                        ++wrong;
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("what is spooled is read back, and leaves no file", "[convert][shape]") {
+    test::TemporaryFolder folder;
+    {
+        ByteFile spool = ByteFile::spool_for(folder.path() / "a.vox");
+        CHECK(test::files_in(folder.path()).empty());
+        std::string text;
+        for (int i = 0; i < 200000; ++i)
+            text += std::to_string(i);
+        spool.put(text);
+        spool.put_value(std::uint32_t{0x01020304});
+        std::string middle(100, ' ');
+        spool.read(700000, std::as_writable_bytes(std::span(middle)));
+        CHECK(middle == text.substr(700000, 100));
+        ByteFile to(folder.path() / "b", "b");
+        to.put("head");
+        spool.copy_to(to);
+        to.close();
+        CHECK(test::bytes_of_file(folder.path() / "b") == "head" + text + "\x04\x03\x02\x01");
+    }
+    CHECK(test::files_in(folder.path()) == std::set<std::string>{"b"});
+    std::string beyond(10, ' ');
+    ByteFile short_one = ByteFile::spool_for(folder.path() / "c");
+    short_one.put("abc");
+    CHECK_THROWS_AS(short_one.read(0, std::as_writable_bytes(std::span(beyond))), Error);
+}
+
+TEST_CASE("the side-car leads from the file to the world", "[convert][shape]") {
+    const auto world = test::lumps(1, 0);
+    test::ExportJob e(*world, {{-70, -12, -9}, {31, 40, 80}}, "a.glb");
+    util::AtomicFile file(e.job.out);
+    util::write_file_atomically(file.temporary_path(), "a mesh");
+    finish_file(e.job, file);
+    CHECK(test::bytes_of_file(e.job.out) == "a mesh");
+    const auto car = voxel::side_car_from_json(
+        test::bytes_of_file(e.folder.path() / "a.glb.georef.json"), "the side-car");
+    CHECK(car.offset == std::array<std::int32_t, 3>{-20, -12, 35});
+    CHECK(car.offset == origin_of(e.job.part));
+    CHECK(car.crs == "EPSG:3794");
+    CHECK(car.voxel_m == 0.5);
+    CHECK(e.job.files().size() == 2);
+}

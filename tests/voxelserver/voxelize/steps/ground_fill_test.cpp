@@ -1,0 +1,195 @@
+// The ground where none was seen: between points, under houses, in wide gaps.
+#include <cmath>
+#include <random>
+
+#include "tests/catch.hpp"
+#include "tests/voxelserver/voxelize/steps/made_land.hpp"
+#include "voxelserver/voxelize/steps/ground_fill.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+using namespace terravox::voxelize;
+
+namespace {
+
+constexpr int kMargin = GroundHeights::kMargin;
+using Wanted = Grid<char, kMargin>;
+using HeightAt = std::function<double(std::int32_t x, std::int32_t z)>;  ///< NaN = no return
+
+constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+
+MadeLand land_of(HeightAt height) {
+    return MadeLand(
+        [height = std::move(height)](std::int32_t x, std::int32_t z, MadeLand::Returns& out) {
+            if (const double h = height(x, z); !std::isnan(h))
+                out.push_back({h, kGroundClass});
+        });
+}
+
+const AskWideGround kNeverAsked = [](std::int32_t x, std::int32_t z) -> float {
+    FAIL("asked for the ground of a wide gap at " << x << ", " << z);
+    return 0;
+};
+const AskWideGround kFromAfar = [](std::int32_t x, std::int32_t z) {
+    return static_cast<float>(1000 + x + 0.25 * z);
+};
+
+bool same_bits(float a, float b) {
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+/// Hills with gaps of all sizes: single columns, houses, a quarry wider than any reach.
+double hills(std::int32_t x, std::int32_t z) {
+    const auto house = [&](int every, int wide, int deep) {
+        return ((x % every) + every) % every < wide && ((z % every) + every) % every < deep;
+    };
+    if (dice(x, z, 9) < 0.3 || house(41, 9, 17) || house(97, 30, 22) ||
+        (x > 30 && x < 130 && z > 40 && z < 140))
+        return kGap;
+    return 200 + 8 * std::sin(x / 19.0) + 5 * std::cos(z / 13.0) + 0.2 * dice(x, z, 4);
+}
+
+}  // namespace
+
+TEST_CASE("columns with ground keep it, and those that want none get none",
+          "[voxelserver][voxelize][ground]") {
+    auto land = land_of([](auto x, auto z) { return dice(x, z, 1) < 0.4 ? kGap : 10 + 0.125 * x; });
+    const Window window = land.window({0, 0});
+    Wanted wanted;
+    Wanted::each([&](int x, int z) { wanted.at(x, z) = x >= 30 ? 1 : 0; });
+    const auto filled = fill_ground(window, wanted, kNeverAsked), plain = seen_ground(window);
+    GroundHeights::each([&](int x, int z) {
+        const float own = window.column(x, z).ground.height;
+        INFO("column " << x << ", " << z);
+        REQUIRE(same_bits(plain.at(x, z), own));
+        if (own == own || x < 30)
+            REQUIRE(same_bits(filled.at(x, z), own));
+        else
+            REQUIRE_FALSE(std::isnan(filled.at(x, z)));
+    });
+}
+
+TEST_CASE("ground between points and under houses lies on the plane around it",
+          "[voxelserver][voxelize][ground]") {
+    struct Plane {
+        const char* name;
+        double a, b;
+    };
+    // most_off: voxels for each voxel of slope. The mean leans to the side that has more or nearer
+    // ground: by less than two columns between points and under halls, by twice that in the corner
+    // of an L.
+    struct Gap {
+        const char* name;
+        HeightAt kept;
+        double most_off;
+    };
+    const auto plane = GENERATE(values<Plane>({{"flat", 0, 0},
+                                               {"sloping east", 0.25, 0},
+                                               {"sloping both ways", -0.2, 0.4},
+                                               {"steep", 0, 1}}));
+    const auto gap = GENERATE(values<Gap>({
+        {"no gap", [](auto, auto) { return 1.0; }, 0},
+        {"single columns", [](auto x, auto z) { return x % 3 == 0 && z % 3 == 0 ? kGap : 1.0; },
+         0.001},
+        {"every second point lost", [](auto x, auto z) { return dice(x, z, 2) < 0.5 ? kGap : 1.0; },
+         2},
+        {"a hall of 20 x 12",
+         [](auto x, auto z) { return x >= 10 && x < 30 && z >= 20 && z < 32 ? kGap : 1.0; }, 2},
+        {"a row of houses across the border",
+         [](auto x, auto z) { return z > 10 && z < 22 && x % 40 < 38 ? kGap : 1.0; }, 2},
+        {"an L",
+         [](auto x, auto z) {
+             return x > 10 && x < 40 && z > 10 && z < 40 && (x < 20 || z < 20) ? kGap : 1.0;
+         },
+         4},
+    }));
+    DYNAMIC_SECTION(plane.name << ", " << gap.name) {
+        const auto height = [&](double x, double z) { return 300 + plane.a * x + plane.b * z; };
+        auto land = land_of([&](auto x, auto z) { return gap.kept(x, z) * height(x, z); });
+        const auto filled = fill_ground(land.window({0, 0}), Wanted(1), kNeverAsked);
+        const double steepness = std::hypot(plane.a, plane.b);
+        double worst = 0;
+        GroundHeights::each([&](int x, int z) {
+            worst = std::max(worst, std::abs(filled.at(x, z) - height(x, z)));
+        });
+        INFO("worst " << worst << " voxels at a slope of " << steepness);
+        CHECK(worst <= gap.most_off * steepness + 0.0005);  // heights are kept to 1/4096 voxel
+    }
+}
+
+TEST_CASE("a filled height never leaves the heights around", "[voxelserver][voxelize][ground]") {
+    auto land = land_of(hills);
+    const auto filled =
+        fill_ground(land.window({0, 0}), Wanted(1), [](auto, auto) { return 200.0f; });
+    GroundHeights::each([&](int x, int z) {
+        INFO("column " << x << ", " << z);
+        REQUIRE((filled.at(x, z) >= 187 && filled.at(x, z) <= 213.2f));
+    });
+}
+
+TEST_CASE("the ground of a wide gap is asked for by absolute columns, and only beyond reach",
+          "[voxelserver][voxelize][ground]") {
+    constexpr PatchKey kPatch{-3, 5};
+    // No ground to the east of column 10 of the patch.
+    auto land = land_of([&](auto x, auto) { return x < kPatch.x0() + 10 ? 50.0 : kGap; });
+    int asked = 0;
+    const auto filled = fill_ground(land.window(kPatch), Wanted(1),
+                                    [&](auto x, auto z) { return ++asked, kFromAfar(x, z); });
+    GroundHeights::each([&](int x, int z) {
+        INFO("column " << x << ", " << z);
+        const bool in_reach = x <= 9 + 32;
+        if (in_reach)
+            REQUIRE(std::abs(filled.at(x, z) - 50) < 1e-4f);
+        else
+            REQUIRE(filled.at(x, z) == kFromAfar(kPatch.x0() + x, kPatch.z0() + z));
+    });
+    CHECK(asked == (64 + kMargin - 42) * (64 + 2 * kMargin));
+}
+
+TEST_CASE("where nothing is known afar either, there is no ground",
+          "[voxelserver][voxelize][ground]") {
+    auto land = land_of([](auto, auto) { return kGap; });
+    const auto filled =
+        fill_ground(land.window({0, 0}), Wanted(1), [](auto, auto) { return kNoHeight; });
+    CHECK(std::all_of(filled.values().begin(), filled.values().end(),
+                      [](float h) { return std::isnan(h); }));
+}
+
+TEST_CASE("windows of neighbouring patches agree on the columns that both know",
+          "[voxelserver][voxelize][ground]") {
+    struct Case {
+        const char* name;
+        PatchKey a, b;
+    };
+    const auto c = GENERATE(values<Case>({{"side by side", {0, 0}, {1, 0}},
+                                          {"below each other", {0, 0}, {0, 1}},
+                                          {"over the corner", {0, 0}, {1, 1}},
+                                          {"west of the origin", {-1, 0}, {0, 0}}}));
+    DYNAMIC_SECTION(c.name) {
+        auto land = land_of(hills);
+        const auto a = fill_ground(land.window(c.a), Wanted(1), kFromAfar),
+                   b = fill_ground(land.window(c.b), Wanted(1), kFromAfar);
+        const int dx = (c.b.px - c.a.px) * 64, dz = (c.b.pz - c.a.pz) * 64;
+        int both = 0;
+        GroundHeights::each([&](int x, int z) {
+            if (x - dx < -kMargin || z - dz < -kMargin)
+                return;
+            ++both;
+            INFO("column " << x << ", " << z << ": " << a.at(x, z) << " and "
+                           << b.at(x - dx, z - dz));
+            REQUIRE(same_bits(a.at(x, z), b.at(x - dx, z - dz)));
+        });
+        CHECK(both >= 4 * kMargin * kMargin);
+    }
+}
+
+TEST_CASE("the same land elsewhere has the same heights", "[voxelserver][voxelize][ground]") {
+    const PatchKey moved = GENERATE(PatchKey{1, 0}, PatchKey{-7, 11}, PatchKey{7'000, -98'000});
+    auto here = land_of(hills),
+         there = land_of([&](auto x, auto z) { return hills(x - moved.x0(), z - moved.z0()); });
+    const auto a = fill_ground(here.window({0, 0}), Wanted(1), kFromAfar);
+    const auto b = fill_ground(there.window(moved), Wanted(1), [&](auto x, auto z) {
+        return kFromAfar(x - moved.x0(), z - moved.z0());
+    });
+    CHECK(std::equal(a.values().begin(), a.values().end(), b.values().begin(), same_bits));
+}

@@ -1,0 +1,262 @@
+// What surfaces look like from above: materials from colours, and colours from images.
+#include <gdal_priv.h>
+
+#include "common/geo/gdal.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "tests/voxelserver/voxelize/steps/made_land.hpp"
+#include "voxelserver/voxelize/steps/surface.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+using namespace terravox::voxelize;
+using voxel::Material;
+using voxel::Rgb8;
+
+namespace {
+
+using Returns = MadeLand::Returns;
+// Of the default palette.
+constexpr Rgb8 kMeadow{0x70, 0x89, 0x4a}, kAsphalt{0x74, 0x74, 0x78}, kTiles{0xb2, 0x54, 0x38},
+    kSlate{0x76, 0x7a, 0x7e}, kDeepLake{0x1e, 0x54, 0x68};
+constexpr const char* kCrs = "EPSG:2154";
+
+/// The step with its own times, without images unless given.
+class Step {
+public:
+    explicit Step(Settings settings = {}, const imagery::Orthophotos* images = nullptr,
+                  bool dry = true)
+        : m_settings(std::move(settings)),
+          m_step(images, asprs(), m_settings, dry, 1, std::size_t{64} << 20, m_times) {}
+    [[nodiscard]] SurfaceStep& operator*() { return m_step; }
+    [[nodiscard]] SurfaceStep* operator->() { return &m_step; }
+
+private:
+    Settings m_settings;
+    util::StageTimes m_times;
+    SurfaceStep m_step;
+};
+
+/// One image of 1 m pixels: columns [x0, x0 + width) x [z0, z0 + height) of voxels of 1 m.
+void write_image(const std::filesystem::path& file, int x0, int z0, int width, int height,
+                 const std::function<Rgb8(int x, int z)>& colour_at) {
+    geo::start_gdal();
+    GDALDatasetUniquePtr out(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+        file.string().c_str(), width, height, 3, GDT_Byte, nullptr));
+    REQUIRE(out);
+    std::array<double, 6> geo{static_cast<double>(x0), 1, 0, static_cast<double>(-z0), 0, -1};
+    out->SetGeoTransform(geo.data());
+    out->SetSpatialRef(&geo::Crs::from_text(kCrs).ogr());
+    for (int band = 0; band < 3; ++band) {
+        std::vector<std::uint8_t> pixels;
+        for (int z = z0; z < z0 + height; ++z)
+            for (int x = x0; x < x0 + width; ++x) {
+                const Rgb8 c = colour_at(x, z);
+                pixels.push_back(band == 0 ? c.r : band == 1 ? c.g : c.b);
+            }
+        REQUIRE(out->GetRasterBand(band + 1)->RasterIO(GF_Write, 0, 0, width, height, pixels.data(),
+                                                       width, height, GDT_Byte, 0, 0,
+                                                       nullptr) == CE_None);
+    }
+}
+
+SurfaceLook look_of(SurfaceStep& step, const Window& window) {
+    return step.surface(window, step.looks(window));
+}
+
+}  // namespace
+
+TEST_CASE("materials of ground and roofs come from their points' colours",
+          "[voxelserver][voxelize][surface]") {
+    struct Case {
+        const char* name;
+        std::uint8_t code;
+        Rgb8 colour;
+        bool coloured;
+        Material wanted;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"a meadow", kGroundClass, kMeadow, true, Material::kGrass},
+        {"a road", kGroundClass, kAsphalt, true, Material::kRoad},
+        {"tiles", kBuilding, kTiles, true, Material::kOrangeRoof},
+        {"slate", kBuilding, kSlate, true, Material::kGreyRoof},
+        {"ground of tiles' colour is no roof", kGroundClass, kTiles, true, Material::kGround},
+        {"a roof of a meadow's colour is no grass", kBuilding, kMeadow, true, Material::kGreyRoof},
+        {"a class that says what it is", 11, kMeadow, true, Material::kRoad},
+        {"no colours", kGroundClass, {}, false, Material::kAir},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        MadeLand land([&](int, int, Returns& out) { out.push_back({10, c.code, c.colour}); },
+                      c.coloured);
+        Step step;
+        const auto look = look_of(*step, land.window({0, 0}));
+        Margined<Material>::each([&](int x, int z) {
+            INFO("column " << x << ", " << z << ": "
+                           << voxel::material_name(look.material.at(x, z)));
+            REQUIRE(look.material.at(x, z) == c.wanted);
+        });
+        CHECK(look.colour(5, 5) == nullptr);
+    }
+}
+
+TEST_CASE("with specialization off no material changes", "[voxelserver][voxelize][surface]") {
+    Settings settings;
+    settings.steps.specialization = false;
+    MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kMeadow}); }, true);
+    Step step(settings);
+    const auto look = look_of(*step, land.window({0, 0}));
+    CHECK(std::all_of(look.material.values().begin(), look.material.values().end(),
+                      [](Material m) { return m == Material::kAir; }));
+    CHECK_FALSE(step->finds_water());
+}
+
+TEST_CASE("a single speck is filtered away, unless the filters are off",
+          "[voxelserver][voxelize][surface]") {
+    const bool filters = GENERATE(true, false);
+    Settings settings;
+    settings.steps.neighbourhood_filters = filters;
+    MadeLand land(
+        [](int x, int z, Returns& out) {
+            out.push_back({10, kGroundClass, x == 20 && z == 20 ? kAsphalt : kMeadow});
+        },
+        true);
+    Step step(settings);
+    const auto look = look_of(*step, land.window({0, 0}));
+    CHECK(look.material.at(20, 20) == (filters ? Material::kGrass : Material::kRoad));
+    CHECK(look.material.at(25, 20) == Material::kGrass);
+}
+
+TEST_CASE(
+    "what is hidden from above takes its neighbours' material, not the colour of what hides it",
+    "[voxelserver][voxelize][surface]") {
+    struct Case {
+        const char* name;
+        Return above;
+        bool hidden;
+    };
+    const auto c = GENERATE(values<Case>({{"a crown", {22, kTree, kMeadow}, true},
+                                          {"high crops", {11, kLow, kMeadow}, false},
+                                          {"a deck", {22, kBridge, kMeadow}, true}}));
+    DYNAMIC_SECTION(c.name) {
+        // A meadow's colour in the image over a road.
+        const TemporaryFolder folder;
+        const auto covered = [](int x, int z) { return x >= 20 && x < 22 && z >= 20 && z < 22; };
+        write_image(folder.path() / "image.tif", -64, -64, 192, 192,
+                    [&](int x, int z) { return covered(x, z) ? kMeadow : kAsphalt; });
+        const imagery::Orthophotos images({folder.path() / "image.tif"},
+                                          Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
+        Settings settings;
+        settings.steps.neighbourhood_filters =
+            c.hidden;  // hidden columns ask the filters; the others show what they are
+        MadeLand land([&](int x, int z, Returns& out) {
+            out.push_back({10, kGroundClass});
+            if (covered(x, z))
+                out.push_back(c.above);
+        });
+        Step step(settings, &images);
+        const auto look = look_of(*step, land.window({0, 0}));
+        for (int z = 20; z < 22; ++z)
+            for (int x = 20; x < 22; ++x)
+                CHECK(look.material.at(x, z) == (c.hidden ? Material::kRoad : Material::kGrass));
+        REQUIRE(look.colour(20, 20) != nullptr);
+        CHECK(*look.colour(20, 20) == kMeadow);
+    }
+}
+
+TEST_CASE("an image that shows a part colours that part; elsewhere points say what they know",
+          "[voxelserver][voxelize][surface]") {
+    const TemporaryFolder folder;
+    write_image(folder.path() / "image.tif", -64, -64, 64 + 30, 192,
+                [](int, int) { return kMeadow; });
+    const imagery::Orthophotos images({folder.path() / "image.tif"},
+                                      Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
+    const bool coloured = GENERATE(true, false);
+    MadeLand land([](int, int, Returns& out) { out.push_back({10, kGroundClass, kAsphalt}); },
+                  coloured);
+    Step step({}, &images);
+    const auto look = look_of(*step, land.window({0, 0}));
+    for (int z = 0; z < 64; ++z)
+        for (int x = 0; x < 64; ++x) {
+            INFO("column " << x << ", " << z);
+            const Rgb8* colour = look.colour(x, z);
+            REQUIRE((colour != nullptr) == (x < 30));
+            if (colour != nullptr)
+                REQUIRE(*colour == kMeadow);
+            const Material m = look.material.at(x, z);
+            if (x < 26)
+                REQUIRE(m == Material::kGrass);  // the filters mix what lies along the image's edge
+            if (x >= 40)
+                REQUIRE(m == (coloured ? Material::kRoad : Material::kGround));
+        }
+}
+
+/// Surfaces of all kinds and colours, at random.
+void mix(int x, int z, Returns& out) {
+    const Rgb8 colours[] = {kMeadow, kAsphalt, kTiles, kSlate};
+    const bool house = dice(x / 6, z / 5, 1) < 0.3;
+    out.push_back({house ? 16.0 : 10.0, house ? kBuilding : kGroundClass,
+                   colours[static_cast<std::size_t>(dice(x, z, 2) * 3.99)]});
+    if (dice(x, z, 3) < 0.2)
+        out.push_back({20, kTree, kMeadow});
+}
+
+TEST_CASE("materials do not depend on where patches begin", "[voxelserver][voxelize][surface]") {
+    // The same land twice, the second time half a patch farther south-east: its patches begin
+    // elsewhere.
+    MadeLand land(mix, true),
+        moved([](int x, int z, Returns& out) { mix(x - 32, z - 32, out); }, true);
+    Step first, second;
+    std::array<int, voxel::kMaterialCount> seen{};
+    const auto a = look_of(*first, land.window({0, 0}));
+    for (const auto& patch : {PatchKey{0, 0}, PatchKey{1, 0}, PatchKey{0, 1}, PatchKey{1, 1}}) {
+        const auto b = look_of(*second, moved.window(patch));
+        for (int z = 0; z < 64; ++z)
+            for (int x = 0; x < 64; ++x) {
+                const int ax = patch.x0() + x - 32, az = patch.z0() + z - 32;
+                if (ax < 0 || az < 0 || ax >= 64 || az >= 64)
+                    continue;
+                INFO("column " << ax << ", " << az);
+                ++seen[static_cast<std::size_t>(b.material.at(x, z))];
+                REQUIRE(a.material.at(ax, az) == b.material.at(x, z));
+            }
+    }
+    CHECK(std::count_if(seen.begin(), seen.end(), [](int n) { return n > 0; }) >= 4);
+}
+
+// Closed gaps in roofs at a patch's edge take their material from there.
+TEST_CASE("neighbouring patches see the same materials in each other's margins",
+          "[voxelserver][voxelize][surface]") {
+    MadeLand land(mix, true);
+    Step first, second, third;
+    const auto a = look_of(*first, land.window({0, 0})), b = look_of(*second, land.window({1, 0})),
+               d = look_of(*third, land.window({0, 1}));
+    for (int along = -2; along < 66; ++along)
+        for (int across = 62; across < 66; ++across) {
+            INFO(along << " along the border, " << across << " across");
+            REQUIRE(a.material.at(across, along) == b.material.at(across - 64, along));
+            REQUIRE(a.material.at(along, across) == d.material.at(along, across - 64));
+        }
+}
+
+TEST_CASE(
+    "cells look wet where an image shows water on seen ground of a survey without a class for it",
+    "[voxelserver][voxelize][surface]") {
+    const TemporaryFolder folder;
+    write_image(folder.path() / "image.tif", 0, 0, 64, 64,
+                [](int x, int) { return x < 32 ? kDeepLake : kMeadow; });
+    const imagery::Orthophotos images({folder.path() / "image.tif"},
+                                      Frame(geo::Crs::from_text(kCrs), 1, 0, 0));
+    MadeLand land([](int, int z, Returns& out) {
+        if (z < 48)
+            out.push_back({10, kGroundClass});
+    });
+    Step wet({}, &images, false), dry({}, &images, true);
+    CHECK(wet->finds_water());
+    CHECK_FALSE(dry->finds_water());
+    const auto columns = land.columns({0, 0});
+    auto cells = columns->cells;
+    wet->mark_wet({0, 0}, *columns, land.cell_voxels(), cells);
+    for (int z = 0; z < cells.side; ++z)
+        for (int x = 0; x < cells.side; ++x)
+            REQUIRE(cells.at(x, z).looks_wet == (x < 16 && z < 24));
+}

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/voxel/world.hpp"
+#include "tests/voxelserver/imagery/one_colour.hpp"
+#include "tests/voxelserver/voxelize/world/cloud.hpp"
+#include "voxelserver/voxelize/world/world_facts.hpp"
+
+namespace terravox::test {
+
+/// A survey of six squares side by side, two rows of three, each of 160 x 160 m in a file of its
+/// own: hills, houses and trees; a lake that lies in the three northern ones; a hall in the
+/// south-west under which no ground was seen for 76 m. Borders lie within patches.
+class Patchwork {
+public:
+    static constexpr int kAcross = 3, kDown = 2, kSide_m = 160;
+    using Change = std::function<void(Cloud::Point&)>;
+
+    Patchwork() {
+        for (int i = 0; i < kAcross * kDown; ++i)
+            write(i);
+    }
+
+    [[nodiscard]] std::filesystem::path folder() const { return m_folder.path() / "lidar"; }
+    [[nodiscard]] std::filesystem::path square(int i) const {
+        return folder() / ("s" + std::to_string(i) + ".las");
+    }
+    [[nodiscard]] std::filesystem::path images() const { return m_folder.path() / "images"; }
+    [[nodiscard]] const std::filesystem::path& root() const { return m_folder.path(); }
+
+    /// (Re)writes a square. @param index beyond the six: one more to the east of the first row
+    /// @param change is applied to each point
+    void write(int index, const Change& change = {}) {
+        const bool extra = index >= kAcross * kDown;
+        const double east = (extra ? kAcross + index - kAcross * kDown : index % kAcross) * kSide_m,
+                     north = (extra ? 1 : index / kAcross) * kSide_m;
+        Cloud cloud;
+        std::mt19937 random(static_cast<unsigned>(index) + 1);
+        const auto unit = [&] { return static_cast<double>(random() % 1'000'000) / 1'000'000; };
+        for (int i = 0; i < 80'000; ++i) {
+            const double e = east + 0.02 + unit() * (kSide_m - 0.04),
+                         n = north + 0.02 + unit() * (kSide_m - 0.04), noise = (unit() - 0.5) * 0.1;
+            add(cloud, e, n, noise, unit());
+        }
+        Cloud changed;
+        for (Cloud::Point p : cloud.points()) {
+            if (change)
+                change(p);
+            if (p.source_class != kGone)
+                changed.add(p.east, p.north, p.height, p.source_class, p.rgb);
+        }
+        std::filesystem::create_directories(folder());
+        changed.write(square(index));
+    }
+    static constexpr std::uint8_t kGone = 200;  ///< a class for points that a change takes away
+
+    /// An image of one colour over a rectangle, metres from the corner.
+    void image(const std::string& name, double east, double north, double width, double height,
+               std::array<int, 3> colour) const {
+        std::filesystem::create_directories(images());
+        write_one_colour(images() / name, kEast0 + east, kNorth0 + north, width, height, colour);
+    }
+
+    [[nodiscard]] voxelize::LidarWorldOptions options() const {
+        auto out = OpenWorld::with(folder());
+        if (std::filesystem::exists(images()))
+            out.orthophotos = {images()};
+        return out;
+    }
+
+private:
+    static double ground(double e, double n) {
+        return 300 + 6 * std::sin(e / 31) + 5 * std::cos(n / 19);
+    }
+    static bool lake(double e, double n) {
+        return std::abs(n - 250 - 5 * std::sin(e / 20)) < 14 && e > 20 && e < 440;
+    }
+    static bool hall(double e, double n) { return std::abs(e - 75) < 38 && std::abs(n - 75) < 38; }
+
+    static void add(Cloud& cloud, double e, double n, double noise, double dice) {
+        if (lake(e, n)) {
+            if (dice < 0.1)
+                cloud.add(e, n, 292 + noise, 9);
+        } else if (hall(e, n)) {
+            cloud.add(e, n, 320 + noise, 6);
+        } else if (std::fmod(e, 50) > 38 && std::fmod(n, 60) > 48) {
+            cloud.add(e, n, ground(e, n) + 8 + noise, 6);
+        } else {
+            cloud.add(e, n, ground(e, n) + noise, 2);
+            if (std::sin(e / 5) * std::sin(n / 5) > 0.7)
+                cloud.add(e, n, ground(e, n) + 2 + dice * 9, 5);
+        }
+    }
+
+    TemporaryFolder m_folder;
+};
+
+/// What a server keeps of a world: every box with what it was made of.
+struct Kept {
+    struct One {
+        std::uint64_t checksum = 0;  ///< 0 = air
+        voxel::Reach reach;
+        voxel::Fingerprint print{};
+    };
+    std::map<voxel::BoxKey, One> boxes;
+    voxel::WorldInfo info;
+};
+
+inline std::vector<voxel::BoxKey> keys_of_all_levels(const voxel::WorldInfo& info) {
+    std::vector<voxel::BoxKey> out;
+    for (int level = 0; level < info.levels; ++level)
+        for (const auto& key : all_keys(info, level))
+            out.push_back(key);
+    return out;
+}
+
+inline Kept keep(voxelize::LidarWorld& world, const std::vector<voxel::BoxKey>& keys) {
+    Kept out;
+    out.info = world.info();
+    for (const auto& key : keys) {
+        const auto made = world.traced_box(key);
+        out.boxes[key] = {made.box ? made.box->checksum() : 0, made.reach,
+                          world.fingerprint(made.reach)};
+    }
+    return out;
+}
+inline Kept keep(voxelize::LidarWorld& world) {
+    return keep(world, keys_of_all_levels(world.info()));
+}
+
+}  // namespace terravox::test

@@ -1,0 +1,373 @@
+#include <chrono>
+#include <fstream>
+
+#include "common/util/config_dir.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/voxelize/world/patchwork.hpp"
+
+using namespace terravox;
+using namespace terravox::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Outcome {
+    int boxes = 0;    ///< that were kept
+    int changed = 0;  ///< whose bytes are others now
+    int refused = 0;  ///< whose fingerprint is another now
+    int stale = 0;    ///< changed, but not refused
+    std::string first_stale;
+};
+
+/// Makes all boxes again after a change of the inputs, and looks which kept ones would have been
+/// used.
+Outcome compare(const Kept& kept, voxelize::LidarWorld& now) {
+    Outcome out;
+    for (const auto& [key, one] : kept.boxes) {
+        if (key.level >= now.info().levels)
+            continue;
+        const auto box = now.box(key);
+        const bool same = one.checksum == (box ? box->checksum() : 0),
+                   valid = now.fingerprint(one.reach) == one.print;
+        ++out.boxes, out.changed += same ? 0 : 1, out.refused += valid ? 0 : 1;
+        if (same || !valid)
+            continue;
+        if (out.stale++ == 0)
+            out.first_stale = "level " + std::to_string(key.level) + " " + std::to_string(key.bx) +
+                              ", " + std::to_string(key.by) + ", " + std::to_string(key.bz);
+    }
+    return out;
+}
+
+Outcome after(const Patchwork& patchwork,
+              const std::function<void(voxelize::LidarWorldOptions&)>& change) {
+    auto options = patchwork.options();
+    OpenWorld before(options);
+    const Kept kept = keep(before.world());
+    change(options);
+    OpenWorld now(options);
+    return compare(kept, now.world());
+}
+
+std::string text(const Outcome& o) {
+    return std::to_string(o.boxes) + " boxes, " + std::to_string(o.changed) + " changed, " +
+           std::to_string(o.refused) + " refused, " + std::to_string(o.stale) +
+           " stale; first: " + o.first_stale;
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+    std::ofstream(file) << text;
+}
+
+/// A settings file with the defaults and one line more.
+fs::path settings_with(const Patchwork& p, const std::string& name, const std::string& lines) {
+    const fs::path file = p.root() / name;
+    write_text(file, lines);
+    return file;
+}
+
+}  // namespace
+
+TEST_CASE("no kept box outlives a change of a file that shaped it",
+          "[voxelserver][voxelize][fingerprint]") {
+    using Point = Cloud::Point;
+    struct Case {
+        const char* name;
+        int square;
+        Patchwork::Change change;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"the lake rises at one end", 3,
+         [](Point& p) {
+             if (p.source_class == 9 && p.east < 60)
+                 p.height += 1.5;
+         }},
+        {"the lake is longer", 5,
+         [](Point& p) {
+             if (p.north > 240 && p.north < 260 && p.east > 430 && p.source_class == 2)
+                 p.source_class = 9, p.height = 292;
+         }},
+        {"one tree more", 1,
+         [](Point& p) {
+             if (std::hypot(p.east - 250, p.north - 50) < 1.5)
+                 p.source_class = 5, p.height += 9;
+         }},
+        {"ground at the edge of the hall", 0,
+         [](Point& p) {
+             if (p.source_class == 2 && p.east > 113 && p.north < 114)
+                 p.height += 3;
+         }},
+        {"a roof beside a border", 4,
+         [](Point& p) {
+             if (p.east < 166 && p.north < 166 && p.source_class == 2)
+                 p.source_class = 6, p.height += 7;
+         }},
+        {"a hole", 2,
+         [](Point& p) {
+             if (std::hypot(p.east - 400, p.north - 70) < 40)
+                 p.source_class = Patchwork::kGone;
+         }},
+        {"written again with nothing changed", 2, [](Point&) {}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Patchwork patchwork;
+        const Outcome outcome =
+            after(patchwork, [&](auto&) { patchwork.write(c.square, c.change); });
+        INFO(text(outcome));
+        CHECK(outcome.stale == 0);
+        CHECK(outcome.refused > 0);
+        CHECK(outcome.refused < outcome.boxes);
+    }
+}
+
+TEST_CASE("no kept box outlives any of many random changes of files",
+          "[voxelserver][voxelize][fingerprint][property]") {
+    Patchwork patchwork;
+    Outcome all;
+    Kept kept = keep(OpenWorld(patchwork.options()).world());
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+        std::mt19937 random(seed);
+        const auto unit = [&] { return static_cast<double>(random() % 10'000) / 10'000; };
+        const int square = static_cast<int>(random() % 6);
+        const double east = (square % 3 + unit()) * Patchwork::kSide_m,
+                     north = (square / 3 + unit()) * Patchwork::kSide_m,
+                     radius = 1 + 25 * unit() * unit();
+        const int what = static_cast<int>(random() % 5);
+        patchwork.write(square, [&](Cloud::Point& p) {
+            if (std::hypot(p.east - east, p.north - north) > radius)
+                return;
+            switch (what) {
+                case 0: p.source_class = Patchwork::kGone; break;
+                case 1: p.source_class = 9, p.height = 291; break;
+                case 2: p.source_class = 6, p.height += 6; break;
+                case 3: p.height += 2; break;
+                default:
+                    p.source_class = p.source_class == 9 ? Patchwork::kGone : 1, p.height -= 0.4;
+            }
+        });
+        OpenWorld now(patchwork.options());
+        const Outcome o = compare(kept, now.world());
+        kept = keep(now.world());
+        INFO("seed " << seed << ", square " << square << ", place " << east << ", " << north
+                     << ", radius " << radius << ", change " << what);
+        INFO(text(o));
+        CHECK(o.stale == 0);
+        all.boxes += o.boxes, all.changed += o.changed, all.refused += o.refused;
+    }
+    INFO("all changes: " << text(all));
+    CHECK(all.changed > 0);
+    CHECK(all.refused < all.boxes);
+}
+
+TEST_CASE("no kept box under a roof of 300 m outlives a change of the ground around it",
+          "[voxelserver][voxelize][fingerprint]") {
+    const TemporaryFolder folder;
+    const auto write = [&](const char* name, double from, double to, int source_class,
+                           double height) {
+        Cloud cloud;
+        cloud.cover(from, 0, to, 100, 1, source_class,
+                    [&](double e, double) { return height + e / 200; });
+        cloud.write(folder.path() / name);
+    };
+    write("a.las", 0, 100, 2, 300), write("b.las", 100, 400, 6, 320),
+        write("c.las", 400, 500, 2, 300);
+    OpenWorld before(folder.path());
+    const Kept kept = keep(before.world());
+    write("c.las", 400, 500, 2, 306);
+    OpenWorld now(folder.path());
+    const Outcome o = compare(kept, now.world());
+    INFO(text(o));
+    CHECK(o.stale == 0);
+    CHECK(o.changed > 2);  // the strip itself, and what was interpolated from it
+    // What is farther from the strip than anything of it was looked for stays: the ground's own
+    // strip, at least.
+    const voxel::BoxKey west{0, voxel_x(0) >> 6, 1, voxel_z(50) >> 6};
+    CHECK(now.world().fingerprint(kept.boxes.at(west).reach) == kept.boxes.at(west).print);
+    int wide = 0;
+    for (const auto& [key, one] : kept.boxes)
+        wide += key.level == 0 && one.reach.max_bx - one.reach.min_bx > 3 ? 1 : 0;
+    CHECK(wide > 0);
+}
+
+TEST_CASE(
+    "no kept box at one end of a lake outlives a change of its level, which was seen at the other "
+    "end only",
+    "[voxelserver][voxelize][fingerprint]") {
+    const TemporaryFolder folder;
+    const auto write = [&](const char* name, double from, double to, double seen_at) {
+        Cloud cloud;
+        cloud.cover(from, 0, to, 280, 0.5, 2, [](double e, double n) {
+            return std::abs(n - 60) < 14 && e < 480 ? NAN : 297.5;
+        });
+        cloud.add(from + 50, 279, 290, 2);  // the lowest place: the model's base stays where it is
+        if (seen_at > 0)
+            cloud.cover(from + 5, 48, to - 5, 72, 2, 9, [&](double, double) { return seen_at; });
+        cloud.write(folder.path() / name);
+    };
+    write("a.las", 0, 100, 292.5), write("b.las", 100, 300, 0), write("c.las", 300, 500, 0);
+    OpenWorld before(folder.path());
+    const Kept kept = keep(before.world());
+    write("a.las", 0, 100, 294.5);
+    OpenWorld now(folder.path());
+    const Outcome o = compare(kept, now.world());
+    INFO(text(o));
+    CHECK(o.stale == 0);
+    const voxel::BoxKey far{0, voxel_x(450) >> 6, 1, voxel_z(60) >> 6},
+        land{0, voxel_x(490) >> 6, 1, voxel_z(275) >> 6};
+    const auto box = now.world().box(far);
+    REQUIRE(box);
+    CHECK(box->checksum() != kept.boxes.at(far).checksum);
+    CHECK(now.world().fingerprint(kept.boxes.at(land).reach) == kept.boxes.at(land).print);
+}
+
+TEST_CASE("no kept box outlives a square that comes or goes",
+          "[voxelserver][voxelize][fingerprint]") {
+    struct Case {
+        const char* name;
+        std::function<void(Patchwork&)> change;
+        bool anything;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"one more at the end of the lake", [](Patchwork& p) { p.write(6); }, true},
+        {"one more far away", [](Patchwork& p) { p.write(14); }, false},
+        {"one less at the lake", [](Patchwork& p) { fs::remove(p.square(4)); }, true},
+        {"one less on land", [](Patchwork& p) { fs::remove(p.square(2)); }, true},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Patchwork patchwork;
+        const Outcome o = after(patchwork, [&](auto&) { c.change(patchwork); });
+        INFO(text(o));
+        CHECK(o.stale == 0);
+        CHECK((o.refused > 0) == c.anything);
+        CHECK(o.refused < o.boxes);
+    }
+}
+
+TEST_CASE("no kept box outlives a change of the images over it",
+          "[voxelserver][voxelize][fingerprint]") {
+    struct Case {
+        const char* name;
+        std::function<void(Patchwork&)> change;
+        bool anything;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"another colour", [](Patchwork& p) { p.image("west.tif", 0, 0, 90, 200, {200, 60, 40}); },
+         true},
+        {"one more, which wins",
+         [](Patchwork& p) { p.image("a.tif", 60, 20, 60, 60, {20, 40, 220}); }, true},
+        {"one less", [](Patchwork& p) { fs::remove(p.images() / "west.tif"); }, true},
+        {"one more beside the world",
+         [](Patchwork& p) { p.image("far.tif", 2000, 2000, 60, 60, {20, 40, 220}); }, false},
+        {"the other way round where two overlap",
+         [](Patchwork& p) { fs::rename(p.images() / "west.tif", p.images() / "zest.tif"); }, true},
+        {"another name, but the same order",
+         [](Patchwork& p) { fs::rename(p.images() / "west.tif", p.images() / "wert.tif"); }, false},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Patchwork patchwork;
+        patchwork.image("west.tif", 0, 0, 90, 200, {90, 160, 60});
+        patchwork.image("xtra.tif", 70, 0, 60, 200, {130, 130, 130});
+        const Outcome o = after(patchwork, [&](auto&) { c.change(patchwork); });
+        INFO(text(o));
+        CHECK(o.stale == 0);
+        CHECK((o.refused > 0) == c.anything);
+        CHECK(o.refused < o.boxes);
+    }
+}
+
+TEST_CASE(
+    "no kept box outlives a change of a table or an option, and all outlive one that says the same",
+    "[voxelserver][voxelize][fingerprint]") {
+    enum class Expect { kAll, kNone, kColoured };
+    struct Case {
+        const char* name;
+        std::function<void(Patchwork&, voxelize::LidarWorldOptions&)> change;
+        Expect expect;
+    };
+    using Options = voxelize::LidarWorldOptions;
+    const auto c = GENERATE(values<Case>({
+        {"a setting",
+         [](Patchwork& p, Options& o) {
+             o.settings = settings_with(p, "s.toml", "[water]\nslope = 0.31\n");
+         },
+         Expect::kAll},
+        {"settings in other words",
+         [](Patchwork& p, Options& o) {
+             o.settings = settings_with(
+                 p, "s.toml",
+                 "# a remark\n[water]\nmin_depth_m = 0.60\n[points]\ndrop_withheld = true\n");
+         },
+         Expect::kNone},
+        {"a step",
+         [](Patchwork& p, Options& o) {
+             o.settings = settings_with(p, "s.toml", "[steps]\nbuilding_fill = false\n");
+         },
+         Expect::kAll},
+        {"voxels", [](Patchwork&, Options& o) { o.voxel_m = 1.25; }, Expect::kAll},
+        {"the vertical unit", [](Patchwork&, Options& o) { o.vertical_unit = "ft"; }, Expect::kAll},
+        {"the CRS", [](Patchwork&, Options& o) { o.crs = "EPSG:32631"; }, Expect::kAll},
+        {"the vertical unit it had, said", [](Patchwork&, Options& o) { o.vertical_unit = "m"; },
+         Expect::kNone},
+        {"memory, threads and a cache folder",
+         [](Patchwork& p, Options& o) {
+             o.memory_bytes = 100 << 20, o.threads = 1, o.cache_dir = p.root() / "cache";
+         },
+         Expect::kNone},
+        {"a class",
+         [](Patchwork& p, Options& o) {
+             write_text(p.root() / "c.toml",
+                        "extends = \"asprs\"\n[class.5]\nrole = \"drop\"\nmaterial = \"air\"\n");
+             o.classes = (p.root() / "c.toml").string();
+         },
+         Expect::kAll},
+        {"the same classes in another file",
+         [](Patchwork& p, Options& o) {
+             write_text(p.root() / "c.toml", "title = \"mine\"\nextends = \"asprs\"\n");
+             o.classes = (p.root() / "c.toml").string();
+         },
+         Expect::kNone},
+        {"the palette",
+         [](Patchwork& p, Options& o) {
+             write_text(p.root() / "p.toml", "extends = \"default\"\nlightness_weight = 0.123\n");
+             o.settings = settings_with(
+                 p, "s.toml",
+                 "[specialization]\npalette = \"" + (p.root() / "p.toml").string() + "\"\n");
+         },
+         Expect::kColoured},
+        {"the same palette in another file",
+         [](Patchwork& p, Options& o) {
+             write_text(p.root() / "p.toml", "title = \"mine\"\nextends = \"default\"\n");
+             o.settings = settings_with(
+                 p, "s.toml",
+                 "[specialization]\npalette = \"" + (p.root() / "p.toml").string() + "\"\n");
+         },
+         Expect::kNone},
+        {"the files one by one, the other way round",
+         [](Patchwork& p, Options& o) {
+             o.files.clear();
+             for (int i = 5; i >= 0; --i)
+                 o.files.push_back(p.square(i));
+         },
+         Expect::kNone},
+        {"the folder moved",
+         [](Patchwork& p, Options& o) {
+             fs::rename(p.folder(), p.root() / "elsewhere"),
+                 fs::rename(p.images(), p.root() / "pictures");
+             o.files = {p.root() / "elsewhere"}, o.orthophotos = {p.root() / "pictures"};
+         },
+         Expect::kNone},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        Patchwork patchwork;
+        patchwork.image("west.tif", 0, 0, 40, 200, {90, 160, 60});
+        const Outcome o = after(patchwork, [&](auto& options) { c.change(patchwork, options); });
+        INFO(text(o));
+        CHECK(o.boxes > 0);
+        CHECK(o.stale == 0);
+        switch (c.expect) {
+            case Expect::kAll: CHECK(o.refused == o.boxes); break;
+            case Expect::kNone: CHECK((o.refused == 0 && o.changed == 0)); break;
+            case Expect::kColoured: CHECK((o.refused > 0 && o.refused < o.boxes)); break;
+        }
+    }
+}

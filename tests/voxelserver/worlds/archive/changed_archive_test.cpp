@@ -1,0 +1,259 @@
+// Archives on web servers that change while they are read.
+#include <atomic>
+
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_world.hpp"
+#include "common/voxel/changed_error.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/worlds/remote/served_archive.hpp"
+#include "voxelserver/worlds/archive/far_archive.hpp"
+
+using namespace terravox;
+using terravox::test::archive_bytes;
+using terravox::test::BadServer;
+using terravox::test::box_of;
+using terravox::test::contains;
+using terravox::test::Deed;
+using terravox::test::part_of_archive;
+
+namespace {
+
+// Far behind what opening reads, so that each asks the server.
+constexpr voxel::BoxKey kBefore{0, 250, 0, 0}, kAfter{0, 260, 0, 0}, kLast{0, 270, 0, 0};
+
+const std::string kMonday = "Last-Modified: Mon, 05 Jan 2026 10:00:00 GMT\r\n";
+const std::string kTuesday = "Last-Modified: Tue, 06 Jan 2026 10:00:00 GMT\r\n";
+
+std::string etag(const std::string& text) {
+    return "ETag: " + text + "\r\n";
+}
+std::string whole_size(std::size_t bytes) {
+    return "Content-Range: bytes 0-1/" + std::to_string(bytes) + "\r\n";
+}
+
+/// Gives out parts of the archive with some headers, then with others.
+class ChangingServer {
+public:
+    ChangingServer(std::string first, std::string later)
+        : m_first(std::move(first)),
+          m_later(std::move(later)),
+          m_server([this](const std::string&, int, const std::string& range) {
+              Deed deed = part_of_archive(range);
+              deed.headers = m_changed ? m_later : m_first;
+              return deed;
+          }) {}
+    void change() { m_changed = true; }
+    [[nodiscard]] std::string url() const { return m_server.url() + "/a.tvx"; }
+    [[nodiscard]] int asked() const { return m_server.asked("/a.tvx"); }
+    [[nodiscard]] std::vector<std::string> heads() const { return m_server.heads(); }
+    [[nodiscard]] std::unique_ptr<voxel::World> open() const {
+        return voxel::open_archive(far_archive(url(), std::chrono::seconds(600)));
+    }
+
+private:
+    const std::string m_first, m_later;
+    std::atomic<bool> m_changed{false};
+    BadServer m_server;
+};
+
+bool same(const std::shared_ptr<const voxel::Box>& box, const voxel::BoxKey& key) {
+    return box && box->checksum() == box_of(key)->checksum();
+}
+
+}  // namespace
+
+TEST_CASE("an archive that changes on its web server is told by what the server says of it",
+          "[raytracer][world][far_archive]") {
+    struct Case {
+        const char* name;
+        std::string first, later;
+        bool differs;
+    };
+    const std::size_t size = archive_bytes().size();
+    const std::string longest(500, 'x'), too_long(4000, 'x');
+    const auto c = GENERATE_COPY(values<Case>({
+        {"another entity tag", etag(R"("a")"), etag(R"("b")"), true},
+        {"another entity tag, same size", etag(R"("a")") + whole_size(size),
+         etag(R"("b")") + whole_size(size), true},
+        {"another long entity tag", etag('"' + longest + '"'), etag('"' + longest + "y\""), true},
+        {"another weak entity tag", etag(R"(W/"a")"), etag(R"(W/"b")"), true},
+        {"a weak entity tag that becomes strong", etag(R"(W/"a")"), etag(R"("a")"), false},
+        {"another date alone", kMonday, kTuesday, true},
+        {"an earlier date alone", kTuesday, kMonday, true},
+        {"another date, same entity tag", etag(R"("a")") + kMonday, etag(R"("a")") + kTuesday,
+         false},
+        {"same date, another entity tag", etag(R"("a")") + kMonday, etag(R"("b")") + kMonday, true},
+        {"nothing told", "", "", false},
+        {"size alone", whole_size(size), whole_size(size), false},
+        {"another size alone", whole_size(size), whole_size(size + 1), true},
+        {"another size, same entity tag", etag(R"("a")") + whole_size(size),
+         etag(R"("a")") + whole_size(size - 1), true},
+        {"a size that nobody can read", whole_size(size), "Content-Range: bytes 0-1/much\r\n",
+         false},
+        {"a size beyond 64 bits", whole_size(size),
+         "Content-Range: bytes 0-1/99999999999999999999999\r\n", false},
+        {"an entity tag that goes", etag(R"("a")"), "", true},
+        {"a date that goes", kMonday, "", true},
+        {"an entity tag that goes, the date stays", etag(R"("a")") + kMonday, kMonday, false},
+        {"an entity tag that goes, another date", etag(R"("a")") + kMonday, kTuesday, true},
+        {"an entity tag that comes", "", etag(R"("a")"), false},
+        {"a date that comes", "", kMonday, false},
+        {"an entity tag that comes beside the date", kMonday, etag(R"("a")") + kMonday, false},
+        {"entity tags too long to be looked at", etag('"' + too_long + '"'),
+         etag('"' + too_long + "y\""), false},
+        {"an entity tag that becomes too long", etag(R"("a")"), etag('"' + too_long + '"'), true},
+        {"entity tags with control characters", etag("\"a\x01\x1b[2J\""), etag("\"b\x01\""), false},
+        {"entity tags without quotes", etag("a"), etag("b"), false},
+        {"entity tags with a quote within", etag(R"("a"b")"), etag(R"("b"b")"), false},
+        {"dates of no form", "Last-Modified: yesterday\r\n", "Last-Modified: today\r\n", false},
+        {"dates with control characters", "Last-Modified: Mon, 05 Jan 2026\t10:00:00 GMT\r\n",
+         kTuesday, false},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        ChangingServer server(c.first, c.later);
+        const auto world = server.open();
+        CHECK(same(world->box(kBefore), kBefore));
+        const int before = server.asked();
+        server.change();
+        if (!c.differs) {
+            CHECK(same(world->box(kAfter), kAfter));
+            return;
+        }
+        const std::string line = server.url() + " has changed while it was read; start again";
+        CHECK_THROWS_WITH(world->box(kAfter), line);
+        CHECK(server.asked() == before + 1);  // it was not asked for again
+        CHECK_THROWS_AS(world->box(kLast), voxel::ChangedError);
+        CHECK(server.asked() == before + 1);  // nor is anything else
+    }
+}
+
+TEST_CASE("a later request says which archive it is about, as strongly as the server does",
+          "[raytracer][world][far_archive]") {
+    struct Case {
+        const char* name;
+        std::string told, sent;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"an entity tag", etag(R"("a b")"), ""},  // no blank may lie in one
+        {"a strong entity tag", etag(R"("a,b")"), "If-Match: \"a,b\"\r\n"},
+        {"a strong entity tag and a date", etag(R"("a")") + kMonday, "If-Match: \"a\"\r\n"},
+        {"a weak entity tag", etag(R"(W/"a")"), ""},
+        {"a weak entity tag and a date", etag(R"(W/"a")") + kMonday,
+         "If-Unmodified-Since: Mon, 05 Jan 2026 10:00:00 GMT\r\n"},
+        {"a date", kMonday, "If-Unmodified-Since: Mon, 05 Jan 2026 10:00:00 GMT\r\n"},
+        {"nothing", "", ""},
+        {"an entity tag with control characters", etag("\"a\x01\""), ""},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        ChangingServer server(c.told, "");
+        const auto world = server.open();
+        CHECK(same(world->box(kBefore), kBefore));
+        const auto heads = server.heads();
+        REQUIRE(heads.size() >= 2);
+        CHECK_THAT(heads.front(), !contains("If-"));
+        for (std::size_t i = 1; i < heads.size(); ++i) {
+            if (c.sent.empty())
+                CHECK_THAT(heads[i], !contains("If-"));
+            else
+                CHECK_THAT(heads[i], contains("\r\n" + c.sent));
+            CHECK_THAT(heads[i], contains("Range: bytes=") && contains("Accept-Encoding: zstd"));
+        }
+    }
+}
+
+TEST_CASE("a server that refuses what has changed, or has another range of it, ends the reading",
+          "[raytracer][world][far_archive]") {
+    struct Case {
+        const char* name;
+        std::string told;
+        Deed later;
+        const char* said;
+    };
+    const std::string a = etag(R"("a")"), b = etag(R"("b")"),
+                      size = whole_size(archive_bytes().size());
+    const Deed whole{.status = 200, .type = "application/octet-stream", .body = archive_bytes()};
+    const auto with = [](Deed deed, const std::string& headers) {
+        return deed.headers = headers, deed;
+    };
+    const auto c = GENERATE_COPY(values<Case>({
+        {"412", a, test::problem(412), "has changed while it was read; start again"},
+        {"412 for a date", kMonday, test::problem(412),
+         "has changed while it was read; start again"},
+        {"412 that nobody asked for", "", test::problem(412), "HTTP status 412"},
+        {"416 of a shorter file", a + size, test::problem(416, a + "Content-Range: bytes */5\r\n"),
+         "has changed while it was read"},
+        {"416 of the same file", a + size, test::problem(416, a + size), "HTTP status 416"},
+        {"200 with another entity tag", a, with(whole, b), "has changed while it was read"},
+        {"200 with the same entity tag", a, with(whole, a), "whole files only"},
+        {"200 without one", a, whole, "has changed while it was read"},
+        {"200 where nothing was ever told", "", whole, "whole files only"},
+        {"a small 200 of another size",
+         a + size,
+         {.status = 200, .type = "x/y", .body = "tiny", .headers = a},
+         "has changed while it was read"},
+        {"404", a, test::problem(404), "HTTP status 404"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        std::atomic<bool> later{false};
+        BadServer server([&](const std::string&, int, const std::string& range) {
+            return later ? c.later : with(part_of_archive(range), c.told);
+        });
+        const auto world =
+            voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+        CHECK(same(world->box(kBefore), kBefore));
+        const int before = server.asked("/a.tvx");
+        later = true;
+        CHECK_THROWS_WITH(world->box(kAfter), contains("/a.tvx") && contains(c.said));
+        CHECK(server.asked("/a.tvx") == before + 1);
+    }
+}
+
+TEST_CASE("a change is seen through replies that are late, busy or damaged",
+          "[raytracer][world][far_archive]") {
+    std::atomic<bool> later{false};
+    int since = 0;
+    BadServer server([&](const std::string&, int, const std::string& range) {
+        Deed deed = part_of_archive(range);
+        deed.headers = etag(later ? R"("b")" : R"("a")");
+        if (later && since++ < 2)
+            return test::problem(503, "Retry-After: 0\r\n");
+        return deed;
+    });
+    const auto world =
+        voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+    later = true;
+    CHECK_THROWS_AS(world->box(kAfter), voxel::ChangedError);
+    CHECK(since == 3);
+}
+
+TEST_CASE("an archive that changes while it is opened is no archive",
+          "[raytracer][world][far_archive]") {
+    BadServer server([&](const std::string&, int n, const std::string& range) {
+        Deed deed = part_of_archive(range);
+        deed.headers = etag('"' + std::to_string(n) + '"');
+        return deed;
+    });
+    const auto open = [&] {
+        return voxel::open_archive(far_archive(server.url() + "/a.tvx", std::chrono::seconds(600)));
+    };
+    CHECK_THROWS_AS(open(), voxel::ChangedError);
+}
+
+TEST_CASE("a state of an archive on a web server has a name", "[raytracer][world][far_archive]") {
+    const std::string size = std::to_string(archive_bytes().size());
+    struct Case {
+        const char* name;
+        std::string told, edition;
+    };
+    const auto c = GENERATE_COPY(values<Case>({
+        {"an entity tag", etag(R"("a")") + kMonday, R"("a")"},
+        {"an entity tag and a size", etag(R"("a")") + whole_size(archive_bytes().size()),
+         R"("a", )" + size + " bytes"},
+        {"a date", kMonday, "Mon, 05 Jan 2026 10:00:00 GMT"},
+        {"a size", whole_size(archive_bytes().size()), size + " bytes"},
+        {"nothing", "", ""},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        CHECK(ChangingServer(c.told, "").open()->edition() == c.edition);
+    }
+}

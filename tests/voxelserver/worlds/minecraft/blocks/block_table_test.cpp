@@ -1,0 +1,387 @@
+#include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+
+namespace fs = std::filesystem;
+using namespace terravox;
+using namespace terravox::minecraft;
+using terravox::voxel::Material;
+
+namespace {
+
+const fs::path kShipped = fs::path(TERRAVOX_SOURCE_DIR) / "config/blocks";
+
+const BlockTable& shipped() {
+    static const BlockTable table = BlockTable::load(kShipped);
+    return table;
+}
+
+BlockLook look(const std::string& state) {
+    const BlockState parsed =
+        block_state_from(state, [](const std::string& what) { throw Error(what); });
+    std::vector<Property> properties;
+    for (const Condition& c : parsed.conditions)
+        properties.push_back({c.property, c.values.front()});
+    return shipped().of(parsed.name, properties);
+}
+
+/// A folder with a table of its own.
+struct Folder {
+    fs::path path =
+        fs::temp_directory_path() / ("terravox-blocks-" + std::to_string(std::random_device{}()));
+    explicit Folder(const std::string& blocks, const std::string& old = "") {
+        fs::create_directories(path);
+        std::ofstream(path / "blocks.toml") << blocks;
+        std::ofstream(path / "old-blocks.toml") << old;
+    }
+    ~Folder() { fs::remove_all(path); }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+};
+
+}  // namespace
+
+TEST_CASE(
+    "every block that a version since 1.13 names is known, and none by a star but what grows in "
+    "pots",
+    "[minecraft][blocks]") {
+    std::ifstream table(kShipped / "blocks.toml");
+    std::string line, text;
+    while (std::getline(table, line))
+        if (line.substr(0, line.find(" = ")).find('*') == std::string::npos ||
+            line.rfind("\"potted_", 0) == 0)
+            text += line + '\n';
+    const Folder folder(text);
+    const BlockTable without_stars = BlockTable::load(folder.path);
+
+    std::ifstream in(fs::path(TERRAVOX_SOURCE_DIR) / "tests/fixtures/minecraft/block_names.txt");
+    std::string name, unknown, starred;
+    int count = 0;
+    while (std::getline(in, name)) {
+        ++count;
+        if (!look("minecraft:" + name).known)
+            unknown += " " + name;
+        const bool renamed = name == "grass" || name == "sign" || name == "wall_sign" ||
+                             name == "prismarine_bricks_slab";
+        if (!renamed && !without_stars.of(name, {}).known)
+            starred += " " + name;
+    }
+    CHECK(count > 1100);
+    CHECK(unknown == "");
+    CHECK(starred == "");
+}
+
+TEST_CASE("every number that a block had in 1.12 is known, with any data", "[minecraft][blocks]") {
+    for (int id = 0; id < 256; ++id)
+        for (int data = 0; data < 16; ++data) {
+            INFO(id << ":" << data);
+            const bool never = id == 253 || id == 254;
+            CHECK(shipped().of_number(id, data).known == !never);
+            CHECK((shipped().name_of_number(id, data) ==
+                   std::to_string(id) + ":" + std::to_string(data)) == never);
+        }
+    CHECK_FALSE(shipped().of_number(-1, 0).known);
+    CHECK_FALSE(shipped().of_number(4095, 3).known);
+    CHECK(shipped().of_number(4095, 3).material == Material::kUnknown);
+    CHECK(shipped().name_of_number(4095, 19) == "4095:3");
+}
+
+TEST_CASE("blocks have the material that they look like", "[minecraft][blocks]") {
+    struct Case {
+        const char* state;
+        Material material;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"stone", Material::kRock},
+        {"grass_block", Material::kGrass},
+        {"dirt", Material::kSoil},
+        {"oak_log", Material::kTrunk},
+        {"stripped_cherry_wood", Material::kTrunk},
+        {"crimson_stem", Material::kTrunk},
+        {"pumpkin_stem", Material::kLowVegetation},
+        {"mushroom_stem", Material::kPlain},
+        {"pale_oak_leaves", Material::kHighVegetation},
+        {"warped_planks", Material::kWood},
+        {"bamboo_mosaic_stairs", Material::kWood},
+        {"bamboo_block", Material::kTrunk},
+        {"bamboo", Material::kMediumVegetation},
+        {"stone_bricks", Material::kMasonry},
+        {"nether_brick_fence", Material::kMasonry},
+        {"cobblestone_wall", Material::kMasonry},
+        {"light_blue_wool", Material::kPlain},
+        {"blue_terracotta", Material::kPlain},
+        {"waxed_oxidized_cut_copper_stairs", Material::kPlain},
+        {"water", Material::kWater},
+        {"seagrass", Material::kWater},
+        {"kelp_plant", Material::kWater},
+        {"bubble_column", Material::kWater},
+        {"lava", Material::kLava},
+        {"glass_pane", Material::kGlass},
+        {"tinted_glass", Material::kGlass},
+        {"blue_ice", Material::kIce},
+        {"iron_bars", Material::kWire},
+        {"waxed_copper_bars", Material::kWire},
+        {"lantern", Material::kLamp},
+        {"wall_torch", Material::kLamp},
+        {"vine", Material::kHighVegetation},
+        {"furnace", Material::kMasonry},
+        {"furnace[lit=true]", Material::kLamp},
+        {"redstone_lamp[lit=false]", Material::kPlain},
+        {"redstone_lamp[lit=true]", Material::kLamp},
+        {"redstone_torch[lit=false]", Material::kAir},
+        {"candle[lit=false,candles=3]", Material::kAir},
+        {"candle[lit=true]", Material::kLamp},
+        {"respawn_anchor[charges=0]", Material::kPlain},
+        {"respawn_anchor[charges=4]", Material::kLamp},
+        {"snow[layers=3]", Material::kAir},
+        {"snow[layers=4]", Material::kSnow},
+        {"snow[layers=8]", Material::kSnow},
+        {"snow_block", Material::kSnow},
+        {"oak_button", Material::kAir},
+        {"powered_rail", Material::kAir},
+        {"red_carpet", Material::kAir},
+        {"potted_cactus", Material::kAir},
+        {"light", Material::kAir},
+        {"void_air", Material::kAir},
+        {"chest", Material::kWood},
+        {"sand", Material::kSand},
+        {"gravel", Material::kGround},
+        {"smooth_stone", Material::kConcrete},
+        {"oak_slab[type=bottom,waterlogged=true]",
+         Material::kWood},  // half a block or more stays itself
+        {"oak_fence[waterlogged=true]", Material::kWood},
+        {"tube_coral_fan[waterlogged=true]", Material::kWater},
+        {"tube_coral_fan[waterlogged=false]", Material::kLowVegetation},
+        {"rail[waterlogged=true]", Material::kWater},
+        {"iron_bars[waterlogged=true]", Material::kWater},
+        {"mangrove_leaves[waterlogged=true]", Material::kHighVegetation},
+        // of versions to come, and of mods
+        {"mod:ebony_planks", Material::kWood},
+        {"mod:ebony_leaves", Material::kHighVegetation},
+        {"mod:stripped_ebony_log", Material::kTrunk},
+        {"zinc_ore", Material::kRock},
+        {"mod:slate_brick_stairs", Material::kMasonry},
+        {"ebony_wall_hanging_sign", Material::kAir},
+        {"mod:gadget", Material::kUnknown},
+        {"", Material::kUnknown},
+    }));
+    DYNAMIC_SECTION(c.state) {
+        const BlockLook found = *c.state == 0 ? shipped().of("", {}) : look(c.state);
+        CHECK(voxel::material_name(found.material) == voxel::material_name(c.material));
+        CHECK(found.known == (c.material != Material::kUnknown));
+    }
+}
+
+TEST_CASE("old names and numbers mean what they meant", "[minecraft][blocks]") {
+    struct Case {
+        int id, data;
+        const char* name;
+    };
+    const auto c = GENERATE(values<Case>({
+        {1, 0, "stone"},
+        {1, 5, "andesite"},
+        {2, 0, "grass_block"},
+        {2, 7, "grass_block"},
+        {5, 5, "dark_oak_planks"},
+        {5, 14, "oak_planks"},
+        {17, 5, "spruce_log"},
+        {17, 14, "birch_log"},
+        {18, 15, "jungle_leaves"},
+        {31, 1, "short_grass"},
+        {35, 14, "red_wool"},
+        {43, 8, "smooth_stone"},
+        {44, 9, "sandstone_slab"},
+        {62, 3, "furnace[lit=true]"},
+        {75, 5, "redstone_torch[lit=false]"},
+        {78, 0, "snow[layers=1]"},
+        {78, 7, "snow[layers=8]"},
+        {95, 11, "blue_stained_glass"},
+        {118, 2, "water_cauldron"},
+        {162, 5, "dark_oak_log"},
+        {175, 8, "sunflower"},
+        {251, 4, "yellow_concrete"},
+        {181, 8, "smooth_red_sandstone"},
+        {97, 2, "infested_stone_bricks"},
+    }));
+    DYNAMIC_SECTION(c.id << ":" << c.data) {
+        CHECK(shipped().name_of_number(c.id, c.data) == c.name);
+        CHECK(shipped().of_number(c.id, c.data) == look(c.name));
+    }
+    CHECK(look("grass") == look("short_grass"));
+    CHECK(look("sign") == look("oak_sign"));
+    CHECK(look("lit_furnace").material == Material::kLamp);
+    CHECK(look("unlit_redstone_torch[facing=up]").material == Material::kAir);
+}
+
+TEST_CASE("words give names and colours; more own letters go first, names before stars",
+          "[minecraft][blocks]") {
+    const Folder folder(R"(
+waterlogged = ["wire"]
+[words]
+kind = ["", "_slab"]
+[words.dye]
+red = "#ff0000"
+blue = "#0000ff"
+[plain]
+"{dye}_box{kind}" = "{dye}"
+"*_box" = "#101010"
+[rock]
+"blue_box" = "#202020"
+"big_*_box" = ""
+"(a|b|{dye}|)_c[x=1|2,y=3]" = "#303030"
+[soil]
+"(a|b)_c[x=1]" = ""
+[wire]
+"bar" = "#404040"
+)",
+                        R"(
+[renamed]
+"old" = "a_c[x=2,y=3]"
+[numbers]
+7 = ["bar", "red_box", "blue_box"]
+)");
+    const BlockTable table = BlockTable::load(folder.path);
+    const auto rgb = [&](const char* name) { return table.of(name, {}).colour; };
+    CHECK(rgb("red_box") == voxel::Rgb8{255, 0, 0});
+    CHECK(rgb("blue_box_slab") == voxel::Rgb8{0, 0, 255});
+    CHECK(table.of("blue_box", {}).material == Material::kRock);
+    CHECK(table.of("green_box", {}).material == Material::kPlain);
+    CHECK(table.of("big_green_box", {}) == BlockLook{Material::kRock, false, {}, true});
+    const std::array<Property, 2> both = {Property{"y", "3"}, Property{"x", "1"}};
+    CHECK(table.of("a_c", both).material == Material::kRock);
+    CHECK(table.of("_c", both).material == Material::kRock);
+    CHECK(table.of("red_c", both).material == Material::kRock);
+    CHECK(table.of("a_c", std::span(both).subspan(1)).material == Material::kSoil);
+    CHECK_FALSE(table.of("a_c", std::span(both).first(1)).known);
+    CHECK(table.of("old", {}).material == Material::kRock);
+    const std::array<Property, 1> wet = {Property{"waterlogged", "true"}};
+    CHECK(table.of("bar", wet).material == Material::kWater);
+    CHECK(table.of("red_box", wet).material == Material::kPlain);
+    CHECK(table.of_number(7, 6).material == Material::kRock);
+    CHECK(table.name_of_number(7, 3) == "bar");
+    CHECK_FALSE(table.of_number(8, 0).known);
+}
+
+TEST_CASE("a side-car's blocks go before the table's", "[minecraft][blocks]") {
+    BlockTable table = BlockTable::load(kShipped);
+    table.overlay({{"minecraft:white_terracotta", Material::kWall},
+                   {"glass_pane", Material::kRoof},
+                   {"grass", Material::kSnow},
+                   {"mod:x", Material::kRail}});
+    const BlockLook wall = table.of("minecraft:white_terracotta", {});
+    CHECK(wall.material == Material::kWall);
+    CHECK(wall.colour == look("white_terracotta").colour);
+    CHECK(wall.has_colour);
+    const std::array<Property, 1> wet = {Property{"waterlogged", "true"}};
+    CHECK(table.of("glass_pane", wet).material == Material::kRoof);
+    CHECK(table.of("grass", {}).material == Material::kSnow);
+    CHECK(table.of("short_grass", {}).material == Material::kLowVegetation);
+    CHECK(table.of("x", {}).material == Material::kRail);
+    CHECK(table.of("x", {}).known);
+}
+
+TEST_CASE("bad tables are refused by file, entry, value and what is allowed",
+          "[minecraft][blocks]") {
+    struct Case {
+        const char* name;
+        const char* blocks;
+        const char* old;
+        std::vector<const char*> says;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"no material", "[stuff]\nx = \"\"", "", {"blocks.toml", "'stuff' is no material", "rock"}},
+        {"no table", "rock = 3", "", {"rock = 3", "a table [rock]"}},
+        {"colour", "[rock]\nx = \"#12\"", "", {"[rock] \"x\" = '#12'", "#rrggbb"}},
+        {"number for a colour", "[rock]\nx = 3", "", {"[rock] \"x\" = 3"}},
+        {"no such word", "[rock]\n\"{dye}_x\" = \"\"", "", {"[rock] '{dye}_x'", "none of [words]"}},
+        {"open brace", "[rock]\n\"a{dye\" = \"\"", "", {"does not close its {"}},
+        {"closing", "[rock]\n\"a)\" = \"\"", "", {"closes what it does not open"}},
+        {"nested", "[rock]\n\"((a))\" = \"\"", "", {"has ( inside of ()"}},
+        {"condition", "[rock]\n\"a[lit]\" = \"\"", "", {"'lit' is no condition", "property=value"}},
+        {"open condition", "[rock]\n\"a[lit=true\" = \"\"", "", {"lacks its last ']'"}},
+        {"empty name", "[rock]\n\"[a=1]\" = \"\"", "", {"names no block"}},
+        {"colour of a word without one",
+         "[words]\nk = [\"a\"]\n[rock]\n\"{k}\" = \"{k}\"",
+         "",
+         {"= '{k}'", "has colours"}},
+        {"word's colour", "[words.k]\na = \"blue\"", "", {"[words] k.a = 'blue'"}},
+        {"words", "[words]\nk = 3", "", {"[words] k = 3"}},
+        {"twice",
+         "[rock]\n\"(a|b)\" = \"\"\n[soil]\n\"(b|c)\" = \"\"",
+         "",
+         {"'b' is meant twice", "[rock] and [soil]"}},
+        {"too many",
+         "[words]\nk = "
+         "[\"a\",\"b\",\"c\",\"d\",\"e\",\"f\",\"g\",\"h\"]\n[rock]\n\"{k}{k}{k}{k}{k}\" = \"\"",
+         "",
+         {"more than 4096 names"}},
+        {"waterlogged", "waterlogged = [\"mud\"]", "", {"'mud' is no material"}},
+        {"renamed to nothing",
+         "[rock]\na = \"\"",
+         "[renamed]\nb = \"c\"",
+         {"old-blocks.toml", "[renamed] 'c' is none of blocks.toml"}},
+        {"renamed though known",
+         "[rock]\na = \"\"",
+         "[renamed]\na = \"a\"",
+         {"[renamed] 'a' is a block"}},
+        {"open value", "[rock]\na = \"\"", "[renamed]\nb = \"a[x=1|2]\"", {"leaves x open"}},
+        {"number", "[rock]\na = \"\"", "[numbers]\n256 = [\"a\"]", {"'256'", "0 to 255"}},
+        {"no list",
+         "[rock]\na = \"\"",
+         "[numbers]\n6 = \"a\"",
+         {"[numbers] 6 = 'a'", "1 to 16 names"}},
+        {"empty list", "[rock]\na = \"\"", "[numbers]\n6 = []", {"[numbers] 6", "1 to 16 names"}},
+        {"other part", "[rock]\na = \"\"", "[more]\n", {"'more' is no part", "renamed, numbers"}},
+        {"syntax", "[rock\n", "", {"blocks.toml", "line"}},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        const Folder folder(c.blocks, c.old);
+        for (const char* part : c.says)
+            CHECK_THROWS_WITH((void)BlockTable::load(folder.path), test::contains(part));
+    }
+    CHECK_THROWS_WITH((void)BlockTable::load("/nowhere"),
+                      test::contains("/nowhere/blocks.toml: no such file"));
+}
+
+TEST_CASE("stars fit as the plain way of trying all cuts does", "[minecraft][blocks]") {
+    struct Slow {
+        static bool fits(std::string_view p, std::string_view n) {
+            if (p.empty())
+                return n.empty();
+            if (p[0] != '*')
+                return !n.empty() && n[0] == p[0] && fits(p.substr(1), n.substr(1));
+            for (std::size_t i = 0; i <= n.size(); ++i)
+                if (fits(p.substr(1), n.substr(i)))
+                    return true;
+            return false;
+        }
+    };
+    std::mt19937 random(7);
+    for (int i = 0; i < 20000; ++i) {
+        std::string pattern, name;
+        for (auto n = random() % 7; n > 0; --n)
+            pattern += "ab*"[random() % 3];
+        for (auto n = random() % 9; n > 0; --n)
+            name += "ab"[random() % 2];
+        INFO(pattern << " " << name);
+        REQUIRE(fits(pattern, name) == Slow::fits(pattern, name));
+    }
+}
+
+TEST_CASE("a table of another game is one file, and its names keep their namespace",
+          "[minecraft][blocks]") {
+    const Folder folder("[rock]\n\"(a|b):stone\" = \"#102030\"\n[sand]\n\"*:sand\" = \"\"\n");
+    fs::remove(folder.path / "old-blocks.toml");
+    const BlockTable table = BlockTable::load_names(folder.path / "blocks.toml");
+    CHECK(table.of_full_name("a:stone").material == Material::kRock);
+    CHECK(table.of_full_name("b:stone").colour == voxel::Rgb8{0x10, 0x20, 0x30});
+    CHECK(table.of_full_name("c:sand").material == Material::kSand);
+    CHECK_FALSE(table.of_full_name("c:stone").known);
+    CHECK_FALSE(table.of_full_name("stone").known);
+    CHECK_FALSE(table.of_number(1, 0).known);
+}

@@ -1,0 +1,154 @@
+#include "voxelserver/worlds/open/open_served_world.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/util/error.hpp"
+#include "common/voxel/changed_error.hpp"
+#include "common/voxel/unreachable_error.hpp"
+#include "tests/catch.hpp"
+#include "tests/common/temporary_folder.hpp"
+#include "voxelserver/worlds/open/open_world.hpp"
+
+using namespace terravox;
+using namespace terravox::worlds;
+using terravox::test::contains;
+using terravox::test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Hills of 40 x 40 cells near the origin of EPSG:3794.
+void write_heights(const fs::path& file, int lift) {
+    std::ofstream out(file);
+    out << "ncols 40\nnrows 40\nxllcorner 462000\nyllcorner 101000\ncellsize 5\n";
+    for (int y = 0; y < 40; ++y) {
+        for (int x = 0; x < 40; ++x)
+            out << 300 + lift + (x * 7 + y * 3) % 20 << ' ';
+        out << '\n';
+    }
+}
+
+WorldOptions heights_in(const fs::path& file) {
+    WorldOptions options;
+    options.inputs = {file.string()};
+    options.crs = "EPSG:3794";
+    return options;
+}
+
+struct Served {
+    explicit Served(const WorldOptions& options, const fs::path& maker)
+        : world(open_served_world({options, {}, maker}, times, {})) {}
+    util::StageTimes times;
+    std::unique_ptr<ServedWorld> world;
+
+    [[nodiscard]] voxel::Fingerprint print() const { return world->fingerprint({}); }
+    /// A box in the middle of the world, of a level.
+    [[nodiscard]] voxel::BoxKey middle(int level) const {
+        const auto range = voxel::boxes_over(world->info().bounds, level);
+        return {level, (range.min.bx + range.max.bx) / 2, range.min.by,
+                (range.min.bz + range.max.bz) / 2};
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a served world's boxes are those of the world, on all levels", "[voxelserver][worlds]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "hills.asc";
+    write_heights(file, 0);
+    const Served served(heights_in(file), file);
+    util::StageTimes times;
+    const auto direct = open_world(heights_in(file), times);
+    CHECK(served.world->makes_all_levels());
+    for (int level = 0; level < direct->info().levels; ++level) {
+        const voxel::BoxKey key = served.middle(level);
+        const auto expected = direct->box(key);
+        const auto box = served.world->traced_box(key).box;
+        REQUIRE((expected != nullptr && box != nullptr));
+        CHECK(box->checksum() == expected->checksum());
+    }
+}
+
+TEST_CASE("a fingerprint names inputs, options and the program", "[voxelserver][worlds]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "hills.asc";
+    const fs::path maker = folder.path() / "program";
+    write_heights(file, 0);
+    std::ofstream(maker) << "first";
+    const voxel::Fingerprint before = Served(heights_in(file), maker).print();
+    CHECK(Served(heights_in(file), maker).print() == before);
+    SECTION("another option") {
+        WorldOptions other = heights_in(file);
+        other.base_m = 100;
+        CHECK(Served(other, maker).print() != before);
+    }
+    SECTION("another content") {
+        write_heights(file, 7);
+        CHECK(Served(heights_in(file), maker).print() != before);
+    }
+    SECTION("another program") {
+        std::ofstream(maker) << "second one";
+        CHECK(Served(heights_in(file), maker).print() != before);
+    }
+    SECTION("another seed of noise") {
+        WorldOptions one;
+        one.inputs = {"generated:1"};
+        WorldOptions two;
+        two.inputs = {"generated:2"};
+        CHECK(Served(one, maker).print() != Served(two, maker).print());
+    }
+}
+
+TEST_CASE("once a file has changed, no box is made any more", "[voxelserver][worlds]") {
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "hills.asc";
+    write_heights(file, 0);
+    const Served served(heights_in(file), folder.path() / "hills.asc");
+    const voxel::BoxKey key = served.middle(0);
+    REQUIRE(served.world->box(key) != nullptr);
+    CHECK(served.world->trouble().empty());
+    SECTION("changed") {
+        write_heights(file, 7);
+    }
+    SECTION("gone") {
+        fs::remove(file);
+    }
+    CHECK_THROWS_AS(served.world->box(key), voxel::ChangedError);
+    CHECK_THAT(served.world->trouble(), contains("has changed since the server started"));
+    write_heights(file, 0);
+    CHECK_THROWS_AS(served.world->box(key), voxel::ChangedError);  // for good
+}
+
+TEST_CASE("flags that do not suit are refused with those that do", "[voxelserver][worlds]") {
+    struct Case {
+        const char* name;
+        const char* flag;
+        const char* said;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"of a game", "--dimension", "--dimension with a generated world"},
+        {"of points", "--classes", "allowed: --voxel --generated-water-level"},
+    }));
+    DYNAMIC_SECTION(c.name) {
+        WorldOptions options;
+        options.inputs = {"generated:1"};
+        util::StageTimes times;
+        std::string message;
+        try {
+            (void)open_served_world({options, {c.flag}, {}}, times, {});
+        } catch (const UsageError& e) {
+            message = e.what();
+        }
+        CHECK_THAT(message, contains(c.said));
+    }
+}
+
+TEST_CASE("LiDAR data is not opened this way", "[voxelserver][worlds]") {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "a.laz") << "LASF";
+    WorldOptions options;
+    options.inputs = {(folder.path() / "a.laz").string()};
+    util::StageTimes times;
+    CHECK_THROWS_AS(open_served_world({options, {}, {}}, times, {}), UsageError);
+}

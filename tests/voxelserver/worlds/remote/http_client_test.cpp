@@ -1,0 +1,229 @@
+#include "voxelserver/worlds/remote/http_client.hpp"
+
+#include <cstdlib>
+
+#include "common/util/secret.hpp"
+#include "tests/catch.hpp"
+#include "tests/voxelserver/worlds/remote/served_boxes.hpp"
+
+using namespace terravox;
+using terravox::test::BadServer;
+using terravox::test::contains;
+using terravox::test::Deed;
+using terravox::test::problem;
+
+namespace {
+
+const std::string kToken = "a-token-of-a-server";
+
+BadServer::Script always(const Deed& deed) {
+    return [deed](const std::string&, int) { return deed; };
+}
+
+/// The Authorization of each request, "" where it has none.
+std::vector<std::string> shown_to(const BadServer& server) {
+    std::vector<std::string> out;
+    for (const std::string& head : server.heads()) {
+        const auto at = head.find("\r\nAuthorization: ");
+        out.push_back(at == std::string::npos
+                          ? ""
+                          : head.substr(at + 17, head.find("\r\n", at + 2) - at - 17));
+    }
+    return out;
+}
+
+HttpAccess with_token(const std::string& origin) {
+    return {BoundToken(HttpOrigin::parse(origin), kToken), std::nullopt};
+}
+
+/// "http://localhost:PORT" for "http://127.0.0.1:PORT".
+std::string by_name(const BadServer& server) {
+    return "http://localhost" + server.url().substr(server.url().rfind(':'));
+}
+
+/// A variable of the environment for as long as this lives.
+class Variable {
+public:
+    Variable(const char* name, const std::string& value) : m_name(name) {
+        ::setenv(name, value.c_str(), 1);
+    }
+    ~Variable() { ::unsetenv(m_name); }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+private:
+    const char* m_name;
+};
+
+}  // namespace
+
+TEST_CASE("a token goes to the origin that it is bound to, with GET and POST, and to no other",
+          "[raytracer][world][http]") {
+    BadServer bound(always({})), other(always({}));
+    HttpClient client(with_token(bound.url()));
+    for (const std::string& url : {bound.url(), other.url(), by_name(bound), by_name(other)}) {
+        (void)client.get(url + "/a", {});
+        (void)client.post(url + "/b", "{}", "text/none", {}, [](auto) {});
+    }
+    const std::string bearer = "Bearer " + kToken;
+    CHECK(shown_to(bound) == std::vector<std::string>{bearer, bearer, "",
+                                                      ""});  // by another name it is another origin
+    CHECK(shown_to(other) == std::vector<std::string>(4));
+    HttpClient none;
+    (void)none.get(bound.url(), {});
+    CHECK(shown_to(bound).back().empty());
+}
+
+TEST_CASE("a token follows no redirect, and is not sent again to who refuses it",
+          "[raytracer][world][http]") {
+    BadServer other(always({}));
+    BadServer bound([&](const std::string& path, int) {
+        return path == "/away"
+                   ? Deed{.status = 302, .headers = "Location: " + other.url() + "/here\r\n"}
+                   : problem(401, "WWW-Authenticate: Bearer\r\n");
+    });
+    HttpClient client(with_token(bound.url()));
+    CHECK(client.get(bound.url() + "/away", {}).status == 302);
+    const HttpReply refused = client.get(bound.url() + "/no", {});
+    CHECK(refused.status == 401);
+    CHECK(refused.showed_token);
+    CHECK(bound.heads().size() == 2);
+    CHECK(other.heads().empty());
+}
+
+TEST_CASE("a token is bound to no origin that it would reach in clear text",
+          "[raytracer][world][http]") {
+    for (const char* good :
+         {"https://voxels.example", "https://10.0.0.1:8443", "http://localhost:1",
+          "http://127.0.0.1", "http://127.9.9.9:1", "http://[::1]:1"}) {
+        INFO(good);
+        CHECK(BoundToken(HttpOrigin::parse(good), kToken).origin() == HttpOrigin::parse(good));
+    }
+    for (const char* bad :
+         {"http://voxels.example", "http://10.0.0.1:8080", "http://0.0.0.0:1",
+          "http://localhost.example", "http://[::ffff:127.0.0.1]", "http://127.0.0.1.example"}) {
+        INFO(bad);
+        CHECK_THROWS_AS(BoundToken(HttpOrigin::parse(bad), kToken), UsageError);
+        CHECK_THROWS_WITH(
+            BoundToken(HttpOrigin::parse(bad), kToken),
+            contains(HttpOrigin::parse(bad).text()) && contains("clear text") && !contains(kToken));
+    }
+}
+
+TEST_CASE("a token in clear text passes no proxy", "[raytracer][world][http]") {
+    BadServer server(always({})), proxy(always({}));
+    const Variable http_proxy("http_proxy", proxy.url()), no_proxy("no_proxy", "none.example");
+    (void)HttpClient(with_token(server.url())).get(server.url() + "/a", {});
+    CHECK(proxy.heads().empty());
+    CHECK(shown_to(server) == std::vector<std::string>{"Bearer " + kToken});
+    // The proxy counts where nothing is secret, and nobody limits where it leads.
+    (void)HttpClient().get(server.url() + "/b", {});
+    CHECK(shown_to(proxy) == std::vector<std::string>{""});
+}
+
+TEST_CASE("the environment binds a token to one origin, or to none", "[raytracer][world][http]") {
+    ::unsetenv("TERRAVOX_TOKEN");
+    ::unsetenv(util::kServerTokenVariable);
+    ::unsetenv("TERRAVOX_SERVER_ORIGIN");
+    CHECK_FALSE(access_of_environment().token);
+    const Variable farm(util::kFarmTokenVariable, "a-token-of-the-farm");
+    CHECK_FALSE(access_of_environment().token);
+    {
+        const Variable token(util::kServerTokenVariable, kToken);
+        CHECK_FALSE(access_of_environment().token);
+        const Variable origin("TERRAVOX_SERVER_ORIGIN", "https://voxels.example");
+        const HttpAccess access = access_of_environment();
+        REQUIRE(access.token);
+        CHECK(access.token->text() == kToken);
+        CHECK(access.token->origin().text() == "https://voxels.example:443");
+        CHECK_FALSE(access.limits);
+        const Variable clear("TERRAVOX_SERVER_ORIGIN", "http://voxels.example");
+        CHECK_THROWS_WITH(access_of_environment(),
+                          contains("TERRAVOX_SERVER_ORIGIN") && contains("clear text"));
+        const Variable nonsense("TERRAVOX_SERVER_ORIGIN", "voxels.example");
+        CHECK_THROWS_WITH(access_of_environment(),
+                          contains("TERRAVOX_SERVER_ORIGIN") && contains("'voxels.example'"));
+    }
+    const Variable origin("TERRAVOX_SERVER_ORIGIN", "https://voxels.example");
+    CHECK_THROWS_AS(access_of_environment(), UsageError);
+    CHECK_THROWS_WITH(access_of_environment(), contains("TERRAVOX_SERVER_TOKEN is not set"));
+    const Variable old("TERRAVOX_TOKEN", kToken);
+    CHECK_THROWS_WITH(access_of_environment(), contains("TERRAVOX_FARM_TOKEN"));
+}
+
+TEST_CASE("a client with limits asks the origins that they name, at the addresses that they allow",
+          "[raytracer][world][http]") {
+    BadServer server(always({}));
+    const std::string number = server.url(), name = by_name(server);
+    struct Case {
+        const char* what;
+        std::string url;
+        std::vector<std::string> origins, private_origins;
+        const char* refused;  ///< "": it is not
+    };
+    const std::vector<Case> cases{
+        {"no origin",
+         number,
+         {},
+         {},
+         "may not be asked from here; allowed: origins of allow_origins"},
+        {"another port",
+         number,
+         {"http://127.0.0.1:1"},
+         {"http://127.0.0.1:2"},
+         "may not be asked"},
+        {"another scheme", number, {}, {"https" + number.substr(4)}, "may not be asked"},
+        {"another name of the same machine", name, {}, {number}, "may not be asked"},
+        {"a name that leads to this machine", name, {name}, {}, "it leads to "},
+        {"a number of this machine", number, {number}, {}, "it leads to 127.0.0.1"},
+        {"a name that may lead to this machine", name, {}, {name}, ""},
+        {"a number that may be this machine's", number, {}, {number}, ""},
+        {"this machine by an address of none",
+         "http://0.0.0.0" + number.substr(number.rfind(':')),
+         {},
+         {"http://0.0.0.0" + number.substr(number.rfind(':'))},
+         "it leads to 0.0.0.0"},
+        {"IPv4 within IPv6",
+         "http://[::ffff:127.0.0.1]" + number.substr(number.rfind(':')),
+         {},
+         {"http://[::ffff:127.0.0.1]" + number.substr(number.rfind(':'))},
+         "it leads to ::ffff:127.0.0.1"},
+    };
+    const Variable http_proxy("http_proxy", "http://127.0.0.1:1"),
+        no_proxy("no_proxy", "none.example");  // nobody is there
+    for (const Case& c : cases) {
+        INFO(c.what);
+        HttpAccess access = access_to_nobody();
+        for (const std::string& origin : c.origins)
+            access.limits->origins.push_back(HttpOrigin::parse(origin));
+        for (const std::string& origin : c.private_origins)
+            access.limits->private_origins.push_back(HttpOrigin::parse(origin));
+        const std::size_t before = server.heads().size();
+        HttpClient client(access);
+        if (*c.refused == '\0') {
+            CHECK(client.get(c.url, {}).status == 200);
+            CHECK(server.heads().size() == before + 1);
+        } else {
+            CHECK_THROWS_WITH(client.get(c.url, {}), contains(c.refused));
+            CHECK(server.heads().size() == before);
+            // Another try would not help.
+            try {
+                (void)client.get(c.url, {});
+            } catch (const Error& e) {
+                CHECK(dynamic_cast<const LostError*>(&e) == nullptr);
+            }
+        }
+    }
+}
+
+TEST_CASE("an address with a query, a fragment or a user is asked nothing",
+          "[raytracer][world][http]") {
+    BadServer server(always({}));
+    HttpClient client;
+    for (const std::string& url : {server.url() + "/a?b", server.url() + "/a#b",
+                                   "http://me:word@" + server.url().substr(7)}) {
+        INFO(url);
+        CHECK_THROWS_AS(client.get(url, {}), UsageError);
+    }
+    CHECK(server.heads().empty());
+}

@@ -1,0 +1,95 @@
+#include "voxelserver/worlds/remote/http_origin.hpp"
+
+#include "common/util/error.hpp"
+#include "tests/catch.hpp"
+
+using namespace terravox;
+using terravox::test::contains;
+
+TEST_CASE("an origin is scheme, host and port of an address, however that is written",
+          "[raytracer][world][http]") {
+    struct Case {
+        const char *url, *origin;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"https://voxels.example", "https://voxels.example:443"},
+        {"https://VOXELS.Example:443/", "https://voxels.example:443"},
+        {"https://voxels.example/a/place.tvx", "https://voxels.example:443"},
+        {"http://voxels.example", "http://voxels.example:80"},
+        {"http://voxels.example:8080/v2", "http://voxels.example:8080"},
+        {"http://127.0.0.1:1", "http://127.0.0.1:1"},
+        {"http://2130706433/", "http://127.0.0.1:80"},
+        {"http://0x7f.1/", "http://127.0.0.1:80"},
+        {"http://[::1]:8888/", "http://[::1]:8888"},
+        {"http://[fe80::1%25eth0]/", "http://[fe80::1%25eth0]:80"},
+        {"https://voxels.example./", "https://voxels.example.:443"},
+        {"https://voxels.example.evil.example", "https://voxels.example.evil.example:443"},
+    }));
+    CHECK(HttpOrigin::of(c.url).text() == c.origin);
+    CHECK(HttpOrigin::parse(c.origin) == HttpOrigin::of(c.url));
+}
+
+TEST_CASE("an address that may hide something is refused, and what it hides is not told",
+          "[raytracer][world][http]") {
+    struct Case {
+        const char *url, *fault, *shown;
+    };
+    const auto c = GENERATE(values<Case>({
+        {"http://host/a?hush", "a query in it", "'http://host/a'"},
+        {"http://host?hush", "a query in it", "'http://host'"},
+        {"http://host/a?", "a query in it", "'http://host/a'"},
+        {"http://host/a#hush", "a fragment in it", "'http://host/a'"},
+        {"http://host/#", "a fragment in it", "'http://host/'"},
+        {"http://me:hush@host/a", "a user in it", "'http://host/a'"},
+        {"http://hush@host", "a user in it", "'http://host'"},
+        {"http://@host/", "a user in it", "'http://host/'"},
+        {"http://me:hush@hush@host/", "a user in it", "'http://host/'"},
+        {"http://me:hush@host:port/", "a user in it", "'http://host:port/'"},
+        {"http://host:99999/?hush", "a query in it", "'http://host:99999/'"},
+        {"ftp://me:hush@host/", "not an address", "'ftp://host/'"},
+        {"http:///", "not an address", "'http:///'"},
+        {"http://", "not an address", "'http://'"},
+        {"http://a b/", "not an address", "'http://a b/'"},
+        {"http://host\\@hush", "a user in it", "'http://hush'"},
+        {"HTTP:host", "not an address", "'HTTP:host'"},
+    }));
+    INFO(c.url);
+    CHECK_THROWS_AS(HttpOrigin::of(c.url), UsageError);
+    CHECK_THROWS_WITH(HttpOrigin::of(c.url), contains(c.fault) && contains(c.shown) &&
+                                                 contains("allowed: http(s)://host[:port]"));
+    if (std::string(c.shown).find("hush") == std::string::npos)
+        CHECK_THROWS_WITH(HttpOrigin::of(c.url), !contains("hush"));
+    CHECK_THROWS_AS(HttpOrigin::parse(c.url), UsageError);
+}
+
+TEST_CASE("an origin has no path, and an address an end", "[raytracer][world][http]") {
+    CHECK_NOTHROW(HttpOrigin::parse("http://host/"));
+    CHECK_THROWS_WITH(HttpOrigin::parse("http://host/a"),
+                      contains("a path in it") && contains("allowed: http(s)://host[:port]"));
+    CHECK_NOTHROW(HttpOrigin::of("http://host/" + std::string(2000, 'a')));
+    CHECK_THROWS_WITH(HttpOrigin::of("http://host/" + std::string(3000, 'a')),
+                      contains("3012 bytes") && !contains(std::string(2100, 'a')));
+}
+
+TEST_CASE("a host leads where its name service says, and a number where it says itself",
+          "[raytracer][world][http]") {
+    // What is this machine alone, in any writing: workers elsewhere would ask themselves.
+    for (const char* url : {"http://localhost:1", "http://LOCALHOST", "http://127.0.0.1",
+                            "http://127.1", "http://2130706433", "http://0.0.0.0:8888",
+                            "http://[::1]", "http://[::]", "http://[::ffff:127.0.0.1]"}) {
+        INFO(url);
+        const AddressRanges ranges = ranges_of_host(HttpOrigin::of(url));
+        CHECK((ranges.holds(AddressRange::kLoopback) || ranges.holds(AddressRange::kNoMachine)));
+    }
+    for (const char* url :
+         {"http://10.1.2.3", "http://8.8.8.8", "http://[fe80::1%25lo]", "http://[2600::1]"}) {
+        INFO(url);
+        const AddressRanges ranges = ranges_of_host(HttpOrigin::of(url));
+        CHECK((ranges.holds(AddressRange::kPublic) || ranges.holds(AddressRange::kPrivate)));
+        CHECK_FALSE(ranges.holds(AddressRange::kLoopback));
+        CHECK_FALSE(ranges.holds(AddressRange::kNoMachine));
+    }
+    CHECK(range_of_number(HttpOrigin::of("http://10.1.2.3")) == AddressRange::kPrivate);
+    CHECK(range_of_number(HttpOrigin::of("http://[::1]")) == AddressRange::kLoopback);
+    CHECK_FALSE(range_of_number(HttpOrigin::of("http://localhost")));
+}

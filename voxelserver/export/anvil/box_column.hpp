@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "voxelserver/export/anvil/place.hpp"
+#include "voxelserver/export/anvil/section.hpp"
+#include "voxelserver/export/core/job.hpp"
+
+namespace terravox::convert::anvil {
+
+/// The boxes above one patch of the part, as 4 x 4 chunks. Not thread-safe.
+class BoxColumn {
+public:
+    static constexpr int kChunksAlong = voxel::kBoxSizeX / kSectionSize;
+
+    /// Asks the job for the boxes. The references must outlive it.
+    BoxColumn(Job& job, const Place& place, std::int32_t bx, std::int32_t bz);
+
+    [[nodiscard]] bool empty() const noexcept;
+    [[nodiscard]] std::int32_t chunk_x() const noexcept {
+        return m_bx * kChunksAlong - m_place.offset[0] / kSectionSize;
+    }  ///< of the chunk (0, 0)
+    [[nodiscard]] std::int32_t chunk_z() const noexcept {
+        return m_bz * kChunksAlong - m_place.offset[2] / kSectionSize;
+    }
+    /// The sections of one chunk, from the lowest of the dimension up; valid until the next call.
+    [[nodiscard]] std::vector<Section>& sections(int cx, int cz, SectionReader& reader);
+
+private:
+    const Place& m_place;
+    const std::int32_t m_bx, m_bz;
+    std::int32_t m_first_by = 0;
+    std::vector<std::shared_ptr<const voxel::Box>> m_boxes;
+    std::vector<Section> m_sections;
+};
+
+/// The block above the surface at the centre of the part, or at the nearest place (of some, farther
+/// and farther away) where there is one.
+[[nodiscard]] std::array<std::int32_t, 3> spawn_of(Job& job, const Place& place);
+
+}  // namespace terravox::convert::anvil

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "voxelserver/export/anvil/export_blocks.hpp"
+#include "voxelserver/export/anvil/nbt_writer.hpp"
+#include "voxelserver/export/anvil/place.hpp"
+#include "voxelserver/export/anvil/section.hpp"
+
+namespace terravox::convert::anvil {
+
+inline constexpr std::int32_t kDataVersion =
+    3955;  ///< of Minecraft 1.21.1; later versions bring it up to date when they open the world
+
+/// Makes chunks as Minecraft 1.18 and later keep them. Without light and height maps: the game
+/// makes them (isLightOn = 0). Not thread-safe.
+class ChunkWriter {
+public:
+    ChunkWriter(const ExportBlocks& blocks, const Place& place);
+
+    /// @param x, z of the chunk: block >> 4 @param sections from the lowest of the dimension up;
+    /// plants that may stand rooted become so
+    /// @return the chunk as NBT, empty when it holds nothing but air
+    [[nodiscard]] std::string chunk(std::int32_t x, std::int32_t z, std::vector<Section>& sections);
+
+    [[nodiscard]] std::uint64_t voxels() const noexcept {
+        return m_voxels;
+    }  ///< written so far, without air
+
+private:
+    void root_plants(std::vector<Section>& sections) const;
+    [[nodiscard]] std::uint64_t look_at(const std::vector<Section>& sections);
+    void put_blocks(const Section& section);
+    void put_state(BlockId id);
+    [[nodiscard]] std::string biomes() const;
+
+    const ExportBlocks& m_blocks;
+    const Place m_place;
+    std::vector<bool> m_rooted_above;               ///< by block: a plant stands on it
+    std::vector<BlockId> m_rooted;                  ///< by block: what it becomes there
+    std::vector<std::uint16_t> m_place_in_palette;  ///< by block, while a section is written; 0 =
+                                                    ///< not in it, else its place + 1
+    std::array<voxel::Material, 256> m_top{};  ///< of each column of the chunk: its highest block
+    NbtWriter m_nbt;
+    std::uint64_t m_voxels = 0;
+};
+
+/// Which biome ground of such a surface has: what tints grass and leaves, and lets it snow.
+/// @param tops highest blocks of 4 x 4 columns, kAir for empty ones
+[[nodiscard]] std::string_view biome_of(std::span<const voxel::Material, 16> tops) noexcept;
+
+}  // namespace terravox::convert::anvil

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/voxel/box.hpp"
+#include "voxelserver/worlds/minecraft/blocks/block_table.hpp"
+
+namespace terravox::convert::anvil {
+
+/// A block as it is written: its name and what it says of itself.
+struct ExportBlock {
+    std::string name;  ///< with "minecraft:"
+    std::vector<std::pair<std::string, std::string>> properties;
+    voxel::Material material = voxel::Material::kAir;
+    voxel::Rgb8 colour;
+};
+
+using BlockId = std::uint16_t;  ///< index into ExportBlocks::all(); 0 = air
+
+/// Which block each voxel becomes (config/blocks/export.toml). A block's name always means one
+/// material. Safe to share between threads.
+class ExportBlocks {
+public:
+    /// @param folder holds export.toml @param colours where the colours of blocks come from
+    /// @throws UsageError naming file, entry, value and what is allowed: also a material without a
+    /// block, and a block of two materials
+    [[nodiscard]] static ExportBlocks load(const std::filesystem::path& folder,
+                                           const minecraft::BlockTable& colours);
+
+    [[nodiscard]] const std::vector<ExportBlock>& all() const noexcept { return m_all; }
+    [[nodiscard]] BlockId plain(voxel::Material material) const noexcept {
+        return m_choices[index(material)].plain;
+    }
+    /// Above soil and grass: where the game lets plants stand.
+    [[nodiscard]] BlockId rooted(voxel::Material material) const noexcept {
+        return m_choices[index(material)].rooted;
+    }
+    /// The block nearest in colour, of those that stand for the material.
+    [[nodiscard]] BlockId painted(voxel::Material material, voxel::Rgb8 colour) const noexcept;
+    /// What the blocks mean, by name, for the side-car.
+    [[nodiscard]] std::map<std::string, voxel::Material> meanings() const;
+
+private:
+    friend class ExportBlocksReader;
+    struct Choice {
+        BlockId plain = 0, rooted = 0;  ///< rooted: same as plain when nothing is said
+        std::vector<BlockId> paint;
+    };
+    static std::size_t index(voxel::Material material) noexcept {
+        return static_cast<std::size_t>(material) % voxel::kMaterialCount;
+    }
+    std::vector<ExportBlock> m_all{ExportBlock{"minecraft:air", {}, voxel::Material::kAir, {}}};
+    std::array<Choice, voxel::kMaterialCount> m_choices;
+};
+
+/// How far two colours are apart for the eye, roughly; whole numbers, so the same on every machine.
+[[nodiscard]] std::int32_t colour_distance(voxel::Rgb8 a, voxel::Rgb8 b) noexcept;
+
+}  // namespace terravox::convert::anvil

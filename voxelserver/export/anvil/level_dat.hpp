@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "voxelserver/export/anvil/place.hpp"
+
+namespace terravox::convert::anvil {
+
+inline constexpr const char* kPackName =
+    "terravox-height";  ///< of the data pack that allows high worlds
+
+/// level.dat as NBT, uncompressed: a creative world with nothing around what was written, that
+/// begins at noon at `spawn` (a block's coordinates).
+[[nodiscard]] std::string level_dat(const std::string& title,
+                                    const std::array<std::int32_t, 3>& spawn, const Place& place);
+
+/// data/minecraft/dimension_type/overworld.json of the data pack, and its pack.mcmeta.
+[[nodiscard]] std::string dimension_type(const Place& place);
+[[nodiscard]] std::string pack_mcmeta();
+
+}  // namespace terravox::convert::anvil

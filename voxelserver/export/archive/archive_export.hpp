@@ -1,0 +1,19 @@
+#pragma once
+
+#include "voxelserver/export/core/job.hpp"
+
+namespace terravox::convert {
+
+/// Columns of boxes that are made together: 2^kSubtreeLevel boxes across.
+inline constexpr int kSubtreeLevel = 3;
+
+/// How many steps write_archive() tells the meter.
+[[nodiscard]] std::uint64_t archive_steps(const Part& part, const voxel::WorldInfo& world);
+
+/// Writes a part of a world as a box archive (docs/formats/box-archive.md). The part's level
+/// becomes level 0; the levels above are made from it. Goes on where a run that was cut off ended.
+/// The bytes depend neither on threads nor on breaks.
+/// @throws Error
+void write_archive(Job& job);
+
+}  // namespace terravox::convert

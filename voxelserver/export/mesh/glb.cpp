@@ -1,0 +1,214 @@
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/util/error.hpp"
+#include "common/util/version.hpp"
+#include "common/voxel/colour.hpp"
+#include "voxelserver/export/mesh/mesh_writer.hpp"
+#include "voxelserver/export/shape/placing.hpp"
+
+namespace terravox::convert {
+namespace {
+
+using nlohmann::json;
+using voxel::Material;
+
+struct GlbVertex {
+    std::array<float, 3> at;
+    std::array<std::uint16_t, 4> colour;  ///< linear; 8 bits would not tell dark colours apart
+};
+static_assert(sizeof(GlbVertex) == 20);
+
+constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinChunk = 0x004E4942;
+constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963, kUnsignedShort = 5123,
+              kUnsignedInt = 5125, kFloat = 5126;
+constexpr std::uint64_t kHeadBytes = 64 << 10;  // more than the JSON text takes
+
+std::uint16_t linear_16(std::uint8_t srgb) noexcept {
+    return static_cast<std::uint16_t>(srgb_to_linear(srgb) * 65535.f + 0.5f);
+}
+
+struct Transparency {
+    double alpha, roughness;
+};
+std::optional<Transparency> transparency_of(Material m) noexcept {
+    switch (voxel::traits_of(m).optics) {
+        case voxel::Optics::kWater: return Transparency{0.75, 0.05};
+        case voxel::Optics::kGlass: return Transparency{0.25, 0.05};
+        case voxel::Optics::kIce: return Transparency{0.7, 0.1};
+        default: return std::nullopt;
+    }
+}
+
+// Colours come from the vertices; the material says how light fares. Leaves are opaque: there is no
+// texture with holes.
+json material_json(Material m, const voxel::Palette& palette) {
+    const auto clear = transparency_of(m);
+    json out = {{"name", std::string(voxel::material_name(m))},
+                {"pbrMetallicRoughness",
+                 {{"baseColorFactor", {1, 1, 1, clear ? clear->alpha : 1}},
+                  {"metallicFactor", 0},
+                  {"roughnessFactor", clear ? clear->roughness : 1}}}};
+    if (clear)
+        out["alphaMode"] = "BLEND";
+    if (voxel::traits_of(m).glow > 0) {
+        const voxel::Rgb8 c = palette.of(m).colour;
+        out["emissiveFactor"] = {srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)};
+    }
+    return out;
+}
+
+/// All faces of one material: a primitive.
+struct Primitive {
+    explicit Primitive(const std::filesystem::path& target)
+        : vertices(ByteFile::spool_for(target)), indices(ByteFile::spool_for(target)) {}
+    ByteFile vertices, indices;
+    std::uint64_t vertex_count = 0, index_count = 0;
+    std::array<float, 3> min, max;
+};
+
+/// Ref: Khronos Group, "glTF 2.0 Specification", 2021, also ISO/IEC 12113:2022.
+class GlbWriter : public MeshWriter {
+public:
+    GlbWriter(const Job& job, const MeshOptions& options)
+        : m_job(job),
+          m_most_bytes(std::min<std::uint64_t>(options.most_glb_bytes,
+                                               std::numeric_limits<std::uint32_t>::max())) {}
+
+    void add(const ColumnMesh& mesh) override {
+        for (const auto& [material, part] : mesh.parts) {
+            m_bytes += part.vertices.size() * sizeof(GlbVertex) +
+                       part.quads.size() * 6 * sizeof(std::uint32_t);
+            if (m_bytes + kHeadBytes > m_most_bytes)
+                throw Error("write " + m_job.out.string() + ": more than " +
+                            std::to_string(m_most_bytes) +
+                            " bytes, the most that a glTF file can have; nothing was written "
+                            "(smaller: a part, a coarser level, fewer steps of colours, " +
+                            "the colours of materials)");
+            add(part, m_parts.try_emplace(material, m_job.out).first->second);
+        }
+    }
+
+    [[nodiscard]] bool empty() const noexcept override { return m_parts.empty(); }
+
+    void finish(ByteFile& to) override {
+        std::string text = head().dump(-1, ' ', false, json::error_handler_t::replace);
+        text.append((4 - text.size() % 4) % 4, ' ');
+        const std::uint64_t total = 12 + 8 + text.size() + 8 + m_bytes;
+        if (total > m_most_bytes)
+            throw Error("write " + m_job.out.string() + ": " + std::to_string(total) +
+                        " bytes; allowed: up to " + std::to_string(m_most_bytes));
+        for (const std::uint32_t word : {kMagic, 2u, static_cast<std::uint32_t>(total),
+                                         static_cast<std::uint32_t>(text.size()), kJsonChunk})
+            to.put_value(word);
+        to.put(text);
+        for (const std::uint32_t word : {static_cast<std::uint32_t>(m_bytes), kBinChunk})
+            to.put_value(word);
+        for (auto& [material, part] : m_parts)
+            part.vertices.copy_to(to), part.indices.copy_to(to);
+    }
+
+private:
+    void add(const IndexedQuads& from, Primitive& to) const {
+        const double voxel_m = m_job.voxel_m();
+        const auto first = static_cast<std::uint32_t>(to.vertex_count);
+        std::vector<GlbVertex> vertices;
+        vertices.reserve(from.vertices.size());
+        for (const MeshVertex& v : from.vertices) {
+            const voxel::Rgb8 c = colour_of(v.look);
+            GlbVertex out{{}, {linear_16(c.r), linear_16(c.g), linear_16(c.b), 65535}};
+            for (std::size_t a = 0; a < 3; ++a)
+                out.at[a] = static_cast<float>(v.at[a] * voxel_m);
+            if (to.vertex_count == 0 && vertices.empty())
+                to.min = to.max = out.at;
+            for (std::size_t a = 0; a < 3; ++a)
+                to.min[a] = std::min(to.min[a], out.at[a]),
+                to.max[a] = std::max(to.max[a], out.at[a]);
+            vertices.push_back(out);
+        }
+        std::vector<std::uint32_t> indices;
+        indices.reserve(from.quads.size() * 6);
+        for (const auto& q : from.quads)
+            for (const std::size_t corner : {0u, 1u, 2u, 0u, 2u, 3u})
+                indices.push_back(first + q[corner]);
+        to.vertices.put(std::as_bytes(std::span(vertices)));
+        to.indices.put(std::as_bytes(std::span(indices)));
+        to.vertex_count += vertices.size(), to.index_count += indices.size();
+    }
+
+    [[nodiscard]] json head() const {
+        json views = json::array(), accessors = json::array(), primitives = json::array(),
+             materials = json::array();
+        std::uint64_t offset = 0;
+        for (const auto& [material, part] : m_parts) {
+            const std::size_t view = views.size(), accessor = accessors.size();
+            views.push_back({{"buffer", 0},
+                             {"byteOffset", offset},
+                             {"byteLength", part.vertices.bytes()},
+                             {"byteStride", sizeof(GlbVertex)},
+                             {"target", kArrayBuffer}});
+            views.push_back({{"buffer", 0},
+                             {"byteOffset", offset + part.vertices.bytes()},
+                             {"byteLength", part.indices.bytes()},
+                             {"target", kElementArrayBuffer}});
+            offset += part.vertices.bytes() + part.indices.bytes();
+            accessors.push_back({{"bufferView", view},
+                                 {"byteOffset", 0},
+                                 {"componentType", kFloat},
+                                 {"count", part.vertex_count},
+                                 {"type", "VEC3"},
+                                 {"min", part.min},
+                                 {"max", part.max}});
+            accessors.push_back({{"bufferView", view},
+                                 {"byteOffset", 12},
+                                 {"componentType", kUnsignedShort},
+                                 {"normalized", true},
+                                 {"count", part.vertex_count},
+                                 {"type", "VEC4"}});
+            accessors.push_back({{"bufferView", view + 1},
+                                 {"byteOffset", 0},
+                                 {"componentType", kUnsignedInt},
+                                 {"count", part.index_count},
+                                 {"type", "SCALAR"}});
+            // Without normals: a viewer has to shade flat then, and faces can share vertices.
+            primitives.push_back(
+                {{"attributes", {{"POSITION", accessor}, {"COLOR_0", accessor + 1}}},
+                 {"indices", accessor + 2},
+                 {"material", materials.size()},
+                 {"mode", 4}});
+            materials.push_back(material_json(material, m_job.palette));
+        }
+        json extras = json::object();
+        for (const auto& [name, value] : facts_of(m_job, "x east, y up, z south; metres"))
+            extras[name] = value;
+        extras["offset"] = origin_of(m_job.part), extras["voxel_m"] = m_job.voxel_m();
+        const std::string title = m_job.world().title.empty() ? "terravox" : m_job.world().title;
+        json asset = {{"version", "2.0"}, {"generator", std::string("terravox ") + kVersion}};
+        if (!m_job.world().attribution.empty())
+            asset["copyright"] = m_job.world().attribution;
+        json out = json::object();
+        out["asset"] = asset, out["scene"] = 0;
+        out["scenes"] = json::array({json::object({{"nodes", json::array({0})}})});
+        out["nodes"] =
+            json::array({json::object({{"mesh", 0}, {"name", title}, {"extras", extras}})});
+        out["meshes"] = json::array({json::object({{"name", title}, {"primitives", primitives}})});
+        out["materials"] = materials, out["accessors"] = accessors, out["bufferViews"] = views;
+        out["buffers"] = json::array({json::object({{"byteLength", m_bytes}})});
+        return out;
+    }
+
+    const Job& m_job;
+    const std::uint64_t m_most_bytes;
+    std::map<Material, Primitive> m_parts;
+    std::uint64_t m_bytes = 0;  ///< of all vertices and indices
+};
+
+}  // namespace
+
+std::unique_ptr<MeshWriter> make_glb_writer(const Job& job, const MeshOptions& options) {
+    return std::make_unique<GlbWriter>(job, options);
+}
+
+}  // namespace terravox::convert

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+
+#include "voxelserver/export/mesh/column_mesh.hpp"
+#include "voxelserver/export/shape/byte_file.hpp"
+
+namespace terravox::convert {
+
+/// Takes meshes of columns one after the other, in the order of the file, and writes the file at
+/// the end: its head needs to know how much there is. Not thread-safe.
+class MeshWriter {
+public:
+    virtual ~MeshWriter() = default;
+    /// @throws Error when the file would become too large
+    virtual void add(const ColumnMesh& mesh) = 0;
+    [[nodiscard]] virtual bool empty() const noexcept = 0;
+    /// Once, and not of nothing.
+    virtual void finish(ByteFile& to) = 0;
+};
+[[nodiscard]] std::unique_ptr<MeshWriter> make_glb_writer(const Job& job,
+                                                          const MeshOptions& options);
+[[nodiscard]] std::unique_ptr<MeshWriter> make_ply_writer(const Job& job);
+
+}  // namespace terravox::convert

@@ -1,0 +1,89 @@
+#include "voxelserver/lidar/las_source.hpp"
+
+#include "voxelserver/lidar/chunk_table.hpp"
+#include "voxelserver/lidar/las_format.hpp"
+#include "voxelserver/lidar/spatial_index.hpp"
+
+namespace terravox::lidar {
+namespace {
+
+pointcloud::PointCloudInfo info_of(const LasInfo& las) {
+    pointcloud::PointCloudInfo out;
+    out.path = las.path;
+    out.file_bytes = las.file_bytes;
+    out.point_count = las.point_count;
+    out.scale = las.scale;
+    out.offset = las.offset;
+    out.min = las.min;
+    out.max = las.max;
+    out.crs = las.crs;
+    return out;
+}
+
+pointcloud::Point point_of(const RawPoint& raw, const LasInfo& las) noexcept {
+    pointcloud::Point out;
+    out.x = raw.x * las.scale[0] + las.offset[0];
+    out.y = raw.y * las.scale[1] + las.offset[1];
+    out.z = raw.z * las.scale[2] + las.offset[2];
+    out.classification = raw.classification;
+    out.return_number = raw.return_number;
+    out.return_count = raw.return_count;
+    out.withheld = raw.withheld;
+    out.overlap = raw.overlap;
+    out.rgb = raw.rgb;
+    return out;
+}
+
+}  // namespace
+
+LasSource::LasSource(const std::filesystem::path& path) : LasSource(read_las_info(path)) {}
+
+LasSource::LasSource(LasInfo las) : PointSource(info_of(las)), m_las(std::move(las)) {}
+
+std::vector<PointRange> LasSource::parts(std::uint64_t points) const {
+    return split_by_chunk(m_las, points);
+}
+
+void LasSource::read(std::span<const PointRange> ranges,
+                     const pointcloud::PointBatchSink& sink) const {
+    std::vector<pointcloud::Point> points;
+    read_point_batches(m_las, ranges, [&](std::span<const RawPoint> batch) {
+        points.clear();
+        for (const RawPoint& raw : batch)
+            points.push_back(point_of(raw, m_las));
+        sink(points);
+    });
+}
+
+std::vector<pointcloud::Point> LasSource::sample(std::size_t about) const {
+    std::vector<pointcloud::Point> out;
+    for (const RawPoint& raw : sample_points(m_las, about))
+        out.push_back(point_of(raw, m_las));
+    return out;
+}
+
+// The sample of a file with chunks of many sizes (COPC) may be of one node, whose points some
+// writers sort by place.
+bool LasSource::sampled_all_over() const {
+    constexpr std::uint64_t kWellSampled = 64 * 50'000;  // enough chunks
+    if (!m_las.seekable || m_las.point_count < kWellSampled)
+        return false;
+    if (!m_las.chunks)
+        return true;
+    const auto& starts = m_las.chunks->first_point;
+    for (std::size_t i = 2; i + 1 < starts.size(); ++i) {
+        if (starts[i] - starts[i - 1] != starts[1])
+            return false;
+    }
+    return true;
+}
+
+std::shared_ptr<const pointcloud::SpatialIndex> LasSource::spatial_index() const {
+    return read_spatial_index(m_las);
+}
+
+std::unique_ptr<const pointcloud::PointSource> LasFormat::open(const std::filesystem::path& path) {
+    return std::make_unique<const LasSource>(path);
+}
+
+}  // namespace terravox::lidar

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "voxelserver/lidar/las_file.hpp"
+#include "voxelserver/pointcloud/point_source.hpp"
+
+namespace terravox::lidar {
+
+/// A LAS, LAZ or COPC file as a source of points. Its parts are chunks of the file.
+class LasSource final : public pointcloud::PointSource {
+public:
+    /// Reads and checks the header; touches no point. @throws Error as read_las_info
+    explicit LasSource(const std::filesystem::path& path);
+
+    [[nodiscard]] std::vector<PointRange> parts(std::uint64_t points) const override;
+    void read(std::span<const PointRange> ranges,
+              const pointcloud::PointBatchSink& sink) const override;
+    [[nodiscard]] std::vector<pointcloud::Point> sample(std::size_t about) const override;
+    [[nodiscard]] bool sampled_all_over() const override;
+    /// The COPC hierarchy, else the .lax file beside the cloud (spatial_index.hpp).
+    [[nodiscard]] std::shared_ptr<const pointcloud::SpatialIndex> spatial_index() const override;
+
+private:
+    explicit LasSource(LasInfo las);
+
+    const LasInfo m_las;
+};
+
+}  // namespace terravox::lidar

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "voxelserver/ply/ply_header.hpp"
+#include "voxelserver/pointcloud/point_source.hpp"
+
+namespace terravox::ply {
+
+/// A PLY point cloud as a source of points. The format has neither bounds nor an index, so opening
+/// reads all vertices once, and keeps their bounds and, of text, where every 50,000th begins.
+class PlySource final : public pointcloud::PointSource {
+public:
+    /// @throws Error naming what is damaged in the header or in any vertex
+    explicit PlySource(const std::filesystem::path& path);
+
+    [[nodiscard]] std::vector<pointcloud::PointRange> parts(std::uint64_t points) const override;
+    void read(std::span<const pointcloud::PointRange> ranges,
+              const pointcloud::PointBatchSink& sink) const override;
+    /// The beginnings of 64 stretches.
+    [[nodiscard]] std::vector<pointcloud::Point> sample(std::size_t about) const override;
+    [[nodiscard]] bool sampled_all_over() const override;
+
+private:
+    struct Contents {
+        pointcloud::PointCloudInfo info;
+        Header header;
+        std::vector<std::uint64_t> part_at;  ///< byte of every 50,000th vertex
+    };
+    [[nodiscard]] static Contents look_through(const std::filesystem::path& path);
+    explicit PlySource(Contents contents);
+
+    const Header m_header;
+    const std::vector<std::uint64_t> m_part_at;
+};
+
+}  // namespace terravox::ply

@@ -1,0 +1,84 @@
+#include "voxelserver/serve/open_for_serving.hpp"
+
+#include <algorithm>
+#include <future>
+#include <string>
+
+#include "common/util/error.hpp"
+#include "voxelserver/module/load_module.hpp"
+#include "voxelserver/serve/signals.hpp"
+#include "voxelserver/voxelize/world/store_options.hpp"
+#include "voxelserver/worlds/kind/suitable_flags.hpp"
+#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
+
+namespace terravox::serve {
+namespace {
+
+bool is_lidar_or_store(const std::string& input) {
+    return !is_address(input) && (worlds::is_store(input) || worlds::is_lidar(input));
+}
+
+OpenedForServing open_lidar(const Options& options, const Plan& plan, util::StageTimes& times) {
+    OpenedForServing out;
+    const auto& inputs = options.world.inputs;
+    std::filesystem::path store = options.store;
+    if (inputs.size() == 1 && worlds::is_store(inputs.front()))
+        store = inputs.front();
+    const bool is_store = !store.empty();
+    worlds::check_flags(is_store ? store.string() : inputs.front(),
+                        is_store ? "a store" : "LiDAR data", worlds::kLidarFlags,
+                        options.kind_flags);
+    voxelize::LidarWorldOptions lidar = worlds::lidar_options(options.world);
+    lidar.cache_bytes = plan.square_bytes;
+    if (is_store) {
+        out.store = store::read_grabber_store(store);
+        voxelize::take_from_store(*out.store, lidar);
+    } else {
+        lidar.files.assign(inputs.begin(), inputs.end());
+    }
+    if (lidar.classes.empty())
+        lidar.classes = WorldOptions{}.classes;
+    auto world = std::make_unique<OpeningWorld>(lidar, times,
+                                                OpeningWorld::Means{plan.facts, plan.image_bytes});
+    if (out.store) {
+        const voxelize::Terms terms = voxelize::terms_of(*out.store);
+        world->set_licence(terms.licence, terms.attribution);
+    }
+    out.lidar = world.get();
+    out.world = std::move(world);
+    return out;
+}
+
+OpenedForServing open_other(const Options& options, const Plan& plan, util::StageTimes& times) {
+    constexpr std::chrono::milliseconds kLook{100};
+    const worlds::ServeRequest request{options.world, options.kind_flags, module::worlds_module()};
+    std::stop_source stop;
+    auto opening = std::async(std::launch::async, [&, token = stop.get_token()] {
+        return module::open_served_world(request, times, token, plan.image_bytes);
+    });
+    {
+        const SignalsLetThrough through;
+        while (opening.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+            if (wait_for_stop(kLook))
+                stop.request_stop();
+        }
+    }
+    OpenedForServing out;
+    out.world = opening.get();
+    if (stop.stop_requested())
+        throw Error("open the world " + options.world.inputs.front() + ": stopped");
+    return out;
+}
+
+}  // namespace
+
+OpenedForServing open_for_serving(const Options& options, const Plan& plan,
+                                  util::StageTimes& times) {
+    const auto& inputs = options.world.inputs;
+    const bool all_lidar = std::all_of(inputs.begin(), inputs.end(), is_lidar_or_store);
+    if (!options.store.empty() || all_lidar)
+        return open_lidar(options, plan, times);
+    return open_other(options, plan, times);
+}
+
+}  // namespace terravox::serve

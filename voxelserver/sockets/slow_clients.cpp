@@ -1,0 +1,231 @@
+#include "voxelserver/sockets/slow_clients.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <condition_variable>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "common/util/error.hpp"
+#include "voxelserver/sockets/socket.hpp"
+
+namespace terravox::net {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kPause{100};  // between two looks
+constexpr std::chrono::seconds kTellEvery{60};    // at most
+// Between the moment in which a thread has read the end of a request and the moment in which it
+// says so, a connection seems to wait for its client: only one that did in two looks does.
+constexpr int kLooks = 2;
+
+/// A connection that a client has made to this server.
+struct Connection {
+    int fd = -1;
+    std::string name;     ///< address and port of the client
+    std::string address;  ///< what one client cannot easily have many of
+    bool unread = false;  ///< bytes of the client have not been read
+};
+
+std::optional<Endpoint> end_of(int fd, int (*ask)(int, sockaddr*, socklen_t*)) noexcept {
+    Endpoint out;
+    out.size_bytes = sizeof out.storage;
+    if (ask(fd, reinterpret_cast<sockaddr*>(&out.storage), &out.size_bytes) != 0)
+        return std::nullopt;
+    if (out.storage.ss_family != AF_INET && out.storage.ss_family != AF_INET6)
+        return std::nullopt;
+    return out;
+}
+
+/// @return the client's end, where the descriptor is a connection that was made to `port`
+std::optional<Endpoint> client_of(int fd, int port) noexcept {
+    const auto here = end_of(fd, ::getsockname);
+    if (!here || here->port() != port)
+        return std::nullopt;
+    return end_of(fd, ::getpeername);  // a socket that listens has none
+}
+
+struct CloseFolder {
+    void operator()(DIR* folder) const noexcept { ::closedir(folder); }
+};
+
+std::vector<Connection> connections_to(int port) {
+    const std::unique_ptr<DIR, CloseFolder> folder(::opendir("/proc/self/fd"));
+    if (!folder)
+        throw Error(std::string("list the descriptors of this process in /proc/self/fd: ") +
+                    std::strerror(errno));
+    std::vector<Connection> out;
+    while (const dirent* entry = ::readdir(folder.get())) {
+        const std::string_view name(entry->d_name);
+        int fd = -1;
+        if (std::from_chars(name.data(), name.data() + name.size(), fd).ec != std::errc())
+            continue;  // . and ..
+        const auto client = client_of(fd, port);
+        if (!client)
+            continue;
+        int bytes = 0;
+        const bool unread = ::ioctl(fd, FIONREAD, &bytes) == 0 && bytes > 0;
+        out.push_back({fd, client->text(), client->neighbourhood(), unread});
+    }
+    return out;
+}
+
+/// Meanwhile the descriptor may be another connection's, or a file's: what is shut down is the
+/// connection that was meant, or nothing.
+bool shut_down(const Connection& connection, int port) noexcept {
+    const Socket same(::fcntl(connection.fd, F_DUPFD_CLOEXEC, 0));
+    if (!same)
+        return false;
+    const auto client = client_of(same.fd(), port);
+    return client && client->text() == connection.name && ::shutdown(same.fd(), SHUT_RDWR) == 0;
+}
+
+// As Endpoint::text() has it: without the zone of a link-local address, which CivetWeb adds.
+std::string name_of(const std::string& given, int port) {
+    const std::string address = given.substr(0, given.find('%'));
+    const bool brackets = address.find(':') != std::string::npos;
+    return (brackets ? "[" + address + "]:" : address + ":") + std::to_string(port);
+}
+
+}  // namespace
+
+struct SlowClients::Known {
+    struct Facts {
+        Clock::time_point since = Clock::now();  ///< the last reply was sent, or it was first seen
+        int answering = 0;  ///< requests; 0 or 1, but for a moment in which a port is used again
+        int looks = 0;      ///< in a row in which it waited for its client
+        std::uint64_t seen = 0;  ///< number of the last look that found it
+    };
+    std::mutex mutex;
+    std::condition_variable changed;
+    bool stopping = false;
+    std::unordered_map<std::string, Facts> connections;
+    // Of the watching thread alone.
+    std::uint64_t looks = 0;
+    Clock::time_point tell_again = Clock::time_point::min();
+};
+
+SlowClients::SlowClients(const Limits& limits)
+    : m_limits(limits), m_known(std::make_unique<Known>()) {}
+
+SlowClients::~SlowClients() {
+    {
+        const std::lock_guard lock(m_known->mutex);
+        m_known->stopping = true;
+    }
+    m_known->changed.notify_all();
+    if (m_thread.joinable())
+        m_thread.join();
+}
+
+void SlowClients::watch(int port) {
+    m_port = port;
+    m_thread = std::thread([this] { run(); });
+}
+
+SlowClients::Answering::Answering(SlowClients& clients, const std::string& address, int port)
+    : m_clients(clients), m_name(name_of(address, port)) {
+    m_clients.begin(m_name);
+}
+SlowClients::Answering::~Answering() {
+    m_clients.end(m_name);
+}
+
+void SlowClients::begin(const std::string& name) {
+    const std::lock_guard lock(m_known->mutex);
+    ++m_known->connections[name].answering;
+}
+
+void SlowClients::end(const std::string& name) noexcept {
+    const std::lock_guard lock(m_known->mutex);
+    const auto found = m_known->connections.find(name);
+    if (found == m_known->connections.end())
+        return;
+    --found->second.answering;
+    found->second.looks = 0;
+    found->second.since = Clock::now();
+}
+
+void SlowClients::run() noexcept {
+    bool failed = false;
+    for (;;) {
+        {
+            std::unique_lock lock(m_known->mutex);
+            if (m_known->changed.wait_for(lock, kPause, [&] { return m_known->stopping; }))
+                return;
+        }
+        try {
+            look();
+            failed = false;
+        } catch (const std::exception& e) {
+            if (!failed)
+                spdlog::warn(
+                    "watch for slow clients: {}; until that works they can take all threads",
+                    e.what());
+            failed = true;
+        }
+    }
+}
+
+void SlowClients::look() {
+    const std::vector<Connection> open = connections_to(m_port);
+    std::map<std::string, std::vector<std::pair<Clock::time_point, const Connection*>>>
+        waiting;  // by address
+    {
+        const std::lock_guard lock(m_known->mutex);
+        ++m_known->looks;
+        const auto now = Clock::now();
+        for (const Connection& one : open) {
+            Known::Facts& facts = m_known->connections[one.name];
+            facts.seen = m_known->looks;
+            facts.looks = facts.answering > 0 || one.unread ? 0 : facts.looks + 1;
+            if (facts.looks >= kLooks && now - facts.since >= m_limits.patience)
+                waiting[one.address].emplace_back(facts.since, &one);
+        }
+        std::erase_if(m_known->connections, [&](const auto& one) {
+            return one.second.answering == 0 && one.second.seen != m_known->looks;
+        });
+    }
+    for (auto& [address, connections] : waiting)
+        std::sort(connections.rbegin(), connections.rend());  // the longest-waiting last
+    for (std::size_t left = open.size();
+         left > static_cast<std::size_t>(m_limits.connections) && !waiting.empty(); --left) {
+        const auto most = std::max_element(
+            waiting.begin(), waiting.end(),
+            [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+        if (shut_down(*most->second.back().second, m_port)) {
+            ++m_closed;
+            tell(most->first);
+        }
+        most->second.pop_back();
+        if (most->second.empty())
+            waiting.erase(most);
+    }
+}
+
+void SlowClients::tell(const std::string& address) {
+    const auto now = Clock::now();
+    if (now < m_known->tell_again)
+        return;
+    m_known->tell_again = now + kTellEvery;
+    spdlog::warn(
+        "more than {} connections are open: those whose clients do not finish their requests are "
+        "closed, such as one of {}; {} before",
+        m_limits.connections, address, m_closed - 1);
+}
+
+}  // namespace terravox::net

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "voxelserver/grid/patch.hpp"
+#include "voxelserver/store/voxel_point.hpp"
+
+namespace terravox::voxelize {
+
+/// Where the points of one patch lie in a square's points. Stored as is in prepared squares.
+struct PatchEntry {
+    PatchKey key;
+    std::uint64_t begin = 0;
+    std::uint64_t count = 0;
+    std::uint64_t checksum =
+        0;  ///< XXH64 of the points' bytes; set when the square is written to disk
+};
+static_assert(sizeof(PatchEntry) == 32);
+
+/// What was met while a square was decoded. Stored as is in prepared squares.
+struct PointCounts {
+    std::uint64_t kept = 0;
+    std::uint64_t wild = 0;      ///< far outside the bounds: errors of the survey
+    std::uint64_t withheld = 0;  ///< marked so by the survey, or as overlap where that is dropped
+    std::uint64_t noise = 0;     ///< of classes that the table drops
+    std::array<std::uint64_t, 256> by_class{};  ///< of the points kept
+    void add(const PointCounts& other) noexcept;
+};
+
+/// Some or all points of a LiDAR file in voxel space, grouped by patch; within a patch by column
+/// (z, then x), then by rising y. Immutable. The points live in memory of this object, or in a
+/// mapped file that it holds.
+class Square {
+public:
+    /// @param patches sorted by key; @param holder keeps the memory behind both spans alive
+    Square(std::shared_ptr<const void> holder, std::span<const PatchEntry> patches,
+           std::span<const VoxelPoint> points, const PointCounts& counts, std::size_t memory_bytes,
+           bool checked)
+        : m_holder(std::move(holder)),
+          m_patches(patches),
+          m_points(points),
+          m_counts(counts),
+          m_memory_bytes(memory_bytes),
+          m_checked(checked) {}
+
+    /// @throws Error when the patch's checksum does not match (only a mapped file can be damaged)
+    [[nodiscard]] std::span<const VoxelPoint> points(PatchKey patch) const;
+    [[nodiscard]] std::span<const PatchEntry> patches() const noexcept { return m_patches; }
+    [[nodiscard]] std::span<const VoxelPoint> all() const noexcept { return m_points; }
+    [[nodiscard]] const PointCounts& counts() const noexcept { return m_counts; }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return m_memory_bytes + sizeof *this;
+    }
+
+private:
+    std::shared_ptr<const void> m_holder;
+    std::span<const PatchEntry> m_patches;
+    std::span<const VoxelPoint> m_points;
+    PointCounts m_counts;
+    std::size_t m_memory_bytes;  ///< mapped pages count too: they are resident while in use
+    bool m_checked;              ///< no need to look at checksums
+};
+
+[[nodiscard]] std::uint64_t checksum_of(std::span<const VoxelPoint> points) noexcept;
+
+/// Points with the patch of each, in the order of a file: neighbours in a file mostly share a
+/// patch, so patches are kept as runs.
+struct PatchedPoints {
+    struct Run {
+        PatchKey patch;
+        std::size_t begin = 0;
+        std::size_t place = 0;  ///< for binning: the patch's number, then where the run goes
+    };
+    std::vector<VoxelPoint> points;
+    std::vector<Run> runs;  ///< each until the next one's begin
+    void add(PatchKey patch, const VoxelPoint& point) {
+        if (runs.empty() || !(runs.back().patch == patch))
+            runs.push_back({patch, points.size(), 0});
+        points.push_back(point);
+    }
+};
+
+/// Step "binning": groups the points of all parts by patch and column. The result does not depend
+/// on how the points were dealt into parts.
+/// @param threads 0 = one for each core
+[[nodiscard]] std::shared_ptr<const Square> bin_points(std::vector<PatchedPoints> parts,
+                                                       const PointCounts& counts, int threads);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/voxel/material.hpp"
+#include "voxelserver/grid/patch.hpp"
+#include "voxelserver/store/voxel_point.hpp"
+#include "voxelserver/voxelize/points/class_table.hpp"
+#include "voxelserver/water/water_cells.hpp"
+
+namespace terravox::voxelize {
+
+inline constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
+
+/// A height with what was seen there. `height` in voxels (continuous); NaN = nothing seen.
+struct Surface {
+    float height = kNoHeight;
+    std::uint8_t source_class = 0;
+    bool has_colour = false;
+    voxel::Rgb8 colour;
+    [[nodiscard]] bool seen() const noexcept { return height == height; }
+};
+
+/// A voxel that holds points of a thing above the ground.
+struct ObjectVoxel {
+    std::int32_t y = 0;
+    std::uint8_t source_class = 0;
+    bool has_colour = false;
+    voxel::Rgb8 colour;
+    std::uint8_t fraction = 0;  ///< of its highest point within the voxel, 1/256 voxel
+};
+
+/// What the points of one column say, before any neighbour is asked.
+struct Column {
+    Surface ground;              ///< median of the ground points
+    Surface roof;                ///< highest building point
+    Surface water;               ///< median of the water points
+    Surface deck;                ///< median of the bridge points
+    float roof_low = kNoHeight;  ///< lowest building point
+    std::uint16_t ground_points = 0, roof_points = 0, water_points = 0,
+                  deck_points = 0;  ///< saturating
+    bool roof_over_ground =
+        false;  ///< ground was seen beneath building points, not only beside them
+    /// Whether most of the low returns (ground, water, building) are of a building.
+    [[nodiscard]] bool built_upon() const noexcept {
+        return roof.seen() && roof_points >= ground_points + water_points;
+    }
+    /// Whether a class says that it is a bridge's. Pulses that pass a railing or an edge hit what
+    /// is below: as many of those again are let pass.
+    [[nodiscard]] bool bridged() const noexcept {
+        return deck.seen() && 2 * deck_points > ground_points + water_points;
+    }
+};
+
+/// The 64 x 64 columns of a patch, index = z * 64 + x (local). Immutable.
+struct PatchColumns {
+    std::array<Column, kPatchColumns> columns;
+    std::vector<ObjectVoxel> objects;
+    std::array<std::uint32_t, kPatchColumns + 1>
+        objects_begin{};  ///< of column i: [objects_begin[i], objects_begin[i + 1]), by rising y
+    // What steps ask of many columns around, small enough to stay in the processor's cache:
+    std::array<std::uint64_t, kPatchSize> occupied{},
+        built{};  ///< bit x of row z: the column holds any point; is built_upon()
+    std::array<std::uint64_t, kPatchSize> ground{},
+        wet{};  ///< ground was seen; water was, and at least as often as ground
+    std::array<float, kPatchColumns> ground_height;  ///< of each column's ground
+    bool any_roof = false, any_deck = false, any_objects = false;
+    water::CellPatch cells;    ///< `covered` and `looks_wet` are for others to say
+    float lowest = kNoHeight;  ///< of any point
+    bool any = false;
+    [[nodiscard]] const Column& at(int x, int z) const noexcept {
+        return columns[static_cast<std::size_t>(z * kPatchSize + x)];
+    }
+    [[nodiscard]] std::span<const ObjectVoxel> objects_at(int x, int z) const noexcept {
+        const auto i = static_cast<std::size_t>(z * kPatchSize + x);
+        return std::span(objects).subspan(objects_begin[i],
+                                          objects_begin[i + 1] - objects_begin[i]);
+    }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + objects.capacity() * sizeof(ObjectVoxel) +
+               cells.cells.capacity() * sizeof(water::WaterCell);
+    }
+};
+
+/// The points of one square that fall into a patch, by column and rising height as Square keeps
+/// them.
+struct PatchPoints {
+    std::span<const VoxelPoint> points;
+    bool has_colour = false;
+};
+
+/// Step "column init": sums up each column of a patch. The result does not depend on the order of
+/// `sources`.
+/// @param cell_voxels edge of a water cell: a divisor of 64
+[[nodiscard]] std::shared_ptr<PatchColumns> init_columns(std::span<const PatchPoints> sources,
+                                                         const ClassTable& classes,
+                                                         int cell_voxels);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "voxelserver/voxelize/columns/window.hpp"
+#include "voxelserver/voxelize/steps/water_fill.hpp"
+
+namespace terravox::voxelize {
+
+/// What is seen of a column when one looks for decks that no class names.
+enum class LandKind : std::uint8_t {
+    kUnasked,
+    kUnknown,  ///< nothing, or only plants and wires: the surface is hidden
+    kGround,
+    kDeck,   ///< a deck that its class names
+    kThing,  ///< no ground; the lowest return is unclassified or of an object: perhaps a deck
+    kWater,
+    kBuilt,
+};
+struct LandSample {
+    float height = kNoHeight;  ///< voxels; NaN when unknown
+    LandKind kind = LandKind::kUnasked;
+};
+
+/// The surface of a window's columns, each looked at when it is first asked for. Not thread-safe;
+/// the window must outlive it.
+class DeckLand {
+public:
+    /// @param water nullptr = only where it was seen
+    DeckLand(const Window& window, const ClassTable& classes, WaterAccess* water)
+        : m_window(window), m_classes(classes), m_water(water) {}
+
+    /// @param x, z in [-64, 128)
+    [[nodiscard]] const LandSample& at(int x, int z) {
+        LandSample& s = m_samples.at(x, z);
+        if (s.kind == LandKind::kUnasked)
+            s = look(x, z);
+        return s;
+    }
+
+private:
+    [[nodiscard]] LandSample look(int x, int z);
+    [[nodiscard]] float body_level(int x, int z);
+
+    const Window& m_window;
+    const ClassTable& m_classes;
+    WaterAccess* m_water;
+    Grid<LandSample, Window::kMargin> m_samples;
+    std::int32_t m_cell_x = std::numeric_limits<std::int32_t>::min(),
+                 m_cell_z = 0;  // asked last: columns of a cell follow each other
+    float m_cell_level = kNoHeight;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "voxelserver/voxelize/decks/deck_land.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+
+namespace terravox::voxelize {
+
+/// How far the search for decks looks, columns. They add up to what a window allows
+/// (deck_finder.cpp).
+struct DeckReach {
+    static constexpr int kWidest = 21;  ///< across a deck
+    static constexpr int kAcross = 24;  ///< to either side of a column
+    static constexpr int kAlong = 28;   ///< to either end
+    static constexpr int kGrown = 2;    ///< parapets and gaps, in the end
+};
+
+/// The limits of `[bridges]` and of this search in voxels.
+struct DeckLimits {
+    DeckLimits(const Settings::Bridges& settings, double voxel_m);
+    float drop, above_water, above_land;
+    float level;    ///< a column is as high as the deck when it differs by no more ...
+    float slope;    ///< ... and by this much more for each column in between
+    float step;     ///< between two columns of a deck, downwards: where the land falls by more, the
+                    ///< edge begins
+    float parapet;  ///< what may rise above the deck along its edge
+    float same;     ///< the land or water on both sides lies as high
+    int widest;     ///< columns
+    int edge = 2;   ///< columns from the last of the deck to the first that is low: one of them is
+                    ///< cut by the edge
+    int gap;        ///< columns without anything seen that are looked across
+    int low = 6;    ///< columns beyond an edge that tell how low it is there
+};
+
+/// A cut across a deck through one column.
+struct DeckSection {
+    float height = kNoHeight;   ///< of the deck, voxels
+    float below = kNoHeight;    ///< the level between both sides, here
+    std::int8_t direction = 0;  ///< index into kDeckDirections
+    std::int8_t before = 0,
+                behind =
+                    0;  ///< columns of deck against and along the direction, this one not counted
+    bool over_water = false;  ///< the nearer side is water
+    bool near_water = false;  ///< there is water within kAcross on both sides
+    bool of_things = false;   ///< no ground class: LandKind::kThing
+    [[nodiscard]] int width() const noexcept { return before + behind + 1; }
+};
+
+/// Eight directions over half a turn, 22.5 degrees apart; unit vectors (east, south).
+inline constexpr std::array<std::array<float, 2>, 8> kDeckDirections = {
+    {{1, 0},
+     {0.92387953F, 0.38268343F},
+     {0.70710678F, 0.70710678F},
+     {0.38268343F, 0.92387953F},
+     {0, 1},
+     {-0.38268343F, 0.92387953F},
+     {-0.70710678F, 0.70710678F},
+     {-0.92387953F, 0.38268343F}}};
+
+/// Cuts the land across: in which direction a column is narrow and drops off abruptly on both
+/// sides, to about the same level.
+///
+/// Abrupt: most of the drop lies within two columns of the edge, which no slope of earth does; and
+/// it stays low there. Houses, plants that hide the land for more than a few columns, and a rise on
+/// one side are no edge. Not thread-safe.
+class DeckSections {
+public:
+    DeckSections(DeckLand& land, const DeckLimits& limits)
+        : m_land(land), m_limits(limits), m_index(kUnasked) {}
+
+    /// The narrowest cut. @param x, z within kReach of the patch @return nullptr when the column is
+    /// no deck's; valid until the next call
+    [[nodiscard]] const DeckSection* at(int x, int z);
+    static constexpr int kReach = Window::kMargin - DeckReach::kAcross;
+
+private:
+    struct Side {
+        int edge = 0;  ///< columns of deck
+        float level = kNoHeight;
+        bool water = false, near_water = false;
+        int askew = 0;  ///< steps of 22.5 degrees off the other side's direction
+    };
+    /// A column from which one looks, in one direction.
+    struct Look {
+        int x, z;
+        float dx, dz, height;
+        bool things;
+    };
+    [[nodiscard]] const LandSample& sample(const Look& look, int steps) {
+        return m_land.at(look.x + rounded(look.dx, steps), look.z + rounded(look.dz, steps));
+    }
+    [[nodiscard]] static int rounded(float d, int steps) noexcept;
+    struct Edge {
+        int last = 0;      ///< column of the deck
+        float height = 0;  ///< of the deck there, parapets left out
+    };
+    [[nodiscard]] std::optional<Edge> edge(const Look& look);
+    [[nodiscard]] std::optional<Side> side(const Look& look);
+    [[nodiscard]] std::optional<Side> opposite(Look look, int direction);
+    [[nodiscard]] bool water_farther(const Look& look, int from);
+    [[nodiscard]] std::optional<DeckSection> cut(int x, int z);
+    [[nodiscard]] bool joins(const Side& a, const Side& b, DeckSection& out) const;
+
+    static constexpr std::int32_t kUnasked = -2, kNone = -1;
+    DeckLand& m_land;
+    const DeckLimits& m_limits;
+    Grid<std::int32_t, kReach> m_index;
+    std::vector<DeckSection> m_sections;
+};
+
+}  // namespace terravox::voxelize

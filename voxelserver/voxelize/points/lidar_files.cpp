@@ -1,0 +1,18 @@
+#include "voxelserver/voxelize/points/lidar_files.hpp"
+
+#include <algorithm>
+
+#include "common/util/error.hpp"
+#include "voxelserver/pointcloud/formats/files.hpp"
+
+namespace terravox::voxelize {
+
+std::vector<std::filesystem::path> lidar_files(const LidarWorldOptions& options) {
+    if (options.files.empty())
+        throw UsageError("open the LiDAR data: no file or folder given");
+    auto files = pointcloud::expand_point_files(options.files);
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "voxelserver/grid/frame.hpp"
+#include "voxelserver/pointcloud/point_source.hpp"
+#include "voxelserver/store/square.hpp"
+#include "voxelserver/voxelize/points/class_table.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+
+namespace terravox::voxelize {
+
+/// One file of the world and how it is read into voxel space. Immutable once the world is open.
+struct SquareSource {
+    voxel::Fingerprint identity{};  ///< store/file_identity.hpp
+    std::shared_ptr<const pointcloud::PointSource> points;
+    /// Of the points, with a CRS; min and max hold all that are kept, whatever the header says
+    /// (extent.hpp).
+    pointcloud::PointCloudInfo info;
+    double vertical_metres = 1;       ///< metres per unit of the file's heights
+    bool transform = false;           ///< the file's CRS differs from the frame's
+    ColumnRect bounds;                ///< of info's min and max
+    std::vector<ColumnRect> islands;  ///< parts of the bounds, kilometres apart, outside which
+                                      ///< there is nothing; mostly one, the bounds
+    double lowest = 0,
+           highest = 0;  ///< heights beyond are wild, file units; within info's min and max
+    bool has_colour = false;
+    int colour_shift = 0;  ///< bits to drop for 8-bit colour: the format has 16 bits a channel, but
+                           ///< many writers store 8
+    /// What the file or a side file says; nullptr where nothing does, and where the file's CRS
+    /// differs from the frame's.
+    std::shared_ptr<const pointcloud::SpatialIndex> spatial_index;
+
+    [[nodiscard]] bool on_island(std::int32_t x, std::int32_t z) const noexcept {
+        return std::any_of(islands.begin(), islands.end(), [&](const ColumnRect& r) {
+            return x >= r.min_x && x < r.max_x && z >= r.min_z && z < r.max_z;
+        });
+    }
+};
+
+/// What the filters and the class table say of a return.
+enum class Fate { kKept, kWithheld, kNoise };
+[[nodiscard]] inline Fate fate_of(const pointcloud::Point& p, const Settings::Points& filters,
+                                  const ClassTable& classes) noexcept {
+    if ((p.withheld && filters.drop_withheld) || (p.overlap && filters.drop_overlap))
+        return Fate::kWithheld;
+    return classes.meaning[p.classification].role == Role::kDrop ? Fate::kNoise : Fate::kKept;
+}
+
+/// Steps "transformation" and "quantization": turns returns as a file stores them into voxel
+/// points, and leaves out what is none. One for each thread.
+class Placer {
+public:
+    Placer(const SquareSource& source, const Frame& frame, const ClassTable& classes,
+           const Settings::Points& filters);
+
+    /// @param wanted only points of these patches; nullopt = all
+    void place(std::span<const pointcloud::Point> batch, const std::optional<PatchRect>& wanted,
+               PatchedPoints& out, PointCounts& counts);
+
+    [[nodiscard]] double transformation_s() const noexcept { return m_transformation_s; }
+    [[nodiscard]] double quantization_s() const noexcept { return m_quantization_s; }
+
+private:
+    void transform(std::span<const pointcloud::Point> batch, PointCounts& counts);
+    void quantize(std::span<const pointcloud::Point> batch, const std::optional<PatchRect>& wanted,
+                  PatchedPoints& out, PointCounts& counts);
+
+    const SquareSource& m_source;
+    const Frame& m_frame;
+    const ClassTable& m_classes;
+    const Settings::Points m_filters;
+    std::optional<geo::Transform> m_transform;
+    std::array<double, 3> m_min{}, m_max{};  // coordinates that are not wild, closed
+    std::vector<std::uint32_t> m_kept;       // indices into the batch
+    std::vector<double> m_x, m_y;            // of those kept, in the frame's CRS
+    double m_transformation_s = 0, m_quantization_s = 0;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "common/util/cache.hpp"
+#include "voxelserver/store/square_folder.hpp"
+#include "voxelserver/voxelize/points/point_load.hpp"
+#include "voxelserver/voxelize/points/sources.hpp"
+
+namespace terravox::voxelize {
+
+/// Squares that together hold all points of some patches: one that holds a whole file, or parts of
+/// it.
+using Squares = std::vector<std::shared_ptr<const Square>>;
+
+/// A file of a world, and how it is to be kept.
+struct PartedFile {
+    const SquareSource* source = nullptr;
+    std::string name;        ///< in the cache folder; empty without one
+    bool kept_whole = true;  ///< small enough for that
+    int block_patches = 1;   ///< edge of the blocks in which one that is too large is read
+};
+
+/// Parts of files: for the first boxes, which should not wait for the whole, and for files too
+/// large to be kept whole. Thread-safe.
+///
+/// Parts are chunks of the file, each decoded once while it is kept, where the file's own index or
+/// this program's chunk index tells which points lie in which. They are blocks of patches where a
+/// .lax file tells more exactly, or where the chunks around a patch would fill the memory. A file
+/// that could not be looked through is not tried again.
+class PointParts {
+public:
+    using Report = std::function<void(std::size_t file, const PointCounts& met, bool whole)>;
+    /// @param folder may be null; @param report is told what was met in each part, or in the whole
+    /// file when it was looked through
+    PointParts(std::vector<PartedFile> files, const LoadContext& context,
+               store::SquareFolder* folder, std::size_t memory_bytes, int threads, Report report);
+
+    /// Whether parts are worth it: something tells where the points lie, and with these less than
+    /// half of the file will have been decoded.
+    [[nodiscard]] bool are_enough(std::size_t file, const PatchRect& wanted);
+    /// @throws Error for a damaged file
+    [[nodiscard]] Squares around(std::size_t file, const PatchRect& wanted);
+    /// Whether it is known which parts of the file hold what, without looking through it first.
+    /// Never waits.
+    [[nodiscard]] bool knows(std::size_t file) const noexcept {
+        return m_files[file].source->spatial_index != nullptr || m_states[file]->learnt;
+    }
+    /// What was learnt by decoding the whole.
+    void learn(std::size_t file, ChunkIndex index);
+
+private:
+    struct State {
+        std::atomic<std::uint64_t> decoded{0};  ///< points, in parts
+        std::mutex index_mutex;                 ///< guards chunks, and that only one thread scans
+        std::shared_ptr<const ChunkIndex> chunks;
+        std::atomic<bool> learnt{false};  ///< chunks are there
+        std::string failed;               ///< why the file could not be looked through
+        std::once_flag chosen;            ///< guards by_chunk
+        bool by_chunk = false;
+    };
+    /// A chunk by its first point, or a block by its place.
+    struct PartKey {
+        std::size_t file;
+        PatchKey part;
+        friend bool operator==(const PartKey&, const PartKey&) = default;
+    };
+    struct PartKeyHash {
+        std::size_t operator()(const PartKey& k) const noexcept {
+            return PatchKeyHash{}(k.part) * 1000003 + k.file;
+        }
+    };
+    [[nodiscard]] static PartKey chunk_key(std::size_t file,
+                                           const pointcloud::PointRange& chunk) noexcept {
+        return {file,
+                {static_cast<std::int32_t>(chunk.begin & 0xFFFFFFFF),
+                 static_cast<std::int32_t>(chunk.begin >> 32)}};
+    }
+
+    [[nodiscard]] bool by_chunk(std::size_t file);
+    [[nodiscard]] PartKey block_of(std::size_t file, const PatchRect& wanted) const noexcept;
+    [[nodiscard]] PatchRect patches_of(const PartKey& block) const noexcept;
+    [[nodiscard]] std::uint64_t points_to_decode(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] std::vector<pointcloud::PointRange> chunks_over(std::size_t file,
+                                                                  const PatchRect& wanted);
+    [[nodiscard]] Squares load_chunks(std::size_t file, const PatchRect& wanted);
+    [[nodiscard]] std::shared_ptr<const Square> block(const PartKey& key);
+    [[nodiscard]] std::vector<pointcloud::PointRange> ranges_over(std::size_t file,
+                                                                  const PatchRect& wanted);
+    /// In the frame's CRS.
+    struct Extent {
+        double min_x, min_y, max_x, max_y;
+    };
+    [[nodiscard]] Extent extent_of(const PatchRect& rect) const noexcept;
+    [[nodiscard]] std::shared_ptr<const ChunkIndex> chunk_index(std::size_t file, bool scan);
+
+    const std::vector<PartedFile> m_files;
+    const LoadContext m_context;
+    store::SquareFolder* const m_folder;
+    const int m_threads;
+    const Report m_report;
+    std::vector<std::unique_ptr<State>> m_states;
+    util::Cache<PartKey, Square, PartKeyHash> m_parts;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "common/voxel/world.hpp"
+
+namespace terravox::voxelize {
+
+/// Which steps run, and how: config/voxelize.toml states units and reasons,
+/// docs/formats/voxelization-settings.md the ranges too. Results depend on every field.
+struct Settings {
+    struct Points {
+        bool drop_withheld = true, drop_overlap = false, drop_isolated = true;
+    } points;
+    struct Steps {
+        bool water_equalization = true;
+        bool water_deepening = true;
+        bool bridges = true;
+        bool ground_fill = true;
+        bool building_fill = true;
+        bool vegetation = true;
+        bool specialization = true;
+        bool neighbourhood_filters = true;
+    } steps;  ///< step_switches.hpp has their names
+    struct Buildings {
+        double storey_m = 2.4;      ///< an open space beneath a roof is higher than this
+        double steep_roof_m = 3.0;  ///< a greater drop between columns of a roof is a wall
+    } buildings;
+    struct Bridges {
+        double thickness_m = 1.0;
+        bool recognise = true;       ///< decks that no class names (deck_finder.hpp)
+        double widest_m = 15.0;      ///< across such a deck
+        double least_drop_m = 1.2;   ///< at both of its edges
+        double above_water_m = 1.4;  ///< of such a deck, at least
+        double above_land_m = 2.5;   ///< the same, where there is no water near
+    } bridges;
+    struct Ground {
+        double soil_m = 2.5;  ///< above the rock
+        double cliff_m =
+            3.0;  ///< where the ground drops by more to the next column there is no soil
+        double depth_m = 10;  ///< of rock below the lowest ground: the model's base
+    } ground;
+    struct Vegetation {
+        double low_m = 1.0, medium_m = 3.0;  ///< tops of the tiers where the source has none
+        double canopy_gap_m = 3.0;           ///< foliage between two returns of a crown
+        double trunk_from_m = 3.0;           ///< plants higher than this stand on a trunk
+        double clutter_m = 0.5;  ///< unclassified things lower than this are the ground's roughness
+    } vegetation;
+    struct Water {
+        bool from_class = true, from_orthophoto = true, from_voids = true;
+        double slope = 0.3;  ///< metres of depth for each metre from the shore
+        double min_depth_m = 0.6, max_depth_m = 8;
+    } water;
+    std::string palette = "default";  ///< id in config/palettes, or a file
+};
+
+/// The values of all fields but the palette, whose own values count (input_prints.hpp).
+[[nodiscard]] voxel::Fingerprint print_of(const Settings& settings);
+
+/// Reads a settings file over the defaults, and switches steps over what it says.
+/// @param file empty = config/voxelize.toml
+/// @param steps see switch_steps() (step_switches.hpp); empty = as the file says
+/// @throws UsageError for a missing file or an unknown or impossible value, naming field, value and
+/// allowed range
+[[nodiscard]] Settings load_settings(const std::filesystem::path& file,
+                                     std::string_view steps = {});
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,258 @@
+#include "voxelserver/voxelize/points/sources.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/file_identity.hpp"
+#include "voxelserver/pointcloud/formats/open.hpp"
+#include "voxelserver/voxelize/points/extent.hpp"
+#include "voxelserver/voxelize/points/lidar_files.hpp"
+#include "voxelserver/voxelize/points/vertical_datums.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+double vertical_metres(const geo::Crs& crs, const std::optional<std::string>& unit) {
+    if (unit) {
+        if (*unit == "m")
+            return 1;
+        if (*unit == "ft")
+            return 0.3048;
+        if (*unit == "us-ft")
+            return 1200.0 / 3937.0;
+        throw UsageError("set the vertical unit: '" + *unit + "'; allowed: m, ft, us-ft");
+    }
+    // Without a vertical system, surveys in feet are in feet upwards too.
+    return crs.vertical_metres_per_unit().value_or(crs.metres_per_unit());
+}
+
+std::vector<SquareSource> open_files(const LidarWorldOptions& options) {
+    const auto paths = lidar_files(options);
+    std::vector<SquareSource> files(paths.size());
+    thread::parallel_for(paths.size(), options.threads, [&](std::size_t i) {
+        files[i].points = pointcloud::open_point_source(paths[i]);
+        files[i].identity = store::file_identity(paths[i], "point cloud");
+        files[i].info = files[i].points->info();
+    });
+    std::erase_if(files, [](const SquareSource& file) {
+        if (file.info.point_count == 0)
+            spdlog::warn("{}: holds no points; left out", file.info.path.string());
+        return file.info.point_count == 0;
+    });
+    if (files.empty())
+        throw Error("open the LiDAR data: none of the " + std::to_string(paths.size()) +
+                    " files holds a point");
+    return files;
+}
+
+std::vector<pointcloud::PointCloudInfo> infos_of(const std::vector<SquareSource>& files) {
+    std::vector<pointcloud::PointCloudInfo> out;
+    for (const SquareSource& file : files)
+        out.push_back(file.info);
+    return out;
+}
+
+// Each file's CRS: what the person says, else the file, else the source's table.
+void settle_crs(std::vector<SquareSource>& files, const LidarWorldOptions& options,
+                const ClassTable& classes) {
+    std::optional<geo::Crs> fixed, fallback;
+    if (options.crs)
+        fixed = geo::Crs::from_text(*options.crs);
+    if (classes.crs)
+        fallback = geo::Crs::from_text(*classes.crs);
+    for (SquareSource& file : files) {
+        pointcloud::PointCloudInfo& info = file.info;
+        if (fixed)
+            info.crs = fixed;
+        if (!info.crs)
+            info.crs = fallback;
+        if (!info.crs)
+            throw UsageError("place the point cloud " + info.path.string() +
+                             ": the file carries no coordinate reference system and class table '" +
+                             classes.id + "' names none; give one with --crs EPSG:<code>");
+    }
+}
+
+// The columns that a rectangle of a file's coordinates covers.
+ColumnRect columns_over(const PlanRect& rect, const SquareSource& source, const Frame& frame) {
+    // Along the edges too: a straight line of one system is an arc in another.
+    constexpr int kPieces = 20;
+    std::vector<double> x, y;
+    const auto add = [&](double at_x, double at_y) { x.push_back(at_x), y.push_back(at_y); };
+    for (int i = 0; i <= kPieces; ++i) {
+        const double part = static_cast<double>(i) / kPieces;
+        const double along_x =
+            i == kPieces ? rect.max_x : rect.min_x + part * (rect.max_x - rect.min_x);
+        const double along_y =
+            i == kPieces ? rect.max_y : rect.min_y + part * (rect.max_y - rect.min_y);
+        add(along_x, rect.min_y), add(along_x, rect.max_y), add(rect.min_x, along_y),
+            add(rect.max_x, along_y);
+    }
+    if (source.transform)
+        geo::Transform(*source.info.crs, frame.crs()).apply(x, y);
+    const auto [x0, x1] = std::minmax_element(x.begin(), x.end());
+    const auto [y0, y1] = std::minmax_element(y.begin(), y.end());
+    const double west = std::floor(frame.x(*x0)), east = std::floor(frame.x(*x1)) + 1,
+                 north = std::floor(frame.z(*y1)), south = std::floor(frame.z(*y0)) + 1;
+    constexpr double kFarthest = 1.0e9;
+    if (!(std::abs(west) < kFarthest && std::abs(east) < kFarthest && std::abs(north) < kFarthest &&
+          std::abs(south) < kFarthest))
+        throw Error("place the point cloud " + source.info.path.string() +
+                    ": coordinates beyond 32-bit voxels of " + std::to_string(frame.voxel_m()) +
+                    " m");
+    return {static_cast<std::int32_t>(west), static_cast<std::int32_t>(north),
+            static_cast<std::int32_t>(east), static_cast<std::int32_t>(south)};
+}
+
+ColumnRect around(const ColumnRect& a, const ColumnRect& b) noexcept {
+    return {std::min(a.min_x, b.min_x), std::min(a.min_z, b.min_z), std::max(a.max_x, b.max_x),
+            std::max(a.max_z, b.max_z)};
+}
+
+// A ray meets the boxes between two places one by one, and there would be millions: better told
+// than waited for.
+void check_apart(const Sources& sources) {
+    constexpr double kFarthest_m = 100'000;
+    struct Stretch {
+        std::int64_t begin, end;
+        const std::filesystem::path* path;
+    };
+    for (const bool along_x : {true, false}) {
+        std::vector<Stretch> stretches;
+        for (const SquareSource& s : sources.files)
+            for (const ColumnRect& r : s.islands)
+                stretches.push_back(along_x ? Stretch{r.min_x, r.max_x, &s.info.path}
+                                            : Stretch{r.min_z, r.max_z, &s.info.path});
+        std::stable_sort(stretches.begin(), stretches.end(),
+                         [](const Stretch& a, const Stretch& b) { return a.begin < b.begin; });
+        Stretch farthest = stretches.front();
+        for (const Stretch& s : stretches) {
+            const double apart_m =
+                static_cast<double>(s.begin - farthest.end) * sources.frame.voxel_m();
+            if (apart_m > kFarthest_m)
+                throw UsageError(fmt::format(
+                    "put the LiDAR data into one world: {} and {} lie {:.0f} km apart with nothing "
+                    "between; allowed: up to {:.0f} km",
+                    farthest.path->string(), s.path->string(), apart_m / 1000, kFarthest_m / 1000));
+            if (s.end > farthest.end)
+                farthest = s;
+        }
+    }
+}
+
+/// What a few thousand points say of a file before it is decoded.
+struct Sample {
+    double low = 0, high = 0;  ///< heights that nearly all points keep, file units
+    bool water = false;
+    std::vector<PlanRect> islands;
+};
+
+// Looks at some points, and settles with them where the file lies.
+Sample look_at(SquareSource& source, const ClassTable& classes, const Settings::Points& filters,
+               int threads) {
+    constexpr std::size_t kAbout = 4096;
+    const KeepsPoint keeps = [&](const pointcloud::Point& p) {
+        return fate_of(p, filters, classes) == Fate::kKept;
+    };
+    std::vector<pointcloud::Point> sample = source.points->sample(kAbout);
+    Sample out;
+    std::uint16_t brightest = 0;
+    for (const pointcloud::Point& p : sample) {
+        for (const std::uint16_t c : p.rgb)
+            brightest = std::max(brightest, c);
+        out.water = out.water || classes.meaning[p.classification].role == Role::kWater;
+    }
+    source.has_colour = brightest > 0;
+    source.colour_shift = brightest > 255 ? 8 : 0;
+    std::erase_if(sample, [&](const pointcloud::Point& p) { return !keeps(p); });
+    pointcloud::PointCloudInfo& info = source.info;
+    out.islands = settle_extent(*source.points, info, sample, keeps, threads);
+    out.low = info.min[2], out.high = info.max[2];
+    if (sample.empty())
+        return out;
+    std::vector<double> heights;
+    for (const pointcloud::Point& p : sample)
+        heights.push_back(p.z);
+    std::sort(heights.begin(), heights.end());
+    out.low = heights[heights.size() / 50];
+    out.high = heights[heights.size() - 1 - heights.size() / 50];
+    return out;
+}
+
+}  // namespace
+
+Sources open_sources(const LidarWorldOptions& options, const ClassTable& classes,
+                     const Settings& settings) {
+    auto files = open_files(options);
+    settle_crs(files, options, classes);
+    warn_of_mixed_datums(infos_of(files));
+    std::vector<Sample> samples(files.size());
+    thread::parallel_for(files.size(), options.threads, [&](std::size_t i) {
+        samples[i] = look_at(files[i], classes, settings.points, options.threads);
+    });
+    const pointcloud::PointCloudInfo& first = files.front().info;
+    const double mid_x = (first.min[0] + first.max[0]) / 2,
+                 mid_y = (first.min[1] + first.max[1]) / 2;
+    Sources out{Frame(voxel_crs_for(*first.crs, mid_x, mid_y), options.voxel_m, mid_x, mid_y),
+                std::move(files),
+                {},
+                0,
+                0,
+                0,
+                0,
+                false,
+                0};
+    thread::parallel_for(out.files.size(), options.threads, [&](std::size_t i) {
+        SquareSource& source = out.files[i];
+        source.transform = !source.info.crs->same_horizontal(out.frame.crs());
+        source.vertical_metres = vertical_metres(*source.info.crs, options.vertical_unit);
+        for (const PlanRect& island : samples[i].islands)
+            source.islands.push_back(columns_over(island, source, out.frame));
+        source.bounds = source.islands.front();
+        for (const ColumnRect& island : source.islands)
+            source.bounds = around(source.bounds, island);
+        // Mountains rise a kilometre within a square; what is farther from nearly all other points
+        // is no place on it.
+        constexpr double kWild_m = 1000;
+        const double wild = kWild_m / source.vertical_metres;
+        const double rounding = rounding_of(source.info, 2);
+        source.lowest = std::max(source.info.min[2] - rounding, samples[i].low - wild);
+        source.highest = std::min(source.info.max[2] + rounding, samples[i].high + wild);
+        if (!source.transform)
+            source.spatial_index = source.points->spatial_index();
+    });
+
+    double area = 0, lowest = INFINITY, highest = -INFINITY, floor = INFINITY;
+    for (std::size_t i = 0; i < out.files.size(); ++i) {
+        const SquareSource& s = out.files[i];
+        out.bounds = i == 0 ? s.bounds : around(out.bounds, s.bounds);
+        const auto voxels = [&](double height) { return out.frame.y(height * s.vertical_metres); };
+        // Single low returns (noise that nobody marked) must not dig the base of the model.
+        constexpr double kBelowMost_m = 50;
+        lowest = std::min(lowest, voxels(s.lowest)), highest = std::max(highest, voxels(s.highest));
+        floor = std::min(
+            floor, voxels(std::max(s.lowest, samples[i].low - kBelowMost_m / s.vertical_metres)));
+        for (const ColumnRect& r : s.islands)
+            area += static_cast<double>(r.max_x - r.min_x) * static_cast<double>(r.max_z - r.min_z);
+        out.has_water_class = out.has_water_class || samples[i].water;
+        out.point_count += s.info.point_count;
+    }
+    check_apart(out);
+    constexpr double kMostY = 500'000;  // fixed point holds 524,287
+    if (!(lowest > -kMostY && highest < kMostY))
+        throw Error("place the LiDAR data: heights from " + std::to_string(lowest) + " to " +
+                    std::to_string(highest) + " voxels; allowed: -500,000 to 500,000");
+    out.floor_y = static_cast<std::int32_t>(
+        std::floor(floor - settings.ground.depth_m / out.frame.voxel_m()));
+    out.lowest_y = std::min(static_cast<std::int32_t>(std::floor(lowest)), out.floor_y);
+    out.highest_y = static_cast<std::int32_t>(std::floor(highest)) + 1;
+    out.density = static_cast<double>(out.point_count) / std::max(area, 1.0);
+    return out;
+}
+
+}  // namespace terravox::voxelize

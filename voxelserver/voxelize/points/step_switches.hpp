@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "voxelserver/voxelize/points/settings.hpp"
+
+namespace terravox::voxelize {
+
+/// How a step of voxelization is named, and the setting that switches it on and off.
+struct StepSwitch {
+    std::string_view name;                 ///< lower case, words with spaces, as timings show it
+    std::string_view doc;                  ///< what it does: one sentence without a full stop
+    bool Settings::Steps::* on = nullptr;  ///< nullptr: the step always runs
+};
+
+inline constexpr StepSwitch kWaterEqualization{"water equalization",
+                                               "gives a lake one level and a river a falling one",
+                                               &Settings::Steps::water_equalization};
+inline constexpr StepSwitch kWaterDeepening{"water deepening",
+                                            "lets the bed of water fall away from the shore",
+                                            &Settings::Steps::water_deepening};
+inline constexpr StepSwitch kBridges{
+    "bridges", "makes decks of bridges: without holes, open beneath", &Settings::Steps::bridges};
+inline constexpr StepSwitch kGroundFill{
+    "ground fill", "interpolates terrain between ground points, under buildings and water",
+    &Settings::Steps::ground_fill};
+inline constexpr StepSwitch kBuildingFill{"building fill",
+                                          "closes roofs, and finds what is open beneath them",
+                                          &Settings::Steps::building_fill};
+inline constexpr StepSwitch kVegetation{"vegetation", "makes closed crowns that stand on trunks",
+                                        &Settings::Steps::vegetation};
+inline constexpr StepSwitch kSpecialization{
+    "specialization", "takes materials from the colours of orthophotos and points",
+    &Settings::Steps::specialization};
+inline constexpr StepSwitch kNeighbourhoodFilters{
+    "neighbourhood filters", "replaces stray materials by those of their neighbours",
+    &Settings::Steps::neighbourhood_filters};
+
+/// All steps that can be switched off, in the order in which they run.
+inline constexpr std::array kStepSwitches{kWaterEqualization, kWaterDeepening,      kBridges,
+                                          kGroundFill,        kBuildingFill,        kVegetation,
+                                          kSpecialization,    kNeighbourhoodFilters};
+
+/// The name with `_` for spaces: the step's key in [steps] of a settings file, and in `--steps`.
+[[nodiscard]] std::string key_of(const StepSwitch& step);
+
+/// Switches steps as the text of `--steps` says, word by word: `all`, `none`, the key of a step
+/// switches it on, and with `-` before it off. Words are separated by commas. Where the first word
+/// is the key of a step, only the steps that are named run. An empty text changes nothing.
+/// @throws UsageError for a word that is none of these, naming all that are allowed
+void switch_steps(std::string_view text, Settings::Steps& steps);
+
+/// The text of `--steps` in `--help`: one line for each step, with a line before them.
+[[nodiscard]] std::string steps_help();
+
+}  // namespace terravox::voxelize

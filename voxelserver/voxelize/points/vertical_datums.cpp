@@ -1,0 +1,43 @@
+#include "voxelserver/voxelize/points/vertical_datums.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cctype>
+#include <set>
+#include <string>
+
+namespace terravox::voxelize {
+namespace {
+
+// Programs write one name in many ways: "NGF-IGN69", "NGF - IGN69".
+std::string plain(const std::string& name) {
+    std::string out;
+    for (const char c : name)
+        if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) != 0)
+            out += static_cast<char>(std::tolower(byte));
+    return out;
+}
+
+}  // namespace
+
+void warn_of_mixed_datums(std::span<const pointcloud::PointCloudInfo> infos) {
+    constexpr std::size_t kNamed = 4;
+    std::set<std::string> seen;
+    std::string named;
+    for (const pointcloud::PointCloudInfo& info : infos) {
+        const auto datum = info.crs ? info.crs->vertical_datum() : std::nullopt;
+        if (!datum || !seen.insert(plain(*datum)).second || seen.size() > kNamed)
+            continue;
+        named += (named.empty() ? "" : ", ") + info.path.string() + " from '" + *datum + "'";
+    }
+    if (seen.size() < 2)
+        return;
+    if (seen.size() > kNamed)
+        named += " and " + std::to_string(seen.size() - kNamed) + " more";
+    spdlog::warn(
+        "heights are measured from different datums and not converted, so files may not meet: {}; "
+        "--crs sets one for all files",
+        named);
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "voxelserver/voxelize/columns/window.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+#include "voxelserver/voxelize/steps/ground_fill.hpp"
+
+namespace terravox::voxelize {
+
+/// What stands in a column: a roof, and the wall below it down to the ground, unless it is open
+/// beneath.
+struct Roof {
+    Surface top;
+    float bottom = kNoHeight;  ///< of an arcade, canopy or balcony: lowest height that was seen of
+                               ///< it, voxels; NaN = down to the ground
+    std::int8_t look_dx = 0,
+                look_dz = 0;  ///< the column that a closed gap looks like, relative to this one
+    [[nodiscard]] bool seen() const noexcept { return top.seen(); }
+    [[nodiscard]] bool open_beneath() const noexcept { return bottom == bottom; }
+};
+
+/// Step "building fill": roofs without holes, and which of them are open beneath.
+///
+/// A column is built upon when most of its low returns (ground, water, building) are of buildings,
+/// so that footprints are neither widened nor narrowed. Gaps between points in a roof take the
+/// median of the roofs around. A roof is open beneath where ground was seen below it by more than a
+/// storey (not only beside it: an edge that cuts through a column is a wall), and between such
+/// places, or between one and a higher wall: few pulses reach far under a roof. How thick it is, is
+/// what was seen of it; a tall building keeps all but its lowest storey (a passage).
+[[nodiscard]] Margined<Roof> fill_buildings(const Window& window,
+                                            const Settings::Buildings& settings, double voxel_m);
+
+/// The columns' own building points and nothing else: with the step switched off.
+[[nodiscard]] Margined<Roof> seen_roofs(const Window& window);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/voxel/box.hpp"
+#include "voxelserver/voxelize/steps/building_fill.hpp"
+#include "voxelserver/voxelize/steps/ground_fill.hpp"
+#include "voxelserver/voxelize/steps/vegetation_fill.hpp"
+#include "voxelserver/voxelize/steps/water_fill.hpp"
+
+namespace terravox::voxelize {
+
+/// A vertical stretch of one column, [y0, y1) in absolute voxels.
+struct Run {
+    std::int32_t y0 = 0, y1 = 0;
+    voxel::VoxelAttr attr;
+    bool terrain = false;   ///< rock below the top voxel, and between them ...
+    std::int16_t soil = 0;  ///< ... so many voxels of soil
+};
+
+/// The finished columns of a patch with a margin of one: what boxes of any height are cut from. x,
+/// z in [-1, 65).
+class PatchRuns {
+public:
+    static constexpr int kSide = kPatchSize + 2;
+    [[nodiscard]] std::span<const Run> column(int x, int z) const noexcept {
+        const auto i = static_cast<std::size_t>((z + 1) * kSide + x + 1);
+        return std::span(m_runs).subspan(m_begin[i], m_begin[i + 1] - m_begin[i]);
+    }
+    /// Of the 64 x 64 columns: lowest and one past the highest voxel; equal when there is nothing.
+    [[nodiscard]] std::int32_t min_y() const noexcept { return m_min_y; }
+    [[nodiscard]] std::int32_t max_y() const noexcept { return m_max_y; }
+
+private:
+    friend class RunsBuilder;
+    std::vector<Run> m_runs;
+    std::vector<std::uint32_t> m_begin;
+    std::int32_t m_min_y = 0, m_max_y = 0;
+};
+
+/// What all steps have found out about a patch.
+struct RunsInput {
+    const Window& window;
+    const ClassTable& classes;
+    const Settings& settings;
+    const Margined<char>& covered;  ///< 0: a hole, where there is nothing, not even rock
+    const WaterColumns& water;
+    const GroundHeights& ground;
+    const Margined<Roof>& roofs;
+    const Margined<Surface>& decks;
+    const Margined<Crown>& crowns;
+    const Margined<voxel::Material>&
+        special;               ///< of the surface, from colours; kAir = the class's own
+    std::int32_t floor_y = 0;  ///< the terrain is solid from here up
+    double voxel_m = 1;
+};
+
+/// Step "underground fill" and what stands on it: terrain, water with its bed, buildings down to
+/// the local ground, bridge decks, plants and objects, as runs by rising y without overlaps.
+[[nodiscard]] PatchRuns make_runs(const RunsInput& input);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "common/util/cache.hpp"
+#include "common/util/stage_times.hpp"
+#include "voxelserver/imagery/colour_map.hpp"
+#include "voxelserver/imagery/filters.hpp"
+#include "voxelserver/imagery/orthophotos.hpp"
+#include "voxelserver/imagery/specialization.hpp"
+#include "voxelserver/voxelize/columns/window.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+
+namespace terravox::voxelize {
+
+/// What the columns of one patch look like from above, each by itself; index z * 64 + x. Immutable.
+struct PatchLook {
+    imagery::Raster raster;  ///< empty without images
+    imagery::Grid surface;   ///< materials before the filters; empty when no colour is known or the
+                             ///< step is switched off
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + raster.colour.size() * sizeof(voxel::Rgb8) + raster.nir.size() +
+               raster.red.size() + raster.flags.size() + surface.material.size() +
+               surface.flags.size();
+    }
+};
+
+/// Looks of the patches of a window; index as of Window::patches. nullptr = not looked at.
+using PatchLooks = std::array<std::shared_ptr<const PatchLook>, 9>;
+
+/// What the surface of a patch looks like from above, with regard to its neighbours.
+struct SurfaceLook {
+    Margined<voxel::Material> material{voxel::Material::kAir};  ///< kAir = the class's own
+    std::shared_ptr<const PatchLook> own;
+    /// @return nullptr where no image shows the column; x, z in [0, 64)
+    [[nodiscard]] const voxel::Rgb8* colour(int x, int z) const noexcept {
+        if (!own || own->raster.empty())
+            return nullptr;
+        const auto i = static_cast<std::size_t>(z * kPatchSize + x);
+        return (own->raster.flags[i] & imagery::Raster::kColour) != 0 ? &own->raster.colour[i]
+                                                                      : nullptr;
+    }
+};
+
+/// Steps "specialization" and "neighbourhood filters". A patch's look is kept, as its neighbours
+/// and the search for water need it, too; the time of making it counts as "orthophoto load" and
+/// "specialization", whatever it is needed for. Thread-safe.
+class SurfaceStep {
+public:
+    /// @param images nullptr = none @param dry the survey has a class for water: dark ground is no
+    /// water then
+    /// @throws UsageError, Error for a bad palette
+    SurfaceStep(const imagery::Orthophotos* images, const ClassTable& classes,
+                const Settings& settings, bool dry, double voxel_m, std::size_t memory_bytes,
+                util::StageTimes& times);
+
+    /// Step "specialization": the looks of all nine patches; without the step, only the middle's
+    /// image.
+    [[nodiscard]] PatchLooks looks(const Window& window);
+
+    /// Step "neighbourhood filters": the looks of nine patches put together, and filtered unless
+    /// the step is switched off.
+    [[nodiscard]] SurfaceLook surface(const Window& window, const PatchLooks& looks) const;
+
+    /// Whether cells are to be looked at for water at all.
+    [[nodiscard]] bool finds_water() const noexcept { return m_finds_water; }
+    /// Sets `looks_wet` of the cells of a patch, from its own columns alone.
+    void mark_wet(PatchKey key, const PatchColumns& columns, int cell_voxels,
+                  water::CellPatch& cells);
+
+private:
+    [[nodiscard]] std::shared_ptr<const PatchLook> patch_look(PatchKey key,
+                                                              const PatchColumns& columns);
+    [[nodiscard]] imagery::Grid joined(const PatchLooks& looks) const;
+
+    const imagery::Orthophotos* m_images;
+    const ClassTable& m_classes;
+    util::StageTimes& m_times;
+    imagery::Group m_ground;
+    double m_voxel_m;
+    std::unique_ptr<imagery::ColourMap> m_map;  // nullptr = the step is switched off
+    imagery::Filters m_filters;
+    int m_margin = 2;
+    bool m_finds_water = false;
+    util::Cache<PatchKey, PatchLook, PatchKeyHash> m_looks;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,74 @@
+#include "voxelserver/voxelize/world/box_column.hpp"
+
+#include <utility>
+
+#include "voxelserver/voxelize/world/step.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+struct CoverageCounts {
+    std::uint64_t covered = 0;
+    std::uint64_t holes = 0;  ///< inside some file's bounds, but not covered
+};
+
+CoverageCounts count_coverage(const Land& land) {
+    CoverageCounts out;
+    for (int z = 0; z < kPatchSize; ++z)
+        for (int x = 0; x < kPatchSize; ++x)
+            if (land.in_bounds.at(x, z) != 0)
+                ++(land.covered.value().at(x, z) != 0 ? out.covered : out.holes);
+    return out;
+}
+
+}  // namespace
+
+void BoxColumnMaker::count_holes(PatchKey patch, std::uint64_t holes) {
+    if (holes == 0)
+        return;
+    const std::lock_guard lock(m_holes_mutex);
+    if (m_with_holes.insert(patch).second)
+        m_hole_columns += holes;
+}
+
+BoxColumn BoxColumnMaker::make(PatchKey patch) {
+    Land land(m_context, patch);
+    run_steps(land, part::kCoverage | part::kGround, m_times);
+    const CoverageCounts counts = count_coverage(land);
+    count_holes(patch, counts.holes);
+    BoxColumn out;
+    if (counts.covered > 0) {
+        run_steps(land, part::kBoxes, m_times);
+        static_cast<Boxes&>(out) = std::move(land.boxes.value());
+    }
+    out.reach = land.reach();
+    return out;
+}
+
+std::vector<Tree> BoxColumnMaker::trees(PatchKey patch) {
+    Land land(m_context, patch);
+    run_steps(land, part::kCoverage | part::kGround | part::kCrowns, m_times);
+    std::vector<Tree> out;
+    for (int z = 0; z < kPatchSize; ++z)
+        for (int x = 0; x < kPatchSize; ++x)
+            if (const Crown& crown = land.crowns->at(x, z);
+                crown.seen() && crown.trunk && land.covered->at(x, z) != 0)
+                out.push_back(
+                    {patch.x0() + x, patch.z0() + z, crown.height, land.ground->at(x, z)});
+    return out;
+}
+
+std::vector<float> BoxColumnMaker::ground_heights(PatchKey patch) {
+    Land land(m_context, patch);
+    run_steps(land, part::kWater | part::kCoverage | part::kGround, m_times);
+    std::vector<float> out;
+    out.reserve(kPatchColumns);
+    for (int z = 0; z < kPatchSize; ++z)
+        for (int x = 0; x < kPatchSize; ++x)
+            out.push_back(land.covered->at(x, z) != 0 && !land.water->is_water(x, z)
+                              ? land.ground->at(x, z)
+                              : kNoHeight);
+    return out;
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,45 @@
+#include "voxelserver/voxelize/world/land.hpp"
+
+#include <algorithm>
+
+#include "voxelserver/voxelize/world/input_prints.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+// Without it, the surroundings of a gap would be made for every column.
+constexpr std::size_t kLeastWide = std::size_t{1} << 20;
+
+water::WaterOptions water_options(const Settings& settings, int cell_voxels, double voxel_m,
+                                  std::size_t memory_bytes) {
+    water::WaterOptions out;
+    out.cell_voxels = cell_voxels;
+    out.voxel_m = voxel_m;
+    out.memory_bytes = memory_bytes;
+    out.evidence.by_class = settings.water.from_class;
+    out.evidence.by_photo = settings.water.from_orthophoto;
+    out.evidence.by_void = settings.water.from_voids;
+    return out;
+}
+
+}  // namespace
+
+StepContext::StepContext(PointSet& given, const imagery::Orthophotos* images,
+                         const Settings& chosen, std::size_t memory_bytes, util::StageTimes& times)
+    : points(given),
+      settings(chosen),
+      voxel_m(given.sources().frame.voxel_m()),
+      surface(images, given.classes(), chosen, given.sources().has_water_class, voxel_m,
+              memory_bytes / 4, times),
+      cells(given, surface, memory_bytes / 4),
+      bodies(cells, water_options(chosen, given.cell_voxels(), voxel_m, memory_bytes / 4)),
+      wide_ground(given, std::max(memory_bytes / 4, kLeastWide)) {}
+
+Land::Land(StepContext& context, PatchKey patch)
+    : shared(context),
+      window(context.points.window(patch)),
+      in_bounds(context.points.in_bounds(patch)),
+      water_access{context.cells, context.bodies, context.points.cell_voxels(),
+                   reach_of(patch, 1)} {}
+
+}  // namespace terravox::voxelize

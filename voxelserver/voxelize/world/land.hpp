@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/util/stage_times.hpp"
+#include "common/voxel/box.hpp"
+#include "voxelserver/voxelize/columns/point_set.hpp"
+#include "voxelserver/voxelize/decks/deck_finder.hpp"
+#include "voxelserver/voxelize/steps/building_fill.hpp"
+#include "voxelserver/voxelize/steps/ground_fill.hpp"
+#include "voxelserver/voxelize/steps/runs.hpp"
+#include "voxelserver/voxelize/steps/surface.hpp"
+#include "voxelserver/voxelize/steps/vegetation_fill.hpp"
+#include "voxelserver/voxelize/steps/water_fill.hpp"
+#include "voxelserver/voxelize/world/cell_store.hpp"
+#include "voxelserver/voxelize/world/wide_ground.hpp"
+
+namespace terravox::voxelize {
+
+/// What the steps of all patches of a world share. Thread-safe.
+struct StepContext {
+    /// @param images nullptr = none
+    /// @param memory_bytes for what looking for water and for the ground of wide gaps remembers
+    /// @param times of what is made for several patches at once; outlives the context, as do
+    /// points, images and settings
+    StepContext(PointSet& points, const imagery::Orthophotos* images, const Settings& settings,
+                std::size_t memory_bytes, util::StageTimes& times);
+
+    PointSet& points;
+    const Settings& settings;
+    double voxel_m;
+    SurfaceStep surface;
+    CellStore cells;
+    water::WaterBodies bodies;
+    WideGround wide_ground;
+};
+
+/// Decks of bridges.
+struct Decks {
+    std::unique_ptr<const FoundDecks> found;  ///< those that no class names; nullptr = none
+    Margined<Surface> over;                   ///< the deck over each column, named or found
+};
+
+/// The boxes of one column of boxes, bottom first: that of index i has by = by_begin + i.
+struct Boxes {
+    std::int32_t by_begin = 0;
+    std::vector<std::shared_ptr<const voxel::Box>> boxes;  ///< nullptr = air
+};
+
+/// What is known of one patch: the input of all steps, and the parts that they have made so far
+/// (step.hpp). For one thread. A step reads a part with value(), which throws where the part has
+/// not been made: that is a fault of the table of steps.
+struct Land {
+    /// Half of a void that is still a gap between points; at most 31 voxels.
+    static constexpr double kWidestGap_m = 31;
+
+    Land(StepContext& shared, PatchKey patch);
+
+    /// The water bodies for steps that follow them, or nullptr where they are switched off.
+    [[nodiscard]] WaterAccess* water_bodies() noexcept {
+        return shared.settings.steps.water_equalization ? &water_access : nullptr;
+    }
+    /// Of every patch that was looked at so far.
+    [[nodiscard]] voxel::Reach& reach() noexcept { return water_access.reach; }
+
+    StepContext& shared;
+    Window window;
+    Grid<char, Window::kMargin> in_bounds;  ///< 1 = inside the stated bounds of some file
+    WaterAccess water_access;
+    std::uint32_t steps_done = 0;  ///< bit i = the step of index i in steps() has run
+
+    // The parts.
+    std::optional<WaterColumns> water;
+    std::optional<Decks> decks;
+    std::optional<Margined<char>> covered;  ///< 0 = a hole, where there is nothing
+    std::optional<GroundHeights> ground;
+    std::optional<Margined<Roof>> roofs;
+    std::optional<Margined<Crown>> crowns;
+    std::optional<PatchLooks> looks;
+    std::optional<SurfaceLook> surface;
+    std::optional<PatchRuns> runs;
+    std::optional<Boxes> boxes;
+};
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,201 @@
+#include "voxelserver/voxelize/world/lidar_world.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "common/util/cache.hpp"
+#include "common/util/error.hpp"
+#include "common/voxel/downsample.hpp"
+#include "voxelserver/voxelize/world/box_column.hpp"
+#include "voxelserver/voxelize/world/prints_of.hpp"
+#include "voxelserver/voxelize/world/world_facts.hpp"
+
+namespace terravox::voxelize {
+namespace {
+
+using voxel::Box;
+using voxel::BoxKey;
+using voxel::Reach;
+using voxel::TracedBox;
+
+// How the world's memory is shared out; PointSet takes the rest (point_set.cpp).
+constexpr std::size_t kColumnsShare = 10, kCoarseShare = 20, kMakerShare = 20;
+
+class LidarWorldImpl final : public LidarWorld {
+public:
+    LidarWorldImpl(const LidarWorldOptions& options, util::StageTimes& times)
+        : m_times(times),
+          m_settings(load_settings(options.settings, options.steps)),
+          m_points(options, m_settings, times),
+          m_images(options.orthophotos.empty()
+                       ? nullptr
+                       : std::make_unique<imagery::Orthophotos>(options.orthophotos,
+                                                                m_points.sources().frame)),
+          m_maker(m_points, m_images.get(), m_settings, options.memory_bytes / kMakerShare, times),
+          m_columns(options.memory_bytes / kColumnsShare),
+          m_coarse(options.memory_bytes / kCoarseShare) {
+        if (m_images)
+            m_images->warn_of_outside(m_points.sources().bounds);
+        gather_facts(options);
+    }
+
+    ~LidarWorldImpl() override {
+        if (const auto holes = m_maker.hole_columns(); holes > 0)
+            spdlog::info(
+                "{}: {} columns inside the files' bounds are holes: nothing was seen for {:.0f} m "
+                "around",
+                m_facts.info.title, holes, Land::kWidestGap_m);
+    }
+    LidarWorldImpl(const LidarWorldImpl&) = delete;
+    LidarWorldImpl& operator=(const LidarWorldImpl&) = delete;
+
+    [[nodiscard]] const voxel::WorldInfo& info() const noexcept override { return m_facts.info; }
+
+    [[nodiscard]] LidarWorldStats stats() const override {
+        const Sources& sources = m_points.sources();
+        return {sources.point_count,  sources.files.size(),   m_images ? m_images->count() : 0,
+                m_facts.water_cell_m, m_points.counts().wild, m_maker.hole_columns()};
+    }
+
+    [[nodiscard]] std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) override {
+        return m_maker.ground_heights({bx, bz});
+    }
+
+    [[nodiscard]] std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) override {
+        return m_maker.trees({bx, bz});
+    }
+
+    [[nodiscard]] std::vector<SquareInfo> squares() const override {
+        std::vector<SquareInfo> out = m_facts.squares;
+        for (std::size_t i = 0; i < out.size(); ++i)
+            std::tie(out[i].state, out[i].error) = m_points.state_of(i);
+        return out;
+    }
+
+    [[nodiscard]] const WorldFacts& facts() const noexcept override { return m_facts; }
+
+    [[nodiscard]] voxel::Fingerprint fingerprint(const Reach& reach) const override {
+        return m_facts.fingerprint(reach);
+    }
+
+    [[nodiscard]] std::shared_ptr<const Box> box(const BoxKey& key) override {
+        return traced_box(key).box;
+    }
+
+    [[nodiscard]] TracedBox traced_box(const BoxKey& key) override {
+        m_facts.check_level(key.level);
+        if (!m_facts.touches_land(key.level, key.bx, key.bz))
+            return {nullptr, footprint(key)};
+        if (!voxel::boxes_over(m_facts.info.bounds, key.level).contains(key))
+            return {nullptr, water::kAnywhere};  // for the heights of all files
+        if (key.level > 0)
+            return coarse_box(key);
+        const auto column = m_columns.get(
+            BoxKey{0, key.bx, 0, key.bz},
+            [&] { return std::make_shared<BoxColumn>(m_maker.make({key.bx, key.bz})); },
+            [](const auto& c) { return c->memory_bytes(); });
+        const std::int64_t index = std::int64_t{key.by} - column->by_begin;
+        const bool inside = index >= 0 && index < static_cast<std::int64_t>(column->boxes.size());
+        return {inside ? column->boxes[static_cast<std::size_t>(index)] : nullptr, column->reach};
+    }
+
+    [[nodiscard]] voxel::ColumnExtent column(int level, std::int32_t bx, std::int32_t bz) override {
+        return m_facts.column(level, bx, bz);
+    }
+
+private:
+    void gather_facts(const LidarWorldOptions& options) {
+        const Sources& sources = m_points.sources();
+        const Frame& frame = sources.frame;
+        voxel::WorldInfo& info = m_facts.info;
+        info.title = options.files.front().stem().string();
+        info.bounds.min = {sources.bounds.min_x, sources.lowest_y, sources.bounds.min_z};
+        info.bounds.max = {sources.bounds.max_x, sources.highest_y, sources.bounds.max_z};
+        info.voxel_m = frame.voxel_m();
+        info.crs = frame.crs().name();
+        info.crs_wkt = frame.crs().wkt();
+        info.crs_units_per_voxel = frame.units_per_voxel();
+        info.centre = geo::to_lat_lon(
+            frame.crs(), frame.easting((info.bounds.min[0] + info.bounds.max[0]) / 2.0),
+            frame.northing((info.bounds.min[2] + info.bounds.max[2]) / 2.0));
+        // Levels until the whole world fits in a box.
+        const std::int32_t widest = std::max(info.bounds.max[0] - info.bounds.min[0],
+                                             info.bounds.max[2] - info.bounds.min[2]);
+        while (info.levels < voxel::kMaxLevel && (voxel::kBoxSizeX << (info.levels - 1)) < widest)
+            ++info.levels;
+
+        for (const SquareSource& s : sources.files) {
+            m_facts.islands.insert(m_facts.islands.end(), s.islands.begin(), s.islands.end());
+            m_facts.squares.push_back({s.info.path.stem().string(),
+                                       s.info.path,
+                                       s.bounds,
+                                       s.info.point_count,
+                                       s.info.file_bytes,
+                                       SquareState::kFetched,
+                                       {}});
+        }
+        m_facts.orthophotos = m_images ? m_images->count() : 0;
+        m_facts.water_cell_m = m_points.cell_voxels() * frame.voxel_m();
+        m_facts.prints = prints_of(sources, m_images.get(), m_points.classes(), m_settings,
+                                   m_points.cell_voxels());
+    }
+
+    // What lies under a box: where nothing is, a file may come to lie.
+    [[nodiscard]] static Reach footprint(const BoxKey& key) noexcept {
+        const auto edge = [&](std::int64_t b) {
+            return static_cast<std::int32_t>(std::clamp<std::int64_t>(
+                b << key.level, water::kAnywhere.min_bx, water::kAnywhere.max_bx));
+        };
+        return {edge(key.bx), edge(key.bz), edge(std::int64_t{key.bx} + 1),
+                edge(std::int64_t{key.bz} + 1)};
+    }
+
+    // Children above and below the world are air because those between are all that can be: they
+    // need not be asked what they depend on.
+    [[nodiscard]] TracedBox child(const BoxKey& key) {
+        return voxel::boxes_over(m_facts.info.bounds, key.level).contains(key)
+                   ? traced_box(key)
+                   : TracedBox{nullptr, footprint(key)};
+    }
+
+    TracedBox coarse_box(const BoxKey& key) {
+        return *m_coarse.get(
+            key,
+            [&] {
+                TracedBox out{nullptr, footprint(key)};
+                std::array<std::shared_ptr<const Box>, 8> children;
+                for (int i = 0; i < 8; ++i) {
+                    TracedBox made = child({key.level - 1, 2 * key.bx + (i & 1),
+                                            2 * key.by + (i >> 2), 2 * key.bz + (i >> 1 & 1)});
+                    out.reach.add(made.reach);
+                    children[static_cast<std::size_t>(i)] = std::move(made.box);
+                }
+                const util::StageTimes::Scope scope(m_times, "downsample");
+                out.box = voxel::downsample(key, children);
+                return std::make_shared<const TracedBox>(std::move(out));
+            },
+            [](const auto& b) {
+                return sizeof *b + (b->box ? b->box->memory_bytes() : std::size_t{0});
+            });
+    }
+
+    util::StageTimes& m_times;
+    const Settings m_settings;
+    PointSet m_points;
+    const std::unique_ptr<imagery::Orthophotos> m_images;
+    BoxColumnMaker m_maker;
+    WorldFacts m_facts;
+    util::Cache<BoxKey, BoxColumn, voxel::BoxKeyHash> m_columns;
+    util::Cache<BoxKey, TracedBox, voxel::BoxKeyHash> m_coarse;
+};
+
+}  // namespace
+
+std::unique_ptr<LidarWorld> open_lidar_world(const LidarWorldOptions& options,
+                                             util::StageTimes& times) {
+    return std::make_unique<LidarWorldImpl>(options, times);
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/voxelize/points/options.hpp"
+#include "voxelserver/voxelize/points/square_info.hpp"
+#include "voxelserver/voxelize/steps/tree.hpp"
+
+namespace terravox::voxelize {
+
+struct LidarWorldStats {
+    std::uint64_t points = 0;  ///< as the headers say
+    std::size_t files = 0, orthophotos = 0;
+    double water_cell_m = 0;  ///< edge of the cells in which water is looked for
+    // Of what has been made so far:
+    std::uint64_t wild_points =
+        0;  ///< left out: far outside their file's bounds, or far from all others
+    std::uint64_t hole_columns =
+        0;  ///< inside the files' bounds, but with nothing seen around them
+};
+
+struct WorldFacts;
+
+/// A world made of airborne LiDAR. Boxes are made when asked for; squares are decoded once and kept
+/// under a byte limit.
+///
+/// A box's reach holds every patch that was looked at for it: its own and the eight around; those
+/// of the bodies of water that were asked for (a body so large that it is cut reaches everywhere),
+/// and the surroundings of wide gaps. It does not depend on what was asked before.
+class LidarWorld : public voxel::TracedWorld {
+public:
+    [[nodiscard]] virtual LidarWorldStats stats() const = 0;
+
+    /// All files, by path. Cheap: looks at what is in memory, and whether files are in the cache
+    /// folder.
+    [[nodiscard]] virtual std::vector<SquareInfo> squares() const = 0;
+
+    /// What is known without making a box (world_facts.hpp). Lives as long as the world.
+    [[nodiscard]] virtual const WorldFacts& facts() const noexcept = 0;
+
+    /// The ground before quantization: 64 x 64 heights in voxels (continuous), index = z * 64 + x,
+    /// of the columns of box column (bx, bz); NaN outside the survey and in water. For accuracy
+    /// reports.
+    [[nodiscard]] virtual std::vector<float> ground_heights(std::int32_t bx, std::int32_t bz) = 0;
+
+    /// The trees of box column (bx, bz), north to south, then west to east; none with the
+    /// vegetation step switched off.
+    [[nodiscard]] virtual std::vector<Tree> trees(std::int32_t bx, std::int32_t bz) = 0;
+};
+
+/// Opens the files: reads headers and a few points, and is then ready to make boxes.
+/// @param times receives the time of every step
+/// @throws UsageError for no files, no CRS, a bad option; Error for a damaged file
+[[nodiscard]] std::unique_ptr<LidarWorld> open_lidar_world(const LidarWorldOptions& options,
+                                                           util::StageTimes& times);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "voxelserver/voxelize/world/input_prints.hpp"
+
+namespace terravox::imagery {
+class Orthophotos;
+}
+
+namespace terravox::voxelize {
+
+struct Sources;
+
+/// The prints of an opened world. @param images nullptr = none
+[[nodiscard]] InputPrints prints_of(const Sources& sources, const imagery::Orthophotos* images,
+                                    const ClassTable& classes, const Settings& settings,
+                                    int cell_voxels);
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "common/util/cache.hpp"
+#include "voxelserver/voxelize/columns/point_set.hpp"
+#include "voxelserver/voxelize/steps/scattered.hpp"
+
+namespace terravox::voxelize {
+
+/// The ground in the middle of wide gaps (halls, quarries without returns, data without a ground
+/// class): interpolated from the means of water cells up to some hundred voxels away. Made for a
+/// patch when first asked. Thread-safe.
+class WideGround {
+public:
+    WideGround(PointSet& points, std::size_t memory_bytes)
+        : m_points(points), m_around(memory_bytes) {}
+
+    /// @param x, z absolute voxels @param reach grows by the patches that were looked at
+    /// @return height in voxels; where there is no ground for half a kilometre, the lowest returns
+    /// around; NaN where there are none
+    [[nodiscard]] float at(std::int32_t x, std::int32_t z, voxel::Reach& reach);
+
+private:
+    struct Around;
+    [[nodiscard]] std::shared_ptr<const Around> make(PatchKey patch);
+    [[nodiscard]] float lowest_near(PatchKey patch);
+    PointSet& m_points;
+    util::Cache<PatchKey, Around, PatchKeyHash> m_around;
+};
+
+}  // namespace terravox::voxelize

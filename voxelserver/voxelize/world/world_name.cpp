@@ -1,0 +1,59 @@
+#include "voxelserver/voxelize/world/world_name.hpp"
+
+#include <gdal_version.h>
+
+#include <algorithm>
+
+#include "common/voxel/bytes.hpp"
+#include "common/voxel/file_identity.hpp"
+#include "voxelserver/imagery/image_identity.hpp"
+#include "voxelserver/imagery/orthophoto_files.hpp"
+#include "voxelserver/pointcloud/formats/files.hpp"
+#include "voxelserver/voxelize/points/class_table.hpp"
+#include "voxelserver/voxelize/points/lidar_files.hpp"
+#include "voxelserver/voxelize/points/settings.hpp"
+#include "voxelserver/voxelize/world/input_prints.hpp"
+#include "voxelserver/voxelize/world/world_facts.hpp"
+
+namespace terravox::voxelize {
+
+std::string world_name(const LidarWorldOptions& options, const std::filesystem::path& opener) {
+    store::ByteWriter out;
+    out.add(kFactsMagic);
+    out.add(kBoxRecipe);
+    out.add(std::string_view(GDAL_RELEASE_NAME));
+    if (!opener.empty())
+        out.add(store::file_identity(opener, "worlds module"));
+    const Settings settings = load_settings(options.settings, options.steps);
+    const ClassTable classes = load_class_table(options.classes);
+    out.add(print_of(settings));
+    out.add(palette_print(settings));
+    out.add(print_of(classes));
+    out.add(classes.crs.has_value());
+    out.add(classes.crs.value_or(""));
+    out.add(options.crs.has_value());
+    out.add(options.crs.value_or(""));
+    out.add(options.vertical_unit.has_value());
+    out.add(options.vertical_unit.value_or(""));
+    out.add(options.voxel_m);
+    const auto files = lidar_files(options);
+    out.add(options.files.front().stem().string());  // the title
+    out.add(files.size());
+    for (const auto& file : files) {
+        out.add(file.string());
+        out.add(store::file_identity(file, "point cloud"));
+        if (const auto beside = pointcloud::side_file_of(file))
+            out.add(store::file_identity(*beside, "side file"));
+    }
+    if (!options.orthophotos.empty()) {
+        auto images = imagery::orthophoto_files(options.orthophotos);
+        std::sort(images.begin(), images.end());
+        for (const auto& image : images) {
+            out.add(image.string());
+            out.add(imagery::image_identity(image));
+        }
+    }
+    return store::hex_of(out.print());
+}
+
+}  // namespace terravox::voxelize

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "voxelserver/grid/frame.hpp"
+#include "voxelserver/worlds/heightmap/height_file.hpp"
+
+namespace terravox::relief {
+
+/// Heights of columns of voxels of a level, in voxels of that level from the height 0 up; NaN where
+/// there is nothing. Row by row.
+struct ColumnHeights {
+    std::int32_t x = 0, z = 0;
+    int width = 0, height = 0;
+    std::vector<double> voxels;
+    [[nodiscard]] double at(std::int32_t column_x, std::int32_t column_z) const noexcept {
+        return voxels[static_cast<std::size_t>(column_z - z) * static_cast<std::size_t>(width) +
+                      static_cast<std::size_t>(column_x - x)];
+    }
+};
+
+/// All rasters of a world, laid over each other: in a column the first counts that has heights
+/// there. Thread-safe: every caller reads from files of its own, of which some stay open.
+///
+/// What a column is told depends on the column alone, not on who asks for which rectangle: heights
+/// at its middle are bilinear between the middles of the cells; where cells are smaller than the
+/// voxel, the mean of what lies in it. Where rasters adjoin, one adds the cells that another lacks.
+class HeightGrid {
+public:
+    struct File {
+        Reading reading;
+        HeightFile::Outline outline;
+    };
+    /// @param files in the frame's CRS, north or south up; the one that counts first is first
+    HeightGrid(std::vector<File> files, voxelize::Frame frame, int threads);
+
+    /// @throws Error naming the damaged file
+    [[nodiscard]] ColumnHeights read(int level, std::int32_t x, std::int32_t z, int width,
+                                     int height);
+
+private:
+    /// Files that one caller has open, with their indices in m_files; the one used last is last.
+    using Open = std::vector<std::pair<std::size_t, std::unique_ptr<HeightFile>>>;
+    class Lease;
+    struct Sum;
+    void add_between(HeightFile& file, const HeightFile::Grid& grid, Sum& sum) const;
+    void add_means(HeightFile& file, const HeightFile::Grid& grid, double side, Sum& sum) const;
+
+    const std::vector<File> m_files;
+    const voxelize::Frame m_frame;
+    const std::size_t m_most_idle;
+    std::mutex m_mutex;
+    std::vector<Open> m_idle;  ///< sets of files that nobody reads now
+};
+
+}  // namespace terravox::relief

@@ -1,0 +1,86 @@
+#include "voxelserver/worlds/heightmap/heightmap_kind.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/files.hpp"
+#include "common/voxel/bytes.hpp"
+#include "voxelserver/imagery/image_identity.hpp"
+#include "voxelserver/imagery/orthophoto_files.hpp"
+#include "voxelserver/worlds/heightmap/relief_world.hpp"
+
+namespace terravox::worlds {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_raster_or_folder_of_them(const std::string& input) {
+    std::error_code failed;
+    if (!fs::is_directory(input, failed))
+        return relief::is_height_raster(input);
+    return util::any_file(input, relief::is_height_raster);
+}
+
+/// Metres to a unit of height; nullopt: what the raster says.
+std::optional<double> height_unit_m(const std::string& unit) {
+    if (unit == "m")
+        return 1;
+    if (unit == "ft")
+        return 0.3048;
+    if (unit == "us-ft")
+        return 1200.0 / 3937;
+    return std::nullopt;
+}
+
+std::vector<fs::path> rasters_of(const WorldOptions& options) {
+    return util::expand_folders({options.inputs.begin(), options.inputs.end()},
+                                {".tif", ".tiff", ".asc", ".img", ".vrt", ".dem", ".hgt", ".bil",
+                                 ".dt2", ".dt1", ".grd", ".nc", ".xyz", ".txt"},
+                                "rasters of heights");
+}
+
+/// With names, since of overlapping rasters the earlier one by name counts.
+voxel::Fingerprint state_of_rasters(const WorldOptions& options) {
+    std::vector<fs::path> files = rasters_of(options);
+    if (!options.orthophotos.empty()) {
+        const std::vector<fs::path> images = imagery::orthophoto_files(options.orthophotos);
+        files.insert(files.end(), images.begin(), images.end());
+    }
+    store::ByteWriter out;
+    for (const fs::path& file : files) {
+        out.add(file.string());
+        out.add(imagery::image_identity(file));
+    }
+    return out.print();
+}
+
+std::unique_ptr<voxel::World> open_heightmap(const OpenRequest& request) {
+    const WorldOptions& from = request.options;
+    relief::ReliefOptions options;
+    options.rasters = rasters_of(from);
+    options.orthophotos = from.orthophotos;
+    options.voxel_m = from.voxel_m;
+    if (!from.crs.empty())
+        options.crs = from.crs;
+    options.height_unit_m = height_unit_m(from.vertical_unit);
+    options.base_m = from.base_m;
+    options.memory_bytes = from.memory_bytes;
+    options.threads = thread::thread_count(from.threads);
+    return relief::open_relief_world(options);
+}
+
+}  // namespace
+
+constinit const WorldKind kHeightmapKind{
+    .noun = "a raster of heights",
+    .input = "a raster of heights",
+    .recognises = is_raster_or_folder_of_them,
+    .open = open_heightmap,
+    .state = state_of_rasters,
+    .flags = "--crs --voxel --vertical-unit --world-base-m",
+    .takes_several = true,
+    .takes_orthophotos = true,
+};
+
+}  // namespace terravox::worlds

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace terravox::worlds {
+
+/// What of a world was found damaged: each line once, sorted, in whatever order threads found them.
+/// Thread-safe. Keeps kMostLines, and counts what comes after.
+class DamageLog {
+public:
+    static constexpr std::size_t kMostLines = 10'000;
+
+    /// @return whether the line is new
+    bool add(std::string line) {
+        const std::lock_guard lock(m_mutex);
+        if (m_lines.size() >= kMostLines) {
+            if (!m_lines.contains(line))
+                ++m_more;  // the same one may count twice here
+            return false;
+        }
+        return m_lines.insert(std::move(line)).second;
+    }
+    [[nodiscard]] std::vector<std::string> lines() const {
+        const std::lock_guard lock(m_mutex);
+        std::vector<std::string> out(m_lines.begin(), m_lines.end());
+        if (m_more > 0)
+            out.push_back("and more than these " + std::to_string(kMostLines));
+        return out;
+    }
+
+private:
+    mutable std::mutex m_mutex;
+    std::set<std::string> m_lines;
+    std::uint64_t m_more = 0;
+};
+
+}  // namespace terravox::worlds

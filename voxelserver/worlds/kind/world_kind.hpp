@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/worlds/kind/world_options.hpp"
+
+namespace terravox::worlds {
+
+/// How the workers of a farm get the boxes of a world.
+enum class FarmAccess : std::uint8_t {
+    kFromCoordinator,  ///< the coordinator sends them
+    kByAddress,        ///< a worker may ask the same address, where its configuration allows that
+    kBySeed,           ///< a worker makes them itself from the input's text
+};
+
+/// What a world is opened with. References that the opened world outlives, apart from `times`.
+struct OpenRequest {
+    const WorldOptions& options;
+    util::StageTimes& times;      ///< receives the time of every step; outlives the world
+    const std::stop_token& stop;  ///< of a remote world: ends opening and every later request
+
+    /// The first input; the only one of kinds that take one.
+    [[nodiscard]] const std::string& input() const { return options.inputs.front(); }
+};
+
+/// What a description of an input is asked for with (`world info`).
+struct DescribeRequest {
+    const std::string& input;
+    const std::string& dimension;  ///< of a Minecraft world: only this one; empty: all
+    bool with_blocks = false;      ///< count the blocks of each name, too
+    bool as_json = false;
+    int threads = 0;  ///< 0 = one for each core
+};
+struct Description {
+    std::string text;  ///< for people one fact a line, or JSON; without the last line's end
+    bool is_damaged = false;
+};
+
+/// A kind of world: how it is recognised and opened. A new kind is a folder below
+/// voxelserver/worlds that defines one of these, and a row of world_kinds()
+/// (voxelserver/worlds/open/world_kinds.cpp).
+struct WorldKind {
+    std::string_view noun;  ///< with its article, for messages: "a Minecraft world"
+    /// What a person names, for help: "a Minecraft world (folder or ZIP)". Empty where that of
+    /// another kind says it, too.
+    std::string_view input;
+    /// Whether an input is of this kind: by its content wherever a look into it tells, else by its
+    /// name. Throws nothing.
+    bool (*recognises)(const std::string& input);
+    /// @throws UsageError for options that do not suit it; Error when it cannot be opened
+    std::unique_ptr<voxel::World> (*open)(const OpenRequest& request);
+    /// Describes an input by more than the world that it opens states of itself; nullptr where
+    /// there is no more. @throws UsageError for what it cannot describe; Error when it cannot be
+    /// read
+    Description (*describe)(const DescribeRequest& request) = nullptr;
+    /// Names the state of all files that opening and making boxes reads: another one once any of
+    /// them changes. Costs a look at each file. @throws Error when one cannot be read
+    /// Null: the opened world names its state itself (World::edition()), or is LiDAR data
+    /// (voxelize::InputPrints).
+    voxel::Fingerprint (*state)(const WorldOptions& options) = nullptr;
+    /// Flags of `terravox serve` that mean something for this kind and not for every one, separated
+    /// by spaces. --ortho is takes_orthophotos.
+    std::string_view flags = {};
+    bool is_path = true;         ///< the input is a file or folder of this machine
+    bool takes_several = false;  ///< more than one input makes one world
+    bool takes_orthophotos = false;
+    bool has_squares = false;  ///< LiDAR squares, which can be prepared in the cache folder
+    FarmAccess farm_access = FarmAccess::kFromCoordinator;
+};
+
+}  // namespace terravox::worlds

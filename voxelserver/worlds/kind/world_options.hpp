@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "voxelserver/worlds/kind/procedural_settings.hpp"
+
+namespace terravox {
+
+/// What a world is opened from, whatever its kind, and with which settings. A kind of world ignores
+/// the settings that do not concern it.
+struct WorldOptions {
+    /// Paths or addresses, all of one kind (voxelserver/worlds/open/world_kinds.hpp); several only
+    /// of LiDAR data and rasters of heights.
+    std::vector<std::string> inputs;
+    /// Images, or folders of them, for LiDAR data, stores and rasters of heights.
+    std::vector<std::filesystem::path> orthophotos;
+
+    std::string crs;                      ///< overrides what the files say; empty: what they say
+    std::string classes = "asprs";        ///< id of a LiDAR class table, or a path to one
+    std::string vertical_unit;            ///< "m", "ft" or "us-ft"; empty: from the files
+    std::filesystem::path settings;       ///< of voxelization; empty: config/voxelize.toml
+    std::string steps;                    ///< of voxelization that run; empty: as settings say
+    double voxel_m = 1;                   ///< edge of a voxel at level 0, metres
+    std::string dimension = "overworld";  ///< of a Minecraft world
+    /// Of rasters of heights: rock down to this height, metres; default: a little below the lowest.
+    std::optional<double> base_m;
+    /// Of procedural worlds. Its voxel_m is not used, the one above is; a seed in the input
+    /// replaces its seed.
+    generated::Settings generated;
+
+    std::size_t memory_bytes = std::size_t{4} << 30;  ///< decoded squares, chunks and columns
+    int threads = 0;                                  ///< 0: one for each core
+    std::filesystem::path cache_dir;  ///< keeps prepared LiDAR squares; empty: nothing is kept
+    std::chrono::seconds box_timeout{300};  ///< for each box of a voxel server or remote archive
+};
+
+}  // namespace terravox

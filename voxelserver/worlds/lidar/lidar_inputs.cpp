@@ -1,0 +1,41 @@
+#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
+
+#include <filesystem>
+
+#include "common/util/files.hpp"
+#include "voxelserver/pointcloud/formats/files.hpp"
+
+namespace terravox::worlds {
+
+namespace fs = std::filesystem;
+
+bool is_lidar(const std::string& input) {
+    std::error_code failed;
+    if (!fs::is_directory(input, failed))
+        return pointcloud::is_point_file(input);
+    return util::any_file(input, pointcloud::is_point_file_of_folder);
+}
+
+bool is_store(const std::string& input) {
+    std::error_code failed;
+    return fs::exists(fs::path(input) / "fishnet.gpkg", failed);
+}
+
+voxelize::LidarWorldOptions lidar_options(const WorldOptions& from) {
+    voxelize::LidarWorldOptions out;
+    out.orthophotos = from.orthophotos;
+    out.classes = from.classes;
+    out.settings = from.settings;
+    out.steps = from.steps;
+    if (!from.crs.empty())
+        out.crs = from.crs;
+    if (!from.vertical_unit.empty())
+        out.vertical_unit = from.vertical_unit;
+    out.voxel_m = from.voxel_m;
+    out.memory_bytes = from.memory_bytes;
+    out.threads = from.threads;
+    out.cache_dir = from.cache_dir;
+    return out;
+}
+
+}  // namespace terravox::worlds

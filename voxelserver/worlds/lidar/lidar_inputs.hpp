@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "voxelserver/voxelize/points/options.hpp"
+#include "voxelserver/worlds/kind/world_options.hpp"
+
+namespace terravox::worlds {
+
+// What can be told of LiDAR inputs without the libraries that read them.
+
+/// Flags of `terravox serve` for LiDAR data and stores (WorldKind::flags).
+inline constexpr std::string_view kLidarFlags =
+    "--classes --settings --steps --crs --voxel --vertical-unit";
+
+/// Whether an input is a LAS, LAZ, COPC or PLY file (by name or content), or a folder of them.
+/// Throws nothing.
+[[nodiscard]] bool is_lidar(const std::string& input);
+
+/// Whether an input is a store that the grabber has filled. Throws nothing.
+[[nodiscard]] bool is_store(const std::string& input);
+
+/// All options but the files.
+[[nodiscard]] voxelize::LidarWorldOptions lidar_options(const WorldOptions& from);
+
+}  // namespace terravox::worlds

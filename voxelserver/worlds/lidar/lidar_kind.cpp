@@ -1,0 +1,67 @@
+#include "voxelserver/worlds/lidar/lidar_kind.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <string>
+
+#include "voxelserver/store/grabber_store.hpp"
+#include "voxelserver/voxelize/world/lidar_world.hpp"
+#include "voxelserver/voxelize/world/store_options.hpp"
+#include "voxelserver/worlds/lidar/lidar_inputs.hpp"
+
+namespace terravox::worlds {
+namespace {
+
+std::unique_ptr<voxel::World> open_with(const voxelize::LidarWorldOptions& options,
+                                        util::StageTimes& times) {
+    auto world = voxelize::open_lidar_world(options, times);
+    const auto stats = world->stats();
+    spdlog::info("{} points in {} files, {} orthophotos, {}, voxels of {} m", stats.points,
+                 stats.files, stats.orthophotos, world->info().crs, world->info().voxel_m);
+    return world;
+}
+
+std::unique_ptr<voxel::World> open_files(const OpenRequest& request) {
+    const WorldOptions& from = request.options;
+    voxelize::LidarWorldOptions options = lidar_options(from);
+    options.files.assign(from.inputs.begin(), from.inputs.end());
+    return open_with(options, request.times);
+}
+
+/// The store's own class table counts unless a person names one; the default of WorldOptions is
+/// what stands there when nobody did.
+std::unique_ptr<voxel::World> open_store(const OpenRequest& request) {
+    const std::string usual = WorldOptions{}.classes;
+    voxelize::LidarWorldOptions options = lidar_options(request.options);
+    if (options.classes == usual)
+        options.classes.clear();
+    voxelize::take_from_store(store::read_grabber_store(request.input()), options);
+    if (options.classes.empty())
+        options.classes = usual;
+    return open_with(options, request.times);
+}
+
+}  // namespace
+
+constinit const WorldKind kLidarKind{
+    .noun = "LiDAR data",
+    .input = "LAS, LAZ, COPC or PLY files",
+    .recognises = is_lidar,
+    .open = open_files,
+    .flags = kLidarFlags,
+    .takes_several = true,
+    .takes_orthophotos = true,
+    .has_squares = true,
+};
+
+constinit const WorldKind kStoreKind{
+    .noun = "a store",
+    .input = "the grabber's store",
+    .recognises = is_store,
+    .open = open_store,
+    .flags = kLidarFlags,
+    .takes_orthophotos = true,
+    .has_squares = true,
+};
+
+}  // namespace terravox::worlds

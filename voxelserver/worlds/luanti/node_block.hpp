@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/voxel/box.hpp"
+#include "voxelserver/worlds/luanti/map_block.hpp"
+#include "voxelserver/worlds/luanti/node_looks.hpp"
+
+namespace terravox::luanti {
+
+/// A map block as voxels, in voxel axes. Holds something besides air. Immutable once made.
+struct NodeBlock {
+    std::vector<voxel::VoxelAttr> looks;  ///< that occur, at least one
+    std::vector<std::uint16_t> cells;     ///< indices into looks; empty: all are looks[0]
+
+    /// @param x, y, z in [0, 16); z southwards
+    [[nodiscard]] const voxel::VoxelAttr& at(int x, int y, int z) const noexcept {
+        return looks[cells.empty() ? 0 : cells[static_cast<std::size_t>(x + 16 * y + 256 * z)]];
+    }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept {
+        return sizeof *this + looks.capacity() * sizeof(voxel::VoxelAttr) +
+               cells.capacity() * sizeof(std::uint16_t);
+    }
+};
+
+/// Turns a map block into voxels. @return nullptr when all of it is air
+/// @throws Error for a node whose id has no name
+[[nodiscard]] std::shared_ptr<const NodeBlock> node_block_of(const MapBlock& block,
+                                                             NodeLooks& looks);
+
+}  // namespace terravox::luanti

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "common/voxel/material.hpp"
+#include "voxelserver/worlds/minecraft/blocks/block_pattern.hpp"
+
+namespace terravox::minecraft {
+
+/// What a block is here.
+struct BlockLook {
+    voxel::Material material = voxel::Material::kUnknown;
+    bool has_colour = false;
+    voxel::Rgb8 colour;
+    bool known =
+        false;  ///< some entry of the table fits; else the material is kUnknown, which is seen
+    friend bool operator==(const BlockLook&, const BlockLook&) = default;
+};
+
+/// Which material and colour each block of Minecraft has (config/blocks/blocks.toml,
+/// old-blocks.toml). Safe to share between threads once it is made.
+class BlockTable {
+public:
+    /// @param folder holds blocks.toml and old-blocks.toml
+    /// @throws UsageError naming file, entry, value and what is allowed
+    [[nodiscard]] static BlockTable load(const std::filesystem::path& folder);
+    /// The table of another game: one file in the form of blocks.toml, no older names or numbers.
+    /// @throws UsageError as load()
+    [[nodiscard]] static BlockTable load_names(const std::filesystem::path& file);
+
+    /// @param name with or without its namespace ("minecraft:"); old names are known as well
+    [[nodiscard]] BlockLook of(std::string_view name, Properties properties) const;
+    /// The same of a game in which the namespace is part of a name, and which has no older names.
+    [[nodiscard]] BlockLook of_full_name(std::string_view name) const { return look_of(name, {}); }
+    /// A block of a world before 1.13. @param data 0 to 15, other bits are left out
+    [[nodiscard]] BlockLook of_number(int id, int data) const;
+    /// The name that the block has today, with what it says of itself ("snow[layers=3]"); "id:data"
+    /// for one that no version had.
+    [[nodiscard]] std::string name_of_number(int id, int data) const;
+
+    /// These blocks, by name and whatever they say of themselves, are of these materials: what an
+    /// exported world's side-car says. Colours stay. Numbers stay as they were.
+    void overlay(const std::map<std::string, voxel::Material>& blocks);
+
+private:
+    friend class BlockTableReader;
+    struct Candidate {
+        std::vector<Condition> conditions;
+        BlockLook look;
+        std::size_t own = 0;  ///< own_letters() of its pattern
+        bool fixed = false;   ///< says waterlogged=true in vain
+    };
+    struct Wildcard {
+        std::string pattern;
+        Candidate candidate;
+    };
+    struct Renamed {
+        std::string name;
+        std::vector<Condition> conditions;  ///< what the block says of itself, one value each
+    };
+    struct TextHash {
+        using is_transparent = void;
+        [[nodiscard]] std::size_t operator()(std::string_view text) const noexcept {
+            return std::hash<std::string_view>{}(text);
+        }
+    };
+    template <class Value>
+    using ByName = std::unordered_map<std::string, Value, TextHash, std::equal_to<>>;
+    static constexpr int kNumbers = 256, kData = 16;
+
+    [[nodiscard]] BlockLook look_of(std::string_view name, Properties properties) const;
+    [[nodiscard]] BlockLook chosen(const Candidate& candidate, Properties properties) const;
+
+    ByName<std::vector<Candidate>> m_names;  ///< best first
+    std::vector<Wildcard> m_wildcards;       ///< best first
+    ByName<Renamed> m_renamed;
+    std::array<bool, voxel::kMaterialCount>
+        m_drowned{};  ///< materials that are water when waterlogged
+    std::vector<std::vector<std::string>>
+        m_number_names;                     ///< by number, then data; empty: no such number
+    std::vector<BlockLook> m_number_looks;  ///< number * 16 + data
+};
+
+}  // namespace terravox::minecraft

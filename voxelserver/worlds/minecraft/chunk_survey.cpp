@@ -1,0 +1,148 @@
+#include "voxelserver/worlds/minecraft/chunk_survey.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+
+#include "common/thread/parallel.hpp"
+#include "common/util/error.hpp"
+#include "voxelserver/worlds/minecraft/chunk_reader.hpp"
+
+namespace terravox::minecraft {
+namespace {
+
+constexpr std::size_t kBatch =
+    32;  // chunks that one thread reads after each other: they lie together
+
+// Heights so far. Widened by all threads; what comes out does not depend on their order.
+class Heights {
+public:
+    void widen(std::int32_t lo, std::int32_t hi) noexcept {
+        for (std::int32_t old = m_lo.load(); lo < old && !m_lo.compare_exchange_weak(old, lo);) {
+        }
+        for (std::int32_t old = m_hi.load(); hi > old && !m_hi.compare_exchange_weak(old, hi);) {
+        }
+    }
+    [[nodiscard]] std::int32_t lo() const noexcept { return m_lo.load(); }
+    [[nodiscard]] std::int32_t hi() const noexcept { return m_hi.load(); }
+
+private:
+    std::atomic<std::int32_t> m_lo{INT32_MAX}, m_hi{INT32_MIN};
+};
+
+struct Tools {
+    ChunkReader reader;
+    VoxelMaker maker;
+    std::vector<voxel::VoxelAttr> looks{};
+    Tools(const ChunkStore& store, LookBook& book) : reader(store), maker(book) {}
+};
+
+// Whether a section may hold anything, without a look at each of its voxels.
+bool may_hold(Tools& tools, LookBook& book, const ChunkBlocks& blocks,
+              const ChunkSection& section) {
+    if (section.numeric)
+        return !tools.maker.make(blocks, section).air();
+    tools.looks.resize(section.palette_size);
+    book.of(std::span(blocks.palette).subspan(section.palette_begin, section.palette_size),
+            tools.looks);
+    return std::any_of(tools.looks.begin(), tools.looks.end(), [](const voxel::VoxelAttr& look) {
+        return look.material != voxel::Material::kAir;
+    });
+}
+
+struct Layers {
+    int lowest = 16, highest = -1;
+};  // of a section, that hold anything
+
+Layers layers_of(const VoxelSection& section) noexcept {
+    if (section.air())
+        return {};
+    if (!section.bits)
+        return {0, 15};
+    unsigned any = 0;
+    for (std::size_t i = 0; i < 256; ++i)
+        any |= unsigned{section.bits->opaque[i]} | section.bits->clear[i];
+    if (any == 0)
+        return {};
+    return {std::countr_zero(any), 31 - std::countl_zero(any)};
+}
+
+// The layers of a section, as heights. @return whether there are any
+bool widen_by(Tools& tools, const ChunkBlocks& blocks, const ChunkSection& section,
+              Heights& heights) {
+    const Layers layers = layers_of(tools.maker.make(blocks, section));
+    if (layers.highest < 0)
+        return false;
+    heights.widen(section.y * 16 + layers.lowest, section.y * 16 + layers.highest + 1);
+    return true;
+}
+
+// Only sections that may widen the heights are looked at voxel by voxel. What is returned does not
+// depend on what other threads have found.
+bool look_at(Tools& tools, LookBook& book, const ChunkBlocks& blocks, Heights& heights) {
+    const auto sections = blocks.sections();
+    if (std::none_of(sections.rbegin(), sections.rend(),
+                     [&](const ChunkSection& s) { return may_hold(tools, book, blocks, s); }))
+        return false;
+    for (auto s = sections.rbegin(); s != sections.rend() && s->y * 16 + 16 > heights.hi(); ++s)
+        if (widen_by(tools, blocks, *s, heights))
+            break;
+    for (auto s = sections.begin(); s != sections.end() && s->y * 16 < heights.lo(); ++s)
+        if (widen_by(tools, blocks, *s, heights))
+            break;
+    return true;
+}
+
+// Of a world that is not looked through: the heights of the sections that a chunk has, air or not.
+void look_at_sections(const ChunkBlocks& blocks, Heights& heights) noexcept {
+    if (blocks.sections().empty())
+        return;
+    heights.widen(blocks.sections().front().y * 16, blocks.sections().back().y * 16 + 16);
+}
+
+}  // namespace
+
+ChunkSurvey survey_chunks(const ChunkStore& store, LookBook& book, worlds::DamageLog& damage,
+                          int threads, std::size_t most) {
+    const auto chunks = store.chunks();
+    const std::size_t count = std::min(chunks.size(), most);
+    ChunkSurvey out;
+    out.complete = count == chunks.size();
+    std::vector<std::uint8_t> holds(count, 0);
+    Heights heights;
+    std::atomic<std::size_t> readable{0};
+    Toolbox<Tools> toolbox;
+    thread::parallel_for((count + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+        toolbox.with([&] { return std::make_unique<Tools>(store, book); },
+                     [&](Tools& tools) {
+                         for (std::size_t i = batch * kBatch;
+                              i < std::min(count, (batch + 1) * kBatch); ++i) {
+                             const ChunkRef& chunk =
+                                 chunks[i * chunks.size() / count];  // evenly spread; all of them
+                                                                     // when all are asked for
+                             try {
+                                 const ChunkBlocks& blocks = tools.reader.read(chunk);
+                                 for (const std::string& oddity : blocks.oddities)
+                                     damage.add(store.name_of(chunk) + ": " + oddity);
+                                 holds[i] = look_at(tools, book, blocks, heights);
+                                 if (!out.complete)
+                                     look_at_sections(blocks, heights);
+                                 ++readable;
+                             } catch (const Error& e) {
+                                 damage.add(store.name_of(chunk) + ": " + e.what());
+                             }
+                         }
+                     });
+    });
+    out.readable = readable;
+    for (std::size_t i = 0; i < chunks.size(); ++i)
+        if (!out.complete || holds[i] != 0)
+            out.places.push_back(chunks[i].place);
+    if (!out.complete)
+        heights.widen(-64, 320);
+    if (heights.lo() < heights.hi())
+        out.min_y = heights.lo(), out.max_y = heights.hi();
+    return out;
+}
+
+}  // namespace terravox::minecraft

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "voxelserver/worlds/minecraft/chunk_place.hpp"
+
+namespace terravox::minecraft {
+
+/// Chunks with min <= x < max, the same for z.
+struct ChunkArea {
+    ChunkPlace min, max;
+    friend bool operator==(const ChunkArea&, const ChunkArea&) = default;
+};
+
+/// What is worth framing of chunks that lie scattered, as where players walked off through a
+/// portal: the largest part of them that hangs together, over gaps of up to a hundred voxels. The
+/// north-western one of several as large. @return nullopt when all hang together, or there are none
+[[nodiscard]] std::optional<ChunkArea> main_part(std::span<const ChunkPlace> places);
+
+}  // namespace terravox::minecraft

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/voxel/box.hpp"
+#include "voxelserver/worlds/minecraft/chunk.hpp"
+#include "voxelserver/worlds/minecraft/look_book.hpp"
+
+namespace terravox::minecraft {
+
+/// One section as voxels.
+struct VoxelSection {
+    /// Of each column of 16 voxels (index x + 16 z), one bit a voxel, lowest first: solid and
+    /// opaque; solid and see-through.
+    struct Bits {
+        std::array<std::uint16_t, 256> opaque, clear;
+    };
+    std::vector<voxel::VoxelAttr> looks;  ///< that occur; empty: the section is air
+    std::unique_ptr<std::uint8_t[]>
+        narrow;  ///< indices into looks, as cells; unless there is one look only
+    std::unique_ptr<std::uint16_t[]> wide;  ///< the same, for more than 256 looks
+    std::unique_ptr<Bits> bits;             ///< unless all voxels are alike
+
+    [[nodiscard]] bool air() const noexcept { return looks.empty(); }
+    [[nodiscard]] const voxel::VoxelAttr& at(std::size_t cell) const noexcept {
+        return looks[narrow ? narrow[cell] : wide ? wide[cell] : 0];
+    }
+};
+
+/// One chunk as voxels. Immutable once made.
+struct VoxelChunk {
+    std::int32_t first_y = 0;            ///< section at sections[0]
+    std::vector<VoxelSection> sections;  ///< without gaps; empty: all air
+    [[nodiscard]] const VoxelSection* section(std::int32_t y) const noexcept {
+        const std::int64_t i = std::int64_t{y} - first_y;
+        return i >= 0 && i < static_cast<std::int64_t>(sections.size())
+                   ? &sections[static_cast<std::size_t>(i)]
+                   : nullptr;
+    }
+    [[nodiscard]] std::size_t memory_bytes() const noexcept;
+};
+
+/// Turns blocks into voxels. Not thread-safe: one for each thread, over one book.
+class VoxelMaker {
+public:
+    explicit VoxelMaker(LookBook& book) : m_book(book), m_number_looks(65536), m_stamps(65536) {}
+    /// @throws NbtError for a palette entry that is none
+    [[nodiscard]] VoxelChunk make(const ChunkBlocks& blocks);
+    [[nodiscard]] VoxelSection make(const ChunkBlocks& blocks, const ChunkSection& section);
+
+private:
+    std::uint16_t look_index(const voxel::VoxelAttr& look, VoxelSection& out) const;
+    void look_up_numbers(const ChunkSection& section, VoxelSection& out);
+
+    LookBook& m_book;
+    std::vector<voxel::VoxelAttr> m_attrs;
+    std::vector<std::uint16_t> m_looks;         ///< of each palette entry
+    std::vector<std::uint16_t> m_number_looks;  ///< of each number that has the current stamp
+    std::vector<std::uint32_t> m_stamps;
+    std::uint32_t m_stamp = 0;
+};
+
+}  // namespace terravox::minecraft

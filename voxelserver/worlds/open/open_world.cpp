@@ -1,0 +1,62 @@
+#include "voxelserver/worlds/open/open_world.hpp"
+
+#include <string>
+
+#include "common/util/error.hpp"
+#include "common/voxel/archive/archive_world.hpp"
+#include "voxelserver/worlds/archive/far_archive.hpp"
+#include "voxelserver/worlds/open/world_kinds.hpp"
+#include "voxelserver/worlds/remote/remote_kind.hpp"
+#include "voxelserver/worlds/remote/remote_world.hpp"
+
+namespace terravox {
+namespace {
+
+using worlds::WorldKind;
+
+/// @throws UsageError where inputs and options do not suit the kind of the first input
+const WorldKind& checked_kind(const WorldOptions& options) {
+    const auto& inputs = options.inputs;
+    if (inputs.empty()) {
+        throw UsageError("open the world: nothing given; allowed: " + worlds::allowed_inputs());
+    }
+    const std::string& first = inputs.front();
+    const WorldKind& kind = worlds::kind_of(first);
+    const std::string noun(kind.noun);
+    for (const std::string& input : inputs) {
+        const WorldKind& other = worlds::kind_of(input);
+        if (&other != &kind) {
+            throw UsageError("open the world: " + first + " is " + noun + ", " + input + " is " +
+                             std::string(other.noun) + "; allowed: inputs of one kind");
+        }
+    }
+    if (inputs.size() > 1 && !kind.takes_several) {
+        throw UsageError("open the world: " + std::to_string(inputs.size()) + " inputs, of which " +
+                         first + " is " + noun + "; allowed: one of these");
+    }
+    if (!options.orthophotos.empty() && !kind.takes_orthophotos) {
+        const bool is_server = &kind == &worlds::kServerKind;
+        throw UsageError("open the world " + first + ": --ortho with " + noun +
+                         (is_server ? "; it belongs to the server's own command line"
+                                    : "; allowed: with LiDAR data, stores and rasters of heights"));
+    }
+    return kind;
+}
+
+}  // namespace
+
+std::unique_ptr<voxel::World> open_address(const std::string& url, const HttpAccess& access,
+                                           util::StageTimes& times,
+                                           std::chrono::milliseconds patience,
+                                           const std::stop_token& stop) {
+    if (names_archive(url))
+        return voxel::open_archive(far_archive(url, patience, stop, access));
+    return open_remote_world(url, times, patience, stop, access);
+}
+
+std::unique_ptr<voxel::World> open_world(const WorldOptions& options, util::StageTimes& times,
+                                         const std::stop_token& stop) {
+    return checked_kind(options).open({options, times, stop});
+}
+
+}  // namespace terravox

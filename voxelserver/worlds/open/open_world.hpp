@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "common/util/stage_times.hpp"
+#include "common/voxel/world.hpp"
+#include "voxelserver/worlds/kind/world_options.hpp"
+#include "voxelserver/worlds/remote/http_access.hpp"
+
+namespace terravox {
+
+/// Opens what the inputs of `options` name (world_kinds.hpp).
+/// @param times receives the time of every step; outlives the world
+/// @param stop of a voxel server or a remote archive: once requested, opening and every later
+/// request
+///     end within about a second, by an Error
+/// The token of a voxel server: access_of_environment().
+/// @throws UsageError for no input, or for inputs of several kinds; Error when it cannot be opened
+[[nodiscard]] std::unique_ptr<voxel::World> open_world(const WorldOptions& options,
+                                                       util::StageTimes& times,
+                                                       const std::stop_token& stop = {});
+
+/// Opens the address of a voxel server or of a box archive.
+/// @param access whom it may ask, and what it shows there @param patience for each request
+/// @throws UsageError for what is no such address; Error when it cannot be opened
+[[nodiscard]] std::unique_ptr<voxel::World> open_address(const std::string& url,
+                                                         const HttpAccess& access,
+                                                         util::StageTimes& times,
+                                                         std::chrono::milliseconds patience,
+                                                         const std::stop_token& stop = {});
+
+}  // namespace terravox

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "voxelserver/worlds/kind/world_kind.hpp"
+
+namespace terravox::worlds {
+
+/// All kinds, in the order in which an input is compared with them.
+[[nodiscard]] std::span<const WorldKind* const> world_kinds() noexcept;
+
+/// What an input may be, as a list for messages and help.
+[[nodiscard]] std::string allowed_inputs();
+
+/// The kind of an input: the first of world_kinds() that recognises it.
+/// @throws UsageError for a path that does not exist, or that no kind recognises
+[[nodiscard]] const WorldKind& kind_of(const std::string& input);
+
+}  // namespace terravox::worlds

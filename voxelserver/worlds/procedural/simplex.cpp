@@ -1,0 +1,131 @@
+#include "voxelserver/worlds/procedural/simplex.hpp"
+
+#include <array>
+
+namespace terravox::generated {
+namespace {
+
+std::int64_t floor_of(double v) noexcept {
+    const auto cut = static_cast<std::int64_t>(v);
+    return cut - (v < static_cast<double>(cut) ? 1 : 0);
+}
+
+// Only the highest bits are used: those that depend on all of the sum.
+std::uint64_t scrambled(std::uint64_t sum) noexcept {
+    sum = (sum ^ sum >> 32) * 0xD6E8FEB86659FD93ULL;
+    return (sum ^ sum >> 32) * 0xD6E8FEB86659FD93ULL;
+}
+constexpr std::uint64_t kAcrossX = 0x9E3779B97F4A7C15ULL, kAcrossY = 0xC2B2AE3D27D4EB4FULL,
+                        kAcrossZ = 0x165667B19E3779F9ULL;
+std::uint64_t hash_of(std::uint64_t seed, std::int64_t i, std::int64_t j) noexcept {
+    return scrambled(seed + static_cast<std::uint64_t>(i) * kAcrossX +
+                     static_cast<std::uint64_t>(j) * kAcrossY);
+}
+std::uint64_t hash_of(std::uint64_t seed, std::int64_t i, std::int64_t j, std::int64_t k) noexcept {
+    return scrambled(seed + static_cast<std::uint64_t>(i) * kAcrossX +
+                     static_cast<std::uint64_t>(j) * kAcrossY +
+                     static_cast<std::uint64_t>(k) * kAcrossZ);
+}
+
+struct Direction {
+    double x, y;
+};
+// Sixteen of unit length, none along an axis.
+constexpr double kA = 0.98078528040323044913, kB = 0.19509032201612826785,
+                 kC = 0.83146961230254523708, kD = 0.55557023301960222474;
+constexpr std::array<Direction, 16> kDirections{{{kA, kB},
+                                                 {kC, kD},
+                                                 {kD, kC},
+                                                 {kB, kA},
+                                                 {-kB, kA},
+                                                 {-kD, kC},
+                                                 {-kC, kD},
+                                                 {-kA, kB},
+                                                 {-kA, -kB},
+                                                 {-kC, -kD},
+                                                 {-kD, -kC},
+                                                 {-kB, -kA},
+                                                 {kB, -kA},
+                                                 {kD, -kC},
+                                                 {kC, -kD},
+                                                 {kA, -kB}}};
+
+// What a corner adds: nothing from where another triangle begins.
+double corner(std::uint64_t hash, double x, double y) noexcept {
+    double t = 0.5 - x * x - y * y;
+    t = t > 0 ? t : 0;
+    t *= t;
+    const Direction& d = kDirections[hash >> 60];
+    return t * t * (d.x * x + d.y * y);
+}
+
+// To the middles of a cube's edges, and four of them again.
+constexpr std::array<std::array<double, 3>, 16> kEdges{{{1, 1, 0},
+                                                        {-1, 1, 0},
+                                                        {1, -1, 0},
+                                                        {-1, -1, 0},
+                                                        {1, 0, 1},
+                                                        {-1, 0, 1},
+                                                        {1, 0, -1},
+                                                        {-1, 0, -1},
+                                                        {0, 1, 1},
+                                                        {0, -1, 1},
+                                                        {0, 1, -1},
+                                                        {0, -1, -1},
+                                                        {1, 1, 0},
+                                                        {-1, 1, 0},
+                                                        {0, -1, 1},
+                                                        {0, -1, -1}}};
+
+double corner(std::uint64_t hash, double x, double y, double z) noexcept {
+    double t = 0.5 - x * x - y * y - z * z;
+    t = t > 0 ? t : 0;
+    t *= t;
+    const auto& d = kEdges[hash >> 60];
+    return t * t * (d[0] * x + d[1] * y + d[2] * z);
+}
+
+}  // namespace
+
+double simplex(std::uint64_t seed, double x, double y) noexcept {
+    constexpr double kSkew = 0.36602540378443864676,
+                     kUnskew = 0.21132486540518711775;  // (sqrt 3 - 1) / 2, (3 - sqrt 3) / 6
+    constexpr double kScale = 99.0;                     // to [-1, 1]; the tests look
+    const double s = (x + y) * kSkew;
+    const std::int64_t i = floor_of(x + s), j = floor_of(y + s);
+    const double back = static_cast<double>(i + j) * kUnskew;
+    const double x0 = x - (static_cast<double>(i) - back), y0 = y - (static_cast<double>(j) - back);
+    const std::int64_t right = x0 > y0 ? 1 : 0, up = 1 - right;
+    const double x1 = x0 - static_cast<double>(right) + kUnskew,
+                 y1 = y0 - static_cast<double>(up) + kUnskew;
+    const double x2 = x0 - 1 + 2 * kUnskew, y2 = y0 - 1 + 2 * kUnskew;
+    return kScale *
+           (corner(hash_of(seed, i, j), x0, y0) + corner(hash_of(seed, i + right, j + up), x1, y1) +
+            corner(hash_of(seed, i + 1, j + 1), x2, y2));
+}
+
+double simplex(std::uint64_t seed, double x, double y, double z) noexcept {
+    constexpr double kSkew = 1.0 / 3, kUnskew = 1.0 / 6;
+    constexpr double kScale = 75.0;  // to [-1, 1]; the tests look
+    const double s = (x + y + z) * kSkew;
+    const std::int64_t i = floor_of(x + s), j = floor_of(y + s), k = floor_of(z + s);
+    const double back = static_cast<double>(i + j + k) * kUnskew;
+    const double x0 = x - (static_cast<double>(i) - back), y0 = y - (static_cast<double>(j) - back),
+                 z0 = z - (static_cast<double>(k) - back);
+    // Along the largest coordinate first, then along the second: by rank, without a branch for each
+    // of the six orders.
+    const int rank_x = (x0 >= y0) + (x0 >= z0), rank_y = (y0 > x0) + (y0 >= z0),
+              rank_z = (z0 > x0) + (z0 > y0);
+    double sum = corner(hash_of(seed, i, j, k), x0, y0, z0);
+    for (int step = 1; step <= 2; ++step) {
+        const int dx = rank_x >= 3 - step, dy = rank_y >= 3 - step, dz = rank_z >= 3 - step;
+        const double moved = step * kUnskew;
+        sum += corner(hash_of(seed, i + dx, j + dy, k + dz), x0 - dx + moved, y0 - dy + moved,
+                      z0 - dz + moved);
+    }
+    sum += corner(hash_of(seed, i + 1, j + 1, k + 1), x0 - 1 + 3 * kUnskew, y0 - 1 + 3 * kUnskew,
+                  z0 - 1 + 3 * kUnskew);
+    return kScale * sum;
+}
+
+}  // namespace terravox::generated

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+
+#include "voxelserver/worlds/kind/procedural_settings.hpp"
+
+namespace terravox::generated {
+
+/// What changes slowly from place to place: it decides how hills and mountains are put together.
+/// All about [-1, 1] unless stated.
+struct Region {
+    double land = 0;  ///< share of the world's height that the bare continent stands above the sea
+                      ///< (below: negative)
+    double inland = 0;     ///< [0, 1]: 0 in the sea
+    double mountains = 0;  ///< [0, 1]
+    double hills = 0;      ///< height of the hills, share of the world's height
+    double river = 1;  ///< [-1, 1]: 0 in the middle of a river, +-1 away from any on its two sides
+    double temperature = 0;  ///< at the sea's level, about [0, 1]
+    double moisture = 0;     ///< about [0, 1]
+    double warp_x = 0,
+           warp_z = 0;  ///< columns by which ridges and hills are moved, so that none is straight
+};
+
+/// Heights and climates of all places. A pure function of the settings; immutable, thread-safe.
+/// Ref: ridges: Musgrave in Ebert et al., "Texturing and Modeling", 3rd edition, 2003, chapter 16
+/// (ridged multifractal); moved coordinates: Quilez, "Domain warping", 2002.
+class Terrain {
+public:
+    explicit Terrain(const Settings& settings);
+
+    /// Coordinates are columns of the world; the middle of column i is i + 0.5.
+    [[nodiscard]] Region region(double x, double z) const noexcept;
+
+    /// Two heights of one place, voxels.
+    struct Heights {
+        double full = 0;    ///< with all octaves
+        double smooth = 0;  ///< without those that are finer than two coarse voxels
+    };
+    /// @param region of that place @param voxel edge of the voxels that are to be made; 1: both
+    /// heights are the same
+    [[nodiscard]] Heights heights(const Region& region, double x, double z,
+                                  double voxel) const noexcept;
+
+    [[nodiscard]] const Settings& settings() const noexcept { return m_settings; }
+    /// No ground is higher or lower, voxels.
+    [[nodiscard]] double highest() const noexcept {
+        return m_settings.water_level + m_settings.world_height * kMost;
+    }
+    [[nodiscard]] double lowest() const noexcept {
+        return m_settings.water_level - m_settings.world_height * kLeast - 8;
+    }
+
+    /// Of the columns [-half, half) about the origin: the highest ground, coarsely.
+    [[nodiscard]] double highest_about_origin(double half) const noexcept;
+
+private:
+    static constexpr double kMost = 1.5, kLeast = 0.75;
+    [[nodiscard]] double hills(double x, double z, double voxel, double& smooth) const noexcept;
+    [[nodiscard]] double ridges(double x, double z, double voxel, double& smooth) const noexcept;
+    void find_origin();
+    [[nodiscard]] double beauty() const noexcept;
+
+    Settings m_settings;
+    std::uint64_t m_seeds[16]{};
+    double m_origin_x = 0, m_origin_z = 0;  ///< where of the noise the world's origin lies
+};
+
+/// 0 below a, 1 above b, smooth between.
+[[nodiscard]] inline double smooth_step(double a, double b, double v) noexcept {
+    double t = (v - a) / (b - a);
+    t = t < 0 ? 0 : t > 1 ? 1 : t;
+    return t * t * (3 - 2 * t);
+}
+[[nodiscard]] inline double mixed(double a, double b, double share) noexcept {
+    return a + (b - a) * share;
+}
+
+}  // namespace terravox::generated

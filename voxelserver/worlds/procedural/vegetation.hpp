@@ -1,0 +1,68 @@
+#pragma once
+
+#include <optional>
+
+#include "voxelserver/worlds/procedural/surface.hpp"
+#include "voxelserver/worlds/procedural/tree_shapes.hpp"
+
+namespace terravox::generated {
+
+/// Which plants stand where. One may stand in each cell of a grid of columns, anywhere in it, so
+/// that what reaches into a box is known from the cells about it, whichever box is made first.
+/// Immutable, thread-safe.
+class Vegetation {
+public:
+    explicit Vegetation(const Terrain& terrain);
+
+    static constexpr int kCell = 5;  ///< columns
+
+    /// Nothing grows on higher ground, voxels: it is too cold there.
+    [[nodiscard]] static double highest_ground(const Settings& s) noexcept {
+        return s.water_level + kHighest * s.world_height;
+    }
+
+    /// The column in a cell where a plant may stand.
+    struct Spot {
+        std::int32_t x = 0, z = 0;
+        std::uint64_t hash = 0;
+    };
+    [[nodiscard]] Spot spot(std::int32_t cell_x, std::int32_t cell_z) const noexcept;
+    /// Whether anything can stand there, whatever the place is like: cheap.
+    [[nodiscard]] bool possible(const Spot& spot) const noexcept {
+        return m_on && unit_of_chance(spot) < kDensest;
+    }
+
+    /// What stands there. @param place, skin of its column
+    [[nodiscard]] std::optional<Tree> tree(const Spot& spot, const Place& place,
+                                           const Skin& skin) const noexcept;
+
+    /// The crown that covers a place as seen from far above, by the climate of that place alone.
+    /// @param x, z columns of level 0
+    [[nodiscard]] std::optional<voxel::VoxelAttr> canopy(std::int32_t x, std::int32_t z,
+                                                         const Place& place,
+                                                         const Skin& skin) const noexcept;
+
+    /// What grows on a column of ground where no tree stands: a tuft, a flower.
+    [[nodiscard]] std::optional<voxel::VoxelAttr> tuft(const Place& place,
+                                                       const Skin& skin) const noexcept;
+
+private:
+    static constexpr double kDensest = 0.8, kHighest = 1.1;
+    [[nodiscard]] static double unit_of_chance(const Spot& spot) noexcept {
+        return static_cast<double>(spot.hash >> 52) * 0x1p-12;
+    }
+    /// How likely a cell is to hold a plant, and which.
+    struct Growth {
+        double density = 0;
+        TreeKind kind = TreeKind::kOak;
+    };
+    [[nodiscard]] Growth growth(const Spot& spot, const Place& place,
+                                const Skin& skin) const noexcept;
+    [[nodiscard]] Tree dressed(const Spot& spot, TreeKind kind, const Place& place) const noexcept;
+
+    bool m_on;
+    std::uint64_t m_cell_seed, m_grove_seed;
+    double m_water, m_world;
+};
+
+}  // namespace terravox::generated

@@ -1,0 +1,119 @@
+#include "voxelserver/worlds/remote/batch_client.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "common/voxel/box_codec.hpp"
+
+namespace terravox {
+namespace {
+
+using std::chrono::seconds;
+
+constexpr int kTriesInVain =
+    2;  // in a row that bring nothing: then one box must not hold up the others any longer
+constexpr seconds kShortestPause{5}, kLongestPause{60}, kMostStalled{120};
+constexpr std::size_t kMostBox_bytes = std::size_t{64} << 20;
+
+/// @return nullopt for a box that is to be asked for by itself
+std::optional<voxel::BoxOutcome> read(const BatchRecord& record) {
+    if (record.status == 204 && record.payload.empty())
+        return voxel::BoxOutcome{};
+    if (record.status != 200)
+        return std::nullopt;
+    try {
+        auto box = voxel::decompress_box(record.payload,
+                                         "box " + voxel::to_string(record.key) + " of a batch");
+        if (box->key() != record.key)
+            return std::nullopt;
+        return voxel::BoxOutcome{std::move(box), nullptr};
+    } catch (const Error&) {
+        return std::nullopt;
+    }
+}
+
+}  // namespace
+
+void BatchClient::ask(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take) {
+    Retry retry(m_client.now(), m_patience);
+    for (int tries = 0; tries < kTriesInVain && missing.size() > 1 && welcome();) {
+        const std::size_t before = missing.size();
+        std::optional<FailedTry> failed;
+        try {
+            ask_once(missing, take);
+            return;
+        } catch (const LostError& e) {
+            failed.emplace(Trouble::kLost, e.what());
+        } catch (const FailedTry& f) {
+            failed = f;
+        } catch (const Error&) {
+            return;  // stopped, or a certificate: each box will tell
+        }
+        tries = missing.size() < before ? 1 : tries + 1;
+        spdlog::debug("{}; {} of {} boxes missing", failed->what(), missing.size(), before);
+        if (failed->trouble == Trouble::kBusy) {
+            const auto pause = std::clamp(failed->retry_after.value_or(kShortestPause),
+                                          kShortestPause, kLongestPause);
+            m_from.store((m_client.now() + pause).time_since_epoch().count(),
+                         std::memory_order_relaxed);
+            return;
+        }
+        const auto wait = retry.wait_after(failed->trouble, m_client.now(), std::nullopt, chance());
+        if (!wait)
+            return;
+        try {
+            m_client.wait(m_url, *wait);
+        } catch (const Error&) {
+            return;  // stopped
+        }
+    }
+}
+
+// What failed for itself stays in `missing`. @throws LostError, FailedTry: the request as a whole;
+// Error as HttpClient
+void BatchClient::ask_once(std::vector<voxel::BoxKey>& missing, const voxel::TakeBox& take) {
+    const util::StageTimes::Scope timed(m_times, "box transmission");
+    const auto stalled = std::chrono::ceil<seconds>(
+        std::min<std::chrono::milliseconds>(m_patience / 4, kMostStalled));
+    const HttpLimits limits{m_patience, std::max(stalled, seconds{1}),
+                            missing.size() * kMostBox_bytes};
+    BatchStream stream(missing.size(), kMostBox_bytes);
+    std::vector<voxel::BoxKey> open(missing);
+    const auto one = [&](const BatchRecord& record) {
+        if (std::erase(open, record.key) == 0)
+            throw Error("read a batch of boxes: box " + voxel::to_string(record.key) +
+                        " was not asked for, or came twice");
+        if (auto outcome = read(record)) {
+            std::erase(missing, record.key);
+            take(record.key, std::move(*outcome));
+        }
+    };
+    const auto part_of = [&](std::span<const std::byte> part) {
+        try {
+            stream.feed(part, one);
+        } catch (const Error& e) {
+            throw FailedTry(Trouble::kDamaged, "fetch " + m_url + ": " + e.what());
+        }
+    };
+    check(m_client.post(m_url, batch_request(open), kBatchMediaType, limits, part_of), stream);
+}
+
+void BatchClient::check(const HttpReply& reply, const BatchStream& stream) {
+    if (reply.status == 200) {
+        if (!stream.whole())
+            throw FailedTry(Trouble::kDamaged, "fetch " + m_url + ": no whole batch, of type '" +
+                                                   reply.content_type +
+                                                   "'; allowed: " + kBatchMediaType);
+        return;
+    }
+    const std::string what = "fetch " + m_url + ": " + problem_of(reply);
+    if (trouble_of(reply.status))
+        throw FailedTry(Trouble::kBusy, what, reply.retry_after);
+    // It knows no batches, or what stands before it lets none through: that will not change.
+    spdlog::debug("{}; box by box from now on", what);
+    m_from.store(Retry::Clock::time_point::max().time_since_epoch().count(),
+                 std::memory_order_relaxed);
+}
+
+}  // namespace terravox

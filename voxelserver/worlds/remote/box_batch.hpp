@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/voxel/box.hpp"
+
+namespace terravox {
+
+inline constexpr const char* kBatchMediaType = "application/vnd.terravox.boxes";
+
+/// What is sent to a voxel server to get these boxes (docs/formats/http.md: Batch), JSON.
+[[nodiscard]] std::string batch_request(std::span<const voxel::BoxKey> keys);
+
+/// One box of a batch, as the server sent it. The payload is valid while the record is taken.
+struct BatchRecord {
+    voxel::BoxKey key;
+    std::uint32_t status =
+        0;  ///< 200: payload is a zstd frame; 204: air; otherwise payload says why there is none
+    std::span<const std::byte> payload;
+};
+
+/// Reads the stream of records of a batch from parts of any size. Memory: one record and one part.
+/// Not thread-safe.
+class BatchStream {
+public:
+    /// @param asked how many boxes the server was asked for @param most_payload_bytes of a record
+    BatchStream(std::size_t asked, std::size_t most_payload_bytes) noexcept
+        : m_asked(asked), m_most_payload_bytes(most_payload_bytes) {}
+
+    /// Calls take for each record that has come whole, but the last one, which only says that it is
+    /// the last.
+    /// @throws Error for what is no batch: too long a record, too many, a last one with another
+    /// count, bytes after it; what take throws
+    void feed(std::span<const std::byte> part, const std::function<void(const BatchRecord&)>& take);
+    /// Whether the last record has come: without it the stream was cut short.
+    [[nodiscard]] bool whole() const noexcept { return m_whole; }
+
+private:
+    static constexpr std::size_t kHead_bytes = 24;
+    [[nodiscard]] std::uint32_t word(std::size_t at, std::size_t index) const noexcept;
+    void last_record(const BatchRecord& record);
+
+    std::size_t m_asked, m_most_payload_bytes, m_taken = 0;
+    std::vector<std::byte> m_bytes;  ///< begins with a record
+    bool m_whole = false;
+};
+
+}  // namespace terravox

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "common/util/error.hpp"
+#include "voxelserver/worlds/remote/http_client.hpp"
+#include "voxelserver/worlds/remote/retry.hpp"
+
+namespace terravox {
+
+/// Why a try failed that another one may mend.
+struct FailedTry : Error {
+    FailedTry(Trouble what, const std::string& why,
+              std::optional<std::chrono::seconds> later = std::nullopt)
+        : Error(why), trouble(what), retry_after(later) {}
+    Trouble trouble;
+    std::optional<std::chrono::seconds> retry_after;  ///< as the server wishes
+};
+
+/// What a status means for another try; nullopt: it is an answer.
+[[nodiscard]] std::optional<Trouble> trouble_of(long status) noexcept;
+
+/// "HTTP status 500, reason", one line whatever the server sends.
+[[nodiscard]] std::string problem_of(const HttpReply& reply);
+
+/// A random number in [0, 1), for Retry. Only waits depend on it, never a picture. Thread-safe.
+[[nodiscard]] double chance();
+
+}  // namespace terravox

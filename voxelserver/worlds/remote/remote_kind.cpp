@@ -1,0 +1,30 @@
+#include "voxelserver/worlds/remote/remote_kind.hpp"
+
+#include "voxelserver/worlds/remote/http_access.hpp"
+#include "voxelserver/worlds/remote/remote_world.hpp"
+
+namespace terravox::worlds {
+namespace {
+
+bool is_address(const std::string& input) {
+    return input.starts_with("http://") || input.starts_with("https://");
+}
+
+std::unique_ptr<voxel::World> open_server(const OpenRequest& request) {
+    return open_remote_world(request.input(), request.times, request.options.box_timeout,
+                             request.stop, access_of_environment());
+}
+
+}  // namespace
+
+constinit const WorldKind kServerKind{
+    .noun = "the address of a voxel server",
+    .input = "the http:// address of a voxel server or box archive",
+    .recognises = is_address,
+    .open = open_server,
+    .flags = "--processing-box-patience-s",
+    .is_path = false,
+    .farm_access = FarmAccess::kByAddress,
+};
+
+}  // namespace terravox::worlds

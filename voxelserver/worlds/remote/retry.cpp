@@ -1,0 +1,57 @@
+#include "voxelserver/worlds/remote/retry.hpp"
+
+#include <algorithm>
+
+namespace terravox {
+namespace {
+
+constexpr Retry::Milliseconds kFirstWait{100};
+constexpr Retry::Milliseconds kLongestOwnWait{10'000};  // where the server asks for nothing
+constexpr int kGrowth = 3;
+
+int most_tries(Trouble trouble) noexcept {
+    switch (trouble) {
+        case Trouble::kLost: return 5;
+        case Trouble::kFailed: return 3;
+        case Trouble::kDamaged: return 4;
+        case Trouble::kBusy: break;
+    }
+    return 1 << 30;  // the patience ends it
+}
+
+Retry::Milliseconds own_wait(int tries) noexcept {
+    Retry::Milliseconds wait = kFirstWait;
+    for (int i = 1; i < tries && wait < kLongestOwnWait; ++i)
+        wait *= kGrowth;
+    return std::min(wait, kLongestOwnWait);
+}
+
+}  // namespace
+
+Retry::Milliseconds Retry::time_left(Clock::time_point now) const noexcept {
+    return std::max(Milliseconds{1}, std::chrono::duration_cast<Milliseconds>(m_end - now));
+}
+
+std::optional<Retry::Milliseconds> Retry::wait_after(
+    Trouble trouble, Clock::time_point now, std::optional<std::chrono::seconds> retry_after,
+    double chance) noexcept {
+    ++m_tries;
+    if (m_tries >= most_tries(trouble) || (!m_hopeful && trouble != Trouble::kBusy))
+        return std::nullopt;
+    const auto spread = [&](Milliseconds wait, double least, double most) {
+        return Milliseconds(static_cast<Milliseconds::rep>(static_cast<double>(wait.count()) *
+                                                           (least + (most - least) * chance)));
+    };
+    Milliseconds wait = spread(own_wait(m_tries), 0.5, 1.5);
+    if (retry_after) {
+        // Never before what was asked for. Clamped as seconds: the number is anybody's.
+        constexpr auto kLongest = std::chrono::duration_cast<std::chrono::seconds>(kLongestWait);
+        wait = std::max(
+            wait, spread(std::clamp(*retry_after, std::chrono::seconds{0}, kLongest), 1, 1.25));
+    }
+    if (now + wait >= m_end)
+        return std::nullopt;
+    return wait;
+}
+
+}  // namespace terravox
