@@ -54,6 +54,8 @@ target_link_options(terravox_settings INTERFACE $<$<STREQUAL:$<TARGET_PROPERTY:T
 target_compile_definitions(terravox_settings INTERFACE _GLIBCXX_ASSERTIONS)
 function(terravox_without_assertions target)
   set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} APPEND PROPERTY COMPILE_OPTIONS -U_GLIBCXX_ASSERTIONS)
+  # Those were made with them.
+  set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
 
 if(TERRAVOX_SANITIZE)

@@ -2,16 +2,18 @@
 # links it gets no more than that.
 include_guard(GLOBAL)
 
-# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS]
+# terravox_library(name [IN_MODULE] [WITHOUT_ASSERTIONS] [OPTIMISE_LITTLE]
 #                  [SOURCES file...] [PUBLIC library...] [PRIVATE library...])
 #   name                of the static library terravox_<name>, known as terravox::<name>
 #   IN_MODULE           a part of the module terravox-worlds.so, too (voxelserver/module): compiled
 #                       for shared objects
 #   WITHOUT_ASSERTIONS  all of its sources are (terravox_without_assertions)
+#   OPTIMISE_LITTLE     for what no picture or box waits for, command lines for example: compiled
+#                       with -O1, which takes two thirds of the time
 #   SOURCES             none: a folder of headers
 #   PUBLIC              what its headers include; PRIVATE: what only its sources include
 function(terravox_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "IN_MODULE;WITHOUT_ASSERTIONS" "" "SOURCES;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "IN_MODULE;WITHOUT_ASSERTIONS;OPTIMISE_LITTLE" "" "SOURCES;PUBLIC;PRIVATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "terravox_library(${name} ...): not understood: ${arg_UNPARSED_ARGUMENTS}")
   endif()
@@ -25,10 +27,31 @@ function(terravox_library name)
     if(arg_IN_MODULE)
       set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
       target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+      terravox_use_precompiled(${target} module)
+    elseif(arg_OPTIMISE_LITTLE)
+      target_compile_options(${target} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
+      terravox_use_precompiled(${target} little)
+    else()
+      terravox_use_precompiled(${target} programs)
     endif()
     if(arg_WITHOUT_ASSERTIONS)
       terravox_without_assertions(${target} ${arg_SOURCES})
     endif()
   endif()
   add_library(terravox::${name} ALIAS ${target})
+endfunction()
+
+# terravox_program(name [sources...]): a program's main(), which no picture or box waits for either.
+function(terravox_program name)
+  add_executable(${name} ${ARGN})
+  target_compile_options(${name} PRIVATE ${TERRAVOX_OPTIMISE_LITTLE})
+  terravox_use_precompiled(${name} little)
+endfunction()
+
+# terravox_optimise_little(target source...): the same for single sources of a library.
+function(terravox_optimise_little target)
+  set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target}
+    APPEND PROPERTY COMPILE_OPTIONS ${TERRAVOX_OPTIMISE_LITTLE})
+  # Those were made with more.
+  set_property(SOURCE ${ARGN} TARGET_DIRECTORY ${target} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
