@@ -15,7 +15,7 @@ namespace terravox::gkot {
 namespace {
 
 /// As it may stand in a message of one line: cut, in quotes, what is not plain ASCII as \xNN.
-std::string quoted(std::string_view value) {
+std::string in_quotes(std::string_view value) {
     constexpr std::size_t kMost = 40;
     std::string out = "'";
     for (const char c : value.substr(0, kMost)) {
@@ -56,7 +56,7 @@ public:
             const auto [at, is_new] =
                 m_values.emplace(name, decoded(part.substr(equals + 1), part));
             if (!is_new)
-                fail(name, "is given twice, " + quoted(at->second) + " at first", "once");
+                fail(name, "is given twice, " + in_quotes(at->second) + " at first", "once");
         }
     }
 
@@ -82,7 +82,7 @@ public:
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), out);
         if (error != std::errc{} || end != value.data() + value.size() || !std::isfinite(out) ||
             std::abs(out) > most)
-            fail(name, "= " + quoted(value), allowed);
+            fail(name, "= " + in_quotes(value), allowed);
         return out;
     }
     [[nodiscard]] std::int32_t integer(const std::string& name, const std::string& allowed) const {
@@ -90,7 +90,7 @@ public:
         std::int32_t out = 0;
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), out);
         if (error != std::errc{} || end != value.data() + value.size())
-            fail(name, "= " + quoted(value), allowed);
+            fail(name, "= " + in_quotes(value), allowed);
         return out;
     }
 
@@ -107,7 +107,7 @@ private:
             const auto [end, error] =
                 std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
             if (digits.size() != 2 || error != std::errc{} || end != digits.data() + 2 || byte == 0)
-                throw UsageError(m_attempt + ": " + quoted(part) +
+                throw UsageError(m_attempt + ": " + in_quotes(part) +
                                  " is badly encoded; allowed: %01 to %ff");
             out += static_cast<char>(byte);
             i += 2;
@@ -146,7 +146,7 @@ OriginRequest parse_origin_request(std::string_view query) {
 BoxRequest parse_box_request(std::string_view query) {
     const Parameters parameters(query, "send a box", " format tmx tmy tmz x y z sx sy sz ");
     if (const std::string& format = parameters.text("format", "raw"); format != "raw")
-        parameters.fail("format", "= " + quoted(format), "raw");
+        parameters.fail("format", "= " + in_quotes(format), "raw");
     BoxRequest out;
     out.origin = origin_of(parameters);
     if (parameters.has("tmz"))
