@@ -120,6 +120,22 @@ changed_sources() {
     } | sort -zu | sed -z "s|^|$ROOT/|"
 }
 
+# tidy_database: writes the compile commands for clang-tidy, which cannot read GCC's precompiled
+# headers, to build/lint/compile_commands.json.
+tidy_database() {
+    mkdir -p "$ROOT/build/lint"
+    python3 - "$ROOT/build/release/compile_commands.json" \
+        "$ROOT/build/lint/compile_commands.json" <<'PYTHON'
+import pathlib
+import re
+import sys
+
+commands = pathlib.Path(sys.argv[1]).read_text()
+precompiled = r"-Winvalid-pch |-fpch-preprocess |-include [^ ]*/cmake_pch\.hxx "
+pathlib.Path(sys.argv[2]).write_text(re.sub(precompiled, "", commands))
+PYTHON
+}
+
 # lint_cpp FILE...: clang-tidy, four sources at a time. Returns 1 when it has findings.
 lint_cpp() {
     (($# > 0)) || return 0
@@ -127,8 +143,9 @@ lint_cpp() {
     command -v clang-tidy >/dev/null ||
         die "lint: clang-tidy is not installed (Debian package clang-tidy)"
     [[ -f $ROOT/build/release/compile_commands.json ]] || build release
+    tidy_database
     printf '%s\0' "$@" | xargs -0 --max-args 4 --max-procs "$(nproc)" \
-        clang-tidy --quiet -p "$ROOT/build/release"
+        clang-tidy --quiet -p "$ROOT/build/lint"
 }
 
 # format: C++, Python and TypeScript, each with the formatter that lint checks them with.
